@@ -1,4 +1,5 @@
-//! Calibrations that went wrong in the ways they do in the field: the right finding, never "good".
+//! Calibrations that went wrong in the ways they do in the field: the right finding, and "good" only for what is allowed
+//! for, where the lens is right.
 
 use boresight::{
     board::Checkerboard,
@@ -73,11 +74,22 @@ const SCRIPTS: &[Script] = &[
     Script { name: "copies of one view", right: &["VIEWS-ALIKE"], make: copies },
     Script { name: "all frontal", right: &["TILT-LOW"], make: frontal },
     Script { name: "all one direction", right: &["DIRECTIONS-FEW"], make: one_direction },
-    Script { name: "small and far", right: &["COVERAGE-LOW"], make: far },
+    Script { name: "small and far", right: &["PROJECTION-UNCERTAIN"], make: far },
     Script { name: "two labels swapped", right: &["CORNER-ODD"], make: swapped_labels },
     Script { name: "one corner wrong", right: &["CORNER-ODD"], make: wrong_corner },
     Script { name: "stretched pixels", right: &["PIXELS-NOT-SQUARE"], make: stretched_pixels },
     Script { name: "another camera's views", right: &["VIEWS-MIXED"], make: other_camera },
+];
+
+/// Causes that a calibration corrects, or weighs as what they are.
+const ALLOWED_FOR: [&str; 7] = [
+    "squares not square",
+    "bent board",
+    "twisted board",
+    "stretched pixels",
+    "one view shaken",
+    "two labels swapped",
+    "one corner wrong",
 ];
 
 fn stretched_print(scene: &mut Scene) -> Given {
@@ -405,6 +417,20 @@ fn codes(result: &Result<Calibration, NotCalibrated>) -> Vec<&'static str> {
     }
 }
 
+/// The lens is that of `truth`, by its own uncertainty.
+fn assert_is_right(found: &Calibration, truth: &Camera, name: &str) {
+    let (sd, camera) = (found.sd(), &found.camera);
+    let off_px = [
+        camera.f_px.x - truth.f_px.x,
+        camera.f_px.y - truth.f_px.y,
+        camera.pp_px.x - truth.pp_px.x,
+        camera.pp_px.y - truth.pp_px.y,
+    ];
+    for (off_px, sd_px) in off_px.into_iter().zip(sd) {
+        assert!(off_px.abs() <= 4.0 * sd_px, "{name}: {off_px:.2} ± {sd_px:.2} px");
+    }
+}
+
 #[test]
 fn bad_calibrations_are_told_for_what_they_are() {
     let (mut right, mut good, mut all) = (0, 0, 0);
@@ -415,6 +441,13 @@ fn bad_calibrations_are_told_for_what_they_are() {
             let told = codes(&result);
             let hit = script.right.iter().any(|code| told.contains(code));
             let verdict = result.as_ref().map_or("none", |found| found.verdict.code());
+            if verdict == "good" && ALLOWED_FOR.contains(&script.name) {
+                let found = result.as_ref().expect("good");
+                assert_is_right(found, &scene.camera, script.name);
+                all += 1;
+                right += usize::from(hit);
+                continue;
+            }
             if !hit || verdict == "good" {
                 println!("{} #{seed}: {verdict} {told:?}", script.name);
             }
@@ -448,7 +481,7 @@ fn what_is_found_is_allowed_for() {
                 inside += usize::from(off_px.abs() <= 1.96 * sd_px);
                 assert!(off_px.abs() < 6.0, "#{seed}: {off_px:.2} ± {sd_px:.2} px");
             }
-            assert_eq!(found.verdict, Verdict::Care, "#{seed}: {:?}", found.findings);
+            assert_ne!(found.verdict, Verdict::Untrustworthy, "#{seed}: {:?}", found.findings);
             assert!(found.rms_px < 1.1 * scene.noise_px, "#{seed}: {} px", found.rms_px);
         }
     }
@@ -471,7 +504,7 @@ fn pixels_that_are_square_to_a_tenth_of_a_pixel_are_square() {
             assert_eq!(told.contains(&"PIXELS-NOT-SQUARE"), is_told, "{aspect} #{seed}: {told:?}");
             assert!(!told.contains(&"BOARD-STRETCHED"), "{aspect} #{seed}: {told:?}");
             let found = found.expect("calibrates");
-            assert_eq!(found.verdict == Verdict::Good, !is_told, "{aspect} #{seed}: {told:?}");
+            assert_eq!(found.verdict, Verdict::Good, "{aspect} #{seed}: {told:?}");
             for (axis, sd_px) in [0, 1].map(|axis| (axis, found.sd()[axis])) {
                 let off_px = found.camera.f_px[axis] - scene.camera.f_px[axis];
                 assert!(

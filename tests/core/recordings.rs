@@ -25,7 +25,8 @@ const SAME_UNUSABLE_RESULT: f64 = 1e-2;
 /// The same of uncertainties: later versions weigh correlated noise and heavy tails, too.
 const SAME_UNCERTAINTY: f64 = 0.75;
 /// Names of uncertainties.
-const UNCERTAINTIES: [&str; 6] = ["covariance", "sigma", "sd", "noise", "excess", "expected"];
+const UNCERTAINTIES: [&str; 7] =
+    ["covariance", "sigma", "sd", "noise", "excess", "expected", "scatter"];
 /// Sentences may be worded better, and later versions find more; the verdict stays. The models that weren't chosen and the
 /// limits of a test aren't a result, and of covariances the standard deviations stand for the rest.
 const MAY_DIFFER: [&str; 10] = [

@@ -6,7 +6,7 @@ use super::{
     check::{
         correction::{Correction, with_square_pixels},
         heavy_tails::TailWeights,
-        noise_inflation::{excess_variance_px2, inflated},
+        noise_inflation::CornerNoise,
         odd_corners::is_grid,
     },
     examined::Examined,
@@ -210,10 +210,12 @@ impl Given<'_> {
             }
         };
         let mut fit = free(views, &observations);
-        let rho = fit.as_ref().map_or(0.0, |fit| excess_variance_px2(&fit.residuals_px));
+        let noise = fit.as_ref().map(|fit| CornerNoise::of(&fit.residuals_px));
         let mut views = Cow::Borrowed(views);
-        if rho > 0.0 {
-            views = Cow::Owned(inflated(&views, rho));
+        let noisy = noise.as_ref().and_then(|noise| noise.applied(&views));
+        let is_noisy = noisy.is_some();
+        if let Some(noisy) = noisy {
+            views = Cow::Owned(noisy);
             observations = self::observations(&views, board_m, params.threads)?;
         }
         let tails = fit.as_ref().and_then(|fit| {
@@ -227,7 +229,7 @@ impl Given<'_> {
         if let Some(weighted) = &weighted {
             observations = self::observations(weighted, board_m, params.threads)?;
         }
-        if rho > 0.0 || weighted.is_some() {
+        if is_noisy || weighted.is_some() {
             fit = free(weighted.as_deref().unwrap_or(&views), &observations);
         }
         Ok(Inputs {
@@ -242,7 +244,7 @@ impl Given<'_> {
             as_seen,
             distinct,
             given,
-            excess_px: rho.sqrt(),
+            excess_px: noise.map_or(0.0, |noise| noise.excess_px2.sqrt()),
             tails,
             family: wide.map_or(LensFamily::Brown, |wide| wide.family),
             rivals: wide.map_or_else(Vec::new, |wide| wide.rivals.clone()),

@@ -12,7 +12,7 @@ use super::{
         rival_family::rival_doubt,
     },
     inputs::{Inputs, VIEWS_WITHOUT_PRIOR},
-    solve::model_choice::ModelChoice,
+    solve::{bundle::Bundle, model_choice::ModelChoice, view_scatter::averaged},
 };
 use boresight_geometry::LENS_PARAMETERS;
 
@@ -55,34 +55,38 @@ impl Examined {
         Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
     }
 
-    /// Covariance of the chosen lens with model uncertainty, scaled by the evidence in the corners. `None` if it isn't
-    /// finite.
+    /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None` if it isn't finite.
     ///
-    /// Nearly alike views have alike errors: with fewer than [`VIEWS_ADVISED`] different views, the repeats don't
-    /// count.
-    pub(super) fn plain_covariance(
+    /// A model of the noise says what errors of corners do to the lens; the views themselves show how far they pull it apart
+    /// ([`Bundle::covariance_by_views`]), whatever the noise is. Both are [`averaged`]. Nearly alike views have alike errors and count once.
+    pub(super) fn sampling_covariance(
         &self,
         inputs: &Inputs<'_>,
         choice: &ModelChoice,
     ) -> Option<LensMatrix> {
         let of_tails = inputs.tails.as_ref().map_or(1.0, TailWeights::variance_factor);
-        let counted = inputs.views.len().min(VIEWS_ADVISED) as f64;
-        let of_alike = (counted / inputs.distinct.max(1) as f64).max(1.0);
-        let plain = choice.averaged_covariance(inputs.noise_floor, self.overcount)?;
-        Some(plain * (of_tails * of_alike))
-    }
-
-    /// Covariance to add to the plain one: doubt about the cause of a misfit, correlated noise, radial terms beyond the
-    /// models, other families of lens models, and the remaining doubt about a corrected cause.
-    pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
+        let distinct = inputs.distinct.max(1) as f64;
+        let of_alike = (inputs.views.len().min(VIEWS_ADVISED) as f64 / distinct).max(1.0);
+        let averaged_over = |covariance: fn(&Bundle, f64) -> Option<LensMatrix>| {
+            choice.averaged_covariance(inputs.noise_floor, self.overcount, covariance)
+        };
+        let plain = averaged_over(Bundle::covariance)? * (of_tails * of_alike);
         let correlated =
             self.correlation.as_ref().map(|found| found.doubt(choice, inputs.noise_floor));
+        let of_model = plain + correlated.unwrap_or_default();
+        let of_views = averaged_over(Bundle::covariance_by_views)?;
+        Some(averaged(&of_model, &of_views, inputs.distinct))
+    }
+
+    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, other
+    /// families of lens models, and the remaining doubt about a corrected cause.
+    pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let allowed_for = inputs.correction.map(|correction| correction.doubt);
         let of_rivals = (!inputs.rivals.is_empty()).then(|| {
             let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
             rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size)
         });
-        [correlated, self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
+        [self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
             .into_iter()
             .flatten()
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)

@@ -4,11 +4,14 @@
 //! board is seen as a line through the principal point under any such lens. The closed forms of the principal line need a
 //! homography, though, which only a pinhole sees: see `docs/method.md`, section 2.12.
 
-use nalgebra::{Matrix2, Matrix3, Point2, Vector2};
+use nalgebra::{Matrix3, Point2};
 
-use super::solve::{
-    bundle::Observations,
-    free_homography::{self, DistortionCentrePrior, FreeHomographies},
+use super::{
+    check::noise_inflation::Residual,
+    solve::{
+        bundle::Observations,
+        free_homography::{self, DistortionCentrePrior, FreeHomographies},
+    },
 };
 use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
 
@@ -16,8 +19,9 @@ use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
 pub(super) struct FreeFit {
     /// Free homographies, with a line for every view given; `None` for those that a pinhole can't see.
     pub(super) free: FreeHomographies,
-    /// Residual and stated covariance of each corner in the picture, px and px², of the views fitted.
-    pub(super) residuals_px: Vec<(Vector2<f64>, Matrix2<f64>)>,
+    /// Residual and stated covariance of each corner in the picture, view by view; empty for views that a pinhole can't
+    /// see.
+    pub(super) residuals_px: Vec<Vec<Residual>>,
     /// The corners that were fitted, if no view was left out.
     pub(super) observations: Option<Observations>,
 }
@@ -25,7 +29,10 @@ pub(super) struct FreeFit {
 impl FreeFit {
     /// The fit of corners as they are seen.
     pub(super) fn of(free: FreeHomographies, observations: Observations) -> Self {
-        let residuals_px = free.residuals_px(&observations);
+        let all = free.residuals_px(&observations);
+        let mut all = all.into_iter();
+        let of_view = |view| all.by_ref().take(observations.view(view).len()).collect();
+        let residuals_px = (0..observations.view_count()).map(of_view).collect();
         Self { free, residuals_px, observations: Some(observations) }
     }
 
@@ -53,17 +60,20 @@ impl FreeFit {
             .collect::<Option<_>>()?;
         let prior = DistortionCentrePrior::of(image_size);
         let free = free_homography::fit(&observations, prior, &image_from_board)?;
-        let seen = kept.iter().flat_map(|number| &views[*number]);
-        let residuals_px = free
-            .residuals_px(&observations)
-            .into_iter()
-            .zip(seen)
-            .map(|((residual_px, straight_px2), corner)| {
+        let corners = kept.iter().flat_map(|number| &views[*number]);
+        let seen = corners.filter(|corner| corner.is_seen());
+        let mut in_picture = free.residuals_px(&observations).into_iter().zip(seen).map(
+            |((residual_px, straight_px2), corner)| {
                 // The local scale is the root of the ratio of the areas of the error ellipses.
                 let areas = straight_px2.determinant() / corner.covariance_px2.determinant();
                 (residual_px / areas.powf(0.25), corner.covariance_px2)
-            })
-            .collect();
+            },
+        );
+        let mut residuals_px = vec![Vec::new(); views.len()];
+        for (number, view) in kept.iter().enumerate() {
+            residuals_px[*view] =
+                in_picture.by_ref().take(observations.view(number).len()).collect();
+        }
         let is_whole = kept.len() == views.len();
         Some(Self {
             free: free.with_views(&kept, views.len()),

@@ -93,7 +93,7 @@ pub use check::{
     leave_out,
     limits::Limits,
     noise_findings::noise_finding,
-    projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, projection_jacobian},
+    projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
 pub use known_lens::{Combined, KnownLens, NotHeld};

@@ -4,7 +4,7 @@ use super::{
     acceptance::Acceptance,
     check::{
         finding::{Finding, Verdict},
-        projection_sd::ProjectionSd,
+        projection_sd::{ProjectionSd, ValidArea},
     },
     solve::{lens_model::LensModel, model_choice::ModelFit},
 };
@@ -119,6 +119,8 @@ pub struct Calibration {
     /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered,
     /// in pixels; [`ProjectionSd::bound_px`] covers the whole picture. `None` if no cell of the grid is covered.
     pub covered_bound_px: Option<f64>,
+    /// The part of the picture in which projection is known well enough.
+    pub valid_area: ValidArea,
     /// Least relative change of the focal length from the first view to the last that would have been reported. `None`
     /// if there are too few views.
     pub visible_drift: Option<f64>,

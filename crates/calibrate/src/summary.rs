@@ -3,11 +3,12 @@
 use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3};
 
 use super::{
-    acceptance::acceptance,
+    acceptance::{AcceptanceGoal, acceptance},
     check::{
         disagreement::Disagreement,
         finding::Verdict,
         held_out, leave_out,
+        limits::Limits,
         odd_corners::odd_corners,
         projection_sd::projection_jacobian,
         trust_checks::{self, Evidence, ViewEvidence},
@@ -27,8 +28,8 @@ use super::{
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, FocalLength, Homography, LensMatrix, LensParameter, LensParts,
-    PrincipalLine, PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
+    BoardOutline, Camera, Corner, FocalLength, Homography, LensMatrix, LensParts, PrincipalLine,
+    PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
 };
 
 /// The resulting lens and its covariance.
@@ -51,23 +52,21 @@ pub(super) fn assemble(
     let bundle = choice.bundle();
     let noise_floor = inputs.noise_floor;
     let Examined { correlation, causes, .. } = examined;
-    let plain = examined.plain_covariance(inputs, choice)?;
+    let sampling = examined.sampling_covariance(inputs, choice)?;
     let doubt = examined.doubt(inputs, choice);
     let free = inputs.free.as_ref();
-    let pp_doubt_px2 = doubt.pp();
-    let disagreement =
-        free.map(|free| Disagreement::between(choice, free, noise_floor, &pp_doubt_px2));
-    // Lines of symmetry pass through the principal point only if pixels are square.
-    let contradiction = disagreement
-        .filter(|_| inputs.params.square_pixels || inputs.correction.is_some())
-        .map_or(1.0, |disagreement| disagreement.variance_factor());
+    // What the errors of the corners do, as a multiple of what independent ones would.
+    let independent = bundle.covariance(bundle.noise_factor().max(noise_floor))?;
+    let overdispersion = sampling.pp().trace() / independent.pp().trace();
+    let disagreement = free
+        .map(|free| Disagreement::between(choice, free, noise_floor, overdispersion, &doubt.pp()));
     let varying = free
         .filter(|_| inputs.family == LensFamily::Brown)
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
     let alone = match &varying {
         Some(varying) => Lens::varying(varying),
-        None => inputs.common_lens(choice, (plain + doubt) * contradiction),
+        None => inputs.common_lens(choice, sampling + doubt),
     };
     let combined = inputs.params.known_lens.map(|known| match alone.focal {
         Focal::Common => known.combined_with(&alone.camera, &alone.covariance_all),
@@ -84,13 +83,22 @@ pub(super) fn assemble(
     let outlines = inputs.outlines();
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
     let covered_bound_px = jacobian.bound_px_inside(&covariance_all, is_covered);
+    let goal = inputs.params.accept.map(|goal| {
+        let scale_sd = inputs.params.board_scale_sd;
+        acceptance(goal, &camera, &covariance_all, inputs.image_size, scale_sd)
+    });
+    let goal_px = match inputs.params.accept {
+        Some(AcceptanceGoal::Projection { px }) => px,
+        _ => Limits::of(inputs.image_size).goal_px,
+    };
+    let valid_area = jacobian.valid_area(&covariance_all, goal_px);
     let pp_covariance_px2 = covariance.pp();
     let views: Vec<ViewResult> = match &varying {
         Some(varying) => inputs.views_of_varying(varying, &bundle.state),
         None => inputs.views_of_bundle(&bundle.state, &pp_covariance_px2, noise_factor),
     };
-    let of_bundle = (plain + doubt).pp();
-    let inflation = of_bundle.trace() / plain.pp().trace();
+    let of_bundle = (sampling + doubt).pp();
+    let inflation = of_bundle.trace() / independent.pp().trace();
     let skip_one_ratio = (inputs.distinct >= 4)
         .then(|| leave_out::leave_one_out(bundle, bundle.noise_factor().max(noise_floor)))
         .flatten()
@@ -129,9 +137,11 @@ pub(super) fn assemble(
         disagreement,
         projection_sd: &projection_sd,
         pp_covariance_px2,
-        f_sd_px: covariance.variance_of(LensParameter::Fx).sqrt(),
+        valid_area: &valid_area,
+        bound_px: covered_bound_px.unwrap_or(projection_sd.bound_px),
+        // What the board's size alone spoils isn't the lens's fault.
+        meets_goal: goal.map(|goal| goal.excess() <= 1.0),
         skip_one_ratio,
-        coverage,
         distinct: inputs.distinct,
         given: inputs.given,
         noise_px,
@@ -141,10 +151,6 @@ pub(super) fn assemble(
         shifted_sensor: inputs.params.shifted_sensor,
         prior_used: solution.prior_used,
         focal_prior_used: solution.focal_prior_used,
-    });
-    let goal = inputs.params.accept.map(|goal| {
-        let scale_sd = inputs.params.board_scale_sd;
-        acceptance(goal, &camera, &covariance_all, inputs.image_size, scale_sd)
     });
     // A part of a board has fewer coordinates.
     let counts = inputs.views.iter().map(|view| seen_count(view) as f64 / view.len() as f64);
@@ -164,13 +170,14 @@ pub(super) fn assemble(
         noise_px,
         excess_px: noise_factor * inputs.excess_px,
         candidates: choice.fits.clone(),
-        principal_point: inputs.principal_points(choice, free, of_bundle * contradiction),
+        principal_point: inputs.principal_points(choice, free, of_bundle),
         views,
         projection_sd,
         covered_bound_px,
         visible_drift: causes.visible_drift,
         skip_one_ratio,
         noise_floor_px: inputs.params.noise_floor_px,
+        valid_area,
         acceptance: goal,
         coverage,
         verdict: Verdict::of(&findings),

@@ -58,6 +58,9 @@ pub struct CalibrationFile {
     /// Whether the calibration meets the goal that was set for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceptance: Option<AcceptanceEntry>,
+    /// The part of the picture in which the calibration holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub valid_area: Option<ValidAreaEntry>,
     /// Share of the picture covered by any board, 0 to 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coverage: Option<f64>,
@@ -341,6 +344,18 @@ pub struct BoundEntry {
     pub picture: Option<f64>,
     /// Over the part that boards have covered; null if that's none of it.
     pub covered: Option<f64>,
+}
+
+/// The part of the picture in which projection is known well enough.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ValidAreaEntry {
+    /// Error that its points stay below, each with 95 % probability: the goal of `--accept`, or the default.
+    pub goal_px: f64,
+    /// Its share of the picture, 0 to 1.
+    pub share: f64,
+    /// 95 % bound of the root mean square error over it; null if it's empty.
+    pub bound_px: Option<f64>,
 }
 
 /// One picture. One that was not used has no more than `name`, `used` and `reason`.

@@ -7,7 +7,7 @@ use super::{
         AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
         CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
         LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
-        ViewEntry,
+        ValidAreaEntry, ViewEntry,
     },
     import::OldCalibration,
     named_covariance::NamedCovariance,
@@ -72,6 +72,11 @@ impl CalibrationFile {
                     picture: calibration.picture_bound_px(),
                     covered: calibration.covered_bound_px,
                 }),
+                valid_area: Some(ValidAreaEntry {
+                    goal_px: calibration.valid_area.goal_px,
+                    share: calibration.valid_area.share,
+                    bound_px: calibration.valid_area.bound_px,
+                }),
                 visible_drift: calibration.visible_drift,
                 acceptance: calibration
                     .acceptance
@@ -114,6 +119,7 @@ impl CalibrationFile {
             principal_point: None,
             projection_sd_px: None,
             bound_px: None,
+            valid_area: None,
             visible_drift: None,
             acceptance: None,
             coverage: None,

@@ -17,6 +17,7 @@ const WORTH_ALLOWING: f64 = 6.63;
 pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     let Some(best) = causes.best_hypothesis() else { return Vec::new() };
     let rivals = causes.rivals();
+    // What is corrected is told by its correction.
     let is_moved = causes.focus_moved().is_some();
     let severity = if is_moved { Severity::Bad } else { Severity::Care };
     if rivals.is_empty() {
@@ -81,17 +82,16 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The correctable cause and its severity: the clear winner, else non-square pixels or squares if they gain as much
+    /// The correctable cause: the clear winner, else non-square pixels or squares if they gain as much
     /// as a lens coefficient must. Correcting it makes other causes easier to see. `overcount` is the factor by which
     /// corners with correlated errors inflate gains; `n` is the number of coordinates.
-    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<(&Hypothesis, Severity)> {
+    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<&Hypothesis> {
         let best = self.best_hypothesis();
         let clear = best.filter(|_| self.rivals().is_empty());
-        let care = |hypothesis| Some((hypothesis, Severity::Care));
         match clear.map(|clear| &clear.explanation.cause) {
-            Some(Cause::BoardBent | Cause::PixelAspect) => return care(clear?),
+            Some(Cause::BoardBent | Cause::PixelAspect) => return clear,
             Some(Cause::BoardStretched) => {
-                return care(self.aspect_rather_than(clear?, 1.0));
+                return Some(self.aspect_rather_than(clear?, 1.0));
             }
             _ => {}
         }
@@ -109,11 +109,11 @@ impl Causes {
         let aspect = self.aspect_rather_than(likeliest, overcounted);
         let gain = (likeliest.gain + n.ln()) / overcount;
         if gain > WORTH_A_PARAMETER + n.ln() {
-            return care(aspect);
+            return Some(aspect);
         }
         // With another misfit present it would absorb part of it.
         let may_be = best.is_none() && aspect.explanation.cause == Cause::PixelAspect;
-        (may_be && gain > WORTH_ALLOWING).then_some((aspect, Severity::Info))
+        (may_be && gain > WORTH_ALLOWING).then_some(aspect)
     }
 
     /// Prefers non-square pixels to a stretched board, unless the views tell the two apart: the board then stays as it

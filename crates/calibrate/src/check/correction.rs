@@ -11,7 +11,7 @@ use nalgebra::{Point2, SMatrix, Vector2};
 use super::{
     cause::Cause,
     cause_findings::finding_code,
-    finding::Finding,
+    finding::{Finding, Severity},
     misfit_diagnosis::{Causes, positive_part},
 };
 use crate::{params::CalibrationParams, solve::bundle::Bundle};
@@ -44,7 +44,7 @@ impl Correction {
     /// The correction for a cause that a calibration can and should correct. `bundle` is the fit in which `causes` were
     /// found, with `n` coordinates; `overcount` is the factor by which they overstate their information.
     pub(crate) fn of(causes: &Causes, bundle: &Bundle, n: f64, overcount: f64) -> Option<Self> {
-        let (best, severity) = causes.correctable(n, overcount)?;
+        let best = causes.correctable(n, overcount)?;
         let explanation = &best.explanation;
         let camera = &explanation.state.bundle.camera;
         let kind = match explanation.cause {
@@ -64,7 +64,8 @@ impl Correction {
         Some(Self {
             kind,
             doubt: positive_part(&of_parameters) + causes.doubt_beside(best),
-            finding: Finding { code, severity },
+            // The bound allows for it.
+            finding: Finding { code, severity: Severity::Info },
         })
     }
 

@@ -1,9 +1,7 @@
 //! Comparison of the bundle's principal point with that of the free homographies, which assume no common lens.
 //!
 //! Both come from the same corners. If they differ by much more than their standard deviations allow, there is an error
-//! that neither of them states: a bent board, rows read one after the other, errors that are smooth over a board. Then
-//! the covariance of the lens is widened until the difference is an ordinary one, as is usual for measurements that
-//! contradict each other (Birge 1932).
+//! that neither of them states.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
@@ -22,25 +20,20 @@ pub(crate) struct Disagreement {
 }
 
 impl Disagreement {
-    /// Compares the chosen model with the free homographies. `pp_doubt_px2` is the part of the principal point's
-    /// covariance from doubt about the lens model.
+    /// Compares the chosen model with the free homographies. The errors of the corners have `overdispersion` times the effect
+    /// of independent ones; `pp_doubt_px2` is the part of the principal point's covariance from doubt about the lens model.
     pub(crate) fn between(
         choice: &ModelChoice,
         free: &FreeHomographies,
         noise_floor: f64,
+        overdispersion: f64,
         pp_doubt_px2: &Matrix2<f64>,
     ) -> Self {
-        let noise_factor = free.noise_factor().max(noise_floor);
-        let covariance_px2 =
-            free.pp_unit_covariance_px2 * (noise_factor * noise_factor) + pp_doubt_px2;
+        let variance = free.noise_factor().max(noise_floor).powi(2) * overdispersion.max(1.0);
+        let covariance_px2 = free.pp_unit_covariance_px2 * variance + pp_doubt_px2;
         let off_px = choice.fit().camera.pp_px - free.pp_px;
         let sigmas = distance2(&off_px, &covariance_px2, covariance_px2.trace()).sqrt();
         Self { distance_px: off_px.norm(), sigmas }
-    }
-
-    /// Factor on the covariance of the lens: 1 unless the two contradict each other, else `χ²` over its expectation.
-    pub(crate) fn variance_factor(&self) -> f64 {
-        if self.sigmas > CONTRADICTION_SIGMAS { self.sigmas * self.sigmas / 2.0 } else { 1.0 }
     }
 }
 
@@ -51,17 +44,4 @@ pub(super) fn distance2(off: &Vector2<f64>, covariance: &Matrix2<f64>, scale: f6
         .filter(|i| eigen.eigenvalues[*i] > 1e-3 * scale)
         .map(|i| eigen.eigenvectors.column(i).dot(off).powi(2) / eigen.eigenvalues[i])
         .sum()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_a_contradiction_widens_and_then_the_difference_is_an_ordinary_one() {
-        let apart = |sigmas| Disagreement { distance_px: 1.0, sigmas };
-        assert_eq!(apart(3.6).variance_factor(), 1.0);
-        let far = apart(10.0);
-        assert!((far.sigmas / far.variance_factor().sqrt() - f64::sqrt(2.0)).abs() < 1e-12);
-    }
 }

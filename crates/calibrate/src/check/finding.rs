@@ -115,13 +115,6 @@ pub enum FindingCode {
         /// Wanted at least.
         wanted: f64,
     },
-    /// The boards covered too little of the picture.
-    CoverageLow {
-        /// Fraction of the picture covered by at least one board.
-        share: f64,
-        /// Wanted at least.
-        wanted: f64,
-    },
     /// Weak priors on the lens were needed to reach a result.
     PriorUsed {
         /// True if the focal length needed a prior, too.
@@ -375,30 +368,16 @@ pub enum FindingCode {
         /// Standard deviation of a corner coordinate as measured, in pixels.
         measured_px: f64,
     },
-    /// The principal point is uncertain.
-    PrincipalPointUncertain {
-        /// Standard deviation along the worst direction, in pixels.
-        sd_px: f64,
-        /// Largest wanted, in pixels.
-        wanted_px: f64,
-    },
-    /// The focal length is uncertain.
-    FocalLengthUncertain {
-        /// Standard deviation, in pixels.
-        sd_px: f64,
-        /// Largest wanted, in pixels.
-        wanted_px: f64,
-    },
-    /// Projection is uncertain.
+    /// Projection isn't known well enough over enough of the picture.
     ProjectionUncertain {
-        /// Mean standard deviation over the picture, in pixels.
-        mean_px: f64,
-        /// Maximum over the picture, in pixels.
-        max_px: f64,
-        /// Largest mean wanted, in pixels.
-        wanted_px: f64,
-        /// Largest maximum wanted, in pixels.
-        max_wanted_px: f64,
+        /// 95 % bound of the error where boards were, in pixels.
+        bound_px: f64,
+        /// Largest error wanted, in pixels.
+        goal_px: f64,
+        /// Share of the picture in which the error stays below that.
+        share: f64,
+        /// Smallest share wanted.
+        wanted_share: f64,
     },
     /// Bundle adjustment did not converge.
     NotConverged,
@@ -430,11 +409,8 @@ impl FindingCode {
             | Self::ViewsAlike { .. }
             | Self::TiltLow { .. }
             | Self::DirectionsFew { .. }
-            | Self::CoverageLow { .. }
             | Self::PriorUsed { .. }
             | Self::CheckMissing
-            | Self::PrincipalPointUncertain { .. }
-            | Self::FocalLengthUncertain { .. }
             | Self::ProjectionUncertain { .. } => true,
             // With more views, the richer lens model gains enough to be chosen.
             Self::LensSimple { .. } => true,
@@ -486,7 +462,6 @@ impl FindingCode {
             Self::ViewsAlike { .. } => "VIEWS-ALIKE",
             Self::TiltLow { .. } => "TILT-LOW",
             Self::DirectionsFew { .. } => "DIRECTIONS-FEW",
-            Self::CoverageLow { .. } => "COVERAGE-LOW",
             Self::PriorUsed { .. } => "PRIOR-USED",
             Self::LensSimple { .. } => "LENS-SIMPLE",
             Self::LensFolds { .. } => "LENS-FOLDS",
@@ -520,8 +495,6 @@ impl FindingCode {
             Self::NoiseCorrelated { .. } => "NOISE-CORRELATED",
             Self::NoiseUnderstated { .. } => "NOISE-UNDERSTATED",
             Self::NoiseExceeded { .. } => "NOISE-EXCEEDED",
-            Self::PrincipalPointUncertain { .. } => "PP-UNCERTAIN",
-            Self::FocalLengthUncertain { .. } => "F-UNCERTAIN",
             Self::ProjectionUncertain { .. } => "PROJECTION-UNCERTAIN",
             Self::NotConverged => "NOT-CONVERGED",
         }
@@ -609,7 +582,6 @@ mod tests {
                 wanted_tilt_rad: 1.0,
             },
             Code::DirectionsFew { spread: 1.0, wanted: 1.0 },
-            Code::CoverageLow { share: 1.0, wanted: 1.0 },
             Code::PriorUsed { focal_length: true },
             Code::LensSimple { model: LensModel::K1, statistic: 1.0, limit: 1.0 },
             Code::LensFolds { unmapped: 1, of: 1 },
@@ -643,13 +615,11 @@ mod tests {
             Code::NoiseCorrelated { share: 1.0, length_px: 1.0, noise_px: 1.0, residual_px: 1.0 },
             Code::NoiseUnderstated { noise_px: 1.0, measured_px: 1.0 },
             Code::NoiseExceeded { noise_px: 1.0, measured_px: 1.0 },
-            Code::PrincipalPointUncertain { sd_px: 1.0, wanted_px: 1.0 },
-            Code::FocalLengthUncertain { sd_px: 1.0, wanted_px: 1.0 },
             Code::ProjectionUncertain {
-                mean_px: 1.0,
-                max_px: 1.0,
-                wanted_px: 1.0,
-                max_wanted_px: 1.0,
+                bound_px: 1.0,
+                goal_px: 1.0,
+                share: 1.0,
+                wanted_share: 1.0,
             },
             Code::NotConverged,
         ];

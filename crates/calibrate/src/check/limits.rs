@@ -1,52 +1,44 @@
-//! The limits within which a calibration is GOOD, as far as they are lengths or shares of the picture.
+//! What a GOOD calibration keeps to.
 
 use boresight_geometry::frame::ImageSize;
 
-/// Limits of standard deviations, relative to the picture's width (PP, projection) or to the focal length. Conventions:
-/// at 1280 px, care is advised from 2.6 px of PP and 1.3 px of projection.
-const PP_SD: f64 = 0.002;
-const F_SD: f64 = 0.004;
-const PROJECTION_SD: f64 = 0.001;
-/// Limit of projection in the worst place of the picture, usually a corner that no board has covered; relative to the
-/// picture's width.
-const PROJECTION_MAX_SD: f64 = 0.004;
-/// Fraction of the picture that the boards should cover; outside, the distortion is extrapolated. A convention.
-const COVERAGE: f64 = 0.4;
+/// Error of projection that a calibration must stay below to be GOOD, without a goal of the person's own: 2.6 px at 1280,
+/// or 2 mm at the distance where the picture shows a metre. It's what a tape measure shows, and follows from that use
+/// alone; finer work states its own goal. Relative to the picture's longer side.
+const GOAL: f64 = 0.002;
+/// Share of the picture that must keep to it: most of it.
+const VALID_SHARE: f64 = 0.5;
+/// An error so many times the goal can't be told from a failure: a covariance is a linear approximation.
+const UNUSABLE: f64 = 10.0;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong board.
 const NOISE_PX: f64 = 1.0;
 /// Least number of different views.
 const VIEWS: usize = 4;
 
-/// Limits of a GOOD calibration. Standard deviations are in pixels.
+/// Limits of a GOOD calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Largest standard deviation of the principal point, in its worst direction.
-    pub pp_sd_px: f64,
-    /// Largest standard deviation of the focal length.
-    pub f_sd_px: f64,
-    /// Largest mean standard deviation of projection over the picture.
-    pub projection_sd_px: f64,
-    /// Largest standard deviation of projection in the worst place of the picture.
-    pub projection_max_sd_px: f64,
-    /// Largest typical error of a corner coordinate.
+    /// Largest error of projection in the valid area, in pixels: a 95 % bound.
+    pub goal_px: f64,
+    /// Error of projection in pixels from which a calibration isn't usable at all: a 95 % bound.
+    pub unusable_px: f64,
+    /// Smallest share of the picture that the valid area covers.
+    pub valid_share: f64,
+    /// Largest typical error of a corner coordinate, in pixels.
     pub noise_px: f64,
-    /// Smallest share of the picture that the boards cover.
-    pub coverage: f64,
     /// Fewest views that differ.
     pub views: usize,
 }
 
 impl Limits {
-    /// The limits for pictures of `image_size` and the focal length `f_px`.
-    pub fn of(image_size: ImageSize, f_px: f64) -> Self {
-        let width_px = f64::from(image_size.width_px);
+    /// The limits for pictures of `image_size`.
+    pub fn of(image_size: ImageSize) -> Self {
+        let goal_px = GOAL * f64::from(image_size.width_px.max(image_size.height_px));
         Self {
-            pp_sd_px: PP_SD * width_px,
-            f_sd_px: F_SD * f_px,
-            projection_sd_px: PROJECTION_SD * width_px,
-            projection_max_sd_px: PROJECTION_MAX_SD * width_px,
+            goal_px,
+            unusable_px: UNUSABLE * goal_px,
+            valid_share: VALID_SHARE,
             noise_px: NOISE_PX,
-            coverage: COVERAGE,
             views: VIEWS,
         }
     }

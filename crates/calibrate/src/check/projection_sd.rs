@@ -53,6 +53,17 @@ pub struct ProjectionSd {
     pub unmapped: usize,
 }
 
+/// The part of the picture in which projection is known well enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ValidArea {
+    /// Error that its points stay below, each with 95 % probability, in pixels: root mean square over directions.
+    pub goal_px: f64,
+    /// Its share of the picture, 0 to 1.
+    pub share: f64,
+    /// 95 % quantile of the root mean square error over it, in pixels; `None` if it's empty.
+    pub bound_px: Option<f64>,
+}
+
 /// `M` of `camera` at all [`cell_centres_px`] of the picture.
 ///
 /// `None` if too few of them lie inside the field of the lens model to determine a rotation.
@@ -134,6 +145,22 @@ impl ProjectionJacobian {
             count += 1;
         }
         (count > 0).then(|| Self::quantile_px(&(weight / f64::from(count)), covariance))
+    }
+
+    /// The grid points at which the 95 % bound of the error is at most `goal_px`.
+    pub fn valid_area(&self, covariance: &LensMatrix, goal_px: f64) -> ValidArea {
+        let (mut weight, mut count) = (LensMatrix::zeros(), 0);
+        for jac_lens in &self.jac_lens {
+            let here = jac_lens.transpose() * jac_lens;
+            if Self::quantile_px(&here, covariance) <= goal_px {
+                weight += here;
+                count += 1;
+            }
+        }
+        let of = self.jac_lens.len() + self.unmapped;
+        let bound_px =
+            (count > 0).then(|| Self::quantile_px(&(weight / f64::from(count)), covariance));
+        ValidArea { goal_px, share: f64::from(count) / of.max(1) as f64, bound_px }
     }
 
     fn quantile_px(weight: &LensMatrix, covariance: &LensMatrix) -> f64 {

@@ -13,7 +13,7 @@ use super::{
     noise_correlation::NoiseCorrelation,
     noise_findings::noise_finding,
     odd_corners::OddCorner,
-    projection_sd::ProjectionSd,
+    projection_sd::{ProjectionSd, ValidArea},
 };
 use crate::{
     known_lens::{Combined, NotHeld},
@@ -29,9 +29,6 @@ const HAUSMAN_CARE: f64 = 9.21;
 const HAUSMAN_BAD: f64 = 30.0;
 /// Squared distance in stated standard deviations up to which the stated uncertainty covers a shift: 2 sd.
 const COVERED: f64 = 4.0;
-/// Distance between bundle and free homographies in standard deviations, with a probability of 1.5e-8 in two dimensions
-/// (Rayleigh distribution).
-const CHECK_BAD_SIGMAS: f64 = 6.0;
 /// Observed over expected shift when views are left out; 1 if they agree. 2 is the stop rule's limit, `docs/method.md`,
 /// section 3.5; twice that is bad by convention.
 const SKIP_CARE: f64 = 2.0;
@@ -42,10 +39,9 @@ const OUTSIDE: f64 = 0.005;
 /// are below a tenth; more indicates a cropped picture.
 const PP_FAR_CARE: f64 = 0.1;
 const PP_FAR_BAD: f64 = 0.2;
-/// Observed over expected residual of a held-out view. Conventions: with some hundred coordinates, chance alone stays within
-/// about 10 % of 1, so 1.6 is a real misfit and 5 a view of something else.
+/// Observed over expected residual of a held-out view. A convention: with some hundred coordinates, chance alone stays
+/// within about 10 % of 1.
 const HELD_OUT_CARE: f64 = 1.6;
-const HELD_OUT_BAD: f64 = 5.0;
 /// Ratio of a view's residual to the median above which the view is odd. A convention: chance varies by about 10 %.
 const ODD_VIEW: f64 = 2.5;
 /// Residual in pixels below which the median counts as this large, so that near-exact views aren't compared.
@@ -60,12 +56,6 @@ const DIRECTIONS_WANTED: f64 = 0.7;
 const DIRECTIONS_ONE: f64 = 0.35;
 /// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
 const NOISE_BAD_PX: f64 = 3.0;
-/// Standard deviations that are unusable, ten times as large as [`Limits`] wants them: relative to the picture's width (PP,
-/// projection) or to the focal length.
-const PP_BAD: f64 = 0.02;
-const F_BAD: f64 = 0.04;
-const PROJECTION_BAD: f64 = 0.01;
-
 /// Evidence about one view for the checks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewEvidence {
@@ -100,9 +90,12 @@ pub(crate) struct Evidence<'a> {
     pub(crate) disagreement: Option<Disagreement>,
     pub(crate) projection_sd: &'a ProjectionSd,
     pub(crate) pp_covariance_px2: Matrix2<f64>,
-    pub(crate) f_sd_px: f64,
+    pub(crate) valid_area: &'a ValidArea,
+    /// 95 % bound of the error of projection where boards were.
+    pub(crate) bound_px: f64,
+    /// Whether the lens meets the goal of the person's own, if there is one.
+    pub(crate) meets_goal: Option<bool>,
     pub(crate) skip_one_ratio: Option<f64>,
-    pub(crate) coverage: f64,
     pub(crate) distinct: usize,
     /// Number of given views, repeats of a held pose included.
     pub(crate) given: usize,
@@ -117,7 +110,7 @@ pub(crate) struct Evidence<'a> {
 
 impl Evidence<'_> {
     fn limits(&self) -> Limits {
-        Limits::of(self.image_size, self.camera.f_px.x)
+        Limits::of(self.image_size)
     }
 }
 
@@ -183,7 +176,7 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     let severity = if tilted(TILT_NONE_RAD) < wanted_views {
         Some(Severity::Bad)
     } else if tilted(TILT_USEFUL_RAD) < wanted_views {
-        Some(Severity::Care)
+        Some(Severity::Info)
     } else {
         None
     };
@@ -206,12 +199,7 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     if distinct >= 2 && spread < DIRECTIONS_WANTED {
         let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
         let is_one_axis = spread < DIRECTIONS_ONE;
-        report(Some(if is_one_axis { Severity::Bad } else { Severity::Care }), code);
-    }
-    let wanted = evidence.limits().coverage;
-    if evidence.coverage < wanted {
-        let code = FindingCode::CoverageLow { share: evidence.coverage, wanted };
-        report(Some(Severity::Care), code);
+        report(Some(if is_one_axis { Severity::Care } else { Severity::Info }), code);
     }
     if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
         report(Some(Severity::Care), FindingCode::Mirrored { view });
@@ -239,7 +227,8 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
     if unmapped > 0 {
-        let severity = if 4 * unmapped > of { Severity::Bad } else { Severity::Care };
+        // Not part of the valid area.
+        let severity = Severity::Info;
         report(Some(severity), FindingCode::LensFolds { unmapped, of });
     }
 }
@@ -279,7 +268,8 @@ fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>,
 fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(Disagreement { distance_px, sigmas }) = evidence.disagreement {
         let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
-        report(above(sigmas, CONTRADICTION_SIGMAS, CHECK_BAD_SIGMAS), code);
+        // The free homographies have a simpler lens; what differs needn't be the result's error.
+        report((sigmas > CONTRADICTION_SIGMAS).then_some(Severity::Info), code);
     }
     if let Some(free) = evidence.free {
         outliers(free, report);
@@ -292,7 +282,7 @@ fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     }
     if let Some(HeldOutView { view, rms_px, expected_px }) = evidence.held_out {
         let code = FindingCode::HeldOut { view, rms_px, expected_px };
-        report(above(rms_px / expected_px, HELD_OUT_CARE, HELD_OUT_BAD), code);
+        report(above(rms_px / expected_px, HELD_OUT_CARE, f64::INFINITY), code);
     }
 }
 
@@ -316,7 +306,8 @@ fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     let limit_px = ODD_VIEW * typical_px.max(LEAST_MEDIAN_PX);
     for (view, rms_px) in rms_px.into_iter().enumerate() {
         if rms_px > limit_px {
-            report(Some(Severity::Care), FindingCode::ViewOdd { view, rms_px, typical_px });
+            // It counts as what it is.
+            report(Some(Severity::Info), FindingCode::ViewOdd { view, rms_px, typical_px });
         }
     }
 }
@@ -325,7 +316,7 @@ fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
 fn outliers(free: &FreeHomographies, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     for OutlierLine { index, distance_px, sigmas } in &free.outliers {
         let (view, distance_px, sigmas) = (*index, *distance_px, *sigmas);
-        report(Some(Severity::Care), FindingCode::PlOutlier { view, distance_px, sigmas });
+        report(Some(Severity::Info), FindingCode::PlOutlier { view, distance_px, sigmas });
     }
 }
 
@@ -348,7 +339,7 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
     }
     if let Some(OddCorner { view, corner, off_px, times }) = evidence.odd_corners.first().copied() {
         let count = evidence.odd_corners.len();
-        report(Some(Severity::Care), FindingCode::CornerOdd { view, corner, off_px, times, count });
+        report(Some(Severity::Info), FindingCode::CornerOdd { view, corner, off_px, times, count });
     }
     let pp_px = evidence.camera.pp_px;
     let distance_px = (pp_px - evidence.image_size.centre_px()).norm();
@@ -360,25 +351,22 @@ fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Fi
 }
 
 fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
-    let width_px = f64::from(evidence.image_size.width_px);
     let limits = evidence.limits();
     let limit_px = limits.noise_px;
     let code = FindingCode::NoiseHigh { noise_px: evidence.noise_px, limit_px };
     report(above(evidence.noise_px, limit_px, NOISE_BAD_PX), code);
     noise(evidence, report);
-    let sd_px = SymmetricEigen::new(evidence.pp_covariance_px2).eigenvalues.max().sqrt();
-    let wanted_px = limits.pp_sd_px;
-    let code = FindingCode::PrincipalPointUncertain { sd_px, wanted_px };
-    report(above(sd_px, wanted_px, PP_BAD * width_px), code);
-    let f_px = evidence.camera.f_px.x;
-    let (sd_px, wanted_px) = (evidence.f_sd_px, limits.f_sd_px);
-    let code = FindingCode::FocalLengthUncertain { sd_px, wanted_px };
-    report(above(sd_px, wanted_px, F_BAD * f_px), code);
-    let ProjectionSd { mean_px, max_px, .. } = *evidence.projection_sd;
-    let (wanted_px, max_wanted_px) = (limits.projection_sd_px, limits.projection_max_sd_px);
-    let code = FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px };
-    let of_mean = above(mean_px, wanted_px, PROJECTION_BAD * width_px);
-    report(of_mean.max(above(max_px, max_wanted_px, f64::INFINITY)), code);
+    let ValidArea { goal_px, share, .. } = *evidence.valid_area;
+    let (bound_px, wanted_share) = (evidence.bound_px, limits.valid_share);
+    let is_met = evidence.meets_goal.unwrap_or(share >= wanted_share);
+    let severity = if is_met {
+        None
+    } else if bound_px <= limits.unusable_px {
+        Some(Severity::Care)
+    } else {
+        Some(Severity::Bad)
+    };
+    report(severity, FindingCode::ProjectionUncertain { bound_px, goal_px, share, wanted_share });
 }
 
 /// Noise that the residuals understate.

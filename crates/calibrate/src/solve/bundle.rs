@@ -367,6 +367,11 @@ impl Bundle {
         &self.view_information
     }
 
+    /// Information of the prior on each lens parameter; zero for none.
+    pub(super) fn prior_information(&self) -> &LensVector {
+        &self.prior_information
+    }
+
     /// Information about the free lens parameters for corners with the stated error, poses marginalised out.
     pub fn information(&self) -> &LensMatrix {
         &self.information

@@ -9,6 +9,7 @@
 //! | `bundle` | fits lens and poses for one lens model |
 //! | `whitened` | corners in units of their own error |
 //! | `common_error` | weighs down what all corners of a view err by in common |
+//! | `view_scatter` | the covariance that follows from how far the views pull the lens apart |
 //! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the families of nested lens models, and priors |
 //! | `wide_lens` | whether a wide lens needs another family than Brown's, and its initial guess |
@@ -27,6 +28,7 @@ pub(super) mod model_choice;
 mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;
+pub(super) mod view_scatter;
 pub(super) mod whitened;
 pub(super) mod wide_lens;
 pub mod zhang;

@@ -185,17 +185,19 @@ impl ModelChoice {
     ///
     /// Simpler models are left out because they would lower it. Errors that all views share are added, see
     /// [`SHARED_PP_SD_PX`]. Corners that err alike tell less about the coefficients that the chosen model fixes at zero:
-    /// their information is divided by `overcount`, 1 for independent corners. `None` if the result isn't finite.
+    /// their information is divided by `overcount`, 1 for independent corners. `covariance` gives `C_m` of a bundle with a
+    /// noise factor. `None` if the result isn't finite.
     pub(crate) fn averaged_covariance(
         &self,
         noise_floor: f64,
         overcount: f64,
+        covariance: impl Fn(&Bundle, f64) -> Option<LensMatrix>,
     ) -> Option<LensMatrix> {
         let centre = self.fit().camera.lens_parameters();
         let mut sum = LensMatrix::zeros();
         let mut total = 0.0;
         for (fit, bundle) in self.fits.iter().zip(&self.bundles).skip(self.chosen) {
-            let Some(covariance) = bundle.covariance(fit.noise_factor.max(noise_floor)) else {
+            let Some(covariance) = covariance(bundle, fit.noise_factor.max(noise_floor)) else {
                 continue;
             };
             let there = fit.camera.lens_parameters();

@@ -28,9 +28,9 @@ pub struct Precision {
     /// Error over what the person's own goal leaves to the lens; met at 1. It replaces the limits of both standard
     /// deviations. `None` without such a goal.
     pub goal_excess: Option<f64>,
-    /// True if no trust check, except that of coverage, found anything bad or anything that further views put right.
+    /// True if no trust check, except that of projection over the picture, found anything bad or anything that further views put right.
     pub trusted: bool,
-    /// True if the boards covered enough of the picture.
+    /// True if projection is known well enough in enough of the picture.
     pub covered: bool,
     /// True if those trust checks passed that a board can pass which stays small in the picture.
     pub trusted_far: bool,

@@ -6,17 +6,8 @@ use boresight_geometry::{LensParts, frame::ImageSize};
 pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precision {
     let pp = calibration.covariance.pp();
     let mut others = calibration.findings.clone();
-    others.retain(|finding| !matches!(finding.code, FindingCode::CoverageLow { .. }));
+    others.retain(|finding| !matches!(finding.code, FindingCode::ProjectionUncertain { .. }));
     let width_px = image_size.width_px.max(image_size.height_px);
-    // Findings that a small board causes, however good the views are.
-    let is_of_size = |code: &FindingCode| {
-        matches!(
-            code,
-            FindingCode::PrincipalPointUncertain { .. }
-                | FindingCode::FocalLengthUncertain { .. }
-                | FindingCode::PriorUsed { .. }
-        )
-    };
     Precision {
         pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
         projection_sigma_px: calibration.projection_sd.mean_px,
@@ -26,8 +17,8 @@ pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precisi
         goal_excess: calibration.acceptance.map(|judged| judged.excess()),
         trusted: !others.iter().any(Finding::calls_for_views),
         covered: others.len() == calibration.findings.len(),
-        trusted_far: others
-            .iter()
-            .all(|finding| !finding.calls_for_views() || is_of_size(&finding.code)),
+        trusted_far: others.iter().all(|finding| {
+            !finding.calls_for_views() || matches!(finding.code, FindingCode::PriorUsed { .. })
+        }),
     }
 }

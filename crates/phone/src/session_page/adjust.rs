@@ -67,7 +67,7 @@ mod tests {
         let hub = Hub::new();
         hub.adjusting(&frame, adjust_page(&step, &lens));
         let state = hub.states().borrow().clone();
-        let json = |value| value.expect("JSON");
+        let json = |value: Option<serde_json::Value>| value.expect("JSON");
         (json(to_value(view::live(&state)).ok()), json(to_value(view::plan(&state, &hub)).ok()))
     }
 

@@ -187,22 +187,21 @@ impl ResultRow {
         )
     }
 
-    /// An estimate whose standard deviation has a limit.
-    fn estimate(name: &'static str, value_px: f64, sd_px: Option<f64>, limit_sd_px: f64) -> Self {
-        let limit_px = COVERAGE_FACTOR * limit_sd_px;
+    /// An estimate with its expanded uncertainty.
+    fn estimate(name: &'static str, value_px: f64, sd_px: Option<f64>) -> Self {
+        let limit = String::new();
         let Some(expanded_px) = sd_px.map(|sd_px| COVERAGE_FACTOR * sd_px) else {
-            let limit = String::new();
             let (result, uncertainty) = (format!("{} px", plain(value_px, 2)), String::new());
             return Self { name, result, uncertainty, limit, met: None };
         };
         let decimals = super::number::decimals(expanded_px);
-        let (reached, limit) = beside(expanded_px, limit_px);
+        let reached = brief(expanded_px, 2);
         Self {
             name,
             result: format!("{} px", plain(value_px, decimals)),
             uncertainty: format!("± <data value=\"{expanded_px}\">{reached}</data> px"),
-            limit: words::at_most(&format!("{limit} px")),
-            met: Some(expanded_px <= limit_px),
+            limit,
+            met: None,
         }
     }
 
@@ -235,21 +234,21 @@ fn beside(value: f64, limit: f64) -> (String, String) {
 
 fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     let [width_px, height_px] = calibration.image_size;
-    let limits = Limits::of(ImageSize { width_px, height_px }, lens.f_px[0]);
+    let limits = Limits::of(ImageSize { width_px, height_px });
     let sd = lens.sigma;
     let estimate = ResultRow::estimate;
     let mut rows = vec![
-        estimate(name::PP_X, lens.pp_px[0], sd.map(|sd| sd.pp_px[0]), limits.pp_sd_px),
-        estimate(name::PP_Y, lens.pp_px[1], sd.map(|sd| sd.pp_px[1]), limits.pp_sd_px),
+        estimate(name::PP_X, lens.pp_px[0], sd.map(|sd| sd.pp_px[0])),
+        estimate(name::PP_Y, lens.pp_px[1], sd.map(|sd| sd.pp_px[1])),
     ];
     let f_sd_px = |axis: usize| sd.map(|sd| sd.f_px[axis]);
     if lens.focal_varies() {
         // Each view has its own.
     } else if lens.square_pixels() {
-        rows.push(estimate(name::F, lens.f_px[0], f_sd_px(0), limits.f_sd_px));
+        rows.push(estimate(name::F, lens.f_px[0], f_sd_px(0)));
     } else {
-        rows.push(estimate(name::FX, lens.f_px[0], f_sd_px(0), limits.f_sd_px));
-        rows.push(estimate(name::FY, lens.f_px[1], f_sd_px(1), limits.f_sd_px));
+        rows.push(estimate(name::FX, lens.f_px[0], f_sd_px(0)));
+        rows.push(estimate(name::FY, lens.f_px[1], f_sd_px(1)));
     }
     if let Some(angles) = calibration.field_of_view_deg() {
         rows.push(ResultRow {
@@ -260,12 +259,16 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
             met: None,
         });
     }
-    if let Some(map) = &calibration.projection_sd_px {
-        let (mean_px, limit_px) =
-            (COVERAGE_FACTOR * map.mean, COVERAGE_FACTOR * limits.projection_sd_px);
-        let row = ResultRow::at_most(name::PROJECTION, mean_px, limit_px, "px");
-        let uncertainty = format!("± {}", row.result);
-        rows.push(ResultRow { result: String::new(), uncertainty, ..row });
+    if let Some(area) = &calibration.valid_area {
+        // Rounded down: a value below the limit must not look as if it reached it.
+        let percent = (1000.0 * area.share).floor() / 10.0;
+        rows.push(ResultRow {
+            name: name::VALID,
+            result: format!("<data value=\"{}\">{}</data> %", 100.0 * area.share, text(percent, 1)),
+            uncertainty: format!("± {} px", plain(area.goal_px, 1)),
+            limit: words::at_least(&format!("{} %", text(100.0 * limits.valid_share, 0))),
+            met: Some(area.share >= limits.valid_share),
+        });
     }
     if let Some((distance_px, agrees)) = independent_check(calibration, lens) {
         rows.push(ResultRow {
@@ -278,17 +281,6 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     }
     if let Some(noise_px) = lens.noise_px {
         rows.push(ResultRow::at_most(name::NOISE, noise_px, limits.noise_px, "px"));
-    }
-    if let Some(share) = calibration.coverage {
-        // Rounded down: a value below the limit must not look as if it reached it.
-        let percent = (1000.0 * share).floor() / 10.0;
-        rows.push(ResultRow {
-            name: name::COVERAGE,
-            result: format!("<data value=\"{}\">{}</data> %", 100.0 * share, text(percent, 1)),
-            uncertainty: String::new(),
-            limit: words::at_least(&format!("{} %", text(100.0 * limits.coverage, 0))),
-            met: Some(share >= limits.coverage),
-        });
     }
     let used = calibration.used().count();
     let few = calibration.findings.iter().any(|finding| finding.code == "VIEWS-FEW");

@@ -40,9 +40,8 @@ pub mod name {
     pub const F: &str = "Focal length";
     pub const FX: &str = "Focal length x";
     pub const FY: &str = "Focal length y";
-    pub const PROJECTION: &str = "Projection, mean over the picture";
+    pub const VALID: &str = "Valid part of the picture";
     pub const NOISE: &str = "Corner error";
-    pub const COVERAGE: &str = "Picture covered by the board";
     pub const VIEWS: &str = "Views";
     pub const CHECK: &str = "Distance from the independent check";
     pub const GOAL: &str = "Goal";

@@ -79,13 +79,6 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             },
             "Tip it in other directions too, 90° apart.",
         ),
-        FindingCode::CoverageLow { share, wanted } => (
-            {
-                let (share, least) = apart(100.0 * share, 100.0 * wanted, 0);
-                format!("The board covered {share} % of the picture (at least {least} %)")
-            },
-            "Hold the board closer, and reach into the corners of the picture.",
-        ),
         FindingCode::PriorUsed { focal_length } => (
             if focal_length {
                 "Too few views to measure the focal length and lens. Typical values were used instead".into()
@@ -300,29 +293,14 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             ),
             "Check that the board is flat and its squares are equal. The stated uncertainty allows for it.",
         ),
-        FindingCode::PrincipalPointUncertain { sd_px, wanted_px } => (
+        FindingCode::ProjectionUncertain { bound_px, goal_px, share, wanted_share } => (
             {
-                let (sd, most) = apart(sd_px, wanted_px, 1);
-                format!("The principal point is uncertain by {sd} px (limit {most} px)")
-            },
-            "Take more views that fill the picture, in opposed pairs.",
-        ),
-        FindingCode::FocalLengthUncertain { sd_px, wanted_px } => (
-            {
-                let (sd, most) = apart(sd_px, wanted_px, 1);
-                format!("The focal length is uncertain by {sd} px (limit {most} px)")
-            },
-            "Take more views, tipped by 40 to 50°.",
-        ),
-        FindingCode::ProjectionUncertain { mean_px, max_px, wanted_px, max_wanted_px } => (
-            {
-                let (mean, most) = apart(mean_px, wanted_px, 2);
-                let (worst, worst_most) = apart(max_px, max_wanted_px, 2);
+                let (share, least) = apart(100.0 * share, 100.0 * wanted_share, 0);
                 format!(
-                    "Projection is uncertain by {mean} px on average (limit {most} px) and {worst} px at worst (limit {worst_most} px)"
+                    "Projection is known within {goal_px:.1} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {bound_px:.1} px"
                 )
             },
-            "Take more views that fill the picture.",
+            "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
         ),
         FindingCode::NotConverged => (
             "The solver didn't converge".into(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Point2;
 
 use super::{acceptance, knows_sd, measured, percent, projection};
-use boresight_calibrate::{Calibration, LensModel, PrincipalPoints};
+use boresight_calibrate::{Calibration, LensModel, PrincipalPoints, ValidArea};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
 
@@ -170,6 +170,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     if let Some(measured_px) = calibration.noise_floor_px {
         lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
     }
+    lines.push(("Valid", valid_area(&calibration.valid_area)));
     lines.push(("Covered", percent(calibration.coverage)));
     lines
 }
@@ -180,6 +181,12 @@ pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<S
     let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));
     let bounds: Vec<String> = picture.into_iter().chain(covered).collect();
     (!bounds.is_empty()).then(|| bounds.join(", "))
+}
+
+/// The part of the picture in which the calibration holds, with its goal.
+pub fn valid_area(area: &ValidArea) -> String {
+    let ValidArea { goal_px, share, .. } = *area;
+    format!("within {goal_px:.1} px in {} of the picture", percent(share))
 }
 
 /// Smallest relative change of the focal length that would be reported.
