@@ -248,8 +248,6 @@ fn a_whole_session_is_taken_from_a_machine_vision_camera() {
     assert!(said.contains("Result:") && !said.contains("FRM-BAD"), "{said}");
     let header = fs::read_to_string(place.path().join("session/session.toml")).expect("there");
     assert!(header.contains("gige:SESSION") && header.contains("backend = \"gige\""), "{header}");
-    let result = fs::read_to_string(place.path().join("session/calibration.json")).expect("there");
-    println!("{result}");
 }
 
 /// What a server answers to everybody, and what the person reads.

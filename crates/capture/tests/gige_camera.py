@@ -292,14 +292,14 @@ class Camera:
             self.made[key] = packed(values, name)
         return self.made[key]
 
-    def take(self):
-        """Takes a picture and sends it."""
+    def take(self, at):
+        """Takes a picture at that time and sends it."""
         self.block = self.block % 65535 + 1
         number = self.block
         if self.feature("ExposureAuto"):
             self.feature("ExposureTime", 8000 + 100 * (number % 3))
         data = self.picture(number)
-        stamp = int((time.monotonic() - self.began) * 1e9 / 8)
+        stamp = int((at - self.began) * 1e9 / 8)
         width, height = self.feature("Width"), self.feature("Height")
         leader = struct.pack(">HHQIIIIIHH", 0, 1, stamp, self.feature("PixelFormat"), width, height, 0, 0, 0, 0)
         each = (self.get32(0x0D04) & 0xFFFF) - 36
@@ -367,8 +367,13 @@ class Camera:
             if self.owner and now > self.heard + self.get32(0x0938) / 1000:
                 self.release("heartbeat lost")
             if streams and now >= self.next:
-                self.next = max(self.next + 1 / self.feature("AcquisitionFrameRate"), now - 0.1)
-                self.take()
+                # Pictures are taken in time; those that this program was too late to send have numbers, too.
+                between = 1 / self.feature("AcquisitionFrameRate")
+                late = int((now - self.next) / between)
+                self.block = (self.block + late) % 65535
+                self.next += late * between
+                self.take(self.next)
+                self.next += between
 
 
 def main():
