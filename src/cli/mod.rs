@@ -30,6 +30,7 @@ mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
+mod stream_args;
 mod target;
 pub mod terminal;
 mod watch;

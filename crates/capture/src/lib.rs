@@ -19,6 +19,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `v4l2` | cameras of Linux, with the feature `live`; the program's only unsafe code |
+//! | `pipe` | pictures that another program writes, or standard input, with the feature `live`, on Unix |
 //! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
 //! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
@@ -34,12 +35,14 @@ mod camera_mode;
 mod compressed;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
-#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
+#[cfg(any(all(unix, feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;
 pub mod integrity;
 #[cfg(feature = "nokhwa")]
 pub mod nokhwa;
+#[cfg(all(unix, feature = "live"))]
+mod pipe;
 mod pixel_format;
 mod pixels;
 mod raw_form;
@@ -51,12 +54,14 @@ mod ros_image;
 pub mod v4l2;
 
 pub use adapted::{preceded, renumbered};
-pub use address::{is_address, without_secrets};
+pub use address::{is_address, is_command, without_secrets};
 pub use camera_mode::{CameraMode, choose, layout};
 pub use compressed::Decompressor;
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+#[cfg(all(unix, feature = "live"))]
+pub use pipe::Pipe;
 pub use pixel_format::Unpacker;
 pub use pixels::Pixels;
 pub use raw_form::{NoRawForm, RawForm};
