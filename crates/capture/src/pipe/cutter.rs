@@ -121,9 +121,8 @@ impl Cutter {
                 }
                 Kind::Planes(planes) => {
                     let planes = *planes;
-                    match self.cut_planes(planes, rests) {
-                        Some(cut) => return cut,
-                        None => {}
+                    if let Some(cut) = self.cut_planes(planes, rests) {
+                        return cut;
                     }
                 }
                 Kind::Stills(still) => {
