@@ -25,8 +25,9 @@ limit 33 "calibrate" -p boresight-calibrate
 limit 53 "formats" -p boresight-formats
 limit 40 "guide" -p boresight-guide
 limit 111 "the program's core" --no-default-features
-limit 114 "headless with live cameras" --no-default-features --features live
-limit 125 "headless with everything" --no-default-features --features live,nokhwa,report
+# With shlex, which splits a command into words.
+limit 115 "headless with live cameras" --no-default-features --features live
+limit 127 "headless with everything" --no-default-features --features live,nokhwa,report
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
 limit 162 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
 limit 315 "everything"

@@ -12,6 +12,7 @@ use super::{
     backend,
     board_args::BoardArguments,
     guide,
+    stream_args::StreamArguments,
     terminal::{announcer, print, say, stop_flag},
 };
 use boresight_app::{
@@ -49,6 +50,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
     backend: Option<Backend>,
     #[command(flatten)]
+    stream: StreamArguments,
+    #[command(flatten)]
     board: BoardArguments,
     /// Treat it as the same camera even if its name differs.
     #[arg(long)]
@@ -80,7 +83,8 @@ impl Arguments {
             say(&format!("{doubt}."));
         }
         let announcer = announcer();
-        let asked = self.board.config()?;
+        let mut asked = self.board.config()?;
+        self.stream.apply(&mut asked);
         let mut config = asked.clone();
         config.guidance.plan = PlanName::Quick;
         let opening = Opening {

@@ -11,6 +11,7 @@ use super::{
     board_args::BoardArguments,
     lens_args::LensArguments,
     operation::{Operation, OperationArguments},
+    stream_args::StreamArguments,
     terminal::{announcer, print, say, stop_flag},
 };
 use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
@@ -33,14 +34,17 @@ use {super::window, boresight_app::AppHost};
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
-    /// /dev/video0), gige:NAME for a machine-vision camera on the network, sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a video
-    /// file, or a stream such as rtsp://… or http://… (video files and streams need ffmpeg). auto, the default without
-    /// the start page: the only camera, or a simulation if there is none.
+    /// /dev/video0), gige:NAME for a machine-vision camera on the network, sim, sim:SCENE.toml, sim:random:SEED, a
+    /// recorded session, a folder of pictures, a video file, a stream such as rtsp://… or http://… (video files and
+    /// streams need ffmpeg), pipe:COMMAND for what another program writes, or - for standard input. auto, the default
+    /// without the start page: the only camera, or a simulation if there is none.
     #[arg(long, value_name = "SOURCE")]
     source: Option<String>,
     /// Camera backend [default: the first one below that this build has and that knows the camera].
     #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
     backend: Option<Backend>,
+    #[command(flatten)]
+    stream: StreamArguments,
     /// Guide in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
@@ -140,6 +144,7 @@ impl Arguments {
     fn opening(&self) -> anyhow::Result<Opening> {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
+        self.stream.apply(&mut config);
         self.lens.apply(&mut config);
         Ok(Opening {
             source: self.source.clone().unwrap_or_else(|| "auto".into()),

@@ -9,6 +9,7 @@ use super::{
     backend,
     beside::{NameArguments, VoiceArguments},
     board_args::BoardArguments,
+    stream_args::StreamArguments,
     terminal::{announcer, stop_flag},
 };
 use boresight_app::{Exit, Opening, Voice};
@@ -34,6 +35,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "BACKEND", value_parser = backend::names())]
     backend: Option<Backend>,
     #[command(flatten)]
+    stream: StreamArguments,
+    #[command(flatten)]
     board: BoardArguments,
     #[command(flatten)]
     goal: AcceptArguments,
@@ -56,6 +59,7 @@ impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let mut config = self.board.config()?;
         self.goal.apply(&mut config);
+        self.stream.apply(&mut config);
         let opening = Opening {
             backend: self.backend.clone(),
             against: self.against,

@@ -10,7 +10,7 @@ use super::{
     comparison,
     source::{OpenSource, SourceName},
 };
-use boresight_capture::is_address;
+use boresight_capture::{is_address, is_command};
 use boresight_formats::import::OldCalibration;
 use boresight_guide::session::Session;
 use boresight_present::text;
@@ -160,6 +160,10 @@ impl Opening {
         if self.source == "auto" && is_address(given) {
             // Its password isn't recorded; and a session from somebody else may name anything.
             bail!("{}", text::source::address_is_asked_for(given, path));
+        }
+        if self.source == "auto" && is_command(given) {
+            // A session from somebody else may name any command.
+            bail!("{}", text::source::command_is_asked_for(given, path));
         }
         let name = SourceName::parse(given, &config, announcer)?;
         let mut open = name.open(self.max_frames)?;

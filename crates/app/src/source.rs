@@ -33,7 +33,10 @@ use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 const IN_FLIGHT: usize = 24;
 
 /// Hint on valid names.
-const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, or a stream such as rtsp://…";
+const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, a stream such as rtsp://…, pipe:COMMAND, or - for standard input";
+
+/// Name of standard input as a source.
+const STDIN: &str = "pipe:-";
 
 /// An open source.
 pub struct OpenSource {
@@ -73,7 +76,7 @@ impl OpenSource {
 
 impl SourceName {
     /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video file or
-    /// stream, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
+    /// stream, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
     /// simulated camera; it announces which.
     ///
     /// # Errors
@@ -100,6 +103,7 @@ impl SourceName {
             };
             return Ok(Self::Simulated(Box::new(scene)));
         }
+        let name = if name == "-" { STDIN } else { name };
         if is_address(name) || is_video(Path::new(name)) {
             return Ok(Self::Video(name.into()));
         }

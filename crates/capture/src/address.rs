@@ -7,14 +7,30 @@ const HIDDEN: &str = "…";
 /// Words in a path after which a secret follows.
 const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];
 
+/// Words of an option whose value is a secret.
+const SECRET_OPTIONS: [&str; 6] = ["pass", "pwd", "token", "secret", "user-pw", "key="];
+/// Beginning of the name of a command.
+const COMMAND: &str = "pipe:";
+
 /// True if `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
 pub fn is_address(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     SCHEMES.iter().any(|scheme| name.starts_with(scheme))
 }
 
-/// `name` for storing and showing: an address without user, password, query and fragment; anything else unchanged.
+/// True if `name` is a command whose output is a source, such as `pipe:rpicam-vid …`.
+///
+/// It may do anything, so only the person at this computer may give it: never a phone, never a recorded session.
+pub fn is_command(name: &str) -> bool {
+    name.starts_with(COMMAND)
+}
+
+/// `name` for storing and showing: an address without user, password, query and fragment; a command without those of its
+/// addresses, and without arguments that look like a secret; anything else unchanged.
 pub fn without_secrets(name: &str) -> String {
+    if let Some(command) = name.strip_prefix(COMMAND) {
+        return format!("{COMMAND}{}", command_without_secrets(command));
+    }
     if !is_address(name) {
         return name.to_owned();
     }
@@ -37,13 +53,29 @@ pub fn without_secrets(name: &str) -> String {
     format!("{scheme}://{host}{}", path.join("/"))
 }
 
-/// Removes the secrets in the address `name` from `words`, another program's message about that source.
-#[cfg(all(unix, feature = "live"))]
-pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
-    let shown = words.replace(name, &without_secrets(name));
-    let mut rest = shown.as_str();
+fn command_without_secrets(command: &str) -> String {
+    let mut hides_next = false;
+    let shown = command.split(' ').map(|word| {
+        let low = word.to_ascii_lowercase();
+        let is_secret = SECRET_OPTIONS.iter().any(|secret| low.contains(secret));
+        let hidden = std::mem::replace(&mut hides_next, false);
+        match word.split_once('=') {
+            _ if hidden => HIDDEN.into(),
+            Some((name, _)) if is_secret => format!("{name}={HIDDEN}"),
+            None if is_secret && word.starts_with('-') => {
+                hides_next = true;
+                word.into()
+            }
+            _ => addresses_without_secrets(word),
+        }
+    });
+    shown.collect::<Vec<String>>().join(" ")
+}
+
+/// `words` with every address in it as [`without_secrets`] shows it.
+pub(super) fn addresses_without_secrets(words: &str) -> String {
+    let mut rest = words;
     let mut clean = String::new();
-    // The program may write the address in another way.
     while let Some(at) = rest.find("://") {
         let begin = rest[..at]
             .rfind(|c: char| !c.is_ascii_alphanumeric())
@@ -56,6 +88,13 @@ pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
         rest = &rest[end..];
     }
     clean + rest
+}
+
+/// Removes the secrets in the address `name` from `words`, another program's message about that source.
+#[cfg(all(unix, feature = "live"))]
+pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
+    // The program may write the address in another way.
+    addresses_without_secrets(&words.replace(name, &without_secrets(name)))
 }
 
 #[cfg(test)]
@@ -79,6 +118,12 @@ mod tests {
             ("rtsp://", "rtsp://"),
             ("pictures/a@b.png", "pictures/a@b.png"),
             ("usb:0c45:6366:A1", "usb:0c45:6366:A1"),
+            ("pipe:rpicam-vid -t 0 -o -", "pipe:rpicam-vid -t 0 -o -"),
+            ("pipe:ffmpeg -i rtsp://u:s3cret@cam/1 -", "pipe:ffmpeg -i rtsp://cam/1 -"),
+            (
+                "pipe:gst rtspsrc location=rtsp://u:p@cam/1 user-pw=p ! x --password p -",
+                "pipe:gst rtspsrc location=rtsp://cam/1 user-pw=… ! x --password … -",
+            ),
         ] {
             assert_eq!(without_secrets(given), kept, "{given}");
             assert_eq!(without_secrets(kept), kept, "it stays");

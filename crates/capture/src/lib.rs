@@ -20,42 +20,56 @@
 //! |---|---|
 //! | `v4l2` | cameras of Linux, with the feature `live`; the program's only unsafe code |
 //! | `gige` | machine-vision cameras on the network, with the feature `gige`, on Linux |
+//! | `pipe` | pictures that another program writes, or standard input, with the feature `live`, on Unix |
 //! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
 //! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
 //! | [`integrity`] | whether a frame is whole |
 //! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
+//! | `pixels`, `compressed`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG, from messages of ROS 2 |
 //! | `address` | names of network streams, with and without secrets |
 //! | `health`, `reader_words` | whether pictures keep coming; what ffmpeg says |
 
 mod adapted;
 mod address;
 mod camera_mode;
+mod compressed;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
 #[cfg(all(target_os = "linux", feature = "gige"))]
 pub mod gige;
-#[cfg(any(all(target_os = "linux", feature = "live"), feature = "nokhwa"))]
+#[cfg(any(all(unix, feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;
 pub mod integrity;
 #[cfg(feature = "nokhwa")]
 pub mod nokhwa;
+#[cfg(all(unix, feature = "live"))]
+mod pipe;
 mod pixel_format;
+mod pixels;
+mod raw_form;
 #[cfg(all(unix, feature = "live"))]
 mod reader_words;
 mod recorded;
+mod ros_image;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
 pub use adapted::{preceded, renumbered};
-pub use address::{is_address, without_secrets};
+pub use address::{is_address, is_command, without_secrets};
 pub use camera_mode::{CameraMode, choose, layout};
+pub use compressed::Decompressor;
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
 pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+#[cfg(all(unix, feature = "live"))]
+pub use pipe::Pipe;
 pub use pixel_format::Unpacker;
+pub use pixels::Pixels;
+pub use raw_form::{NoRawForm, RawForm};
 pub use recorded::Recorded;
+pub use ros_image::{RosFlaw, RosHeader, RosImageType, RosImages};
 
 use std::{sync::Arc, time::Duration};
 

@@ -117,7 +117,7 @@ fn brightness(rgb: [u8; 3]) -> u8 {
 
 /// Scales brightness of `BITS` bits to 8: the whole range, rounded. Larger numbers, which such a camera can't mean, are
 /// white.
-fn shallow<const BITS: u32>(bytes: [u8; 2]) -> u8 {
+pub(super) fn shallow<const BITS: u32>(bytes: [u8; 2]) -> u8 {
     let white = (1_u32 << BITS) - 1;
     let value = u32::from(u16::from_le_bytes(bytes)).min(white);
     ((255 * value + white / 2) / white) as u8

@@ -82,7 +82,7 @@ pub(crate) const RULES: Rules = Rules {
         ),
         (Reach::Path("std::net"), &["phone", "capture/gige"]),
         (Reach::Path("std::os"), &["capture", "files"]),
-        (Reach::Path("std::io::stdin"), &["boresight/cli"]),
+        (Reach::Path("std::io::stdin"), &["boresight/cli", "capture/pipe"]),
         (Reach::Path("std::io::stdout"), &["boresight/cli"]),
         (Reach::Path("std::io::stderr"), &["boresight/cli"]),
         // A stream read through another program or library has no clock of a driver.
@@ -91,6 +91,7 @@ pub(crate) const RULES: Rules = Rules {
             &[
                 "capture/nokhwa",
                 "capture/ffmpeg",
+                "capture/pipe",
                 "run/pipeline",
                 "app",
                 "phone",

@@ -8,11 +8,13 @@
 //! | `backend` | what a backend and a camera of it are |
 //! | `v4l2` | cameras of Linux, with the feature `live` |
 //! | `gige` | machine-vision cameras on the network, with the feature `gige` |
+//! | `pipe` | what another program writes, with the feature `live` |
 //! | `nokhwa` | cameras of other systems, and a second way to those of Linux, with the feature `nokhwa` |
 
 mod backend;
 mod gige;
 mod nokhwa;
+mod pipe;
 mod v4l2;
 
 use anyhow::{Context, bail};
@@ -20,10 +22,11 @@ use anyhow::{Context, bail};
 pub use backend::{Backend, ChosenCamera, Devices, Driver, Near, NearCamera, Purpose, Unusable};
 
 use super::Announcer;
+use boresight_capture::is_command;
 use boresight_run::config::{self, Config};
 
 /// Every backend that boresight knows, the usual one first.
-pub const BACKENDS: [Backend; 3] = [v4l2::BACKEND, gige::BACKEND, nokhwa::BACKEND];
+pub const BACKENDS: [Backend; 4] = [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, nokhwa::BACKEND];
 
 impl Backend {
     /// The backend that the settings ask for; `None` for `auto`.
@@ -110,6 +113,9 @@ impl ChosenCamera {
         if !backend.knows(name) {
             bail!("the {} backend has no camera {name:?}", backend.name);
         }
+        if is_command(name) {
+            return pipe::chosen(name, config.camera.raw_form()?);
+        }
         // The mode was checked when it was read.
         (driver.find)(name, &config.camera.wanted().unwrap_or_default())
     }
@@ -166,7 +172,8 @@ mod tests {
         }
         assert!(Backend::asked(&config::Backend::default()).expect("auto").is_none());
         let unknown = ChosenCamera::named("/dev/video0", &with("gstreamer")).expect_err("none");
-        assert!(unknown.to_string().contains("auto, or one of v4l, gige, nokhwa"), "{unknown}");
+        let all = "auto, or one of v4l, gige, pipe, nokhwa";
+        assert!(unknown.to_string().contains(all), "{unknown}");
     }
 
     #[test]

@@ -33,6 +33,15 @@ pub struct Checked<'a> {
 }
 
 impl JpegGate {
+    /// The size that the headers of a JPEG state.
+    ///
+    /// # Errors
+    ///
+    /// [`Flaw`] if they aren't those of a camera's JPEG.
+    pub fn size(bytes: &[u8]) -> Result<ImageSize, Flaw> {
+        Headers::read(bytes).map(|headers| headers.size)
+    }
+
     /// Checks that `bytes`, all of one frame, are one whole JPEG of `size`.
     ///
     /// # Errors

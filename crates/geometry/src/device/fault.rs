@@ -63,11 +63,21 @@ pub enum Fault {
     NoSuchStream,
     /// Nothing answers at the address.
     Unreachable,
+    /// The command that is to send the pictures can't be started.
+    NoCommand,
+    /// The command that sends the pictures ended or failed.
+    CommandEnded,
+    /// No picture comes through a pipe.
+    NoPictures,
+    /// What comes through a pipe can't be read as pictures.
+    NotPictures,
+    /// The pictures have another size than the session's.
+    OtherSize,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 30] = [
+    pub const ALL: [Self; 35] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -98,6 +108,11 @@ impl Fault {
         Self::NotLoggedIn,
         Self::NoSuchStream,
         Self::Unreachable,
+        Self::NoCommand,
+        Self::CommandEnded,
+        Self::NoPictures,
+        Self::NotPictures,
+        Self::OtherSize,
     ];
 
     /// Stable name, for recordings, machines and support.
@@ -133,6 +148,11 @@ impl Fault {
             Self::NotLoggedIn => "NET-LOGIN",
             Self::NoSuchStream => "NET-PATH",
             Self::Unreachable => "NET-REACH",
+            Self::NoCommand => "PIPE-NONE",
+            Self::CommandEnded => "PIPE-END",
+            Self::NoPictures => "PIPE-SILENT",
+            Self::NotPictures => "PIPE-FORMAT",
+            Self::OtherSize => "PIPE-SIZE",
         }
     }
 

@@ -10,15 +10,17 @@ use std::{
 
 use super::Phone;
 use crate::{Offer, OfferedCamera, Request, Stage};
+use anyhow::bail;
 use boresight_app::{
     Announcer, Exit, Opening,
     camera::{self, Near, NearCamera},
     explain::user_error,
     opening::new_session_path,
 };
-use boresight_capture::without_secrets;
+
+use boresight_capture::{is_command, without_secrets};
 use boresight_geometry::markers::Dictionary;
-use boresight_present::text::phone as words;
+use boresight_present::text::{self, phone as words};
 use boresight_run::{
     config::{Config, PlanName},
     pipeline::{Onlooker, Onlookers},
@@ -148,6 +150,9 @@ impl Head {
             config.guidance.plan = plan;
         }
         let is_given = request.source == self.given();
+        if !is_given && is_command(&request.source) {
+            bail!(text::source::NO_COMMAND_BY_PHONE);
+        }
         let source = if is_given { &self.opening.source } else { &request.source }.clone();
         Ok(Opening { source, config, out: Some(new_session_path()), ..self.opening.clone() })
     }

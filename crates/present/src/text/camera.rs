@@ -124,6 +124,26 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "No network camera answers at this address",
             "Check the host name and port, the camera's power, and that this computer is on its network.",
         ),
+        Fault::NoCommand => (
+            "The command can't be started",
+            "Check how it's written; a terminal must find it, too. If it needs a shell, ask for one: pipe:sh -c '…'",
+        ),
+        Fault::CommandEnded => (
+            "The command that sends the pictures has ended",
+            "Starting it again… Your views are safe. If it doesn't return, run it by itself in a terminal.",
+        ),
+        Fault::NoPictures => (
+            "No picture comes through the pipe",
+            "Waiting for one… Your views are safe. If none comes, run the command by itself in a terminal: it must write pictures to its standard output.",
+        ),
+        Fault::NotPictures => (
+            "What comes through the pipe can't be read as pictures",
+            "Let the command write YUV4MPEG2, JPEG or PNG, or describe raw pictures: --raw 1280x720:gray@30",
+        ),
+        Fault::OtherSize => (
+            "The pictures have another size now",
+            "Go back to the session's size, or start a new session: a calibration holds for one size.",
+        ),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use boresight_capture::{NoRawForm, RawForm};
 use boresight_geometry::{
     device::{PixelLayout, Wanted},
     frame::ImageSize,
@@ -14,6 +15,7 @@ use boresight_geometry::{
 pub struct CameraConfig {
     pub mode: String,
     pub backend: Backend,
+    pub raw: String,
 }
 
 /// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
@@ -43,11 +45,20 @@ impl Default for Backend {
 
 impl Default for CameraConfig {
     fn default() -> Self {
-        Self { mode: "auto".into(), backend: Backend::default() }
+        Self { mode: "auto".into(), backend: Backend::default(), raw: String::new() }
     }
 }
 
 impl CameraConfig {
+    /// Form of raw pictures; `None` if it isn't said.
+    ///
+    /// # Errors
+    ///
+    /// [`NoRawForm`] if the text describes none.
+    pub fn raw_form(&self) -> Result<Option<RawForm>, NoRawForm> {
+        if self.raw.is_empty() { Ok(None) } else { self.raw.parse().map(Some) }
+    }
+
     /// Wanted mode; `None` if the text is no mode.
     pub fn wanted(&self) -> Option<Wanted> {
         let mut wanted = Wanted::default();

@@ -393,6 +393,7 @@ impl Config {
         let rest = (0.0..0.4).contains(&g.target_margin) && (0.0..=60.0).contains(&g.hold_secs);
         let views = (2..=100).contains(&g.min_views) && (g.min_views..=200).contains(&g.max_views);
         let camera = self.camera.wanted().is_some();
+        let raw = self.camera.raw_form().is_ok();
         let scale = (0.0..=10.0).contains(&self.board.scale_error_percent);
         let certificate = self.certificate.is_usable();
         let boards = self.boards.values().all(|board| {
@@ -402,6 +403,10 @@ impl Config {
             (
                 camera,
                 "camera.mode: auto, or SIZE@RATE:FORMAT such as 1280x720@30:MJPG, with any of them left out",
+            ),
+            (
+                raw,
+                "camera.raw: WIDTHxHEIGHT:FORMAT@RATE such as 1280x720:gray@30, @RATE may be left out",
             ),
             (tilts, "guidance: target_tilt_deg must be above 0 and below 90"),
             (shares, "guidance: target_fill must be 0.05 to 1"),

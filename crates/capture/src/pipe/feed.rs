@@ -1,0 +1,239 @@
+//! Where the bytes of a pipe come from: a command, which is always ended, or standard input.
+
+use std::{
+    io::{IsTerminal, Read, Stdin, stdin},
+    os::{
+        fd::{AsFd, BorrowedFd},
+        unix::process::{CommandExt, ExitStatusExt},
+    },
+    process::{Child, ChildStderr, Command, ExitStatus, Stdio},
+    time::{Duration, Instant},
+};
+
+use boresight_geometry::device::Fault;
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    fs::{FileType, fstat},
+    process::{Pid, Signal, kill_process_group},
+};
+
+/// Bytes taken at once.
+const CHUNK: usize = 1 << 18;
+/// Bytes kept of the command's last messages, and letters that are shown.
+const MESSAGES_KEPT: usize = 4096;
+const LETTERS_SHOWN: usize = 160;
+/// Time for a command to end once its output has ended, or once it was asked to.
+const ENDING: Duration = Duration::from_secs(1);
+const ENDING_LOOK: Duration = Duration::from_millis(10);
+
+/// Why there are no pictures, and details.
+pub(super) type Loss = (Fault, String);
+
+/// An open pipe.
+pub(super) enum Feed {
+    Command(Running),
+    Stdin(Stdin),
+}
+
+/// What became of an attempt to read.
+pub(super) enum Got {
+    Bytes,
+    Nothing,
+    End,
+}
+
+/// A command at work; dropping it ends it, with all that it started.
+pub(super) struct Running {
+    child: Child,
+    err: Option<ChildStderr>,
+    /// The last messages.
+    kept: Vec<u8>,
+}
+
+impl Feed {
+    /// Starts the command of these words, without a shell.
+    pub(super) fn start(words: &[String]) -> Result<Self, Loss> {
+        let Some((program, arguments)) = words.split_first() else {
+            return Err((Fault::NoCommand, "nothing stands after pipe:".into()));
+        };
+        let mut command = Command::new(program);
+        command.args(arguments).process_group(0);
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|err| {
+            let why = match err.kind() {
+                std::io::ErrorKind::NotFound => "not found".into(),
+                std::io::ErrorKind::PermissionDenied => "not executable".into(),
+                _ => err.to_string(),
+            };
+            (Fault::NoCommand, format!("{program}: {why}"))
+        })?;
+        let err = child.stderr.take();
+        Ok(Self::Command(Running { child, err, kept: Vec::new() }))
+    }
+
+    /// Standard input, and whether it's a file, which can wait.
+    pub(super) fn stdin() -> Result<(Self, bool), Loss> {
+        let input = stdin();
+        if input.is_terminal() {
+            return Err((Fault::NotPictures, "standard input is this terminal".into()));
+        }
+        let kind = fstat(&input).map(|stat| FileType::from_raw_mode(stat.st_mode));
+        Ok((Self::Stdin(input), kind == Ok(FileType::RegularFile)))
+    }
+
+    /// Waits at most `patience` for bytes and appends them. A command's messages are read meanwhile: a full pipe would
+    /// stop it.
+    pub(super) fn read(&mut self, bytes: &mut Vec<u8>, patience: Duration) -> std::io::Result<Got> {
+        let until = Instant::now() + patience;
+        loop {
+            let wait = timespec(until.saturating_duration_since(Instant::now()));
+            let [pictures, messages] = self.readable(&wait)?;
+            if messages && let Self::Command(running) = self {
+                running.listen();
+            }
+            if pictures {
+                let before = bytes.len();
+                bytes.resize(before + CHUNK, 0);
+                let got = match self.output() {
+                    Some(output) => rustix::io::read(output, &mut bytes[before..]),
+                    None => Ok(0),
+                };
+                bytes.truncate(before + got.unwrap_or(0));
+                return Ok(if got? == 0 { Got::End } else { Got::Bytes });
+            }
+            if !messages {
+                return Ok(Got::Nothing);
+            }
+        }
+    }
+
+    fn output(&self) -> Option<BorrowedFd<'_>> {
+        match self {
+            Self::Command(running) => running.child.stdout.as_ref().map(AsFd::as_fd),
+            // Without the standard library's buffer, which would hide bytes from `poll`.
+            Self::Stdin(input) => Some(input.as_fd()),
+        }
+    }
+
+    /// Whether there are bytes, or an end, of pictures and of messages.
+    fn readable(&self, wait: &Timespec) -> std::io::Result<[bool; 2]> {
+        let Some(output) = self.output() else { return Ok([true, false]) };
+        let err = match self {
+            Self::Command(running) => running.err.as_ref().map(AsFd::as_fd),
+            Self::Stdin(_) => None,
+        };
+        // The same twice if there are no messages to wait for.
+        let mut sources =
+            [output, err.unwrap_or(output)].map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN));
+        let watched = if err.is_some() { 2 } else { 1 };
+        match poll(&mut sources[..watched], Some(wait)) {
+            // A signal came between; the caller asks again.
+            Ok(0) | Err(rustix::io::Errno::INTR) => Ok([false; 2]),
+            Ok(_) => {
+                let [pictures, messages] = sources.map(|source| !source.revents().is_empty());
+                Ok([pictures, messages && err.is_some()])
+            }
+            Err(err) => Err(err.into()),
+        }
+    }
+
+    /// How a command whose output has ended came to its end: `None` if it has done what it was for, as standard input
+    /// always has.
+    pub(super) fn failure(&mut self) -> Option<String> {
+        match self {
+            Self::Command(running) => running.failure(),
+            Self::Stdin(_) => None,
+        }
+    }
+
+    /// What a command last said; empty if nothing.
+    pub(super) fn last_words(&mut self) -> String {
+        match self {
+            Self::Command(running) => running.last_words(),
+            Self::Stdin(_) => String::new(),
+        }
+    }
+}
+
+impl Running {
+    fn listen(&mut self) {
+        let mut chunk = [0; MESSAGES_KEPT];
+        let got = self.err.as_mut().and_then(|err| err.read(&mut chunk).ok()).unwrap_or(0);
+        if got == 0 {
+            self.err = None;
+        }
+        self.kept.extend(&chunk[..got]);
+        self.kept.drain(..self.kept.len().saturating_sub(MESSAGES_KEPT));
+    }
+
+    fn last_words(&mut self) -> String {
+        while let Some(err) = &self.err
+            && poll(&mut [PollFd::new(err, PollFlags::IN)], Some(&timespec(Duration::ZERO)))
+                .is_ok_and(|n| n > 0)
+        {
+            self.listen();
+        }
+        let text = String::from_utf8_lossy(&self.kept);
+        let last = text.split(['\n', '\r']).map(str::trim).rfind(|line| !line.is_empty());
+        last.unwrap_or_default().chars().take(LETTERS_SHOWN).collect()
+    }
+
+    fn failure(&mut self) -> Option<String> {
+        let status = match self.wait() {
+            Some(status) if status.success() => return None,
+            Some(status) => ended(status),
+            // It has closed its output and goes on.
+            None => "its output ended".into(),
+        };
+        let words = self.last_words();
+        Some(if words.is_empty() { status } else { format!("{status}: {words}") })
+    }
+
+    /// Waits a moment for the command to end.
+    fn wait(&mut self) -> Option<ExitStatus> {
+        let until = Instant::now() + ENDING;
+        loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => return Some(status),
+                Ok(None) if Instant::now() < until => {
+                    poll(&mut [], Some(&timespec(ENDING_LOOK))).ok();
+                }
+                Ok(None) | Err(_) => return None,
+            }
+        }
+    }
+}
+
+fn ended(status: ExitStatus) -> String {
+    match (status.code(), status.signal()) {
+        (Some(code), _) => format!("exit status {code}"),
+        (None, Some(signal)) => format!("ended by signal {signal}"),
+        (None, None) => "it ended".into(),
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Nobody reads any more: a command that writes ends by itself.
+        drop(self.child.stdout.take());
+        if let Ok(Some(_)) = self.child.try_wait() {
+            return;
+        }
+        // Its group, for it may be a shell; asked first, so that it can let go of its camera.
+        let group = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
+        let signal = |signal| group.map(|group| kill_process_group(group, signal).ok());
+        signal(Signal::TERM);
+        if self.wait().is_none() {
+            signal(Signal::KILL);
+            self.child.kill().ok();
+            self.child.wait().ok();
+        }
+    }
+}
+
+pub(super) fn timespec(wait: Duration) -> Timespec {
+    Timespec {
+        tv_sec: wait.as_secs().try_into().unwrap_or(i64::MAX),
+        tv_nsec: wait.subsec_nanos().into(),
+    }
+}
