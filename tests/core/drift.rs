@@ -99,25 +99,16 @@ fn an_unchanged_camera_is_left_alone() {
     assert!(f64::from(told) <= 0.02 * count as f64, "{told} of {count}");
 }
 
-/// Where the check says that three pixels are visible, it tells them; and it says so nearly always.
 #[test]
 fn three_pixels_are_seen() {
     let count = CAMERAS;
-    let (mut visible, mut told_visible) = (0, 0);
-    for seed in 0..count {
-        let mut installed = Installed::new(9000 + seed);
-        let angle = installed.scene.rng.random_range(0.0..std::f64::consts::TAU);
-        installed.scene.camera.pp_px += Vector2::new(angle.cos(), angle.sin()) * 3.0;
-        let found = installed.check().expect("a verdict");
-        let is_visible = found.visible_pp_px <= 3.0;
-        visible += u32::from(is_visible);
-        told_visible += u32::from(is_visible && found.verdict != DriftVerdict::Ok);
-    }
-    println!("3 px of PP told {told_visible} of {visible} visible, of {count}");
-    assert!(f64::from(told_visible) >= 0.95 * f64::from(visible), "{told_visible} of {visible}");
-    assert!(f64::from(visible) >= 0.8 * count as f64, "{visible} of {count}");
+    let (of_pp, ..) = told(count, |scene| {
+        let angle = scene.rng.random_range(0.0..std::f64::consts::TAU);
+        scene.camera.pp_px += Vector2::new(angle.cos(), angle.sin()) * 3.0;
+    });
     let (of_f, ..) = told(count, |scene| scene.camera.f_px += Vector2::repeat(3.0));
-    println!("3 px of f told {of_f}, of {count}");
+    println!("3 px of PP told {of_pp}, 3 px of f told {of_f}, of {count}");
+    assert!(f64::from(of_pp) >= 0.95 * count as f64, "{of_pp} of {count}");
     assert!(f64::from(of_f) >= 0.95 * count as f64, "{of_f} of {count}");
 }
 

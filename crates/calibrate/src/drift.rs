@@ -9,7 +9,6 @@ use super::{
         initial_guess::noise_floor,
         lens_model::LensModel,
         schur_lm::inverse,
-        view_scatter::averaged,
     },
 };
 use boresight_geometry::{
@@ -175,7 +174,7 @@ impl DriftVerdict {
 /// picture that the old calibration covers are ignored, too: its distortion is not known there.
 ///
 /// Focal length and principal point are adjusted, the old distortion held. With `I` the information of the
-/// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = C_new + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
+/// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = I₃₃⁻¹ + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
 /// degrees of freedom if nothing changed; `k` are all coefficients of the old lens's family. See `docs/method.md`, section 4.
 ///
 /// # Errors
@@ -311,11 +310,12 @@ fn unstated(camera: &Camera, model: LensModel, image_size: ImageSize) -> LensMat
 /// The new views adjusted with the old distortion.
 struct Change {
     d_px: Vector3<f64>,
+    /// `I₃₃⁻¹`: covariance of `(f, cx, cy)` from the new views, per unit of noise.
+    unit_covariance: Matrix3<f64>,
     /// `I₃₃⁻¹ I₃ₖ`: derivative of `(f, cx, cy)` by the held distortion.
     by_distortion: Matrix3xX<f64>,
     distortion: DistortionPull,
-    /// Covariance of `(f, cx, cy)` from the new views, by their noise and by how they scatter.
-    sampling: Matrix3<f64>,
+    noise_factor: f64,
     residual_ratio: f64,
 }
 
@@ -341,9 +341,6 @@ impl Change {
         let (information, gradient) = information_at(&observations, &richest, &bundle.state)?;
         let of = |bundle: &Bundle| bundle.noise_factor().max(noise_floor(views));
         let noise_factor = of(&bundle);
-        let of_model = bundle.covariance(noise_factor)?;
-        let of_views = bundle.covariance_by_views(noise_factor)?;
-        let sampling = averaged(&of_model, &of_views, views.len());
         let now = bundle.state.camera;
         let off = now.pp_px - old.pp_px;
         let unit_covariance =
@@ -354,6 +351,7 @@ impl Change {
         let free_noise_factor = free.as_ref().map_or(noise_factor, of);
         Some(Self {
             d_px: Vector3::new(now.f_px.x - old.f_px.x, off.x, off.y),
+            unit_covariance,
             distortion: DistortionPull {
                 coefficients,
                 information: information.part(coefficients, coefficients)
@@ -365,7 +363,7 @@ impl Change {
                 noise_factor: free_noise_factor,
             },
             by_distortion,
-            sampling: sampling.block(LensParameter::F_AND_PP, LensParameter::F_AND_PP),
+            noise_factor,
             residual_ratio: noise_factor / free_noise_factor,
         })
     }
@@ -378,7 +376,7 @@ impl Change {
         a.fixed_columns_mut::<3>(0).copy_from(&-Matrix3::identity());
         a.columns_mut(3, coefficients.len()).copy_from(&-&self.by_distortion);
         let of_old = &a * old.part(&parameters, &parameters) * a.transpose();
-        let covariance = self.sampling + of_old;
+        let covariance = self.unit_covariance * self.noise_factor.powi(2) + of_old;
         let usable = covariance.iter().all(|x| x.is_finite())
             && covariance.diagonal().iter().all(|variance| *variance > 0.0);
         usable.then_some(covariance)

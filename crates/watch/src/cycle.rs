@@ -2,11 +2,12 @@
 
 use nalgebra::{SMatrix, SVector, Vector4};
 
-use crate::sequential::quiet_scatter;
+use crate::{
+    sequential::quiet_scatter,
+    slot::{SLOT_SECS, median4},
+};
 
 const DAY_SECS: f64 = 86_400.0;
-/// Estimates closer than this aren't independent: a camera's sway lasts for hours.
-pub(crate) const SLOT_SECS: f64 = 6.0 * 3600.0;
 /// Least scatter, as a share of the picture's width: estimates of a camera that stands still scatter by less.
 const LEAST_SCATTER: f64 = 0.15 / 1024.0;
 /// Weight of the least scatter, in slots: a day.
@@ -134,14 +135,6 @@ fn slot_medians(
     // One that has just begun, or is nearly all night, has no median to speak of.
     let full = slots.into_values().filter(|values| 2.0 * values.len() as f64 >= usual);
     full.map(|values| median4(&values)).collect()
-}
-
-/// The median of each part; zero without values.
-pub(crate) fn median4(values: &[Vector4<f64>]) -> Vector4<f64> {
-    Vector4::from_fn(|i, _| {
-        let mut all: Vec<f64> = values.iter().map(|v| v[i]).collect();
-        crate::fit::median(&mut all).unwrap_or(0.0)
-    })
 }
 
 #[cfg(test)]

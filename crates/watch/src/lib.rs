@@ -18,7 +18,7 @@
 //! | `measure`, `compare`, `far`, `shift` | one picture against the nearest references; a camera that points elsewhere |
 //! | `gallery`, `station` | references: learned, adopted, retired |
 //! | `overlay`, `texture`, `glass`, `condition` | text in the picture; sharpness and contrast of one picture; over days |
-//! | `cycle`, `sequential` | what repeats daily; a test whether the camera has left it |
+//! | `slot`, `cycle`, `sequential` | estimates that count as one; what repeats daily; a test whether the camera has left it |
 //! | `input`, `state`, `watch` | the fold |
 //! | `adjust`, `outline` | the way back, for who pushes the camera; the edges that are drawn over the live picture |
 #![forbid(unsafe_code)]
@@ -40,6 +40,7 @@ mod patches;
 mod reference;
 mod sequential;
 mod shift;
+mod slot;
 mod state;
 mod station;
 mod texture;

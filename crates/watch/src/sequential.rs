@@ -2,7 +2,7 @@
 
 use nalgebra::Vector4;
 
-use crate::cycle::SLOT_SECS;
+use crate::slot::{SLOT_SECS, median4};
 
 /// What is relevant: this share of the picture's width, wherever in the picture it's most, as in a check with a board.
 pub const RELEVANT: f64 = 0.0008;
@@ -147,7 +147,7 @@ impl Sequential {
         let newest = if jumped.contains(&true) { JUMP_ANSWERS } else { self.recent.len() };
         let values: Vec<Vector4<f64>> =
             self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
-        let level_px = crate::cycle::median4(&values);
+        let level_px = median4(&values);
         let jump_secs = self.recent.iter().rev().nth(JUMP_ANSWERS - 1).map(|(at, _)| *at);
         let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {
             let summed = (0..2)

@@ -6,10 +6,11 @@ use nalgebra::Vector4;
 
 use crate::{
     condition::Condition,
-    cycle::{Cycle, Sample, median4},
+    cycle::{Cycle, Sample},
     input::{Answer, Input, Picture, turn_of},
     measure::NoAnswer,
     sequential::{RELEVANT, Sequential},
+    slot::median4,
     state::{Cause, Decision, Finding, State},
     turn::{Lens, px_per_turn},
 };

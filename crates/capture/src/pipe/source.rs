@@ -352,8 +352,9 @@ impl Run {
             match self.next(left, newest) {
                 Ok(Next::Picture(packed)) => match packed.unpack(decompressor) {
                     Ok(image) => {
-                        let layout =
-                            packed.pixels().map_or(PixelLayout::Mjpeg, |pixels| pixels.layout());
+                        let layout = packed
+                            .pixels()
+                            .map_or(PixelLayout::Mjpeg, crate::pixels::Pixels::layout);
                         return Ok((image, layout));
                     }
                     Err(why) => flaw = Some(why),

@@ -130,7 +130,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::CommandEnded => (
             "The command that sends the pictures has ended",
-            "Starting it again… Your views are safe. If it doesn't return, run it by itself in a terminal.",
+            "Starting it again… Your views are safe. If it doesn't return, run it in a terminal to see why.",
         ),
         Fault::NoPictures => (
             "No picture comes through the pipe",
