@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
 use clap::Args;
 
 use super::terminal::{print, say};
@@ -72,7 +71,8 @@ impl Arguments {
                 1 => "1 problem".to_owned(),
                 count => format!("{count} problems"),
             };
-            bail!("{count} in {:?}", self.session);
+            say(&format!("boresight: {count} in {:?}", self.session));
+            return Ok(Exit::Failed);
         }
         say("Whole.");
         Ok(Exit::Good)

@@ -30,7 +30,7 @@ fn the_command_writes_and_says_what_to_do() {
     assert!(written("board.pdf").starts_with(b"%PDF-"));
     let before = contents(folder.path());
     says(&["--board", "7x5", "--out", "board.pdf"], 1, &["board.pdf", "--force"]);
-    says(&["--board", "7x5", "--out", "board.jpg"], 1, &["board.jpg"]);
+    says(&["--board", "7x5", "--out", "board.jpg"], 2, &["board.jpg"]);
     assert_eq!(contents(folder.path()), before, "nothing is touched");
     says(&["--board", "7x5", "--out", "board.pdf", "--force"], 0, &["--board 7x5 --square 23mm"]);
     assert_ne!(contents(folder.path()), before);

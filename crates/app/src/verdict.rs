@@ -83,7 +83,9 @@ pub fn announce_result(
         text::result::coefficients(&calibration.camera.distortion)
     ));
     say(&format!("  projection       {}", text::projection(calibration)));
-    say(&format!("  valid            {}", text::result::valid_area(&calibration.valid_area)));
+    if text::knows_sd(calibration) {
+        say(&format!("  valid            {}", text::result::valid_area(&calibration.valid_area)));
+    }
     say(&format!(
         "  {} views, reprojection RMS {:.3} px",
         calibration.views.len(),

@@ -30,6 +30,8 @@ pub(super) struct Inputs<'a> {
     pub(super) given: usize,
     /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,
+    /// Factor on the covariances of each view's corners; empty if it isn't known.
+    pub(super) view_noise: Vec<f64>,
     /// Smallest [`noise_factor`](crate::Bundle::noise_factor) that is believed.
     pub(super) noise_floor: f64,
     /// Weights of the corners, if their errors have heavy tails. `observations` carry them, `views` don't.

@@ -54,6 +54,8 @@ pub struct ViewResult {
     pub cam_from_board: Isometry3<f64>,
     /// Root mean square residual per coordinate, in pixels.
     pub residual_rms_px: f64,
+    /// Factor on the covariances of the view's corners, from its residuals; 1 on the whole.
+    pub noise: f64,
     /// Angle between image plane and board, `[0, π/2]`.
     pub tilt_rad: f64,
     /// Direction in the image in which the board recedes, `[0, 2π)`; arbitrary at tilt 0.

@@ -278,6 +278,7 @@ impl Inputs<'_> {
             is_seen: self.views[view].iter().map(Corner::is_seen).collect(),
             cam_from_board,
             residual_rms_px,
+            noise: self.view_noise.get(view).copied().unwrap_or(1.0),
             tilt_rad,
             tilt_azimuth_rad,
             principal_line,

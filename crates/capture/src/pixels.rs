@@ -268,7 +268,7 @@ mod tests {
             assert_eq!(unpacked.as_raw(), &grey, "{name}");
         }
         let swapped: Vec<u8> =
-            grey.iter().flat_map(|v| (u16::from(*v) * 257 ^ 3).to_be_bytes()).collect();
+            grey.iter().flat_map(|v| ((u16::from(*v) * 257) ^ 3).to_be_bytes()).collect();
         let high = Pixels::named("mono16").expect("known").higher_byte_first();
         assert_eq!(high.unpack(&swapped, SIZE, 0).expect("whole").as_raw(), &grey);
         assert_eq!(Pixels::named("32FC1"), None);

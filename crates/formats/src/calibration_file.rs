@@ -383,6 +383,10 @@ pub struct ViewEntry {
     /// Root mean square reprojection residual per coordinate.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub rms_px: Option<f64>,
+    /// Factor on the variances of its corners, from its residuals; 1 on the whole.
+    #[serde(default)]
+    #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
+    pub noise: Option<f64>,
     /// Principal line of the corners as seen; null if the board is too frontal to have one.
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub pl: Option<LineEntry>,
@@ -581,14 +585,16 @@ impl LensEntry {
         self.focal.is_some_and(|focal| focal.varies)
     }
 
-    /// `corners` with the covariances that the adjustment used: the detector's and the excess noise.
-    pub fn weighted(&self, corners: &[Corner]) -> Vec<Corner> {
+    /// `corners` of `view` with the covariances that the adjustment used: the detector's, the excess noise, and the view's.
+    pub fn weighted(&self, corners: &[Corner], view: &ViewEntry) -> Vec<Corner> {
         let excess_px = match (self.excess_px, self.noise_factor) {
             (Some(excess_px), Some(noise_factor)) if noise_factor > 0.0 => excess_px / noise_factor,
             _ => 0.0,
         };
         let more = Matrix2::from_diagonal_element(excess_px * excess_px);
-        let weighted = |c: &Corner| Corner { covariance_px2: c.covariance_px2 + more, ..*c };
+        let noise = view.noise.unwrap_or(1.0);
+        let weighted =
+            |c: &Corner| Corner { covariance_px2: (c.covariance_px2 + more) * noise, ..*c };
         corners.iter().map(weighted).collect()
     }
 }
@@ -641,6 +647,7 @@ impl Serialize for ViewEntry {
             map.serialize_entry("tilt_deg", &self.tilt_deg)?;
             map.serialize_entry("slot_deg", &self.slot_deg)?;
             map.serialize_entry("rms_px", &self.rms_px)?;
+            map.serialize_entry("noise", &self.noise)?;
             map.serialize_entry("pl", &self.pl)?;
             map.serialize_entry("pl_residual_px", &self.pl_residual_px)?;
             map.serialize_entry("focal_px", &self.focal_px)?;

@@ -339,6 +339,7 @@ fn used(name: &str, camera: &Camera, board: &Checkerboard, result: &ViewResult) 
         tilt_deg: Some(result.tilt_rad.to_degrees()),
         slot_deg: Some(result.tilt_azimuth_rad.to_degrees()),
         rms_px: Some(result.residual_rms_px),
+        noise: Some(result.noise),
         pl: result.principal_line.as_ref().map(LineEntry::of),
         pl_residual_px: result.pl_residual_px,
         focal_px: result.focal.map(|focal| focal.f_px),

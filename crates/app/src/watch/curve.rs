@@ -12,6 +12,10 @@ use super::{
 use boresight_present::report::{WatchedCurve, WatchedEvent, WatchedPoint};
 use boresight_watch::{Input, Lens, Watch, turn_of};
 
+/// When, seconds since 1970; pan, tilt, roll and focal ratio; what is usual then, and the smallest change that would be
+/// seen, once that's known.
+type Estimate = (f64, [f64; 4], Option<[[f64; 4]; 2]>);
+
 /// The camera in `folder`, and what else `happened`, such as its calibrations: when, seconds since 1970, and what.
 ///
 /// # Errors
@@ -22,7 +26,7 @@ pub fn curve(folder: &Path, happened: &[(f64, String)]) -> anyhow::Result<Watche
     let (lens, inputs) = inputs(folder)?;
     let mut watch = Watch::new(&lens);
     let mut events: Vec<(f64, String)> = happened.to_vec();
-    let mut points: Vec<(f64, [f64; 4], Option<[[f64; 4]; 2]>)> = Vec::new();
+    let mut points: Vec<Estimate> = Vec::new();
     let (mut learned_from, mut before, mut sentence) = (0, "LEARNING", String::new());
     for (n, input) in inputs.iter().enumerate() {
         let decision = watch.handle(input);

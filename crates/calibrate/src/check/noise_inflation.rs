@@ -29,7 +29,7 @@ pub(crate) struct CornerNoise {
     /// a factor.
     pub(crate) excess_px2: f64,
     /// vᵢ: factor on the covariances of each view's corners, 1 on the whole.
-    of_views: Vec<f64>,
+    pub(crate) of_views: Vec<f64>,
 }
 
 impl CornerNoise {

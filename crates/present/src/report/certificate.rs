@@ -235,6 +235,7 @@ fn beside(value: f64, limit: f64) -> (String, String) {
 fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     let [width_px, height_px] = calibration.image_size;
     let limits = Limits::of(ImageSize { width_px, height_px });
+    let few = calibration.findings.iter().any(|finding| finding.code == "VIEWS-FEW");
     let sd = lens.sigma;
     let estimate = ResultRow::estimate;
     let mut rows = vec![
@@ -259,7 +260,7 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
             met: None,
         });
     }
-    if let Some(area) = &calibration.valid_area {
+    if let Some(area) = calibration.valid_area.as_ref().filter(|_| !few) {
         // Rounded down: a value below the limit must not look as if it reached it.
         let percent = (1000.0 * area.share).floor() / 10.0;
         rows.push(ResultRow {
@@ -283,7 +284,6 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
         rows.push(ResultRow::at_most(name::NOISE, noise_px, limits.noise_px, "px"));
     }
     let used = calibration.used().count();
-    let few = calibration.findings.iter().any(|finding| finding.code == "VIEWS-FEW");
     rows.push(ResultRow {
         name: name::VIEWS,
         result: used.to_string(),

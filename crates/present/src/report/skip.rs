@@ -129,7 +129,7 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
     let poses: Option<Vec<Isometry3<f64>>> = views.iter().map(|(_, view)| view.pose()).collect();
     let corners: Option<Vec<Vec<Corner>>> = views
         .iter()
-        .map(|(number, _)| Some(lens.weighted(report.corners.get(number - 1)?)))
+        .map(|(number, view)| Some(lens.weighted(report.corners.get(number - 1)?, view)))
         .collect();
     let (Some(board), Some(model), Some(poses), Some(corners)) =
         (report.calibration.checkerboard(), lens.lens_model(), poses, corners)

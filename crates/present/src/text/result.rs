@@ -170,7 +170,9 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     if let Some(measured_px) = calibration.noise_floor_px {
         lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
     }
-    lines.push(("Valid", valid_area(&calibration.valid_area)));
+    if knows_sd(calibration) {
+        lines.push(("Valid", valid_area(&calibration.valid_area)));
+    }
     lines.push(("Covered", percent(calibration.coverage)));
     lines
 }
