@@ -463,7 +463,7 @@ fn the_first_sheet_is_a_certificate() {
         of("/result/pp_px/0"),
         2.0 * of("/result/sigma/pp_px/0"),
         2.0 * of("/result/sigma/f_px/0"),
-        2.0 * of("/projection_sd_px/mean"),
+        100.0 * of("/valid_area/share"),
     ] {
         assert!(shown.contains(&value), "{value} is not in {shown:?}");
     }

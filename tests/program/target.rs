@@ -50,8 +50,8 @@ fn the_command_writes_and_says_what_to_do() {
     says(&screen, 0, &["25.124 mm instead of 25 mm", "checkerboard-9x6-25.124mm.png"]);
     says(&["--square", "40mm"], 1, &["25 mm", "doesn't fit"]);
     says(&["--square", "30mm"], 1, &["25 mm", "A3"]);
-    says(&["--out", "board.jpg"], 1, &["board.jpg", ".pdf", ".svg", ".png"]);
-    says(&["--out", "board"], 1, &[".pdf"]);
+    says(&["--out", "board.jpg"], 2, &["board.jpg", ".pdf", ".svg", ".png"]);
+    says(&["--out", "board"], 2, &[".pdf"]);
     says(&["--dpi", "1e9"], 2, &["20 to 1200"]);
     // A square in the settings counts as asked for.
     fs::write(folder.path().join("mine.toml"), "[board]\nsquare_mm = 22\n").expect("written");

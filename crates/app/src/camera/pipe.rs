@@ -5,7 +5,7 @@ use boresight_capture::RawForm;
 
 pub(super) const BACKEND: Backend = Backend {
     name: "pipe",
-    is: "the output of another program (pipe:COMMAND), or standard input (-)",
+    is: "what another program writes (pipe:COMMAND), or standard input (-)",
     locks: &[],
     cannot: &[
         "Frames have no numbers, so those that the program lost aren't counted. Time stamps are those of arrival, not of capture.",
