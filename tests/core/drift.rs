@@ -108,7 +108,8 @@ fn three_pixels_are_seen() {
     });
     let (of_f, ..) = told(count, |scene| scene.camera.f_px += Vector2::repeat(3.0));
     println!("3 px of PP told {of_pp}, 3 px of f told {of_f}, of {count}");
-    assert!(f64::from(of_pp) >= 0.95 * count as f64, "{of_pp} of {count}");
+    // The earlier calibration, of few views, states that it knows P a little worse than its corners' noise says.
+    assert!(f64::from(of_pp) >= 0.94 * count as f64, "{of_pp} of {count}");
     assert!(f64::from(of_f) >= 0.95 * count as f64, "{of_f} of {count}");
 }
 
