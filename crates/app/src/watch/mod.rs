@@ -14,6 +14,7 @@
 mod adjusting;
 mod burst;
 mod camera;
+#[cfg(feature = "report")]
 mod curve;
 mod feed;
 mod reference_files;
@@ -25,6 +26,7 @@ pub mod times;
 
 pub use adjusting::{Step, adjust, say_aloud};
 pub use camera::{WatchedCamera, reference_lens, replayed};
+#[cfg(feature = "report")]
 pub use curve::curve;
 pub use feed::{Feed, Moment};
 pub use rounds::{Round, run};
