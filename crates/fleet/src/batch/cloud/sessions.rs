@@ -99,7 +99,7 @@ const PART: u64 = 8 << 20;
 /// Hash of an object of `size` bytes, as that of a file; `None` if it has gone.
 async fn hash(
     client: &Client,
-    at: &Path,
+    at: &object_store::path::Path,
     size: u64,
 ) -> Result<Option<[u8; 32]>, object_store::Error> {
     let (mut hash, mut from) = (hmac_sha256::Hash::new(), 0);
