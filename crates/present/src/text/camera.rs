@@ -134,7 +134,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::NoPictures => (
             "No picture comes through the pipe",
-            "Waiting for one… Your views are safe. If none comes, run the command by itself in a terminal: it must write pictures to its standard output.",
+            "Waiting for one… Your views are safe. If none comes, run the command in a terminal: it must write pictures to its standard output.",
         ),
         Fault::NotPictures => (
             "What comes through the pipe can't be read as pictures",
