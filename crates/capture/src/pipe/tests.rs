@@ -293,7 +293,7 @@ esac",
     assert!(error.is_none() && matches!(rest.last(), Some(Arrival::End)));
     let after = frames(&rest);
     assert_eq!((after.len(), &after[0].image), (1, &sent[1]));
-    assert!(after[0].id > frames(&seen)[0].id, "numbers go on");
+    assert!(after[0].id > frames(&seen)[0].id, "numbers continue");
 }
 
 #[test]
