@@ -54,7 +54,7 @@ impl Feed {
     /// Starts the command of these words, without a shell.
     pub(super) fn start(words: &[String]) -> Result<Self, Loss> {
         let Some((program, arguments)) = words.split_first() else {
-            return Err((Fault::NoCommand, "nothing stands after pipe:".into()));
+            return Err((Fault::NoCommand, "nothing follows pipe:".into()));
         };
         let mut command = Command::new(program);
         command.args(arguments).process_group(0);
