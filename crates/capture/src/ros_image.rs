@@ -43,7 +43,7 @@ pub struct RosHeader<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RosFlaw {
     /// The bytes end too early, or aren't such a message.
-    #[error("the message is cut off or of another type")]
+    #[error("the message is cut off, or has a different type")]
     Message,
     /// The pixels are in a format that isn't read.
     #[error("pictures in {0:?} can't be read")]
