@@ -1,28 +1,23 @@
 //! Detects whether an installed camera has changed: new views against an old calibration. `docs/method.md`, section 4.
 
-use nalgebra::{DVector, Matrix2, Matrix3, Matrix3xX, Point2, Vector2, Vector3};
+use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 
 use super::{
-    lens_change::{DistortionPull, LensChange},
+    calibrate::calibrate,
+    lens_change::{Change, F_AND_PP_LIMIT, Told},
+    params::CalibrationParams,
+    result::Focal,
     solve::{
-        bundle::{Bundle, BundleState, Observations, adjust, information_at},
-        initial_guess::noise_floor,
-        lens_model::LensModel,
-        schur_lm::inverse,
+        initial_guess::distinct_views, lens_model::LensModel, schur_lm::inverse, view_scatter,
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, LensMatrix, LensParameter, LensParts, board::Checkerboard,
-    cell_centres_px, fit_pose, frame::ImageSize, seen_count,
+    BoardOutline, Camera, Corner, LensMatrix, LensParameter, board::Checkerboard, cell_centres_px,
+    frame::ImageSize, seen_count,
 };
 
-/// χ² quantile at 0.991 with 3 degrees of freedom, and the noncentrality for 95 % power at that limit. One check in a
-/// hundred gives a false alarm; the test of the lens has the rest of that share.
-pub(super) const LIMIT: f64 = 11.573;
-const NONCENTRALITY_95: f64 = 23.017;
-/// χ² quantiles at 0.99 with 2 and 1 degrees of freedom.
-const PP_LIMIT: f64 = 9.210;
-const F_LIMIT: f64 = 6.635;
+/// Probability that an unchanged principal point, or an unchanged focal length, alone passes for one.
+const ONE_ALONE: f64 = 0.99;
 /// Fewest views for a verdict: two opposed pairs.
 pub const DRIFT_VIEWS: usize = 4;
 /// Distance outside the old boards up to which a corner still counts as covered, as a fraction of the picture's width.
@@ -31,9 +26,6 @@ const COVERED_MARGIN_FRACTION: f64 = 0.05;
 const LEAST_SEEN: usize = 6;
 /// Largest fraction of a view's corners that may lie further out.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
-/// Ratio of the residual with the old distortion to the residual with a free one, above which the distortion has
-/// changed. By chance, the coefficients change it by about 1 %: four views have some four hundred degrees of freedom.
-const MAX_RESIDUAL_RATIO: f64 = 1.5;
 /// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
 /// acted on: 1 px at 1280.
 pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
@@ -79,9 +71,9 @@ pub struct Drift {
     pub change_px: Vector3<f64>,
     /// Standard deviations of the change in pixels, with the old calibration's included.
     pub sd_px: Vector3<f64>,
-    /// `dᵀS⁻¹d` of all three, χ² with 3 degrees of freedom if nothing changed.
+    /// `dᵀS⁻¹d` of all three; Hotelling's T² with 3 dimensions if nothing changed.
     pub statistic: f64,
-    /// Limit of `statistic`, exceeded by chance in 1 % of checks.
+    /// Limit of `statistic`, exceeded by chance in 1 % of checks; the fewer views, the larger.
     pub limit: f64,
     /// True if the principal point alone changed significantly, at 1 %.
     pub pp_changed: bool,
@@ -99,10 +91,7 @@ pub struct Drift {
     pub displacement_px: f64,
     /// Displacement above which a change matters, in pixels.
     pub matters_px: f64,
-    /// Ratio of the residual with the old distortion to the residual with a free one; far above 1 if the distortion
-    /// itself changed.
-    pub residual_ratio: f64,
-    /// True if the distortion changed: significantly, at 0.1 %, or so that `residual_ratio` is too large.
+    /// True if the distortion changed significantly, at 0.1 %.
     pub lens_changed: bool,
     /// True if a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
@@ -173,9 +162,9 @@ impl DriftVerdict {
 /// Each view has one corner per board corner, in distorted pixels; others are ignored. Views outside the part of the
 /// picture that the old calibration covers are ignored, too: its distortion is not known there.
 ///
-/// Focal length and principal point are adjusted, the old distortion held. With `I` the information of the
-/// new views, `d = θ' − θ_old`, `A = [−I, −I₃₃⁻¹ I₃ₖ]` and `S = I₃₃⁻¹ + A C_old Aᵀ`, `dᵀS⁻¹d` is χ² with 3
-/// degrees of freedom if nothing changed; `k` are all coefficients of the old lens's family. See `docs/method.md`, section 4.
+/// The new views are calibrated as any others, with the models of the old lens's family. The difference of the two
+/// calibrations, by their stated covariances, tells what changed: f and the principal point given the same distortion, and
+/// the distortion itself. See `docs/method.md`, section 4.
 ///
 /// # Errors
 ///
@@ -208,44 +197,52 @@ pub fn drift(
     let mut camera = old.camera;
     camera.f_px.y = camera.f_px.x;
     camera.pp_px.y *= aspect;
-    let board_m = board.corners_in_board_m();
-    let model = LensModel::simplest_with(&camera).family().richest();
-    let change = Change::of(&scaled, &board_m, camera, model).ok_or(NoDrift::Undetermined)?;
+    let family = LensModel::simplest_with(&camera).family();
     let assumed = old.covariance.is_none();
-    let old_covariance = old.covariance.unwrap_or_else(|| unstated(&camera, model, image_size));
+    let old_covariance =
+        old.covariance.unwrap_or_else(|| unstated(&camera, family.richest(), image_size));
     let old_covariance = scaled_covariance(&old_covariance, aspect);
-    let covariance = change.covariance(&old_covariance).ok_or(NoDrift::Undetermined)?;
-    let d = change.d_px;
+    let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
+    let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
+    if new.focal != Focal::Common {
+        return Err(NoDrift::Undetermined);
+    }
+    let told = Told::by(view_scatter::freedom(distinct_views(&scaled, board, image_size)));
+    let change = Change::between((&camera, &old_covariance), (&new.camera, &new.covariance_all))
+        .ok_or(NoDrift::Undetermined)?;
+    let (d, covariance) = (change.f_and_pp_px, change.f_and_pp_covariance);
     let information = inverse(&covariance).ok_or(NoDrift::Undetermined)?;
     let statistic = (d.transpose() * information * d).x;
+    let limit = told.limit(3, F_AND_PP_LIMIT).ok_or(NoDrift::Undetermined)?;
     let pp_covariance: Matrix2<f64> = covariance.fixed_view::<2, 2>(1, 1).into();
     let of_pp = inverse(&pp_covariance).ok_or(NoDrift::Undetermined)?;
     let pp_statistic = (d.yz().transpose() * of_pp * d.yz()).x;
+    let f_statistic = d.x * d.x / covariance[(0, 0)];
     let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
+    let seen = told.noncentrality(3, limit);
     let back = Vector3::new(1.0, 1.0, 1.0 / aspect);
     let change_px = d.component_mul(&back);
-    let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
-    let residual_ratio = change.residual_ratio;
-    let lens = LensChange::of(&change.distortion, &camera, &old_covariance, image_size);
-    let lens_changed =
-        residual_ratio > MAX_RESIDUAL_RATIO || lens.is_some_and(|lens| lens.is_significant);
+    let lens = change.of_distortion(&camera, image_size, &told);
+    let lens_changed = lens.is_some_and(|lens| lens.is_significant);
     let mut now = old.camera;
     now.f_px *= 1.0 + change_px.x / now.f_px.x;
     now.pp_px += change_px.yz();
+    let above = |statistic: f64, dimensions| {
+        told.limit(dimensions, ONE_ALONE).is_some_and(|limit| statistic > limit)
+    };
     let mut found = Drift {
         verdict: DriftVerdict::Ok,
         change_px,
         sd_px: covariance.diagonal().map(f64::sqrt).component_mul(&back),
         statistic,
-        limit: LIMIT,
-        pp_changed: pp_statistic > PP_LIMIT,
-        f_changed: d.x * d.x / covariance[(0, 0)] > F_LIMIT,
-        visible_pp_px: (NONCENTRALITY_95 / weakest.symmetric_eigenvalues().min()).sqrt(),
-        visible_f_px: (NONCENTRALITY_95 / information[(0, 0)]).sqrt(),
+        limit,
+        pp_changed: above(pp_statistic, 2),
+        f_changed: above(f_statistic, 1),
+        visible_pp_px: (seen / weakest.symmetric_eigenvalues().min()).sqrt(),
+        visible_f_px: (seen / information[(0, 0)]).sqrt(),
         visible_lens_px: lens.map(|lens| lens.visible_px),
         displacement_px: 0.0,
-        matters_px,
-        residual_ratio,
+        matters_px: RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px),
         lens_changed,
         assumed,
         camera: now,
@@ -256,14 +253,10 @@ pub fn drift(
     if let Some(lens) = lens.filter(|lens| lens.is_significant) {
         found.displacement_px = found.displacement_px.max(lens.displacement_px);
     }
-    let is_significant = lens_changed || statistic > LIMIT;
-    let is_other_lens = residual_ratio > MAX_RESIDUAL_RATIO;
-    let verdict = if is_other_lens || (is_significant && found.displacement_px > matters_px) {
-        DriftVerdict::Recalibrate
-    } else if is_significant {
-        DriftVerdict::Watch
-    } else {
-        DriftVerdict::Ok
+    let verdict = match lens_changed || statistic > limit {
+        true if found.displacement_px > found.matters_px => DriftVerdict::Recalibrate,
+        true => DriftVerdict::Watch,
+        false => DriftVerdict::Ok,
     };
     Ok(Drift { verdict, ..found })
 }
@@ -305,80 +298,4 @@ fn unstated(camera: &Camera, model: LensModel, image_size: ImageSize) -> LensMat
         covariance[(parameter.index(), parameter.index())] = sd * sd;
     }
     covariance
-}
-
-/// The new views adjusted with the old distortion.
-struct Change {
-    d_px: Vector3<f64>,
-    /// `I₃₃⁻¹`: covariance of `(f, cx, cy)` from the new views, per unit of noise.
-    unit_covariance: Matrix3<f64>,
-    /// `I₃₃⁻¹ I₃ₖ`: derivative of `(f, cx, cy)` by the held distortion.
-    by_distortion: Matrix3xX<f64>,
-    distortion: DistortionPull,
-    noise_factor: f64,
-    residual_ratio: f64,
-}
-
-impl Change {
-    /// `model` has the coefficients that `old` may have.
-    fn of(
-        views: &[Vec<Corner>],
-        board_m: &[Point2<f64>],
-        old: Camera,
-        model: LensModel,
-    ) -> Option<Self> {
-        let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
-        let observations = Observations::new(board_m, &slices).ok()?;
-        let cam_from_board = views
-            .iter()
-            .map(|view| Some(fit_pose(&old, board_m, view).ok()?.cam_from_board))
-            .collect::<Option<_>>()?;
-        let start = BundleState { camera: old, cam_from_board };
-        let fixed = LensModel::Pinhole.freedom(true);
-        let bundle = adjust(&observations, &fixed, None, start)?;
-        let (richest, prior) = (model.freedom(true), model.own_prior());
-        let free = adjust(&observations, &richest, prior.as_ref(), bundle.state.clone());
-        let (information, gradient) = information_at(&observations, &richest, &bundle.state)?;
-        let of = |bundle: &Bundle| bundle.noise_factor().max(noise_floor(views));
-        let noise_factor = of(&bundle);
-        let now = bundle.state.camera;
-        let off = now.pp_px - old.pp_px;
-        let unit_covariance =
-            inverse(&information.block(LensParameter::F_AND_PP, LensParameter::F_AND_PP))?;
-        let coefficients = model.distortion();
-        let cross = information.part(&LensParameter::F_AND_PP, coefficients);
-        let by_distortion = unit_covariance * &cross;
-        let free_noise_factor = free.as_ref().map_or(noise_factor, of);
-        Some(Self {
-            d_px: Vector3::new(now.f_px.x - old.f_px.x, off.x, off.y),
-            unit_covariance,
-            distortion: DistortionPull {
-                coefficients,
-                information: information.part(coefficients, coefficients)
-                    - cross.transpose() * &by_distortion,
-                // f and the principal point have no gradient at the minimum.
-                gradient: DVector::from_fn(coefficients.len(), |i, _| {
-                    gradient[coefficients[i].index()]
-                }),
-                noise_factor: free_noise_factor,
-            },
-            by_distortion,
-            noise_factor,
-            residual_ratio: noise_factor / free_noise_factor,
-        })
-    }
-
-    /// `S`.
-    fn covariance(&self, old: &LensMatrix) -> Option<Matrix3<f64>> {
-        let coefficients = self.distortion.coefficients;
-        let parameters = [&LensParameter::F_AND_PP, coefficients].concat();
-        let mut a = Matrix3xX::zeros(parameters.len());
-        a.fixed_columns_mut::<3>(0).copy_from(&-Matrix3::identity());
-        a.columns_mut(3, coefficients.len()).copy_from(&-&self.by_distortion);
-        let of_old = &a * old.part(&parameters, &parameters) * a.transpose();
-        let covariance = self.unit_covariance * self.noise_factor.powi(2) + of_old;
-        let usable = covariance.iter().all(|x| x.is_finite())
-            && covariance.diagonal().iter().all(|variance| *variance > 0.0);
-        usable.then_some(covariance)
-    }
 }

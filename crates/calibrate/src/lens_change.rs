@@ -1,42 +1,94 @@
-//! Test for a change of distortion between an old calibration and new views, `docs/method.md`, section 4.
-//!
-//! Two tests share a tenth of the false alarms: for any change of the coefficients, and for a change in proportion. The
-//! latter is the effect of refocusing or warming, and a few views detect it far better.
+//! The change between two calibrations of one camera, as their covariances tell it, `docs/method.md`, section 4.
 
-use nalgebra::{DMatrix, DVector, Matrix2xX, Point2};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Point2, Vector3};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use boresight_geometry::{
-    Camera, LensMatrix, LensParameter, LensParts, cell_centres_px, frame::ImageSize,
+    Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts, cell_centres_px,
+    frame::ImageSize,
 };
 
-/// Probability that no change passes either test, of any change or of a change in proportion. Then the χ² quantile of
-/// the second test with 1 degree of freedom, and the noncentrality for 95 % power there.
+/// Probability that an unchanged f and principal point pass, and that an unchanged distortion passes either of its two
+/// tests, of any change and of a change in proportion. One check in a hundred gives a false alarm.
+pub(super) const F_AND_PP_LIMIT: f64 = 0.991;
 const UNCHANGED: f64 = 0.9995;
-const PROPORTIONAL_LIMIT: f64 = 12.116;
-const NONCENTRALITY_95: f64 = 26.272;
+/// Probability with which what's called visible is told.
+const POWER: f64 = 0.95;
 /// Displacement of a ray by the old distortion, in pixels, below which no change in proportion is possible. A change of
 /// k1 stands for it.
 const LEAST_DISTORTION_PX: f64 = 0.5;
-/// Least share of the largest information about a direction of change at which a direction is tested, coefficients
-/// scaled alike: numerator and denominator of a rational lens may cancel.
+/// Least share of the largest variance of a direction of change at which a direction is tested, coefficients scaled alike:
+/// numerator and denominator of a rational lens may cancel.
 const UNTOLD: f64 = 1e-12;
 
-/// Gradient and information of new views about the distortion, to first order about the old one; f, the principal point
-/// and the poses are refitted.
-#[derive(Clone, Debug)]
-pub(super) struct DistortionPull {
-    /// The coefficients that may have changed.
-    pub(super) coefficients: &'static [LensParameter],
-    /// Information about them, for corners with the stated error.
-    pub(super) information: DMatrix<f64>,
-    /// Gradient of the cost by the coefficients.
-    pub(super) gradient: DVector<f64>,
-    /// σ₀ with the distortion free.
-    pub(super) noise_factor: f64,
+/// What statistics of a change mean, if its covariance itself is known with so many degrees of freedom.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Told {
+    freedom: f64,
 }
 
-/// The outcome of both tests.
+impl Told {
+    /// The covariance is taken as stated.
+    pub(super) const EXACTLY: Self = Self { freedom: 1e9 };
+
+    pub(super) fn by(freedom: f64) -> Self {
+        Self { freedom }
+    }
+
+    /// The value of `dᵀS⁻¹d` in `dimensions` that chance stays below with this probability: Hotelling's T² (Hotelling 1931).
+    /// `None` below `dimensions` degrees of freedom.
+    pub(super) fn limit(&self, dimensions: usize, probability: f64) -> Option<f64> {
+        let count = dimensions as f64;
+        let left = self.freedom - count + 1.0;
+        let f = FisherSnedecor::new(count, left).ok()?;
+        Some(count * self.freedom / left * f.inverse_cdf(probability))
+    }
+
+    /// The expected `dᵀS⁻¹d` of a change that exceeds `limit` with the probability [`POWER`]: noncentrality of χ².
+    pub(super) fn noncentrality(&self, dimensions: usize, limit: f64) -> f64 {
+        let (mut low, mut high) = (0.0, 4.0 * limit + 40.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if below(dimensions, middle, limit) > 1.0 - POWER {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        high
+    }
+}
+
+/// Probability that a noncentral χ² stays below `limit`: a mean of χ² over Poisson weights.
+fn below(dimensions: usize, noncentrality: f64, limit: f64) -> f64 {
+    let half = noncentrality / 2.0;
+    let (mut weight, mut sum, mut total) = (-half, 0.0, 0.0);
+    let terms = (half + 10.0 * half.sqrt() + 20.0) as usize;
+    for term in 0..terms {
+        let share = f64::exp(weight);
+        let freedom = (dimensions + 2 * term) as f64;
+        sum += share * ChiSquared::new(freedom).map_or(0.0, |chi2| chi2.cdf(limit));
+        total += share;
+        weight += half.max(f64::MIN_POSITIVE).ln() - (term as f64 + 1.0).ln();
+    }
+    sum / total
+}
+
+/// Difference of two calibrations, and what of it isn't explained by the uncertainty of their distortion.
+#[derive(Clone, Debug)]
+pub(super) struct Change {
+    /// Change of `(f, cx, cy)` if the distortion is the same.
+    pub(super) f_and_pp_px: Vector3<f64>,
+    pub(super) f_and_pp_covariance: Matrix3<f64>,
+    /// Coefficients that either of the two may have.
+    coefficients: Vec<LensParameter>,
+    /// Change of the coefficients along directions whose changes are independent with a standard deviation of 1, and those
+    /// directions, a column each.
+    along: DVector<f64>,
+    directions: DMatrix<f64>,
+}
+
+/// The outcome of the tests of the distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LensChange {
     /// True if either test finds a change.
@@ -48,21 +100,69 @@ pub(super) struct LensChange {
     pub(super) visible_px: f64,
 }
 
-impl LensChange {
-    /// Tests `pull` against the distortion of `old`, whose parameters have the covariance `old_covariance`. `None` if
-    /// the views carry no information about the distortion, or if no ray reaches the picture.
-    ///
-    /// `None` if the views tell nothing about the distortion, or if no ray reaches the picture.
-    pub(super) fn of(
-        pull: &DistortionPull,
-        old: &Camera,
-        old_covariance: &LensMatrix,
-        image_size: ImageSize,
+impl Change {
+    /// From the old lens to the new one, each with its covariance; both have square pixels. `None` if a covariance isn't
+    /// finite, or if it states nothing.
+    pub(super) fn between(
+        (old, of_old): (&Camera, &LensMatrix),
+        (new, of_new): (&Camera, &LensMatrix),
     ) -> Option<Self> {
-        let DistortionPull { coefficients, information, gradient, noise_factor } = pull;
-        let variance = noise_factor * noise_factor;
-        let old_covariance = old_covariance.part(coefficients, coefficients);
-        let (any, is_any) = any_change(pull, &old_covariance)?;
+        let covariance = of_old + of_new;
+        let (before, after) = (old.lens_parameters(), new.lens_parameters());
+        let change: [f64; LENS_PARAMETERS] = std::array::from_fn(|i| after[i] - before[i]);
+        let coefficients: Vec<LensParameter> = LensParameter::DISTORTION
+            .into_iter()
+            .filter(|coefficient| covariance[(coefficient.index(), coefficient.index())] > 0.0)
+            .collect();
+        let of = |parameters: &[LensParameter]| {
+            DVector::from_fn(parameters.len(), |i, _| change[parameters[i].index()])
+        };
+        let sd = DVector::from_fn(coefficients.len(), |i, _| {
+            covariance[(coefficients[i].index(), coefficients[i].index())].sqrt()
+        });
+        let unit = DMatrix::from_diagonal(&sd.map(f64::recip));
+        let scaled = &unit * covariance.part(&coefficients, &coefficients) * &unit;
+        if !covariance.iter().chain(&change).all(|x| x.is_finite()) {
+            return None;
+        }
+        let eigen = scaled.symmetric_eigen();
+        let least = UNTOLD * eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        let told: Vec<usize> =
+            (0..coefficients.len()).filter(|i| eigen.eigenvalues[*i] > least).collect();
+        let mut towards = eigen.eigenvectors.select_columns(&told);
+        let mut directions = DMatrix::from_diagonal(&sd) * &towards;
+        for (column, i) in told.iter().enumerate() {
+            let sd = eigen.eigenvalues[*i].sqrt();
+            towards.column_mut(column).scale_mut(sd.recip());
+            directions.column_mut(column).scale_mut(sd);
+        }
+        let whitened = towards.transpose() * &unit;
+        let along = &whitened * of(&coefficients);
+        let f_and_pp = LensParameter::F_AND_PP;
+        let across = covariance.part(&f_and_pp, &coefficients) * whitened.transpose();
+        let explained: Vector3<f64> = (&across * &along).fixed_rows::<3>(0).into();
+        let less: Matrix3<f64> = (&across * across.transpose()).fixed_view::<3, 3>(0, 0).into();
+        let f_and_pp_covariance = covariance.block(f_and_pp, f_and_pp) - less;
+        let f_and_pp_px: Vector3<f64> = of(&f_and_pp).fixed_rows::<3>(0).into();
+        let is_usable = f_and_pp_covariance.diagonal().iter().all(|variance| *variance > 0.0);
+        is_usable.then_some(Self {
+            f_and_pp_px: f_and_pp_px - explained,
+            f_and_pp_covariance,
+            coefficients,
+            along,
+            directions,
+        })
+    }
+
+    /// Tests whether the distortion of `old` changed: in any way, and in proportion, as it does by refocusing or warming,
+    /// which a few views detect far better. `None` if nothing tells, or if no ray reaches the picture.
+    pub(super) fn of_distortion(
+        &self,
+        old: &Camera,
+        image_size: ImageSize,
+        told: &Told,
+    ) -> Option<LensChange> {
+        let coefficients = &self.coefficients;
         let moved_by: Vec<Matrix2xX<f64>> = cell_corners_px(image_size)
             .filter_map(|px| Some(old.project_ray(&old.ray_from_px(&px)?)?.jac_lens))
             .map(|by| {
@@ -76,54 +176,30 @@ impl LensChange {
             DVector::from_fn(coefficients.len(), |i, _| of(coefficients[i]))
         };
         let parameters = old.lens_parameters();
-        let mut along = vector(&|coefficient| parameters[coefficient.index()]);
-        if displacement_px(&along) < LEAST_DISTORTION_PX {
-            along = vector(&|coefficient| if coefficient == LensParameter::K1 { 0.1 } else { 0.0 });
+        let mut whole = vector(&|coefficient| parameters[coefficient.index()]);
+        if displacement_px(&whole) < LEAST_DISTORTION_PX {
+            whole = vector(&|coefficient| if coefficient == LensParameter::K1 { 0.1 } else { 0.0 });
         }
-        let pulled = information * &along;
-        let scale = along.dot(&pulled);
-        let share = along.dot(gradient) / scale;
-        let of_old = pulled.dot(&(&old_covariance * &pulled)) / (scale * scale);
-        let share_variance = variance / scale + of_old;
-        let is_proportional = share * share / share_variance > PROPORTIONAL_LIMIT;
-        let along_px = displacement_px(&along);
-        let found_px = if is_proportional { share.abs() * along_px } else { displacement_px(&any) };
-        let visible_px = (NONCENTRALITY_95 * share_variance).sqrt() * along_px;
-        visible_px.is_finite().then_some(Self {
+        // In units of the directions, of which each is known with a standard deviation of 1.
+        let proportional = self.directions.clone().pseudo_inverse(0.0).ok()? * &whole;
+        let information = proportional.norm_squared();
+        let share = proportional.dot(&self.along) / information;
+        let limit = told.limit(1, UNCHANGED)?;
+        let is_proportional = share * share * information > limit;
+        let whole_px = displacement_px(&whole);
+        let is_any = self.along.norm_squared() > told.limit(self.along.len(), UNCHANGED)?;
+        let found_px = if is_proportional {
+            share.abs() * whole_px
+        } else {
+            displacement_px(&(&self.directions * &self.along))
+        };
+        let visible_px = (told.noncentrality(1, limit) / information).sqrt() * whole_px;
+        visible_px.is_finite().then_some(LensChange {
             is_significant: is_proportional || is_any,
             displacement_px: found_px,
             visible_px,
         })
     }
-}
-
-/// The change of the coefficients, over all directions that the views determine, and whether it's significant. `None`
-/// if they determine none.
-fn any_change(
-    pull: &DistortionPull,
-    old_covariance: &DMatrix<f64>,
-) -> Option<(DVector<f64>, bool)> {
-    let unit = pull.information.diagonal().map(|information| information.sqrt().recip());
-    if !unit.iter().all(|unit| unit.is_finite()) {
-        return None;
-    }
-    let unit = DMatrix::from_diagonal(&unit);
-    let eigen = (&unit * &pull.information * &unit).symmetric_eigen();
-    let least = UNTOLD * eigen.eigenvalues.max();
-    let told: Vec<usize> =
-        (0..eigen.eigenvalues.len()).filter(|i| eigen.eigenvalues[*i] > least).collect();
-    // A column for each direction, scaled so that the views measure it with a standard deviation of 1.
-    let mut directions = &unit * eigen.eigenvectors.select_columns(&told);
-    for (column, i) in told.iter().enumerate() {
-        directions.column_mut(column).scale_mut(eigen.eigenvalues[*i].sqrt().recip());
-    }
-    let seen = directions.transpose() * &pull.gradient;
-    let by_change = directions.transpose() * &pull.information;
-    let covariance = DMatrix::identity(told.len(), told.len()) * pull.noise_factor.powi(2)
-        + &by_change * old_covariance * by_change.transpose();
-    let statistic = seen.dot(&covariance.cholesky()?.solve(&seen));
-    let limit = ChiSquared::new(told.len() as f64).ok()?.inverse_cdf(UNCHANGED);
-    statistic.is_finite().then_some((directions * seen, statistic > limit))
 }
 
 /// Cells' centres and the corners of the picture.
@@ -132,4 +208,41 @@ fn cell_corners_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64>> {
         (f64::from(image_size.width_px) - 1.0, f64::from(image_size.height_px) - 1.0);
     let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
     cell_centres_px(image_size).chain(corners.map(|(x, y)| Point2::new(x, y)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_those_of_chi_squared_where_the_covariance_is_known() {
+        let known = Told::by(1e7);
+        let limit = known.limit(3, 0.991).expect("enough freedom");
+        assert!((limit - 11.573).abs() < 0.01, "{limit}");
+        assert!((known.noncentrality(3, limit) - 23.017).abs() < 0.02);
+        // Few views know their noise badly: F with 3 and 12 degrees of freedom.
+        let few = Told::by(14.0).limit(3, 0.99).expect("enough freedom");
+        assert!((few - 3.0 * 14.0 / 12.0 * 5.953).abs() < 0.02, "{few}");
+        assert!(Told::by(2.0).limit(3, 0.99).is_none());
+    }
+
+    #[test]
+    fn a_change_that_the_distortion_explains_is_none() {
+        let size = ImageSize { width_px: 1280, height_px: 720 };
+        let old = Camera::pinhole(950.0, size.centre_px());
+        let (f, k1) = (LensParameter::Fx.index(), LensParameter::K1.index());
+        let mut covariance = LensMatrix::identity();
+        covariance[(k1, k1)] = 1e-4;
+        // f grows by 50 px for each unit of k1, and little else is unknown of f.
+        covariance[(f, k1)] = 50.0 * 1e-4;
+        covariance[(k1, f)] = covariance[(f, k1)];
+        covariance[(f, f)] = 50.0 * 50.0 * 1e-4 + 1e-4;
+        let mut new = old;
+        new.f_px += nalgebra::Vector2::repeat(0.5);
+        new.distortion.k1 += 0.01;
+        let change = Change::between((&old, &covariance), (&new, &covariance)).expect("stated");
+        assert!(change.f_and_pp_px.x.abs() < 1e-9, "{change:?}");
+        let lens = change.of_distortion(&old, size, &Told::by(1e7)).expect("told");
+        assert!(!lens.is_significant);
+    }
 }

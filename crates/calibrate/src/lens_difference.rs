@@ -4,7 +4,8 @@
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 
 use super::{
-    drift::{DriftVerdict, LIMIT, RELEVANT_SHIFT_FRACTION},
+    drift::{DriftVerdict, RELEVANT_SHIFT_FRACTION},
+    lens_change::{F_AND_PP_LIMIT, Told},
     solve::schur_lm::inverse,
 };
 use boresight_geometry::{cell_centres_px, frame::ImageSize};
@@ -75,7 +76,8 @@ impl LensDifference {
         let displacement_px =
             cell_centres_px(image_size).map(|px| displacement(px).norm()).fold(0.0, f64::max);
         let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
-        let verdict = match statistic > LIMIT {
+        let limit = Told::EXACTLY.limit(3, F_AND_PP_LIMIT)?;
+        let verdict = match statistic > limit {
             true if displacement_px > matters_px => DriftVerdict::Recalibrate,
             true => DriftVerdict::Watch,
             false => DriftVerdict::Ok,

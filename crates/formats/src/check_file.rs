@@ -38,7 +38,7 @@ pub struct CheckFile {
     /// New less old.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub change: Option<ChangeEntry>,
-    /// `dᵀS⁻¹d` of the change d with covariance S: χ² with 3 degrees of freedom if nothing changed.
+    /// `dᵀS⁻¹d` of the change d of f and principal point with covariance S: Hotelling's T² if nothing changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub statistic: Option<f64>,
     /// What chance allows `statistic` 99 times of 100.
@@ -53,9 +53,6 @@ pub struct CheckFile {
     /// Whether the distortion changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lens_changed: Option<bool>,
-    /// Residual with the old distortion over that with a free one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub residual_ratio: Option<f64>,
     /// The smallest change that the check would have found.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub visible: Option<VisibleEntry>,
@@ -177,7 +174,6 @@ impl CheckFile {
             pp_changed: Some(drift.pp_changed),
             f_changed: Some(drift.f_changed),
             lens_changed: Some(drift.lens_changed),
-            residual_ratio: Some(drift.residual_ratio),
             visible: Some(VisibleEntry {
                 pp_px: drift.visible_pp_px,
                 f_px: drift.visible_f_px,

@@ -23,6 +23,11 @@ const LEAST_LEFT: f64 = 0.1;
 /// The model of the noise is believed as much as this many views.
 const MODEL_VIEWS: f64 = 10.0;
 
+/// Degrees of freedom with which [`averaged`] knows the noise of `views` different views.
+pub(crate) fn freedom(views: usize) -> f64 {
+    MODEL_VIEWS + views as f64 - 1.0
+}
+
 /// Covariance by a model of the noise and by the scatter of `views` different views, averaged. Few views tell it badly:
 /// theirs gets the variance of Student's t with a degree of freedom less than there are views. With three, the model's.
 pub(crate) fn averaged(of_model: &LensMatrix, of_views: &LensMatrix, views: usize) -> LensMatrix {

@@ -7,27 +7,15 @@ use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Verdict};
 use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::{Control, Lock};
 
-/// Ratio of the residuals with the old distortion to those with a new one, from which it's worth a word.
-const LARGE_RATIO: f64 = 1.2;
-
 /// The verdict with its numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
     let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
     if drift.lens_changed && drift.verdict == DriftVerdict::Recalibrate {
-        if drift.residual_ratio < LARGE_RATIO {
-            return (
-                format!(
-                    "RECALIBRATE: the distortion changed; it moves points by up to {moved} px, above your {limit} px limit"
-                ),
-                "Recalibrate. Look for a changed focus or zoom, or another lens.",
-            );
-        }
         return (
             format!(
-                "RECALIBRATE: the old distortion doesn't fit (residuals {:.1} times as large as with a new one)",
-                drift.residual_ratio
+                "RECALIBRATE: the distortion changed; it moves points by up to {moved} px, above your {limit} px limit"
             ),
-            "Is it the same lens, and is it clean? Recalibrate.",
+            "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate.",
         );
     }
     match drift.verdict {
