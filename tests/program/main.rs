@@ -29,4 +29,6 @@ mod report;
 mod saved_session;
 mod schemas;
 mod target;
+#[cfg(unix)]
+mod trouble;
 mod watch;

@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
-
-use super::host::PrintedBoard;
+use super::{
+    board_sheet::{BoardSheet, SheetKind},
+    host::PrintedBoard,
+};
 use boresight_files::{Links, Overwrite, read, save};
 use boresight_geometry::{
     board_code::{BoardCode, BoardId},
     markers::Markers,
+    target::BoardChoice,
 };
 use boresight_present::{
-    target::{Paper, Plan, Square, pdf, plan, sheet},
+    target::{Paper, Plan},
     text,
 };
 
@@ -50,22 +52,13 @@ pub fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let plain = plan(columns, rows, Square::Largest, &paper.pages())
-        .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-    let plan = match markers {
-        Some(markers) => plain.with_markers(markers)?,
-        None => plain,
-    };
-    // Markers name their board.
-    let code = margin_code(&plan, id).filter(|_| markers.is_none());
-    let sheet = match code {
-        Some(code) => {
-            let lines = text::target_lines(&plan, Some(&id.to_string()));
-            sheet(&plan, &lines).with_code(&plan, &code)
-        }
-        None => sheet(&plan, &text::target_lines(&plan, None)),
-    };
-    let bytes = pdf(&sheet);
+    let board = BoardChoice { columns, rows, markers: None };
+    let mut sheet = BoardSheet::new(board, None, &paper.pages())?;
+    if let Some(markers) = markers {
+        sheet.plan = sheet.plan.with_markers(markers)?;
+    }
+    let sheet = sheet.with_code(id);
+    let (bytes, plan) = (sheet.bytes(SheetKind::Pdf, None)?, sheet.plan);
     let name = format!("{}-{}", plan.file_stem(), paper.name());
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {
