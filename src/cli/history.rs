@@ -173,10 +173,12 @@ fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
     progress.finish();
     let Added { sessions, added, without, gone, damaged } = added;
     damaged.iter().for_each(|why| say(&format!("Left out: {why}")));
-    if gone > 0 {
-        say(&format!(
+    match gone {
+        0 => {}
+        1 => say("1 session has left the index: it's gone, or its result can't be read"),
+        _ => say(&format!(
             "{gone} sessions have left the index: they're gone, or their result can't be read"
-        ));
+        )),
     }
     let none = if without > 0 { format!("; {without} have no result") } else { String::new() };
     say(&format!("{added} of {sessions} sessions are in {}{none}", path.display()));

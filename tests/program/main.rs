@@ -8,6 +8,8 @@ mod pictures;
 #[path = "../common/world.rs"]
 mod world;
 
+#[cfg(unix)]
+mod automation;
 #[cfg(target_os = "linux")]
 mod batch;
 mod check;
