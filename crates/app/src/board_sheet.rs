@@ -5,7 +5,6 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use serde::Serialize;
 
-use super::printed_board::margin_code;
 use boresight_geometry::{
     board_code::{BoardCode, BoardId},
     markers::Markers,
@@ -183,4 +182,9 @@ impl BoardSheet {
             ruler_mm: plan.ruler_mm,
         }
     }
+}
+
+/// The code for the margin of `plan`. `None` if there's no room for it.
+fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
+    BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
 }

@@ -7,15 +7,8 @@ use super::{
     host::PrintedBoard,
 };
 use boresight_files::{Links, Overwrite, read, save};
-use boresight_geometry::{
-    board_code::{BoardCode, BoardId},
-    markers::Markers,
-    target::BoardChoice,
-};
-use boresight_present::{
-    target::{Paper, Plan},
-    text,
-};
+use boresight_geometry::{board_code::BoardId, markers::Markers, target::BoardChoice};
+use boresight_present::{target::Paper, text};
 
 /// Largest size that is read, in bytes; a sheet with a board is far smaller.
 const LIMIT: u64 = 16 << 20;
@@ -27,11 +20,6 @@ pub fn new_id() -> BoardId {
     let nanos = jiff::Timestamp::now().as_nanosecond();
     // The last bits change with every print.
     BoardId::from_number((nanos >> 10) as u32)
-}
-
-/// The code for the margin of `plan`. `None` if there's no room for it.
-pub fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
-    BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
 }
 
 /// Names of the papers.
