@@ -91,7 +91,7 @@ $(VENV)/bin/maturin:
 test-python: wheel
 	cargo build --release --no-default-features --features report
 	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
-	$(TARGET)/python-test/bin/pip install --quiet pytest opencv-python-headless python/dist/boresight-*.whl
+	$(TARGET)/python-test/bin/pip install --quiet pytest mypy opencv-python-headless python/dist/boresight-*.whl
 	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
 
 # Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.

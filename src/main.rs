@@ -5,5 +5,6 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    boresight::geometry::panic_message::caught_in_silence();
     boresight::cli::main()
 }

@@ -3,13 +3,19 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
 use boresight_app::{
+    board_sheet::TargetFile,
     devices_file::DevicesFile,
     doctor::DoctorFile,
+    json::DetectedLine,
+    plan_board::BoardPlan,
     report::ReportFile,
     truth::TruthFile,
     watch::{StateLine, WatchFile},
 };
-use boresight_fleet::batch::{Item, Job, Row};
+use boresight_fleet::{
+    batch::{Item, Job, Row},
+    history::HistoryFile,
+};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_run::recording::journal_line_schema;
 use boresight_watch::Input;
@@ -25,6 +31,10 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("batch.v1.json", of::<Job>()),
         ("batch-manifest-line.v1.json", of::<Item>()),
         ("batch-row.v1.json", of::<Row>()),
+        ("detect-line.v1.json", of::<DetectedLine>()),
+        ("board-plan.v1.json", of::<BoardPlan>()),
+        ("target.v1.json", of::<TargetFile>()),
+        ("history.v1.json", of::<HistoryFile>()),
         ("devices.v1.json", of::<DevicesFile>()),
         ("truth.v1.json", of::<TruthFile>()),
         ("watch.v1.json", of::<WatchFile>()),

@@ -23,7 +23,7 @@ from __future__ import annotations
 import json
 from typing import Any, Mapping, cast
 
-from . import _boresight
+from . import _boresight, batch, history
 from ._board import Board, BoardLike
 from ._boresight import __version__
 from ._calibration import Calibration, calibrate, check, export, plain_settings
@@ -31,6 +31,7 @@ from ._detection import Detection, detect, detect_charuco_corners, find_chessboa
 from ._errors import ArgumentError, BoresightError
 from ._pictures import PathLike
 from ._session import Advice, Pose, Session
+from ._tools import plan_board, report, target
 
 __all__ = [
     "Advice",
@@ -44,15 +45,20 @@ __all__ = [
     "PathLike",
     "Pose",
     "Session",
+    "batch",
     "calibrate",
     "check",
     "detect",
     "detect_charuco_corners",
     "export",
     "find_chessboard_corners",
+    "history",
+    "plan_board",
     "read",
     "read_calibration",
     "replay",
+    "report",
+    "target",
     "__version__",
 ]
 
@@ -61,7 +67,7 @@ FORMATS: tuple[str, ...] = tuple(_boresight.formats())
 
 for _public in (
     Advice, ArgumentError, Board, BoresightError, Calibration, Detection, Pose, Session, calibrate, check, detect,
-    detect_charuco_corners, export, find_chessboard_corners,
+    detect_charuco_corners, export, find_chessboard_corners, plan_board, report, target,
 ):  # fmt: skip
     # What users see, and pickles name, is the package; where the source lies may change.
     _public.__module__ = __name__

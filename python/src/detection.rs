@@ -1,7 +1,7 @@
 //! Pictures to corners.
 
 use boresight::{
-    app::json,
+    app::json::DetectedLine,
     detection::{Detector as Finder, DetectorParams},
 };
 use numpy::{
@@ -10,7 +10,10 @@ use numpy::{
 };
 use pyo3::prelude::*;
 
-use crate::picture::{Named, board, picture};
+use crate::{
+    error::raised,
+    picture::{Named, board, picture},
+};
 
 /// Detection: JSON as of `detect --json`, positions, covariances.
 type Found<'py> = (String, Option<Bound<'py, PyArray2<f64>>>, Option<Bound<'py, PyArray3<f64>>>);
@@ -41,7 +44,8 @@ impl Detector {
             let mut finder = self.finder.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             finder.detect(&image, &board)
         });
-        let text = json::detection("", &board, &seen, 0.0).to_string();
+        let text = serde_json::to_string(&DetectedLine::of("", &board, &seen, 0.0))
+            .map_err(|err| raised(&err.into()))?;
         let Ok(detection) = seen else { return Ok((text, None, None)) };
         let corners = &detection.corners;
         let px = Array2::from_shape_fn((corners.len(), 2), |(i, axis)| corners[i].px[axis]);

@@ -2,7 +2,7 @@
 
 use std::ffi::CString;
 
-use boresight::app::{error_code, explain};
+use boresight::fleet::{error_code, explain};
 
 use pyo3::{exceptions::PyUserWarning, import_exception, prelude::*};
 

@@ -8,6 +8,7 @@ mod lens;
 mod picture;
 mod recording;
 mod session;
+mod tools;
 
 use pyo3::prelude::*;
 
@@ -29,5 +30,17 @@ fn _boresight(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(recording::read_session, module)?)?;
     module.add_function(wrap_pyfunction!(recording::replay, module)?)?;
     module.add_function(wrap_pyfunction!(recording::check_session, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::sheet, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::board_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::report_page, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::batch_plan, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::batch_work, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::batch_rows, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::history_add, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::history_cameras, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::history_due, module)?)?;
+    module.add_function(wrap_pyfunction!(tools::history_page, module)?)?;
+    // A decoder that hostile files make panic says nothing.
+    boresight::geometry::panic_message::caught_in_silence();
     Ok(())
 }

@@ -15,6 +15,7 @@ use super::{
     board_args::{BoardArguments, Size},
     lens_args::LensArguments,
     progress::{FINDING, Progress},
+    stdin::Given,
     terminal::{announcer, print, say},
     usage::WrongUsage,
 };
@@ -44,7 +45,8 @@ use boresight_present::{
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG), one corner table (.vnl), or one session folder.
+    /// Pictures (PNG, JPEG), one corner table (.vnl), or one session folder; - reads a table or a picture from standard
+    /// input.
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -80,10 +82,13 @@ Examples:
   boresight calibrate --board 9x6 --square 25mm pictures/*.png
   boresight calibrate --board 9x6 --out camera.json --report camera.html pictures/*.png
   boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl
-  boresight calibrate sessions/2026-11-21T08-00-00Z --lens rational";
+  boresight calibrate sessions/2026-11-21T08-00-00Z --lens rational
+  boresight detect pictures/*.png | boresight calibrate - --image-size 1280x720";
 
 impl Arguments {
-    pub(super) fn run(self) -> anyhow::Result<Exit> {
+    pub(super) fn run(mut self) -> anyhow::Result<Exit> {
+        let given = Given::of(&self.inputs)?;
+        self.inputs.clone_from(&given.files);
         #[cfg(not(feature = "report"))]
         if self.report.is_some() {
             return Err(boresight_app::MissingFeature::REPORT.into());

@@ -15,7 +15,7 @@ use boresight_app::{Exit, export::Format};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A calibration of boresight or another program, or a session folder.
+    /// A calibration of boresight or another program, or a session folder; - reads one from standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write.

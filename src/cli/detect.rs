@@ -8,9 +8,10 @@ use clap::Args;
 use super::{
     board_args::BoardArguments,
     progress::{FINDING, Progress},
+    stdin::Given,
     terminal::print,
 };
-use boresight_app::{Exit, json};
+use boresight_app::{Exit, json::DetectedLine};
 use boresight_capture::read_picture;
 use boresight_detect::{Detector, DetectorParams};
 use boresight_formats::corner_table::{self, Digits};
@@ -22,7 +23,7 @@ use boresight_present::text;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures, PNG or JPEG.
+    /// Pictures, PNG or JPEG; - reads one from standard input.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     #[command(flatten)]
@@ -40,14 +41,15 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let board = self.board.config_for(&self.images)?.board()?;
+        let given = Given::of(&self.images)?;
+        let board = self.board.config_for(&given.files)?.board()?;
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
         let progress = Progress::new(FINDING, self.images.len());
-        for path in &self.images {
+        for path in &given.files {
             let image = match read_picture(path) {
                 Ok(image) => image,
                 Err(err) => {
@@ -57,7 +59,7 @@ impl Arguments {
                     continue;
                 }
             };
-            let name = path.display().to_string();
+            let name = given.name(path);
             let started = Instant::now();
             let seen = detector.detect(&image, &board);
             let millis = started.elapsed().as_secs_f64() * 1e3;
@@ -65,7 +67,7 @@ impl Arguments {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
             }
             let line = if self.json {
-                json::detection(&name, &board, &seen, millis).to_string()
+                serde_json::to_string(&DetectedLine::of(&name, &board, &seen, millis))?
             } else {
                 let corners = seen.as_ref().ok().map(|detection| detection.corners.as_slice());
                 corner_table::lines(&name, corners, Digits::FourDecimals)

@@ -7,7 +7,10 @@ use clap::{
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
 };
 
-use super::terminal::{announcer, print, say};
+use super::{
+    stdin::Given,
+    terminal::{announcer, print, say},
+};
 use boresight_app::{
     Exit,
     export::{Format, export},
@@ -21,7 +24,7 @@ use boresight_formats::export::CameraFormat;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A session folder, or a calibration of boresight or another program.
+    /// A session folder, or a calibration of boresight or another program; - reads one from standard input.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     /// Format to write.
@@ -68,7 +71,8 @@ pub(super) fn written(
     out: Option<&Path>,
     force: bool,
 ) -> anyhow::Result<Exit> {
-    let exported = export(input, format, name, &announcer())?;
+    let given = Given::one(input)?;
+    let exported = export(given.file(), format, name, &announcer())?;
     match out {
         None => print(exported.text.trim_end())?,
         Some(path) => {

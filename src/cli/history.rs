@@ -1,13 +1,13 @@
 //! `boresight history`.
 
 use std::{
-    collections::BTreeMap,
+    cell::Cell,
     path::{Path, PathBuf},
 };
 
 use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::{
     progress::Progress,
@@ -15,18 +15,14 @@ use super::{
 };
 use boresight_app::{
     Exit,
-    session_folders::session_folders,
     watch::{StateLine, Store, curve, exit, replayed, stores_below},
 };
-use boresight_calibrate::{DriftVerdict, LensDifference};
 use boresight_files::{Overwrite, save};
-use boresight_fleet::{
-    batch::{Row, recorded},
-    history::{CameraHistory, Index, Step, Taken, Trend, histories},
+use boresight_fleet::history::{
+    self as fleet, Added, CameraHistory, HistoryFile, Index, Step, Taken, days_ago, histories,
+    name, trend,
 };
-use boresight_present::report::{
-    CameraCurve, CurvePoint, HistoryPage, ModelLine, WatchedCurve, history_page,
-};
+use boresight_present::report::WatchedCurve;
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
 ///
@@ -118,13 +114,6 @@ fn days(text: &str) -> Result<f64, String> {
     }
 }
 
-/// The time `days` ago, as sessions write it.
-fn days_ago(days: f64) -> anyhow::Result<String> {
-    let ago = jiff::SignedDuration::try_from_secs_f64(days * 86_400.0)?;
-    let then = jiff::Timestamp::now().checked_sub(ago)?;
-    Ok(then.strftime("%Y-%m-%dT%H:%M:%SZ").to_string())
-}
-
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         match self.command {
@@ -168,51 +157,38 @@ impl Common {
 }
 
 fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
-    let (mut folders, mut absolute) = (Vec::new(), Vec::new());
-    for root in roots {
-        absolute.push(std::path::absolute(root)?);
-        session_folders(root, &mut |folder| {
-            folders.push(folder.to_path_buf());
-            Ok(())
-        })?;
-    }
-    if folders.is_empty() {
-        bail!(
-            "there is no session in or below these folders: a session is a folder with a session.toml"
-        );
-    }
     let path = common.find()?.unwrap_or_else(|| common.index.clone());
-    // Better known now than after the work.
-    Index::open(&path)?;
-    let progress = Progress::new("reading results", folders.len());
-    let mut without = 0;
-    let rows = folders.iter().filter_map(|folder| {
-        progress.step();
-        match recorded(folder) {
-            Ok(Some(row)) => return Some(row),
-            Ok(None) => without += 1,
-            Err(err) => progress.say(&format!("Left out: {err:#}")),
-        }
-        None
-    });
-    let rows: Vec<Row> = rows.collect();
+    let progress = Progress::new("reading results", 0);
+    let steps = Cell::new(0);
+    let total = Cell::new(0);
+    let added = fleet::add(
+        &path,
+        roots,
+        |count| total.set(count),
+        || {
+            steps.set(steps.get() + 1);
+            progress.at(steps.get(), total.get());
+        },
+    )?;
     progress.finish();
-    let gone = Index::add_to(&path, &rows, &absolute)?;
-    if gone > 0 {
-        say(&format!(
+    let Added { sessions, added, without, gone, damaged } = added;
+    damaged.iter().for_each(|why| say(&format!("Left out: {why}")));
+    match gone {
+        0 => {}
+        1 => say("1 session has left the index: it's gone, or its result can't be read"),
+        _ => say(&format!(
             "{gone} sessions have left the index: they're gone, or their result can't be read"
-        ));
+        )),
     }
-    let added = rows.len();
     let none = if without > 0 { format!("; {without} have no result") } else { String::new() };
-    say(&format!("{added} of {} sessions are in {}{none}", folders.len(), path.display()));
-    Ok(if added > 0 { Exit::Good } else { Exit::Failed })
+    say(&format!("{added} of {sessions} sessions are in {}{none}", path.display()));
+    Ok(if added > 0 || gone > 0 { Exit::Good } else { Exit::Failed })
 }
 
 fn list(common: &Common) -> anyhow::Result<Exit> {
     for history in histories(&common.open()?.all()) {
         if common.json {
-            print(&summary_json(&history).to_string())?;
+            print(&serde_json::to_string(&HistoryFile::of(&history, false))?)?;
         } else {
             let count = history.entries.len();
             let newest = history.newest().unwrap_or("never usable");
@@ -239,9 +215,7 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
     }
     for history in histories(&entries) {
         if common.json {
-            let mut value = summary_json(&history);
-            value["calibrations"] = history.steps().iter().map(step_json).collect();
-            print(&value.to_string())?;
+            print(&serde_json::to_string(&HistoryFile::of(&history, true))?)?;
             continue;
         }
         print(&format!("{}: {}", name(&history), trend(&history)))?;
@@ -301,7 +275,7 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
             return Ok(Exit::Good);
         }
     }
-    let due = common.open()?.due(&days_ago(older)?);
+    let due = common.open()?.due(&days_ago(older)?, &days_ago(0.0)?);
     for (camera, newest) in &due {
         if common.json {
             print(&json!({ "camera": camera, "newest": newest }).to_string())?;
@@ -313,82 +287,6 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
     Ok(Exit::Good)
 }
 
-fn name(history: &CameraHistory) -> String {
-    let [width, height] = history.image_size;
-    format!("{} {width}x{height}", history.camera)
-}
-
-/// What the trend says.
-fn trend(history: &CameraHistory) -> String {
-    let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
-        return "one usable calibration at most, nothing to compare".into();
-    };
-    let LensDifference { change_px, sd_px, displacement_px, .. } = change;
-    let said = if drifts { "changed" } else { "no change" };
-    let newest = if newest > 1 { format!("newest {newest}") } else { "newest".into() };
-    let since = match (oldest, newest.as_str()) {
-        (1, _) => "since the first".to_owned(),
-        (oldest, newest) => format!("from the oldest {oldest} to the {newest}"),
-    };
-    format!(
-        "{said} {since}: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
-        change_px.x, sd_px.x, change_px.y, sd_px.y, change_px.z, sd_px.z
-    )
-}
-
-fn difference_json(change: Option<&LensDifference>) -> Value {
-    change.map_or(Value::Null, |change| {
-        let array = |v: &nalgebra::Vector3<f64>| [v.x, v.y, v.z];
-        json!({
-            "verdict": change.verdict.code(),
-            "f_pp_px": array(&change.change_px),
-            "sigma_px": array(&change.sd_px),
-            "statistic": change.statistic,
-            "displacement_px": change.displacement_px,
-        })
-    })
-}
-
-fn summary_json(history: &CameraHistory) -> Value {
-    json!({
-        "schema": "boresight.history/1",
-        "camera": history.camera,
-        "model": history.model,
-        "image_size": history.image_size,
-        "count": history.entries.len(),
-        "newest": history.newest(),
-        "changed": history.drifts(),
-        "change": history.trend.as_ref().map_or(Value::Null, |trend| {
-            let mut change = difference_json(Some(&trend.change));
-            // Chance alone exceeds a check's limit once in a while, when two comparisons are made.
-            if !trend.drifts {
-                change["verdict"] = DriftVerdict::Ok.code().into();
-            }
-            change
-        }),
-        "compared": history.trend.map(|Trend { oldest, newest, .. }| {
-            json!({ "oldest": oldest, "newest": newest })
-        }),
-    })
-}
-
-fn step_json(step: &Step<'_>) -> Value {
-    let Step { entry, since_first, since_last } = step;
-    let lens = entry.lens.map(|lens| {
-        let [f, x, y]: [f64; 3] = lens.f_pp_px.into();
-        let sd: [f64; 3] = lens.covariance_px2.diagonal().map(f64::sqrt).into();
-        json!({ "f_px": f, "pp_px": [x, y], "sigma_px": sd })
-    });
-    json!({
-        "session": entry.session,
-        "created": entry.created,
-        "verdict": entry.verdict,
-        "lens": lens,
-        "since_first": difference_json(since_first.as_ref()),
-        "since_last": difference_json(since_last.as_ref()),
-    })
-}
-
 fn page(
     watch: &[PathBuf],
     (out, force): (&Path, bool),
@@ -397,36 +295,11 @@ fn page(
 ) -> anyhow::Result<Exit> {
     let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
     boresight_files::may_save(out, overwrite)?;
-    let limit = days_ago(older)?;
     // Watched cameras need no index.
     let is_needed = watch.is_empty() || common.find()?.is_some();
     let all = if is_needed { histories(&common.open()?.all()) } else { Vec::new() };
-    let watched = watched(watch, &all)?;
-    let mut models: BTreeMap<&str, ModelLine> = BTreeMap::new();
-    let mut cameras = Vec::with_capacity(all.len());
-    for history in &all {
-        let is_due = history.newest().is_none_or(|newest| newest < limit.as_str());
-        let line = models.entry(&history.model).or_default();
-        line.model.clone_from(&history.model);
-        line.cameras += 1;
-        line.calibrations += history.entries.len();
-        line.drifting += usize::from(history.drifts());
-        line.due += usize::from(is_due);
-        let newest = history.newest().unwrap_or("never");
-        cameras.push(CameraCurve {
-            name: name(history),
-            trend: trend(history),
-            drifts: history.drifts(),
-            due: if is_due { format!("Due: last calibrated {newest}") } else { String::new() },
-            points: points(history).context("a session has no time")?,
-        });
-    }
-    cameras.sort_by_key(|camera| !camera.drifts);
-    let made = jiff::Timestamp::now().strftime("%Y-%m-%d %H:%M UTC").to_string();
-    let due_after = format!("{older} days");
-    let page =
-        HistoryPage { made, due_after, models: models.into_values().collect(), cameras, watched };
-    save(out, history_page(&page).as_bytes(), overwrite)?;
+    let page = fleet::page(&all, watched(watch, &all)?, older)?;
+    save(out, page.as_bytes(), overwrite)?;
     say(&format!("Written: {}", out.display()));
     Ok(Exit::Good)
 }
@@ -454,20 +327,4 @@ fn watched(folders: &[PathBuf], all: &[CameraHistory]) -> anyhow::Result<Vec<Wat
         watched.push(curve(&folder, &calibrated)?);
     }
     Ok(watched)
-}
-
-/// The usable calibrations; `None` if a time can't be read.
-fn points(history: &CameraHistory) -> Option<Vec<CurvePoint>> {
-    let mut first = None;
-    let usable = history.entries.iter().filter(|entry| entry.is_usable());
-    usable
-        .map(|entry| {
-            let at: jiff::Timestamp = entry.created.parse().ok()?;
-            let since = at.as_second() - *first.get_or_insert(at.as_second());
-            let lens = entry.lens?;
-            let sd = lens.covariance_px2.diagonal().map(f64::sqrt);
-            let (f_pp_px, sd_px) = (lens.f_pp_px.into(), sd.into());
-            Some(CurvePoint { day: since as f64 / 86_400.0, f_pp_px, sd_px })
-        })
-        .collect()
 }

@@ -24,6 +24,7 @@ mod lens_args;
 mod man;
 mod moved;
 mod operation;
+mod plan_board;
 pub mod progress;
 mod replay;
 #[cfg(feature = "report")]
@@ -31,6 +32,7 @@ mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
+mod stdin;
 mod stream_args;
 mod target;
 pub mod terminal;
@@ -54,8 +56,8 @@ use left_out::{completions, man};
 
 #[cfg(feature = "window")]
 use boresight_app::AppHost;
-use boresight_app::{Exit, error_code};
-use boresight_fleet::explain;
+use boresight_app::Exit;
+use boresight_fleet::{error_code, explain};
 use serde_json::json;
 
 /// Live pose guidance for camera calibration with principal lines.
@@ -107,6 +109,7 @@ enum Command {
     Watch(watch::Arguments),
     Calibrate(calibrate::Arguments),
     Target(target::Arguments),
+    PlanBoard(plan_board::Arguments),
     Detect(detect::Arguments),
     Devices(devices::Arguments),
     Report(report::Arguments),
@@ -125,8 +128,18 @@ enum Command {
 
 /// Parses the arguments, runs the command, and turns what comes out into an exit code.
 pub fn main() -> ExitCode {
-    let read = CommandLine::from_arg_matches(&command_line().get_matches());
-    let arguments = read.unwrap_or_else(|err| err.format(&mut command_line()).exit());
+    let read = command_line().try_get_matches().and_then(|matches| {
+        CommandLine::from_arg_matches(&matches).map_err(|err| err.format(&mut command_line()))
+    });
+    let arguments = read.unwrap_or_else(|err| {
+        if err.use_stderr() {
+            // The first paragraph says what's wrong; usage and hints follow.
+            let words = err.to_string();
+            let cause = words.split("\n\n").next().unwrap_or_default();
+            tell_program("USAGE", cause.trim_start_matches("error: "), Some(HELP));
+        }
+        err.exit()
+    });
     let result = match arguments.command {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
@@ -146,6 +159,7 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),
+        Some(Command::PlanBoard(arguments)) => arguments.run(),
         #[cfg(feature = "manual")]
         Some(Command::Completions(arguments)) => arguments.run(command_line()),
         #[cfg(feature = "manual")]
@@ -159,20 +173,33 @@ pub fn main() -> ExitCode {
         Ok(exit) => exit.into(),
         Err(err) => {
             let hint = explain(&err);
-            if std::env::args_os().any(|argument| argument == "--json") {
-                let error = json!({
-                    "schema": "boresight.error/1", "code": error_code(&err), "message": format!("{err:#}"), "next": hint,
-                });
-                // The error itself decides the exit code.
-                let _ = terminal::print(&error.to_string());
-            }
+            let is_of_usage = err.chain().any(usage::is_of_usage);
+            let code = match error_code(&err) {
+                "FAILED" if is_of_usage => "USAGE",
+                code => code,
+            };
+            tell_program(code, &format!("{err:#}"), hint.as_deref());
             let hint = hint.map_or(String::new(), |hint| format!("\n{hint}"));
             terminal::say(&format!("boresight: {err:#}{hint}"));
-            if err.chain().any(usage::is_of_usage) {
+            if is_of_usage {
                 return ExitCode::from(WRONG_USAGE);
             }
             Exit::Failed.into()
         }
+    }
+}
+
+/// What to do about arguments that can't be read.
+const HELP: &str = "`boresight COMMAND --help` lists the options.";
+
+/// Tells a program, if one reads stdout or stderr as JSON, why the command failed.
+fn tell_program(code: &str, message: &str, next: Option<&str>) {
+    let error =
+        || json!({ "schema": "boresight.error/1", "code": code, "message": message, "next": next });
+    terminal::log("error", error);
+    if std::env::args_os().any(|argument| argument == "--json") {
+        // The error itself decides the exit code.
+        let _ = terminal::print(&error().to_string());
     }
 }
 

@@ -2,7 +2,10 @@
 
 use std::{
     io::IsTerminal,
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
     time::{Duration, Instant},
 };
 
@@ -26,6 +29,8 @@ pub struct Progress {
     is_terminal: bool,
     /// Lines written, or 1 once the bar is shown.
     shown: AtomicU64,
+    /// When the last step was done, in milliseconds after the beginning.
+    last_step: Arc<AtomicU64>,
 }
 
 impl Progress {
@@ -33,15 +38,19 @@ impl Progress {
     pub fn new(what: &str, total: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden())
             .with_message(what.to_owned());
-        let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-            let _ = out.write_str(&left(state.pos(), state.len().unwrap_or(0), state.elapsed()));
+        let last_step = Arc::new(AtomicU64::new(0));
+        let stepped = Arc::clone(&last_step);
+        let left = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+            let at = Duration::from_millis(stepped.load(Ordering::Relaxed));
+            let words = left(state.pos(), state.len().unwrap_or(0), state.elapsed(), at);
+            let _ = out.write_str(&words);
         };
         if let Ok(style) = ProgressStyle::with_template("{msg} {bar:30} {pos} of {len}{left}") {
             bar.set_style(style.with_key("left", left));
         }
         let is_terminal = std::io::stderr().is_terminal();
         let shown = AtomicU64::new(0);
-        Self { bar, what: what.to_owned(), began: Instant::now(), is_terminal, shown }
+        Self { bar, what: what.to_owned(), began: Instant::now(), is_terminal, shown, last_step }
     }
 
     /// The same for steps of which each takes long: shown at once on a terminal.
@@ -61,14 +70,23 @@ impl Progress {
     /// A step is done.
     pub fn step(&self) {
         self.bar.inc(1);
+        self.stepped();
         self.show();
     }
 
     /// `done` of `total` steps are done.
     pub fn at(&self, done: usize, total: usize) {
         self.bar.set_length(total as u64);
-        self.bar.set_position(done as u64);
+        if self.bar.position() != done as u64 {
+            self.bar.set_position(done as u64);
+            self.stepped();
+        }
         self.show();
+    }
+
+    fn stepped(&self) {
+        let millis = self.began.elapsed().as_millis();
+        self.last_step.store(u64::try_from(millis).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
 
     /// Writes a line above the bar.
@@ -97,7 +115,8 @@ impl Progress {
         let lines = elapsed.as_secs() / BETWEEN_LINES.as_secs();
         if self.shown.fetch_max(lines, Ordering::Relaxed) < lines {
             let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
-            say(&line(&self.what, done, total, elapsed));
+            let last = Duration::from_millis(self.last_step.load(Ordering::Relaxed));
+            say(&line(&self.what, done, total, elapsed, last));
         }
     }
 
@@ -110,16 +129,21 @@ impl Progress {
 }
 
 /// "finding the board: 120 of 400, about 2 min left".
-fn line(what: &str, done: u64, total: u64, elapsed: Duration) -> String {
-    format!("{what}: {done} of {total}{}", left(done, total, elapsed))
+fn line(what: &str, done: u64, total: u64, elapsed: Duration, last_step: Duration) -> String {
+    format!("{what}: {done} of {total}{}", left(done, total, elapsed, last_step))
 }
 
-/// ", about 2 min left"; empty before the first step.
-fn left(done: u64, total: u64, elapsed: Duration) -> String {
+/// ", about 2 min left"; empty before the first step. What was left at the last step, less the time since then: once
+/// that's over, the work takes longer than the steps so far told, and nobody knows how long.
+fn left(done: u64, total: u64, elapsed: Duration, last_step: Duration) -> String {
     if done == 0 {
         return String::new();
     }
-    let left_secs = elapsed.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    let at_step = last_step.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
+    let left_secs = at_step - elapsed.saturating_sub(last_step).as_secs_f64();
+    if left_secs <= 0.0 && done < total {
+        return String::new();
+    }
     if left_secs < 90.0 {
         format!(", about {left_secs:.0} s left")
     } else {
@@ -134,12 +158,13 @@ mod tests {
     #[test]
     fn a_line_says_how_far_and_how_long() {
         let after = |secs| Duration::from_secs(secs);
-        assert_eq!(
-            line("replaying", 100, 400, after(10)),
-            "replaying: 100 of 400, about 30 s left"
-        );
-        assert_eq!(line("replaying", 1, 400, after(1)), "replaying: 1 of 400, about 7 min left");
-        assert_eq!(line("replaying", 0, 400, after(1)), "replaying: 0 of 400");
+        let line = |done, secs, last| line("replaying", done, 400, after(secs), after(last));
+        assert_eq!(line(100, 10, 10), "replaying: 100 of 400, about 30 s left");
+        assert_eq!(line(1, 1, 1), "replaying: 1 of 400, about 7 min left");
+        assert_eq!(line(0, 1, 0), "replaying: 0 of 400");
+        // Nothing stands still: less is left as time goes by, and then it isn't known.
+        assert_eq!(line(100, 25, 10), "replaying: 100 of 400, about 15 s left");
+        assert_eq!(line(100, 41, 10), "replaying: 100 of 400");
     }
 
     #[test]

@@ -19,6 +19,7 @@ use boresight_app::{
     redetect::{change, redetect},
     result::{Conclusion, conclude},
 };
+use boresight_guide::guidance::RULES;
 use boresight_present::text;
 use boresight_run::recording::{Replayed, Rounding};
 
@@ -75,6 +76,7 @@ impl Arguments {
     fn replay(&self, path: &Path) -> anyhow::Result<Exit> {
         let mut journal = JournalReading::of(path)?;
         let (config, notes) = journal.header.config.with_notes(&self.settings)?;
+        let other_rules = text::replay::other_rules(journal.header.guidance_rules, RULES);
         if self.sessions.first().is_some_and(|first| first == path) {
             notes.iter().for_each(|note| say(note));
         }
@@ -104,6 +106,9 @@ impl Arguments {
         let different_count = different_lines.len();
         let Rounding { count: rounded, largest } = *rounding;
         say(&format!("{different_count} of {count} decisions differ from the recording"));
+        if let Some(other) = other_rules.filter(|_| different_count > 0) {
+            say(other);
+        }
         for difference in differences.iter().take(SHOWN) {
             say(&format!("  line {} of the journal: {}", difference.line, change(difference)));
         }

@@ -1,16 +1,22 @@
 //! `boresight simulate`.
 
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    path::PathBuf,
+    sync::{Arc, atomic::Ordering},
+    time::Duration,
+};
 
 use clap::Args;
 
 use super::{board_args::BoardArguments, guide::conclude, progress::Progress, terminal::stop_flag};
 use boresight_app::{Announcer, Exit, Opening};
+use boresight_present::text;
 
 /// Record a simulated session: every picture, every decision, and the true values.
 ///
 /// A simulated technician follows the guidance with human reaction time, speed and mistakes.
-/// truth.json holds the true lens and the board's true pose in every frame.
+/// truth.json holds the true lens and the board's true pose in every frame. If nothing is taken for two minutes of
+/// the scene's time, the session ends and says what was asked for.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -40,6 +46,26 @@ Examples:
   boresight simulate random:7 --out recordings/seven
   boresight simulate scene.toml --accepted-only --out recordings/scene";
 
+/// The simulated person goes on for that long without a new view, in the scene's own time.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// When the number of views last changed.
+#[derive(Default)]
+struct Newest {
+    views: usize,
+    at_nanos: u64,
+}
+
+impl Newest {
+    /// Notes how many views there are at that time; true if there has been no other number for [`PATIENCE`].
+    fn is_long_ago(&mut self, views: usize, now_nanos: u64) -> bool {
+        if views != self.views {
+            *self = Self { views, at_nanos: now_nanos };
+        }
+        now_nanos.saturating_sub(self.at_nanos) > PATIENCE.as_nanos() as u64
+    }
+}
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let config = self.board.config()?;
@@ -53,12 +79,34 @@ impl Arguments {
         let progress = Arc::new(Progress::new("views", 1));
         let above = Arc::clone(&progress);
         let announcer = Announcer::new(move |line| above.say(line));
-        let finished =
-            opening.open(&announcer)?.carry_out_seen(&*stop_flag()?, &announcer, |snapshot| {
-                let taken = snapshot.views.len();
-                progress.at(taken, taken + snapshot.views_to_go.unwrap_or(1));
-            });
+        let stop = stop_flag()?;
+        let mut newest = Newest::default();
+        let finished = opening.open(&announcer)?.carry_out_seen(&stop, &announcer, |snapshot| {
+            let taken = snapshot.views.len();
+            progress.at(taken, taken + snapshot.views_to_go.unwrap_or(1));
+            let now = snapshot.live.as_ref().map_or(0, |live| live.captured_at.nanos);
+            if newest.is_long_ago(taken, now) && !stop.swap(true, Ordering::Relaxed) {
+                progress.say(&text::simulated_gave_up(PATIENCE.as_secs(), snapshot.shown.prompt));
+            }
+        });
         progress.finish();
         conclude(finished?, self.json)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patience_ends_and_begins_again_with_each_view() {
+        let secs = |secs: u64| secs * 1_000_000_000;
+        let mut newest = Newest::default();
+        assert!(!newest.is_long_ago(0, secs(119)));
+        assert!(!newest.is_long_ago(1, secs(121)));
+        assert!(!newest.is_long_ago(1, secs(240)));
+        // A view that was taken back counts, too.
+        assert!(!newest.is_long_ago(0, secs(241)));
+        assert!(newest.is_long_ago(0, secs(362)));
     }
 }

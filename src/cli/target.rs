@@ -1,10 +1,9 @@
 //! `boresight target`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use clap::{Args, ValueEnum};
-use serde_json::json;
 
 use super::{
     board_args::BoardArguments,
@@ -14,15 +13,13 @@ use super::{
 };
 use boresight_app::{
     Exit,
-    printed_board::{margin_code, new_id},
+    board_sheet::{BoardSheet, SheetKind},
+    printed_board::new_id,
 };
 use boresight_files::{Overwrite, save};
-use boresight_geometry::{
-    board_code::{BoardCode, BoardId},
-    markers::Markers,
-};
+use boresight_geometry::{board_code::BoardId, target::BoardChoice};
 use boresight_present::{
-    target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
+    target::{Page, Paper, Plan, Resolution},
     text,
 };
 
@@ -85,13 +82,6 @@ enum Medium {
     Screen,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    Pdf,
-    Svg,
-    Png,
-}
-
 fn resolution(text: &str) -> Result<Resolution, String> {
     let dpi = text.parse().ok().and_then(Resolution::from_dpi);
     dpi.ok_or_else(|| "expected 20 to 1200 pixels per inch".into())
@@ -107,45 +97,32 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let plan = self.plan()?;
-        let path = self.out.clone().unwrap_or_else(|| self.usual_name(&plan));
-        let format = format(&path)?;
-        let code = self.code(&plan);
-        let id = code.as_ref().map(|code| code.id().to_string());
-        let lines = text::target_lines(&plan, id.as_deref());
-        let sheet = match &code {
-            Some(code) => sheet(&plan, &lines).with_code(&plan, code),
-            None => sheet(&plan, &lines),
-        };
-        let bytes = match format {
-            Format::Pdf => pdf(&sheet),
-            Format::Svg => svg(&sheet).into_bytes(),
-            Format::Png => {
-                let usual = Resolution::from_dpi(300.0).context("no resolution")?;
-                let resolution = plan.page.pixels.or(self.dpi).unwrap_or(usual);
-                png(&sheet, resolution).context("use a lower --dpi")?
-            }
-        };
+        let sheet = self.sheet()?;
+        let path = self.out.clone().unwrap_or_else(|| self.usual_name(&sheet.plan));
+        let kind = SheetKind::of_file(&path).ok_or_else(|| {
+            WrongUsage(format!("{path:?}: the name should end with .pdf, .svg or .png"))
+        })?;
+        let bytes = sheet.bytes(kind, self.dpi)?;
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         save(&path, &bytes, overwrite)?;
         say(&format!("Written: {}", path.display()));
-        for (i, step) in text::target_steps(&plan).iter().enumerate() {
+        for (i, step) in text::target_steps(&sheet.plan).iter().enumerate() {
             say(&format!("  {}. {step}", i + 1));
         }
         if self.json {
-            print(&self.report(&plan, id.as_deref(), &path)?)?;
+            let paper = self.paper.to_possible_value().context("no name")?;
+            print(&serde_json::to_string(&sheet.told(&path, paper.get_name()))?)?;
         }
         Ok(Exit::Good)
     }
 
-    fn plan(&self) -> anyhow::Result<Plan> {
+    fn sheet(&self) -> anyhow::Result<BoardSheet> {
         let mut board = self.board.clone();
         if self.kind == Some(Kind::Charuco) {
             board.name_charuco();
         }
         let config = board.config()?.board;
         let asked_mm = self.board.says_square()?.then_some(config.square_mm);
-        let square = asked_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
         let pages = match self.paper {
             Medium::A4 => Paper::A4.pages().to_vec(),
             Medium::A3 => Paper::A3.pages().to_vec(),
@@ -158,69 +135,26 @@ impl Arguments {
                 vec![Page::screen(size.width_px, size.height_px, resolution)]
             }
         };
-        let mut plan = plan(config.columns, config.rows, square, &pages)
-            .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-        if let Some(dictionary) = config.dictionary {
-            let side_squares = config.marker_mm.map(|mm| mm / plan.square_mm);
-            plan = plan.with_markers(Markers::sized(dictionary, side_squares))?;
-        }
-        if let Some(other) = asked_mm.and_then(|mm| text::other_square(&plan, mm)) {
+        let (columns, rows, markers) = (config.columns, config.rows, config.markers());
+        let choice = BoardChoice { columns, rows, markers };
+        let sheet = BoardSheet::new(choice, asked_mm, &pages)?;
+        if let Some(other) = asked_mm.and_then(|mm| text::other_square(&sheet.plan, mm)) {
             say(&other);
         }
-        Ok(plan)
+        // Markers name their board.
+        if self.no_code || sheet.plan.markers.is_some() {
+            return Ok(sheet);
+        }
+        let sheet = sheet.with_code(self.id.unwrap_or_else(new_id));
+        match sheet.id() {
+            Some(id) => say(&text::code_in_margin(&id)),
+            None => say(text::NO_ROOM_FOR_CODE),
+        }
+        Ok(sheet)
     }
 
     fn usual_name(&self, plan: &Plan) -> PathBuf {
         let extension = if self.paper == Medium::Screen { "png" } else { "pdf" };
         format!("{}.{extension}", plan.file_stem()).into()
-    }
-
-    /// The code for the margin, if there is room for it.
-    fn code(&self, plan: &Plan) -> Option<BoardCode> {
-        // Markers name their board.
-        if self.no_code || plan.markers.is_some() {
-            return None;
-        }
-        let id = self.id.unwrap_or_else(new_id);
-        let code = margin_code(plan, id);
-        match code {
-            Some(_) => say(&text::code_in_margin(&id.to_string())),
-            None => say(text::NO_ROOM_FOR_CODE),
-        }
-        code
-    }
-
-    fn report(&self, plan: &Plan, id: Option<&str>, path: &Path) -> anyhow::Result<String> {
-        let paper = self.paper.to_possible_value().context("no name")?;
-        let report = json!({
-            "schema": "boresight.target/1",
-            "file": path.display().to_string(),
-            "id": id,
-            "board": {
-                "columns": plan.columns,
-                "rows": plan.rows,
-                "square_mm": plan.square_mm,
-                "dictionary": plan.markers.map(|markers| markers.dictionary.name()),
-                "marker_mm": plan.markers.map(|markers| plan.square_mm * markers.side_squares),
-            },
-            "paper": paper.get_name(),
-            "page_mm": [plan.page.width_mm, plan.page.height_mm],
-            "top_left_mm": [plan.left_mm, plan.top_mm],
-            "white_mm": plan.white_mm(),
-            "ruler_mm": plan.ruler_mm,
-        });
-        Ok(report.to_string())
-    }
-}
-
-fn format(path: &Path) -> anyhow::Result<Format> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    match extension.as_str() {
-        "pdf" => Ok(Format::Pdf),
-        "svg" => Ok(Format::Svg),
-        "png" => Ok(Format::Png),
-        _ => {
-            Err(WrongUsage(format!("{path:?}: the name should end with .pdf, .svg or .png")).into())
-        }
     }
 }

@@ -37,8 +37,8 @@ pub fn say(line: &str) {
     if AS_JSON.load(Ordering::Relaxed) {
         return log("message", || json!({ "text": line.trim() }));
     }
-    let is_harmless = |c: &char| !c.is_control() || *c == '\n';
-    let line: String = line.chars().filter(is_harmless).collect();
+    let is_shown = |c: &char| text::camera::is_harmless(*c) || *c == '\n';
+    let line: String = line.chars().filter(is_shown).collect();
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 

@@ -2,11 +2,13 @@
 """Reads every export with the program or the rules that it is for, and projects 1,000 points through that reader's
 own lens model.
 
-usage: read_exports.py CALIBRATION.json [--boresight target/release/boresight]
+usage: read_exports.py CALIBRATION.json|SESSION [--boresight target/release/boresight]
+
+Of a session folder, mrcal also gets its views.
 
 Needs numpy, opencv-python-headless and PyYAML; mrcal (Debian: python3-mrcal) and pycolmap are used if they are there.
 """
-import argparse, json, re, subprocess
+import argparse, json, pathlib, re, subprocess
 
 import cv2
 import numpy as np
@@ -49,7 +51,8 @@ def main():
     parser.add_argument("calibration")
     parser.add_argument("--boresight", default="target/release/boresight")
     arguments = parser.parse_args()
-    report = json.load(open(arguments.calibration))
+    result = pathlib.Path(arguments.calibration)
+    report = json.loads((result / "calibration.json" if result.is_dir() else result).read_text())
     r, (w, h) = report["result"], report["image_size"]
     k = dict(k4=0.0, k5=0.0, k6=0.0, fisheye=False) | r["distortion"]
     k |= dict(fx=r["f_px"][0], fy=r["f_px"][1], cx=r["pp_px"][0], cy=r["pp_px"][1])
@@ -194,6 +197,15 @@ def read_named(arguments, export, tell, project, points, fisheye, rational, size
         d = [v(n) for n in four] if fisheye else [v("k1"), v("k2"), v("p2"), v("p1"), v("k3")]
         off = flat(f, d) - 0.5
         tell("metashape", "ElementTree, its manual's rules", [f[0], f[1]], off)
+    if text := written("realitycapture", fisheye or rational):
+        # As its article on the XMP's mathematics says: in longer sides, from the middle; t1 and t2 the other way round.
+        t = next(e for e in ElementTree.fromstring(text).iter() if e.tag.endswith("Description"))
+        v = lambda n: float(t.attrib["{http://www.capturingreality.com/ns/xcr/1.1#}" + n])
+        f = [v("FocalLength35mm") / 36 * max(size)] * 2 + [side / 2 + v(n) * max(size) for side, n in zip(size, ("PrincipalPointU", "PrincipalPointV"))]
+        k1, k2, k3, k4, t1, t2 = map(float, t[0].text.split())
+        assert k4 == 0
+        off = flat(f, [k1, k2, t2, t1, k3]) - 0.5
+        tell("realitycapture", "ElementTree, its article's rules", [], off)
     if text := written("basalt", False):
         t = json.loads(text)["value0"]
         i = t["intrinsics"][0]["intrinsics"]
@@ -240,6 +252,16 @@ def read_mrcal(text, tell, points, size):
         model = mrcal.cameramodel(file.name)
         os.unlink(file.name)
         tell("mrcal", "mrcal.cameramodel", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
+        if (inputs := model.optimization_inputs()) is not None:
+            # What mrcal makes of the session's views: residuals, and its own uncertainty in the picture's middle.
+            x = mrcal.optimizer_callback(**inputs, no_jacobian=True, no_factorization=True)[1]
+            count = np.count_nonzero(inputs["observations_board"][..., 2] > 0)
+            rms = np.sqrt(np.mean(x[: mrcal.num_measurements_boards(**inputs)] ** 2) * inputs["observations_board"][..., 2].size / count)
+            ray = mrcal.unproject((np.array(size) - 1.0) / 2, *model.intrinsics())
+            sd = mrcal.projection_uncertainty(ray * 1.0, model, what="worstdirection-stdev")
+            print(f"mrcal        its own: {len(inputs['observations_board'])} views, {count} corners, rms {rms:.3f} px, uncertainty in the middle {sd:.3f} px")
+            if not (rms < 1 and 0 < sd < 10):
+                raise SystemExit("mrcal's view of the session is another one")
     except ImportError:
         # The file is a Python literal; this is how mrcal reads it.
         model = eval(text, {"__builtins__": {}})

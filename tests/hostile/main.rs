@@ -16,6 +16,7 @@ mod header;
 mod import;
 mod journal;
 mod jpeg;
+mod message;
 mod page;
 mod picture;
 mod scene;

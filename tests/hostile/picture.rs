@@ -14,7 +14,8 @@ use crate::{
     jpeg::jpegs,
 };
 
-fn pngs() -> Vec<Vec<u8>> {
+/// Pictures of a board in every form of PNG.
+pub(crate) fn pngs() -> Vec<Vec<u8>> {
     let board = GrayImage::from_fn(160, 120, |x, y| {
         let inside = (15..145).contains(&x) && (15..105).contains(&y);
         Luma([if inside && (x / 13 + y / 13) % 2 == 0 { 30 } else { 220 }])
@@ -33,7 +34,22 @@ fn pngs() -> Vec<Vec<u8>> {
         image.write_to(&mut bytes, ImageFormat::Png).expect("encodes");
         bytes.into_inner()
     };
-    all.into_iter().map(encoded).collect()
+    all.into_iter().map(encoded).chain([with_palette()]).collect()
+}
+
+/// A PNG of four colours, one of them seen through.
+fn with_palette() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 40, 30);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(vec![0, 0, 0, 90, 90, 90, 200, 200, 200, 255, 255, 255]);
+    encoder.set_trns(vec![255, 0]);
+    let mut writer = encoder.write_header().expect("encodes");
+    let colours: Vec<u8> = (0..1200).map(|at| (at / 7 % 4) as u8).collect();
+    writer.write_image_data(&colours).expect("encodes");
+    writer.finish().expect("encodes");
+    bytes
 }
 
 /// Checksums of a PNG's chunks, made right again: damage behind them is what decoders don't expect.

@@ -175,7 +175,7 @@ fn a_stream_that_ends_is_asked_for_until_it_is_back() {
     let mut source = Ffmpeg::open_with(&stands_in, "http://camera/1").expect("opens");
     let seen = until(&mut source, |arrival| returned(arrival).is_some());
     let told: Vec<Fault> = seen.iter().filter_map(lost).map(|(fault, _)| fault).collect();
-    assert_eq!(told, [Fault::StreamLost, Fault::OtherMode], "each reason once: {seen:?}");
+    assert_eq!(told, [Fault::StreamLost, Fault::OtherSize], "each reason once: {seen:?}");
     assert!(matches!(seen.first(), Some(Arrival::Event(CameraEvent::Started { .. }))));
     assert_eq!(seen.iter().filter_map(frame_number).collect::<Vec<_>>(), [0]);
     let good_from = seen.last().and_then(returned).expect("it is back");

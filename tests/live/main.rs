@@ -21,6 +21,7 @@ mod ffmpeg;
 mod long_runs;
 #[cfg(unix)]
 mod network_cameras;
+mod odd_videos;
 #[cfg(feature = "serve")]
 mod phone;
 #[cfg(feature = "serve")]

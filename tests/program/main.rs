@@ -8,6 +8,8 @@ mod pictures;
 #[path = "../common/world.rs"]
 mod world;
 
+#[cfg(unix)]
+mod automation;
 #[cfg(target_os = "linux")]
 mod batch;
 mod check;
@@ -29,4 +31,6 @@ mod report;
 mod saved_session;
 mod schemas;
 mod target;
+#[cfg(unix)]
+mod trouble;
 mod watch;

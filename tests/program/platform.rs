@@ -11,17 +11,17 @@ use tempfile::TempDir;
 
 use crate::person::{boresight, program, says};
 
-fn good() -> PathBuf {
+pub(crate) fn good() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1/good")
 }
 
-fn copied(name: &str, to: &Path) {
+pub(crate) fn copied(name: &str, to: &Path) {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1").join(name);
     let ended = Command::new("cp").arg("-r").arg(from).arg(to).status();
     assert!(ended.expect("cp runs").success());
 }
 
-fn json(text: &str) -> Value {
+pub(crate) fn json(text: &str) -> Value {
     serde_json::from_str(text.trim()).expect("JSON")
 }
 

@@ -52,6 +52,16 @@ pub fn user_error(err: &anyhow::Error) -> UserError {
     UserError { what: format!("{err:#}"), action: explain(err) }
 }
 
+/// What to do if the computer has no memory left, or the program no more files.
+const MORE_MEANS: &str =
+    "Close other programs, or allow this one more memory and open files (ulimit).";
+
+/// Whether memory or open files have run out, which says nothing about the file.
+fn is_short_of_means(err: &std::io::Error) -> bool {
+    // ENFILE and EMFILE, which `ErrorKind` doesn't have.
+    err.kind() == std::io::ErrorKind::OutOfMemory || matches!(err.raw_os_error(), Some(23 | 24))
+}
+
 fn file(err: &FileError) -> Option<String> {
     use std::io::ErrorKind;
     match err {
@@ -71,6 +81,7 @@ fn file(err: &FileError) -> Option<String> {
                 _ if source.raw_os_error() == Some(5) => {
                     "The disk fails: save what is on it, and use another one."
                 }
+                _ if is_short_of_means(source) => MORE_MEANS,
                 _ => "Check that the folder exists and is writable.",
             };
             Some(format!("{action}{go_on}"))
@@ -81,6 +92,7 @@ fn file(err: &FileError) -> Option<String> {
         FileError::NotAFile { .. } => Some(
             "Name a plain file: links, devices and FIFOs are neither read nor replaced.".into(),
         ),
+        FileError::Read { source, .. } if is_short_of_means(source) => Some(MORE_MEANS.into()),
         FileError::Read { path, .. } => {
             let is_of_session = path.file_name().is_some_and(|name| name == "session.toml");
             Some(if is_of_session {
@@ -135,7 +147,8 @@ fn capture(err: &CaptureError) -> String {
     match err {
         CaptureError::Camera { fault, .. } => {
             let (cause, action) = text::camera::fault(*fault);
-            return format!("{cause}. {action}");
+            // A source that can't be opened has given no views.
+            return format!("{cause}. {}", action.replace(" Your views are safe.", ""));
         }
         CaptureError::Read { .. } => "Check the name, and that the file is readable.",
         CaptureError::Decode { .. } => {

@@ -1,8 +1,12 @@
 //! A result in the formats of other programs.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::Value;
 
 use super::{Announcer, RESULT_FILE, SavedSession};
@@ -10,10 +14,13 @@ use boresight_calibrate::Verdict;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
 use boresight_formats::{
     CalibrationFile, corner_table,
-    export::{CameraFormat, ExportedCamera, views_csv},
+    export::{
+        CameraFormat, ExportedCamera, SolvedView, colmap_cameras_with_sd,
+        mrcal_cameramodel_with_views, views_csv,
+    },
     import,
 };
-use boresight_geometry::Corner;
+use boresight_geometry::{Corner, LensMatrix};
 use boresight_guide::session::Session;
 use boresight_present::text;
 
@@ -165,8 +172,44 @@ pub fn export(
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     // Another program's file has no board, and may name its camera.
     let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
-    let text = export_text(&text, format, Some(name.unwrap_or(own_name)), announcer)?;
+    let name = name.unwrap_or(own_name);
+    if format == Format::Camera(CameraFormat::Mrcal) && input.is_dir() {
+        let text = mrcal_with_views(input, &text, &file, name, announcer)?;
+        return Ok(Exported { text, untrustworthy });
+    }
+    let text = export_text(&text, format, Some(name), announcer)?;
     Ok(Exported { text, untrustworthy })
+}
+
+/// The calibration in `text`, which is `file`, for mrcal, with the corners of the views in the journal of the session in
+/// `folder`: mrcal works out its own uncertainty from them. Without them if they aren't those of the calibration.
+fn mrcal_with_views(
+    folder: &Path,
+    text: &str,
+    file: &CalibrationFile,
+    name: &str,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    let saved = SavedSession::open(folder)?;
+    let board = saved.header.config.board()?;
+    let taken: BTreeMap<String, &[Corner]> = saved
+        .session
+        .accepted()
+        .iter()
+        .map(|taken| (taken.picture_name(), taken.view.corners.as_slice()))
+        .collect();
+    let solved = file.used().map(|(_, view)| {
+        let pose = view.cam_from_board?;
+        let [w, x, y, z] = pose.rotation_wxyz;
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let cam_from_board = Isometry3::from_parts(Translation3::from(pose.translation_m), turn);
+        Some(SolvedView { name: &view.name, corners: taken.get(&view.name)?, cam_from_board })
+    });
+    let views: Option<Vec<SolvedView<'_>>> = solved.collect();
+    let (exported, _) = camera_of(text, name, announcer)?;
+    let written =
+        mrcal_cameramodel_with_views(&exported, &board, views.as_deref().unwrap_or_default());
+    written.with_context(|| cannot_hold(CameraFormat::Mrcal))
 }
 
 /// Converts the calibration in `text` into `format`. The file calls the camera `name`, or `camera` without it.
@@ -215,17 +258,32 @@ fn camera(
     name: &str,
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
+    let (exported, covariance) = camera_of(text, name, announcer)?;
+    match covariance {
+        Some(covariance) if format == CameraFormat::Colmap => {
+            Ok(colmap_cameras_with_sd(&exported, &covariance))
+        }
+        _ => format.write(&exported).with_context(|| cannot_hold(format)),
+    }
+}
+
+fn cannot_hold(format: CameraFormat) -> String {
+    format!("{} can't hold this lens", format.label())
+}
+
+/// The calibration in `text` of the camera called `name`, and the covariance of its parameters if it states one.
+fn camera_of<'a>(
+    text: &str,
+    name: &'a str,
+    announcer: &Announcer,
+) -> anyhow::Result<(ExportedCamera<'a>, Option<LensMatrix>)> {
     let old = import::read(text).context("could not use the calibration")?;
     if old.focal_varies {
         announcer.say(text::focal_is_a_mean());
     }
-    let exported = ExportedCamera {
-        name,
-        camera: old.camera,
-        image_size: old.image_size,
-        rms_px: old.rms_px.unwrap_or(0.0),
-    };
-    format.write(&exported).with_context(|| format!("{} can't hold this lens", format.label()))
+    let (camera, image_size) = (old.camera, old.image_size);
+    let rms_px = old.rms_px.unwrap_or(0.0);
+    Ok((ExportedCamera { name, camera, image_size, rms_px }, old.covariance))
 }
 
 /// The corners of the accepted views, from the session's journal.

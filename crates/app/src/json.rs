@@ -1,37 +1,74 @@
 //! Output of `detect --json`.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use boresight_detect::{Detection, Miss, Quality};
 use boresight_geometry::board::Checkerboard;
 use boresight_present::text;
 
-/// A line of `detect --json`.
-pub fn detection(
-    file: &str,
-    board: &Checkerboard,
-    seen: &Result<Detection, Miss>,
-    millis: f64,
-) -> Value {
-    let corners: Option<Vec<Value>> = seen.as_ref().ok().map(|detection| {
-        detection
-            .corners
-            .iter()
-            .enumerate()
-            .filter(|(_, corner)| corner.is_seen())
-            .map(|(i, corner)| {
-                let [column, row] = board.target().place(i);
-                json!([column, row, corner.px.x, corner.px.y, corner.sigma_px()])
-            })
-            .collect()
-    });
-    let quality = seen.as_ref().ok().map(|detection| {
-        let Quality { blur_px, contrast, glare, motion_px } = detection.quality;
-        json!({ "blur_px": blur_px, "contrast": contrast, "glare": glare, "motion_px": motion_px })
-    });
-    json!({
-        "file": file, "found": seen.is_ok(), "reason": seen.as_ref().err().map(text::miss),
-        "board": [board.columns(), board.rows()], "corners": corners, "quality": quality,
-        "millis": millis,
-    })
+/// A line of `detect --json`: one picture.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct DetectedLine {
+    /// The picture's file, as it was named.
+    pub file: String,
+    /// Whether the board was found, whole or in part.
+    pub found: bool,
+    /// Why not, in words; null if it was.
+    pub reason: Option<String>,
+    /// Inner corners in a row and in a column.
+    pub board: [usize; 2],
+    /// Column, row, x, y and standard deviation in pixels of each corner that is seen; null without a board.
+    pub corners: Option<Vec<(usize, usize, f64, f64, f64)>>,
+    /// How well the board is seen; null without one.
+    pub quality: Option<QualityEntry>,
+    /// Time that the search took, in milliseconds.
+    pub millis: f64,
+}
+
+/// How well a board is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct QualityEntry {
+    /// Standard deviation of the blur.
+    pub blur_px: f64,
+    /// Difference of light and dark squares, in grey levels.
+    pub contrast: f64,
+    /// Share of the corners beside overexposed squares, 0 to 1.
+    pub glare: f64,
+    /// How far the board moved while the shutter was open.
+    pub motion_px: f64,
+}
+
+impl DetectedLine {
+    /// The line for the picture in `file`.
+    pub fn of(
+        file: &str,
+        board: &Checkerboard,
+        seen: &Result<Detection, Miss>,
+        millis: f64,
+    ) -> Self {
+        let corners = seen.as_ref().ok().map(|detection| {
+            let all = detection.corners.iter().enumerate();
+            all.filter(|(_, corner)| corner.is_seen())
+                .map(|(i, corner)| {
+                    let [column, row] = board.target().place(i);
+                    (column, row, corner.px.x, corner.px.y, corner.sigma_px())
+                })
+                .collect()
+        });
+        let quality = seen.as_ref().ok().map(|detection| {
+            let Quality { blur_px, contrast, glare, motion_px } = detection.quality;
+            QualityEntry { blur_px, contrast, glare, motion_px }
+        });
+        Self {
+            file: file.into(),
+            found: seen.is_ok(),
+            reason: seen.as_ref().err().map(text::miss),
+            board: [board.columns(), board.rows()],
+            corners,
+            quality,
+            millis,
+        }
+    }
 }

@@ -35,6 +35,7 @@
 
 mod announcer;
 pub mod board_from_code;
+pub mod board_sheet;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
@@ -55,6 +56,7 @@ pub mod lookout;
 pub mod memory;
 mod missing_feature;
 pub mod opening;
+pub mod plan_board;
 pub mod printed_board;
 pub mod prometheus;
 pub mod recordings;

@@ -2,18 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
-
-use super::host::PrintedBoard;
+use super::{
+    board_sheet::{BoardSheet, SheetKind},
+    host::PrintedBoard,
+};
 use boresight_files::{Links, Overwrite, read, save};
-use boresight_geometry::{
-    board_code::{BoardCode, BoardId},
-    markers::Markers,
-};
-use boresight_present::{
-    target::{Paper, Plan, Square, pdf, plan, sheet},
-    text,
-};
+use boresight_geometry::{board_code::BoardId, markers::Markers, target::BoardChoice};
+use boresight_present::{target::Paper, text};
 
 /// Largest size that is read, in bytes; a sheet with a board is far smaller.
 const LIMIT: u64 = 16 << 20;
@@ -25,11 +20,6 @@ pub fn new_id() -> BoardId {
     let nanos = jiff::Timestamp::now().as_nanosecond();
     // The last bits change with every print.
     BoardId::from_number((nanos >> 10) as u32)
-}
-
-/// The code for the margin of `plan`. `None` if there's no room for it.
-pub fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
-    BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
 }
 
 /// Names of the papers.
@@ -50,22 +40,13 @@ pub fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let plain = plan(columns, rows, Square::Largest, &paper.pages())
-        .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-    let plan = match markers {
-        Some(markers) => plain.with_markers(markers)?,
-        None => plain,
-    };
-    // Markers name their board.
-    let code = margin_code(&plan, id).filter(|_| markers.is_none());
-    let sheet = match code {
-        Some(code) => {
-            let lines = text::target_lines(&plan, Some(&id.to_string()));
-            sheet(&plan, &lines).with_code(&plan, &code)
-        }
-        None => sheet(&plan, &text::target_lines(&plan, None)),
-    };
-    let bytes = pdf(&sheet);
+    let board = BoardChoice { columns, rows, markers: None };
+    let mut sheet = BoardSheet::new(board, None, &paper.pages())?;
+    if let Some(markers) = markers {
+        sheet.plan = sheet.plan.with_markers(markers)?;
+    }
+    let sheet = sheet.with_code(id);
+    let (bytes, plan) = (sheet.bytes(SheetKind::Pdf, None)?, sheet.plan);
     let name = format!("{}-{}", plan.file_stem(), paper.name());
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {

@@ -25,7 +25,21 @@ use boresight_run::config::CertificateConfig;
 /// If the file can't be read or isn't a whole `boresight.calibration/1`.
 pub fn of_file(path: &Path, command: String, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let text = read_text(path, MAX_BYTES as u64, Links::Followed)?;
-    let value: Value = serde_json::from_str(&text)
+    of_text(&text, path, command, stated)
+}
+
+/// The report of the calibration in `text`, which is, or will be, the file at `path`; otherwise as [`of_file`].
+///
+/// # Errors
+///
+/// As there.
+pub fn of_text(
+    text: &str,
+    path: &Path,
+    command: String,
+    stated: &CertificateConfig,
+) -> anyhow::Result<Report> {
+    let value: Value = serde_json::from_str(text)
         .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
     let calibration = CalibrationFile::read(&value)
         .with_context(|| format!("not a whole calibration: {path:?}"))?;

@@ -272,11 +272,14 @@ impl SavedSession {
         if self.contents.cut {
             announcer.say(text::replay::CUT);
         }
-        if self.header.guidance_rules < RULES && !self.replayed.different_lines.is_empty() {
-            announcer.say(text::replay::EARLIER_RULES);
+        let rules = self.header.guidance_rules;
+        let differs = !self.replayed.different_lines.is_empty();
+        if let Some(other) = text::replay::other_rules(rules, RULES).filter(|_| differs) {
+            announcer.say(other);
         }
         if self.restored {
-            announcer.say(&text::replay::restored(self.session.accepted().len()));
+            let count = self.session.accepted().len();
+            announcer.say(&text::replay::restored(count, rules == RULES));
         }
     }
 }

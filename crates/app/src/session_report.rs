@@ -19,7 +19,7 @@ use boresight_files::{self as files, Links, Overwrite, save};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::device::{Control, Lock};
 use boresight_guide::{
-    guidance::Progress,
+    guidance::{Progress, RULES},
     session::{Input, Session},
 };
 use boresight_present::{
@@ -82,7 +82,8 @@ pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Repo
         report.notes.push(words::CUT.into());
     }
     if saved.restored {
-        report.notes.push(text::replay::restored(session.accepted().len()));
+        let (count, by_these) = (session.accepted().len(), header.guidance_rules == RULES);
+        report.notes.push(text::replay::restored(count, by_these));
     }
     if holds_another_result(path, &report.calibration) {
         report.notes.push(words::OTHER_RESULT.into());

@@ -142,7 +142,7 @@ impl KnownLens {
     /// # Errors
     ///
     /// [`NotHeld`] if the lenses are of different kinds, or if a covariance isn't finite or isn't positive.
-    pub fn combined_with(
+    pub(crate) fn combined_with(
         &self,
         camera: &Camera,
         covariance: &LensMatrix,

@@ -92,7 +92,6 @@ pub use check::{
     finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity, Verdict, is_unfinished},
     leave_out,
     limits::Limits,
-    noise_findings::noise_finding,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};

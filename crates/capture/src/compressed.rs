@@ -2,10 +2,10 @@
 
 use std::io::Cursor;
 
-use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, Limits};
+use image::{GrayImage, ImageFormat};
 
 use super::{
-    PICTURE_LIMIT_PX, Unpacker,
+    PICTURE_LIMIT_PX, Unpacker, decoded,
     integrity::{Flaw, JpegGate},
 };
 use boresight_geometry::{device::PixelLayout, frame::ImageSize};
@@ -27,7 +27,8 @@ impl Decompressor {
     /// [`Flaw`] if they are no whole JPEG or PNG, or one that is larger than [`PICTURE_LIMIT_PX`] on a side.
     pub fn picture(&mut self, bytes: &[u8]) -> Result<GrayImage, Flaw> {
         if bytes.starts_with(PNG_START) {
-            return png(bytes).ok_or(Flaw::Undecodable);
+            let png = decoded(Cursor::new(bytes), ImageFormat::Png);
+            return png.map_err(|_| Flaw::Undecodable);
         }
         let size = JpegGate::size(bytes)?;
         if size.width_px.max(size.height_px) > PICTURE_LIMIT_PX {
@@ -41,13 +42,4 @@ impl Decompressor {
             }
         }
     }
-}
-
-fn png(bytes: &[u8]) -> Option<GrayImage> {
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(PICTURE_LIMIT_PX);
-    limits.max_image_height = Some(PICTURE_LIMIT_PX);
-    reader.limits(limits);
-    reader.decode().ok().map(DynamicImage::into_luma8)
 }

@@ -10,13 +10,17 @@
 use std::{
     collections::VecDeque,
     io::Read,
+    os::unix::process::CommandExt,
     process::{Child, ChildStderr, ChildStdout, Command, Stdio},
     sync::Arc,
     time::{Duration, Instant},
 };
 
 use image::GrayImage;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    process::{Pid, Signal, kill_process_group},
+};
 
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
@@ -41,10 +45,18 @@ const MESSAGES_KEPT: usize = 4096;
 /// Bytes taken from the pipe at once.
 const CHUNK: usize = 1 << 18;
 /// Filters that leave out pictures sooner than 1/31 s after the one before (they cost work and add no views), unless
-/// the stream's time starts again; then write one line with the stream's own time, in microseconds, for every picture
-/// that passes.
-const FILTERS: &str = "settb=1/1000000,select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t),\
-metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
+/// the stream's time starts again or stands still; then write one line with the stream's own time, in microseconds, for
+/// every picture that passes. Metadata of its own, such as a time code, would be written, too.
+const FILTERS: &str = "settb=1/1000000,\
+select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t)+eq(t\\,prev_t),\
+metadata=mode=delete,metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
+
+/// Most bytes that ffmpeg may ask for at once: a picture of the largest size with colours takes them. A stream that hides an
+/// endless picture otherwise fills the memory.
+const MOST_AT_ONCE: &str = "268435456";
+
+/// Pictures of a file with the same time, one after the other, from which on it has no times.
+const WITHOUT_TIMES: u32 = 10;
 
 /// Shortest and longest pause before a lost stream is asked for again.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
@@ -100,8 +112,16 @@ impl Ffmpeg {
         let mut run = Run::start(program, name, is_live).map_err(failed)?;
         let first = match run.pictures.next(START_PATIENCE, false) {
             Ok(Next::Picture(first)) => first,
-            Ok(Next::Nothing) => return Err(failed((Fault::NoFirstFrame, without_secrets(name)))),
-            Ok(Next::End) => return Err(failed(meaning(&run.pictures.words(), name))),
+            Ok(Next::Nothing | Next::Changed) => {
+                let detail = format!("no picture came within {} s", START_PATIENCE.as_secs());
+                return Err(failed((Fault::ReaderFailed, detail)));
+            }
+            Ok(Next::End) => {
+                let (fault, detail) = meaning(&run.pictures.words(), name);
+                let says_nothing = detail.is_empty() && fault == Fault::ReaderFailed;
+                let none = || "it ended without a picture".to_owned();
+                return Err(failed((fault, if says_nothing { none() } else { detail })));
+            }
             Err(err) => return Err(failed((Fault::ReaderFailed, err.to_string()))),
         };
         let mut source = Self {
@@ -213,8 +233,11 @@ impl Run {
             count: 0,
             messages: Messages { err, line: Vec::new(), kept: Vec::new(), ended: false },
             times: VecDeque::new(),
+            changed: false,
             has_times: !has_no_times(name),
             first: None,
+            newest: None,
+            equal_times: 0,
         };
         Ok(Self { child, pictures })
     }
@@ -236,7 +259,7 @@ fn timespec(wait: Duration) -> Timespec {
 /// The command: brightness only, in a plain container that states the size once and then sends whole pictures.
 fn command(program: &str, name: &str, is_live: bool) -> Command {
     let mut command = Command::new(program);
-    command.args(["-nostdin", "-hide_banner", "-loglevel", "error"]);
+    command.args(["-nostdin", "-hide_banner", "-loglevel", "error", "-max_alloc", MOST_AT_ONCE]);
     if name.starts_with("rtsp") {
         // Lost packets would be damaged pictures.
         command.args(["-rtsp_transport", "tcp"]);
@@ -250,12 +273,23 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
         command.args(["-use_wallclock_as_timestamps", "1"]);
     }
     // A damaged picture is left out, not repaired.
-    command.args(["-err_detect", "explode", "-fflags", "+discardcorrupt", "-i", name]);
+    // Pictures stay as the sensor delivered them, as those of files do.
+    command.args([
+        "-noautorotate",
+        "-err_detect",
+        "explode",
+        "-fflags",
+        "+discardcorrupt",
+        "-i",
+        name,
+    ]);
     command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
     // Neither repeats pictures nor drops any, at every rate of the stream.
     command.args(["-fps_mode", "passthrough", "-vf", FILTERS]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    // What it starts is ended with it.
+    command.process_group(0);
     command
 }
 
@@ -284,15 +318,25 @@ struct Pictures {
     count: u64,
     messages: Messages,
     /// Times in the stream of pictures that have not come yet.
-    times: VecDeque<Option<i64>>,
+    times: VecDeque<PictureTime>,
+    /// True once the stream's pictures have another size or format than its first, to which ffmpeg would stretch them.
+    changed: bool,
     /// True if the stream's times are better than the times of arrival.
     has_times: bool,
     /// Time in the stream and arrival of the first picture.
     first: Option<(Option<i64>, Instant)>,
+    /// Time in the stream of the newest picture, and how many before it had the same.
+    newest: Option<i64>,
+    equal_times: u32,
 }
+
+/// What the filter writes of a picture: its number since the filters were set up, and its time in the stream.
+type PictureTime = (u64, Option<i64>);
 
 enum Next {
     Picture(Timed),
+    /// The pictures are of another form from now on.
+    Changed,
     Nothing,
     End,
 }
@@ -319,6 +363,7 @@ impl Pictures {
                 continue;
             }
             return Ok(match picture {
+                Some(_) if self.changed => Next::Changed,
                 Some(picture) => Next::Picture(picture),
                 None if self.ended => Next::End,
                 None => Next::Nothing,
@@ -360,8 +405,14 @@ impl Pictures {
         let Some((numbers, header)) = header(&self.bytes).map_err(bad)? else { return Ok(None) };
         let [width, height, largest] = numbers;
         let believable = |side: u32| (1..=LARGEST_SIDE_PX).contains(&side);
-        if !believable(width) || !believable(height) || largest != 255 {
+        if largest != 255 {
             return Err(bad("not a picture of bytes"));
+        }
+        if !believable(width) || !believable(height) {
+            let limit = format!(
+                "its pictures have {width}x{height} pixels; a side has {LARGEST_SIDE_PX} at most"
+            );
+            return Err(bad(&limit));
         }
         let end = header + width as usize * height as usize;
         if self.bytes.len() < end {
@@ -380,7 +431,13 @@ impl Pictures {
         while self.times.is_empty() && self.messages.is_readable() {
             self.times.extend(self.messages.read());
         }
-        let time = self.times.pop_front().flatten().filter(|_| self.has_times);
+        let (number, time) = self.times.pop_front().unwrap_or((self.count, None));
+        // Filters are set up again for pictures of another form.
+        self.changed |= number == 0 && self.count > 1;
+        let time = time.filter(|_| self.has_times);
+        let is_equal = time.is_some() && self.newest == time;
+        self.equal_times = if is_equal { self.equal_times + 1 } else { 0 };
+        self.newest = time;
         let (first, came) = *self.first.get_or_insert((time, Instant::now()));
         match time.zip(first) {
             Some((time, first)) => {
@@ -419,7 +476,7 @@ impl Messages {
     }
 
     /// Reads the waiting bytes, and returns the times in them.
-    fn read(&mut self) -> Vec<Option<i64>> {
+    fn read(&mut self) -> Vec<PictureTime> {
         let mut chunk = [0; 4096];
         let got = self.err.read(&mut chunk).unwrap_or(0);
         self.ended = got == 0;
@@ -449,12 +506,14 @@ impl Messages {
 /// The line that follows a picture's time.
 const METADATA: &str = "boresight=";
 
-/// The time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; `Some(None)` if the stream
+/// The number and the time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; no time if the stream
 /// states none. `pts_time` has six digits only: after three hours that is a tenth of a second.
-fn picture_time(line: &str) -> Option<Option<i64>> {
+fn picture_time(line: &str) -> Option<PictureTime> {
     let (_, rest) = line.split_once("frame:")?;
-    let (_, rest) = rest.split_once("pts:")?;
-    rest.contains("pts_time:").then(|| rest.split_whitespace().next()?.parse().ok())
+    let (number, rest) = rest.split_once("pts:")?;
+    let number = number.trim().parse().ok()?;
+    let time = rest.split_whitespace().next().and_then(|time| time.parse().ok());
+    rest.contains("pts_time:").then_some((number, time))
 }
 
 /// Longest header of a picture.
@@ -490,6 +549,9 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
 
 fn end(child: &mut Child) {
     // It may have ended by itself; it is waited for in any case, so that no process remains.
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        kill_process_group(group, Signal::KILL).ok();
+    }
     child.kill().ok();
     child.wait().ok();
 }
@@ -517,6 +579,11 @@ impl FrameSource for Ffmpeg {
         };
         let picture = match next {
             Ok(Next::Picture(picture)) => picture,
+            Ok(Next::Changed) => {
+                let before = run.pictures.count - 1;
+                let detail = format!("after picture {before}, the stream changes");
+                return self.broken((Fault::OtherSize, detail));
+            }
             Ok(Next::Nothing) => {
                 self.waited += patience;
                 let limit = if run.pictures.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
@@ -553,7 +620,7 @@ impl FrameSource for Ffmpeg {
         }
         if ImageSize::of(&picture.image) != self.size {
             let detail = format!("the pictures are now {:?}", picture.image.dimensions());
-            return self.broken((Fault::OtherMode, detail));
+            return self.broken((Fault::OtherSize, detail));
         }
         if self.lost.take().is_some() {
             self.pause = SHORTEST_PAUSE;
@@ -565,6 +632,12 @@ impl FrameSource for Ffmpeg {
             return Ok(Arrival::Event(CameraEvent::Returned { mode, good_from }));
         }
         let Timed { image, since_first } = picture;
+        let stands_still =
+            self.run.as_ref().is_some_and(|run| run.pictures.equal_times >= WITHOUT_TIMES);
+        if stands_still && !self.is_live {
+            let detail = "its pictures all have the same time; give it times, for example: ffmpeg -r 30 -i FILE NEW";
+            return self.broken((Fault::ReaderFailed, detail.into()));
+        }
         // A sensor has noise: the same bytes are the same picture, sent again.
         let checksum = crc32fast::hash(image.as_raw());
         if self.last_checksum.replace(checksum) == Some(checksum) {

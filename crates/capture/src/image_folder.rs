@@ -1,25 +1,25 @@
 //! Pictures from files: each one a photograph for itself.
 
 use std::{
-    io::{BufRead, BufReader, Cursor, Read, Seek},
+    io::{BufReader, Cursor, Read},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
 };
 
-use image::{DynamicImage, GrayImage, ImageFormat, ImageReader, ImageResult, Limits};
+use image::{GrayImage, ImageFormat, ImageReader};
 
-use super::{Arrival, CaptureError, FrameSource, SourceIdentity};
+use super::{Arrival, CaptureError, FrameSource, SourceIdentity, decoded};
 use boresight_files::{FileError, Links, open};
-use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
-
-/// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
-pub const PICTURE_LIMIT_PX: u32 = 16_384;
+use boresight_geometry::{
+    device::{CameraEvent, Fault},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+};
 
 /// Most bytes of a JPEG: one for each pixel at the largest size.
 const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
 
-/// The pictures of a folder, in the order of their names.
+/// The pictures of a folder, in the order of their names. One that can't be read is said, and left out.
 #[derive(Debug)]
 pub struct ImageFolder {
     identity: SourceIdentity,
@@ -32,7 +32,7 @@ impl ImageFolder {
     ///
     /// # Errors
     ///
-    /// [`CaptureError`] if it cannot be listed, holds no picture, or its first one cannot be read.
+    /// [`CaptureError`] if it cannot be listed, holds no picture, or none that can be read.
     pub fn open(folder: &Path) -> Result<Self, CaptureError> {
         let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
         let mut files = Vec::new();
@@ -44,9 +44,16 @@ impl ImageFolder {
             }
         }
         files.sort();
-        let first =
-            files.first().ok_or_else(|| CaptureError::NoPictures { path: folder.to_path_buf() })?;
-        let image_size = Some(ImageSize::of(&read_picture(first)?));
+        let mut broken = None;
+        let readable = files.iter().find_map(|path| match read_picture(path) {
+            Ok(image) => Some(image),
+            Err(err) => {
+                broken.get_or_insert(err);
+                None
+            }
+        });
+        let none = || broken.unwrap_or(CaptureError::NoPictures { path: folder.to_path_buf() });
+        let image_size = Some(ImageSize::of(&readable.ok_or_else(none)?));
         let identity = SourceIdentity { name: folder.display().to_string(), image_size };
         Ok(Self { identity, files: files.into_iter(), next: 0 })
     }
@@ -59,10 +66,17 @@ impl FrameSource for ImageFolder {
 
     fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
         let Some(path) = self.files.next() else { return Ok(Arrival::End) };
-        let image = read_picture(&path)?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let image = match read_picture(&path) {
+            Ok(image) => image,
+            Err(CaptureError::Decode { reason, .. }) => {
+                let (fault, detail) = (Fault::BrokenPicture, format!("{name}: {reason}"));
+                return Ok(Arrival::Event(CameraEvent::Doubtful { fault, detail }));
+            }
+            Err(err) => return Err(err),
+        };
         let id = FrameId(self.next);
         self.next += 1;
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         // Photographs are a second apart: there's no motion between them.
         let captured_at = CaptureTime { nanos: id.0 * 1_000_000_000 };
         let kind = FrameKind::Photograph;
@@ -70,13 +84,11 @@ impl FrameSource for ImageFolder {
     }
 }
 
-/// Reads a PNG or JPEG as brightness, in the orientation in which the sensor delivered it. 16 bits are scaled to 8 and
-/// colours weighed as a camera's are, see `pixel_format`; transparency counts for nothing.
+/// Reads a PNG or JPEG as brightness, as [`decoded`] does.
 ///
 /// # Errors
 ///
-/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is larger
-/// than [`PICTURE_LIMIT_PX`] on a side.
+/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is too large.
 pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
     let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
@@ -100,17 +112,7 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     } else {
         decoded(file, format)
     };
-    image.map(DynamicImage::into_luma8).map_err(|err| decode(err.to_string()))
-}
-
-fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> ImageResult<DynamicImage> {
-    let mut reader = ImageReader::with_format(bytes, format);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(PICTURE_LIMIT_PX);
-    limits.max_image_height = Some(PICTURE_LIMIT_PX);
-    reader.limits(limits);
-    // EXIF orientation is ignored on purpose: a calibration describes the sensor's pixels.
-    reader.decode()
+    image.map_err(decode)
 }
 
 /// True if a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
@@ -142,7 +144,7 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use image::{ImageBuffer, Luma, LumaA, Rgb, Rgba};
+    use image::{DynamicImage, ImageBuffer, Luma, LumaA, Rgb, Rgba};
 
     use super::*;
 

@@ -26,7 +26,7 @@
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
 //! | [`integrity`] | whether a frame is whole |
 //! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
-//! | `pixels`, `compressed`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG, from messages of ROS 2 |
+//! | `pixels`, `compressed`, `decoded`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG in memory and in files, from messages of ROS 2 |
 //! | `address` | names of network streams, with and without secrets |
 //! | `health`, `reader_words` | whether pictures keep coming; what ffmpeg says |
 
@@ -34,6 +34,7 @@ mod adapted;
 mod address;
 mod camera_mode;
 mod compressed;
+mod decoded;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
 #[cfg(all(target_os = "linux", feature = "gige"))]
@@ -60,9 +61,10 @@ pub use adapted::{preceded, renumbered};
 pub use address::{is_address, is_command, without_secrets};
 pub use camera_mode::{CameraMode, choose, layout};
 pub use compressed::Decompressor;
+pub use decoded::{PICTURE_LIMIT_PX, decoded};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
-pub use image_folder::{ImageFolder, PICTURE_LIMIT_PX, read_picture};
+pub use image_folder::{ImageFolder, read_picture};
 #[cfg(all(unix, feature = "live"))]
 pub use pipe::Pipe;
 pub use pixel_format::Unpacker;

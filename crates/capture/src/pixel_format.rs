@@ -3,14 +3,12 @@
 //! Deeper samples are scaled by their whole range: `v` of `n` bits becomes 255 v / (2ⁿ - 1), rounded. Colours are
 //! weighed as in picture files: 0.2126 red, 0.7152 green, 0.0722 blue; a Bayer mosaic ¼, ½, ¼.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use image::GrayImage;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 use zune_jpeg::JpegDecoder;
 
 use super::integrity::{Flaw, JpegGate, raw};
-use boresight_geometry::{device::PixelLayout, frame::ImageSize};
+use boresight_geometry::{device::PixelLayout, frame::ImageSize, panic_message::caught};
 
 /// Turns the frames of one stream into pictures.
 #[derive(Clone, Debug)]
@@ -136,12 +134,10 @@ fn decode(jpeg: &[u8], size: ImageSize) -> Result<GrayImage, Flaw> {
         .set_max_width(size.width_px as usize)
         .set_max_height(size.height_px as usize)
         .jpeg_set_out_colorspace(ColorSpace::Luma);
-    let pixels = catch_unwind(AssertUnwindSafe(|| {
-        JpegDecoder::new_with_options(ZCursor::new(jpeg), options).decode()
-    }))
-    .ok()
-    .and_then(Result::ok)
-    .ok_or(Flaw::Undecodable)?;
+    let pixels = caught(|| JpegDecoder::new_with_options(ZCursor::new(jpeg), options).decode())
+        .ok()
+        .and_then(Result::ok)
+        .ok_or(Flaw::Undecodable)?;
     GrayImage::from_raw(size.width_px, size.height_px, pixels).ok_or(Flaw::Undecodable)
 }
 

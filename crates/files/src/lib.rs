@@ -46,6 +46,7 @@ pub use disk_log::{DiskLog, LoggedChange};
 pub use error::FileError;
 pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_folder};
 pub use lock::FileLock;
+pub use plain::is_still_at;
 pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
 pub use save::{FileStream, Overwrite, copy, may_save, remove, save, save_streamed};

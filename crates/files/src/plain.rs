@@ -1,6 +1,10 @@
 //! Kinds of directory entries, and the refusal of all but files.
 
-use std::{fs::FileType, fs::OpenOptions, io, path::Path};
+use std::{
+    fs::{File, FileType, OpenOptions},
+    io,
+    path::Path,
+};
 
 use super::FileError;
 
@@ -41,6 +45,23 @@ pub(super) fn file_or_nothing(path: &Path) -> Result<bool, FileError> {
         Err(err) if err.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(source) => Err(FileError::Read { source, path: path.to_path_buf() }),
     }
+}
+
+/// Whether the open `file` still is what stands at `path`: nobody has renamed its folder and put another in its place.
+#[cfg(unix)]
+pub fn is_still_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let place = |file: std::fs::Metadata| (file.dev(), file.ino());
+    match (file.metadata(), path.symlink_metadata()) {
+        (Ok(own), Ok(there)) => place(own) == place(there),
+        _ => false,
+    }
+}
+
+/// Off Unix, an open file keeps its folder from being renamed.
+#[cfg(not(unix))]
+pub fn is_still_at(_: &File, _: &Path) -> bool {
+    true
 }
 
 /// Options of an opening that never waits for another program, and that refuses links if `refuse_links`.

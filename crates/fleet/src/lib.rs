@@ -6,6 +6,25 @@ pub mod batch;
 #[cfg(feature = "history")]
 pub mod history;
 
+/// Stable name of an error of this crate or of [`boresight_app`], for programs; `FAILED` if it has none.
+pub fn error_code(err: &anyhow::Error) -> &'static str {
+    for cause in err.chain() {
+        if cause.is::<batch::ManifestError>() {
+            return "MANIFEST";
+        }
+        if cause.is::<batch::OtherJob>() {
+            return "OTHER-BATCH";
+        }
+        #[cfg(feature = "history")]
+        match cause.downcast_ref() {
+            Some(history::IndexError::File(err)) => return err.code(),
+            Some(_) => return "INDEX",
+            None => {}
+        }
+    }
+    boresight_app::error_code(err)
+}
+
 /// The next action for an error of this crate or of [`boresight_app`], if one is known.
 pub fn explain(err: &anyhow::Error) -> Option<String> {
     #[cfg(feature = "cloud")]

@@ -117,7 +117,7 @@ pub fn cell_centres_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64
 }
 
 /// Pixel at the centre of a cell of the grid.
-pub fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
+pub(crate) fn cell_centre_px(image_size: ImageSize, column: u32, row: u32) -> Point2<f64> {
     let along = |cell: u32, cells: u32, size: u32| {
         (f64::from(cell) + 0.5) / f64::from(cells) * f64::from(size) - 0.5
     };

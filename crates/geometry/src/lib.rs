@@ -73,8 +73,7 @@ pub mod target;
 pub use camera::{Camera, Projection, RayProjection};
 pub use corner::{Corner, mean_px, seen_count};
 pub use coverage::{
-    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centre_px, cell_centres_px, corner_coverage,
-    coverage, open_corners,
+    BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centres_px, corner_coverage, coverage, open_corners,
 };
 pub use distortion::{BROWN_PARAMETERS, Distortion, LENS_PARAMETERS, LensKind};
 pub use homography::{Homography, NoHomography, expect_unseen};

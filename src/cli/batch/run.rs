@@ -1,7 +1,7 @@
 //! `boresight batch run`.
 
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::{Mutex, PoisonError},
     thread::available_parallelism,
     time::{Duration, Instant},
@@ -16,14 +16,12 @@ use crate::cli::{
     export::format_name,
     operation::{LogForm, OnFinish},
     progress::Progress,
+    stdin::Given,
     terminal::{log, say, stop_flag},
 };
 use boresight_app::{Exit, export::Format};
-use boresight_files::{Overwrite, Scratch, may_save};
+use boresight_files::{Overwrite, may_save};
 use boresight_fleet::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
-
-/// File that stdin is copied to.
-const COPY: &str = "manifest.jsonl";
 
 /// The version of this program, with the hash of its sources.
 const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUILD"));
@@ -131,6 +129,7 @@ fn time(text: &str) -> Result<Duration, String> {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        self.log.begin();
         let job = self.job()?;
         let shard = match self.shard {
             Some(shard) => shard,
@@ -140,11 +139,10 @@ impl Arguments {
             may_save(metrics, Overwrite::Allowed)?;
         }
         let program = std::env::current_exe().context("this program's own file can't be found")?;
-        let copy = if self.manifest == Path::new("-") { Some(from_stdin()?) } else { None };
-        let copied = copy.as_ref().map(|copy| copy.path().join(COPY));
+        let manifest = Given::one(&self.manifest)?;
         let batch = Batch {
             job,
-            manifest: copied.as_deref().unwrap_or(&self.manifest),
+            manifest: manifest.file(),
             shard,
             out: &self.out,
             budget: self.budget,
@@ -154,7 +152,6 @@ impl Arguments {
         };
         let stop = stop_flag()?;
         let is_json = self.log == LogForm::Json;
-        self.log.begin();
         let progress = Progress::new("sessions", 0);
         let Shard { index, count } = shard;
         log("begin", || json!({ "shard": index + 1, "shards": count, "out": self.out }));
@@ -242,14 +239,6 @@ impl Arguments {
             say(&format!("{err}"));
         }
     }
-}
-
-/// The manifest from stdin: it's read more than once.
-fn from_stdin() -> anyhow::Result<Scratch> {
-    let copy = Scratch::new()?;
-    let mut file = copy.create(Path::new(COPY))?;
-    std::io::copy(&mut std::io::stdin().lock(), &mut file).context("could not read stdin")?;
-    Ok(copy)
 }
 
 fn summary(tally: &Tally) -> String {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use image::{GrayImage, ImageFormat};
 
-use boresight_capture::read_picture;
+use boresight_capture::{decoded, read_picture};
 use boresight_files::{FileError, Overwrite, entries, make_folder, remove, save};
 use boresight_watch::Shelf;
 
@@ -88,9 +88,7 @@ impl Shelf for PictureShelf {
             return read_picture(&self.path(number)?).ok();
         }
         let (_, _, png) = self.in_memory.iter().find(|(n, _, _)| *n == number)?;
-        image::load_from_memory_with_format(png, ImageFormat::Png)
-            .ok()
-            .map(image::DynamicImage::into_luma8)
+        decoded(std::io::Cursor::new(png), ImageFormat::Png).ok()
     }
 
     fn drop(&mut self, number: u64) {

@@ -65,7 +65,7 @@ pub struct LeaveOneOut {
 ///
 /// Without view i, an efficient estimate moves by a random step of covariance `C₋ᵢ − C` (Hausman 1978).
 /// `None` if fewer than two of the reduced problems can be solved.
-pub fn leave_one_out(bundle: &Bundle, noise_factor: f64) -> Option<LeaveOneOut> {
+pub(crate) fn leave_one_out(bundle: &Bundle, noise_factor: f64) -> Option<LeaveOneOut> {
     let covariance = bundle.covariance(noise_factor)?;
     let full = covariance.pp();
     let (mut squared, mut expected, mut count) = (0.0, 0.0, 0);

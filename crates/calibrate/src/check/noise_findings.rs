@@ -16,7 +16,7 @@ const LEAST_PX: f64 = 0.01;
 /// A fit that claims much less has absorbed errors that the corners share, so it understates its uncertainty. One that
 /// claims much more is off by something that doesn't change from picture to picture: the print, the flatness of the board
 /// or the lens model. Its covariance includes that, see `noise_inflation`.
-pub fn noise_finding(fit_px: f64, measured_px: f64) -> Option<Finding> {
+pub(crate) fn noise_finding(fit_px: f64, measured_px: f64) -> Option<Finding> {
     let is_measured = measured_px.is_finite() && measured_px > 0.0;
     if !is_measured || fit_px.max(measured_px) < LEAST_PX {
         return None;

@@ -133,7 +133,7 @@ impl ProjectionJacobian {
     }
 
     /// 95 % bound of the error over the grid points that `is_inside` selects. `None` if it selects none.
-    pub fn bound_px_inside(
+    pub(crate) fn bound_px_inside(
         &self,
         covariance: &LensMatrix,
         is_inside: impl Fn(&Point2<f64>) -> bool,

@@ -81,7 +81,7 @@ impl Observations {
 
     /// Adjusts the corners with up to `threads` threads where they are many. The result doesn't depend on their number.
     #[must_use]
-    pub fn with_threads(self, threads: usize) -> Self {
+    pub(crate) fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
     }
 
@@ -110,7 +110,7 @@ impl Observations {
     }
 
     /// Number of measured coordinates: two per corner.
-    pub fn coordinate_count(&self) -> usize {
+    pub(crate) fn coordinate_count(&self) -> usize {
         2 * self.views.iter().map(Vec::len).sum::<usize>()
     }
 
@@ -144,7 +144,12 @@ impl Observations {
     }
 
     /// Root mean square residual of one view per coordinate, in pixels. Corners behind the camera are left out.
-    pub fn view_residual_rms_px(&self, view: usize, camera: &Camera, pose: &Isometry3<f64>) -> f64 {
+    pub(crate) fn view_residual_rms_px(
+        &self,
+        view: usize,
+        camera: &Camera,
+        pose: &Isometry3<f64>,
+    ) -> f64 {
         let corners = &self.views[view];
         let sum: f64 = corners
             .iter()
@@ -352,7 +357,11 @@ impl Bundle {
     /// Change and covariance of the lens parameters when one view is left out, to first order.
     ///
     /// One Gauss–Newton step from the full minimum: `δ = (I − Iᵢ)⁻¹ (−gᵢ)`.
-    pub fn without_view(&self, view: usize, noise_factor: f64) -> Option<(LensVector, LensMatrix)> {
+    pub(crate) fn without_view(
+        &self,
+        view: usize,
+        noise_factor: f64,
+    ) -> Option<(LensVector, LensMatrix)> {
         let (information, gradient) = self.view_information.get(view)?;
         let covariance = self.covariance_of(&(self.information - information), noise_factor)?;
         let mut shift = covariance * gradient / -(noise_factor * noise_factor);

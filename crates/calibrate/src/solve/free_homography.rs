@@ -101,7 +101,7 @@ impl FreeHomographies {
     }
 
     /// `S`, the unit of `g`, in pixels.
-    pub fn unit_px(&self) -> f64 {
+    pub(crate) fn unit_px(&self) -> f64 {
         SCALE_PX
     }
 

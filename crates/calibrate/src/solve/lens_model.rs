@@ -226,7 +226,7 @@ impl LensModel {
     }
 
     /// `camera` with zero for the coefficients that this model doesn't estimate.
-    pub fn without_others(self, camera: &Camera) -> Camera {
+    pub(crate) fn without_others(self, camera: &Camera) -> Camera {
         let free = self.freedom(false).free;
         let mut parameters = camera.lens_parameters();
         for (value, _) in parameters.iter_mut().zip(free).filter(|(_, is_free)| !is_free) {
@@ -396,7 +396,7 @@ impl LensPrior {
 
     /// The prior under which a rational lens is fitted: its numerator and denominator can nearly cancel, so that their
     /// coefficients grow without changing the lens. k4, k5, k6 are 0 ± 3.
-    pub fn of_quotient() -> Self {
+    pub(crate) fn of_quotient() -> Self {
         let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
         for parameter in [LensParameter::K4, LensParameter::K5, LensParameter::K6] {
             prior.information[parameter.index()] = 1.0 / 9.0;

@@ -81,8 +81,9 @@ fn next_action(err: &anyhow::Error) -> Option<String> {
 
 fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
     let path = Path::new(&item.session);
-    if Item::of(path).is_none_or(|now| now.content != item.content) {
-        // What can't be read just now hasn't changed by that.
+    let is_same = || Item::of(path).is_some_and(|now| now.content == item.content);
+    // What can't be read just now hasn't changed by that: a second look tells a passing error from a change.
+    if !is_same() && !is_same() {
         SessionFolder::read(path)?;
         return Err(NotWorked::Changed.into());
     }

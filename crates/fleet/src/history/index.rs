@@ -195,13 +195,18 @@ impl Index {
         names
     }
 
+    /// Whether a session in or below `root` is in it.
+    pub fn has_below(&self, root: &Path) -> bool {
+        self.rows.keys().any(|session| Path::new(session).starts_with(root))
+    }
+
     /// Cameras whose newest usable calibration began before `limit`, or that have none, with the time of the newest; the
-    /// oldest first.
-    pub fn due(&self, limit: &str) -> Vec<(String, Option<String>)> {
+    /// oldest first. One that is dated after `now` has a wrong clock and doesn't count.
+    pub fn due(&self, limit: &str, now: &str) -> Vec<(String, Option<String>)> {
         let mut newest: BTreeMap<&str, Option<&str>> = BTreeMap::new();
         for (entry, _) in self.rows.values() {
             let own = newest.entry(&entry.camera).or_default();
-            if entry.is_usable() {
+            if entry.is_usable() && entry.created.as_str() <= now {
                 *own = (*own).max(Some(&entry.created));
             }
         }

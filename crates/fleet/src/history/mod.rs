@@ -9,15 +9,25 @@
 //! | `entry` | what a row says of one calibration |
 //! | `index` | the rows as lines of JSON |
 //! | `sqlite_index`, `sqlite` | takes over the index of earlier versions, which was kept in SQLite |
+//! | `add` | results of session folders into the index |
+//! | `told`, `page` | a camera in words and as JSON; all of them as one page |
 //! | `trend` | one camera over time: the statistic of a check between its oldest and its newest calibrations |
 
+mod add;
 mod entry;
 mod index;
+mod page;
 mod sqlite;
 mod sqlite_index;
+mod told;
 mod trend;
 
+pub use add::{Added, add};
 pub use entry::Entry;
 pub use index::{Index, IndexError, Taken};
+pub use page::{days_ago, page};
 pub use sqlite_index::NotTaken;
+pub use told::{
+    ComparedEntry, DifferenceEntry, HISTORY_SCHEMA, HistoryFile, StepEntry, StepLens, name, trend,
+};
 pub use trend::{CameraHistory, Step, Trend, histories};

@@ -1,7 +1,7 @@
 use super::{
     ExportedCamera, NotExpressible, basalt, colmap_cameras, gyroflow, kalibr_camchain,
     matlab_script, metashape, mrcal_cameramodel, nerf, open3d, opencv, opencv_yaml, orb_slam,
-    photonvision, ros_camera_info, vins,
+    photonvision, realitycapture, ros_camera_info, vins,
 };
 
 /// A format of another program that holds one camera.
@@ -29,6 +29,8 @@ pub enum CameraFormat {
     Nerf,
     /// Calibration of Agisoft Metashape: Brown's, fisheye.
     Metashape,
+    /// XMP sidecar of RealityCapture: Brown's, with square pixels.
+    Realitycapture,
     /// Basalt's calibration: every lens.
     Basalt,
     /// Camera file of VINS-Fusion: Brown's without k3, fisheye.
@@ -43,7 +45,7 @@ pub enum CameraFormat {
 
 impl CameraFormat {
     /// Every format, in the order in which a person is offered them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::OpencvYaml,
         Self::OpencvXml,
         Self::OpencvJson,
@@ -55,6 +57,7 @@ impl CameraFormat {
         Self::OrbSlam3,
         Self::Nerf,
         Self::Metashape,
+        Self::Realitycapture,
         Self::Basalt,
         Self::Vins,
         Self::Photonvision,
@@ -76,6 +79,7 @@ impl CameraFormat {
             Self::OrbSlam3 => ["orb-slam3", "ORB-SLAM3", "orb_slam3.yaml"],
             Self::Nerf => ["nerf", "NeRF", "transforms.json"],
             Self::Metashape => ["metashape", "Metashape", "metashape.xml"],
+            Self::Realitycapture => ["realitycapture", "RealityCapture", "realitycapture.xmp"],
             Self::Basalt => ["basalt", "Basalt", "basalt.json"],
             Self::Vins => ["vins", "VINS", "vins.yaml"],
             Self::Photonvision => ["photonvision", "PhotonVision", "photonvision.json"],
@@ -113,6 +117,7 @@ impl CameraFormat {
             Self::OrbSlam3 => "ORB-SLAM3's camera settings (no rational lens)",
             Self::Nerf => "transforms.json of Nerfstudio and instant-ngp (no rational lens)",
             Self::Metashape => "Agisoft Metashape's calibration (no rational lens)",
+            Self::Realitycapture => "RealityCapture's XMP sidecar (no wide lenses)",
             Self::Basalt => "Basalt's calibration",
             Self::Vins => "VINS-Mono and VINS-Fusion (no k3)",
             Self::Photonvision => "PhotonVision's calibration (no fisheye)",
@@ -139,6 +144,7 @@ impl CameraFormat {
             Self::OrbSlam3 => orb_slam::write(exported),
             Self::Nerf => nerf::write(exported),
             Self::Metashape => metashape::write(exported),
+            Self::Realitycapture => realitycapture::write(exported),
             Self::Basalt => Ok(basalt::write(exported)),
             Self::Vins => vins::write(exported),
             Self::Photonvision => photonvision::write(exported),
@@ -198,6 +204,7 @@ mod tests {
             ("orb-slam3", "...x."),
             ("nerf", "...x."),
             ("metashape", "...x."),
+            ("realitycapture", "...xx"),
             ("basalt", "....."),
             ("vins", "..xx."),
             ("photonvision", "....x"),

@@ -6,11 +6,12 @@
 //! | [`ros_camera_info`] | ROS `camera_info_manager`, `image_proc` | every lens: `plumb_bob`, `rational_polynomial`, `equidistant` |
 //! | [`kalibr_camchain`] | Kalibr and what reads its camchain | Brown's without k3 as `radtan`, a fisheye as `equidistant` |
 //! | [`colmap_cameras`] | COLMAP | every lens; pixels counted from the picture's corner |
-//! | [`mrcal_cameramodel`] | mrcal | Brown's as `LENSMODEL_OPENCV5`, rational as `LENSMODEL_OPENCV8` |
+//! | [`mrcal_cameramodel`] | mrcal | Brown's as `LENSMODEL_OPENCV5`, rational as `LENSMODEL_OPENCV8`; with views, also `optimization_inputs` |
 //! | [`matlab_script`] | MATLAB, Octave | Brown's; pixels counted from 1 |
 //! | `orb_slam` | ORB-SLAM3 | Brown's as `PinHole`, a fisheye as `KannalaBrandt8` |
 //! | `nerf` | Nerfstudio, instant-ngp | Brown's as `OPENCV`, a fisheye as `OPENCV_FISHEYE`; pixels counted from the corner |
 //! | `metashape` | Agisoft Metashape | Brown's as `frame`, a fisheye as `fisheye`; counted from the middle |
+//! | `realitycapture` | RealityCapture | Brown's as `brown3` or `brown3t2`, with square pixels; counted from the middle, in longer sides |
 //! | `basalt` | Basalt | every lens: `pinhole`, `pinhole-radtan8`, `kb4` |
 //! | `vins` | VINS-Mono, VINS-Fusion | Brown's without k3 as `PINHOLE`, a fisheye as `KANNALA_BRANDT` |
 //! | `photonvision` | PhotonVision | Brown's and rational |
@@ -31,21 +32,24 @@ mod kalibr;
 mod matlab;
 mod metashape;
 mod mrcal;
+mod mrcal_inputs;
 mod nerf;
 pub(super) mod number;
 mod open3d;
 mod opencv;
 mod orb_slam;
 mod photonvision;
+mod realitycapture;
 mod ros;
 mod vins;
 
 pub use camera_format::CameraFormat;
-pub use colmap::colmap_cameras;
+pub use colmap::{colmap_cameras, colmap_cameras_with_sd};
 pub use csv::{csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
-pub use mrcal::mrcal_cameramodel;
+pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};
+pub use mrcal_inputs::SolvedView;
 pub use opencv::opencv_yaml;
 pub use ros::ros_camera_info;
 

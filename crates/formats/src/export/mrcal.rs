@@ -1,6 +1,11 @@
 use std::fmt::Write;
 
-use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
+use super::{
+    Coefficients, ExportedCamera, NotExpressible,
+    mrcal_inputs::{SolvedView, optimization_inputs},
+    number::numbers,
+};
+use boresight_geometry::board::Checkerboard;
 
 /// The calibration as an mrcal `.cameramodel` at the origin of the reference frame: `LENSMODEL_PINHOLE`, `LENSMODEL_OPENCV5`,
 /// or `LENSMODEL_OPENCV8` for a rational lens.
@@ -11,6 +16,30 @@ use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 ///
 /// [`NotExpressible`] for a fisheye lens.
 pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
+    cameramodel(exported, |_, _| None)
+}
+
+/// As [`mrcal_cameramodel`], with the `views` of `board` that the calibration rests on, from which mrcal works out its own
+/// uncertainty (`mrcal.projection_uncertainty`). Views whose corners aren't the board's, or too many, are left out together.
+///
+/// # Errors
+///
+/// As there.
+pub fn mrcal_cameramodel_with_views(
+    exported: &ExportedCamera<'_>,
+    board: &Checkerboard,
+    views: &[SolvedView<'_>],
+) -> Result<String, NotExpressible> {
+    let size_px = [exported.image_size.width_px, exported.image_size.height_px];
+    cameramodel(exported, |model, intrinsics| {
+        optimization_inputs(model, intrinsics, size_px, board, views)
+    })
+}
+
+fn cameramodel(
+    exported: &ExportedCamera<'_>,
+    inputs: impl FnOnce(&str, &[f64]) -> Option<String>,
+) -> Result<String, NotExpressible> {
     let coefficients = exported.coefficients();
     let (model, coefficients): (_, &[f64]) = match &coefficients {
         Coefficients::None => ("LENSMODEL_PINHOLE", &[]),
@@ -28,6 +57,12 @@ pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> Result<String, NotExp
     let _ = writeln!(text, "    # extrinsics are rt_fromref");
     let _ = writeln!(text, "    'extrinsics': [ {},],\n", numbers(&[0.0; 6]));
     let _ = writeln!(text, "    'imagersize': [ {}, {},],", size.width_px, size.height_px);
+    if let Some(inputs) = inputs(model, &intrinsics) {
+        let _ = writeln!(
+            text,
+            "\n    'icam_intrinsics': 0,\n\n    'optimization_inputs': b'{inputs}',"
+        );
+    }
     text.push_str("}\n");
     Ok(text)
 }

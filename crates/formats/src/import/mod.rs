@@ -9,6 +9,7 @@
 //! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
 //! | OpenCV XML (`xml`, `matrices`) | `<opencv_storage>` | – |
 //! | Metashape (`xml`, `named`) | `<calibration>` | – |
+//! | RealityCapture XMP (`xml`, `named`) | `<x:xmpmeta>`; needs the picture's size in `tiff:` or `exif:` | – |
 //! | COLMAP `cameras.txt` (`colmap`) | a line of number, model, numbers | how many cameras there are |
 //! | ORB-SLAM3 (`named`) | `Camera.type` | – |
 //! | `transforms.json` (`named`) | `fl_x` | – |
@@ -23,7 +24,7 @@
 //! ```
 //!
 //! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, as this program does, so
-//! numbers are kept bit for bit. COLMAP, `transforms.json` and Metashape count from elsewhere: there the principal point
+//! numbers are kept bit for bit. COLMAP, `transforms.json`, Metashape and RealityCapture count from elsewhere: there the principal point
 //! is rounded once. A lens that needs more than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in, numbers go out; nothing here opens a file.
 
 mod colmap;
@@ -65,6 +66,7 @@ fn calibration(text: &str) -> Result<OldCalibration, NotImported> {
         return match root.as_str() {
             "opencv_storage" => matrices::read(&tree),
             "calibration" => named::metashape(&tree),
+            "xmpmeta" => named::realitycapture(&tree),
             _ => Err(NotImported::UnknownFormat),
         };
     }

@@ -1,4 +1,4 @@
-//! Formats that name each of their numbers: ORB-SLAM3, `transforms.json`, Metashape, Basalt, VINS, Gyroflow.
+//! Formats that name each of their numbers: ORB-SLAM3, `transforms.json`, Metashape, RealityCapture, Basalt, VINS, Gyroflow.
 
 use serde_json::Value;
 
@@ -133,6 +133,43 @@ pub(super) fn metashape(tree: &Value) -> Result<OldCalibration, NotImported> {
     let [b1, cx, cy] = all(tree, ["b1", "cx", "cy"], or_zero)?;
     let middle = size.map(|side| side / 2.0 - 0.5);
     lens.calibration(OldFormat::Metashape, [fy + b1, fy, cx + middle[0], cy + middle[1]], size)
+}
+
+/// RealityCapture's XMP sidecar. Its unit is the picture's longer side.
+pub(super) fn realitycapture(tree: &Value) -> Result<OldCalibration, NotImported> {
+    let missing = |name, wanted| NotImported::Missing { name, wanted };
+    only_zero(tree, &["Skew"])?;
+    if let Some(ratio) = tree["AspectRatio"].as_f64().filter(|ratio| *ratio != 1.0) {
+        let coefficient = "AspectRatio";
+        return Err(NotImported::Coefficient { coefficient, value: ratio.to_string() });
+    }
+    let model = tree["DistortionModel"].as_str().unwrap_or_default();
+    // Files of some programs leave out the coefficients that a model hasn't.
+    let stated = super::numbers::list(&tree["DistortionCoeficients"]).unwrap_or_default();
+    let mut coefficients = [0.0; 6];
+    for (coefficient, stated) in coefficients.iter_mut().zip(&stated) {
+        *coefficient = *stated;
+    }
+    let [k1, k2, k3, k4, t1, t2] = coefficients;
+    let lens = match (model, stated.len()) {
+        ("perspective", _) => [0.0; 5],
+        ("brown3" | "brown3t2", 3..=6) if k4 == 0.0 => [k1, k2, t2, t1, k3],
+        ("brown3" | "brown3t2", _) => {
+            return Err(missing("DistortionCoeficients", "k1 k2 k3 0 t1 t2"));
+        }
+        (other, _) => return other_model(other),
+    };
+    let size = all(tree, ["ImageWidth", "ImageLength"], number)
+        .or_else(|_| all(tree, ["PixelXDimension", "PixelYDimension"], number))
+        .map_err(|_| {
+            missing("the picture's size, tiff:ImageWidth and tiff:ImageLength,", NUMBER)
+        })?;
+    let longer = size[0].max(size[1]);
+    let [f, u, v] = all(tree, ["FocalLength35mm", "PrincipalPointU", "PrincipalPointV"], number)?;
+    let f_px = f * longer / 36.0;
+    let centre = [size[0] / 2.0 - 0.5 + u * longer, size[1] / 2.0 - 0.5 + v * longer];
+    let intrinsics = [f_px, f_px, centre[0], centre[1]];
+    Named::Brown(lens).calibration(OldFormat::Realitycapture, intrinsics, size)
 }
 
 /// Basalt's calibration: the first camera.

@@ -66,6 +66,8 @@ pub enum OldFormat {
     Nerf,
     /// A calibration of Agisoft Metashape.
     Metashape,
+    /// An XMP sidecar of RealityCapture.
+    Realitycapture,
     /// A calibration of Basalt.
     Basalt,
     /// A camera file of VINS-Mono or VINS-Fusion.
@@ -137,7 +139,7 @@ pub enum NotImported {
     },
 }
 
-const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML, XML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel, COLMAP cameras.txt, ORB-SLAM3, transforms.json, Metashape, Basalt, VINS, PhotonVision, Gyroflow, Open3D";
+const FORMATS: &str = "boresight's calibration.json, OpenCV's YAML, XML or JSON, ROS camera_info, Kalibr camchain, mrcal .cameramodel, COLMAP cameras.txt, ORB-SLAM3, transforms.json, Metashape, RealityCapture XMP, Basalt, VINS, PhotonVision, Gyroflow, Open3D";
 const KNOWN_LENS: &str =
     "only pinholes with k1, k2, p1, p2, k3, k4, k5, k6 and OpenCV's fisheye model can be read";
 
@@ -154,6 +156,7 @@ impl OldFormat {
             Self::OrbSlam3 => "ORB-SLAM3",
             Self::Nerf => "transforms.json",
             Self::Metashape => "Metashape",
+            Self::Realitycapture => "RealityCapture",
             Self::Basalt => "Basalt",
             Self::Vins => "VINS",
             Self::Photonvision => "PhotonVision",

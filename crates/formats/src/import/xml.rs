@@ -1,4 +1,4 @@
-//! XML of OpenCV's `FileStorage` and of Metashape as a tree of values.
+//! XML of OpenCV's `FileStorage`, of Metashape and of XMP as a tree of values.
 
 use roxmltree::{Document, Node, ParsingOptions};
 use serde_json::{Map, Value};
@@ -19,8 +19,25 @@ pub(super) fn parse(text: &str) -> Result<(String, Value), NotImported> {
     let document = Document::parse_with_options(text, options);
     let document = document.map_err(|err| malformed(err.to_string()))?;
     let root = document.root_element();
-    let tree = value(root, 0).ok_or_else(|| malformed("nested too deeply".into()))?;
-    Ok((root.tag_name().name().to_owned(), tree))
+    let name = root.tag_name().name();
+    let tree = if name == "xmpmeta" { xmp(root) } else { value(root, 0) };
+    let tree = tree.ok_or_else(|| malformed("nested too deeply".into()))?;
+    Ok((name.to_owned(), tree))
+}
+
+/// What XMP describes: a property is an attribute or an element of `<rdf:Description>`.
+fn xmp(root: Node<'_, '_>) -> Option<Value> {
+    let mut map = Map::new();
+    let is_description = |node: &Node<'_, '_>| node.tag_name().name() == "Description";
+    for description in root.descendants().filter(is_description) {
+        for attribute in description.attributes() {
+            map.insert(attribute.name().to_owned(), plain(attribute.value()));
+        }
+        for child in description.children().filter(Node::is_element) {
+            map.insert(child.tag_name().name().to_owned(), value(child, 0)?);
+        }
+    }
+    Some(Value::Object(map))
 }
 
 fn value(node: Node<'_, '_>, depth: usize) -> Option<Value> {
@@ -34,13 +51,18 @@ fn value(node: Node<'_, '_>, depth: usize) -> Option<Value> {
     if !map.is_empty() {
         return Some(Value::Object(map));
     }
-    let text = node.text().unwrap_or_default().trim();
+    Some(plain(node.text().unwrap_or_default()))
+}
+
+/// A number, several as a list, or another text.
+fn plain(text: &str) -> Value {
+    let text = text.trim();
     let numbers: Option<Vec<Value>> = text.split_ascii_whitespace().map(number).collect();
-    Some(match numbers {
+    match numbers {
         Some(mut one) if one.len() == 1 => one.remove(0),
         Some(numbers) if !numbers.is_empty() => Value::Array(numbers),
         _ => Value::String(text.to_owned()),
-    })
+    }
 }
 
 fn number(word: &str) -> Option<Value> {

@@ -73,11 +73,13 @@ pub enum Fault {
     NotPictures,
     /// The pictures have another size than the session's.
     OtherSize,
+    /// A picture of a folder can't be read, and is left out.
+    BrokenPicture,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 35] = [
+    pub const ALL: [Self; 36] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -113,6 +115,7 @@ impl Fault {
         Self::NoPictures,
         Self::NotPictures,
         Self::OtherSize,
+        Self::BrokenPicture,
     ];
 
     /// Stable name, for recordings, machines and support.
@@ -153,6 +156,7 @@ impl Fault {
             Self::NoPictures => "PIPE-SILENT",
             Self::NotPictures => "PIPE-FORMAT",
             Self::OtherSize => "PIPE-SIZE",
+            Self::BrokenPicture => "PIC-BAD",
         }
     }
 

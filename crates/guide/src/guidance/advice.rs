@@ -85,7 +85,7 @@ const SHOWN: f64 = 0.5;
 /// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
 /// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily. Of direction, tilt,
 /// size and place, the one that lacks most is named. [`Advice::Finished`] without a target.
-pub fn advise(
+pub(crate) fn advise(
     view: Option<&View>,
     refusal: &Refusal,
     target: Option<&Target>,

@@ -40,7 +40,7 @@ const NEW_WIDTHS: f64 = 0.03;
 
 /// Share of what a view tells that the `accepted` ones don't tell already: what boards and lenses do beside their models, a bend
 /// or a fold, is the same in views that look alike. 1 without any.
-pub fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
+pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
     let apart_widths2 = |other: &View| {
         let pairs = view.corners.iter().zip(&other.corners);
         let both = pairs.filter(|(one, other)| one.is_seen() && other.is_seen());
@@ -143,7 +143,7 @@ impl Knowledge {
     /// The same, for boards that the person can hold so calmly that rows err by no more than this in common, a picture's height
     /// from the middle one.
     #[must_use]
-    pub fn held_calmly(mut self, calm_shear_px: f64) -> Self {
+    pub(crate) fn held_calmly(mut self, calm_shear_px: f64) -> Self {
         self.calm_shear_px = calm_shear_px;
         self
     }
@@ -282,7 +282,7 @@ fn weight(lens_estimate: &LensEstimate, params: &GuidanceParams) -> LensMatrix {
 }
 
 /// Pose of the board with `points_m` whose corners appear at `corners`; `None` if they fit no board.
-pub fn pose_of(
+pub(crate) fn pose_of(
     corners: &[Corner],
     points_m: &[Point2<f64>],
     lens_estimate: &LensEstimate,

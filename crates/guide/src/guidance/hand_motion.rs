@@ -53,7 +53,7 @@ impl Velocity {
     }
 
     /// Standard deviation of what the velocity misses, per axis.
-    pub fn unknown_px_per_s(&self) -> f64 {
+    pub(crate) fn unknown_px_per_s(&self) -> f64 {
         self.unknown_px_per_s
     }
 

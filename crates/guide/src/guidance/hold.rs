@@ -59,7 +59,7 @@ impl Hold {
     }
 
     /// Notes a frame that isn't good. Returns whether anything of the hold is left.
-    pub fn fade(&mut self, now: CaptureTime) -> bool {
+    pub(crate) fn fade(&mut self, now: CaptureTime) -> bool {
         self.held_secs -= FADING * self.step_secs(now);
         self.held_secs > 0.0
     }
@@ -71,7 +71,7 @@ impl Hold {
     }
 
     /// True if the hold has lasted for `wanted_secs` and has a frame to take. The frame after that shows how the board moved.
-    pub fn is_complete(&self, wanted_secs: f64) -> bool {
+    pub(crate) fn is_complete(&self, wanted_secs: f64) -> bool {
         let is_followed = self.best.view.captured_at < self.judged_at;
         self.best.is_rigid && is_followed && self.progress(wanted_secs) >= 1.0
     }

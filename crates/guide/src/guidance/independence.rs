@@ -86,7 +86,7 @@ pub fn role_of(
 
 /// Index of the opposed partner of the accepted view at `index`; either of the two may have been taken first. `None`
 /// without one, or without a view at `index`. Settled at acceptance: a better lens estimate doesn't undo it.
-pub fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
+pub(crate) fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     let view = accepted.get(index)?;
     accepted.iter().position(|other| {
         view.partner_frame == Some(other.frame_id) || other.partner_frame == Some(view.frame_id)

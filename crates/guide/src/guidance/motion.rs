@@ -72,7 +72,7 @@ impl Scatter {
 
     /// Standard deviation per axis of one corner in one frame. Both ends of a step have it, so a step has twice
     /// its variance. `None` with fewer than `least` degrees of freedom.
-    pub fn corner_sigma_px(&self, least: f64) -> Option<f64> {
+    pub(crate) fn corner_sigma_px(&self, least: f64) -> Option<f64> {
         (self.freedom >= least.max(1.0)).then(|| (0.5 * self.sum_px2 / self.freedom).sqrt())
     }
 }
@@ -113,7 +113,7 @@ impl MotionWindow {
     }
 
     /// The newest frame but one.
-    pub fn before_newest(&self) -> Option<(CaptureTime, &[Corner])> {
+    pub(crate) fn before_newest(&self) -> Option<(CaptureTime, &[Corner])> {
         let (time, corners) = self.frames.get(self.frames.len().checked_sub(2)?)?;
         Some((*time, corners))
     }

@@ -139,6 +139,6 @@ const TUNED_WIDTH_PX: f64 = 1280.0;
 ///
 /// They don't shrink in smaller pictures: a pixel's own width blurs an edge by as much there, and a hand that
 /// follows the screen errs by whole pixels of what it sees.
-pub fn width_scale(image_size: ImageSize) -> f64 {
+pub(crate) fn width_scale(image_size: ImageSize) -> f64 {
     (f64::from(image_size.width_px) / TUNED_WIDTH_PX).max(1.0)
 }

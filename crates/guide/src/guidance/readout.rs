@@ -44,7 +44,7 @@ impl Readout {
     }
 
     /// Its standard deviation.
-    pub fn sd_secs(&self) -> f64 {
+    pub(crate) fn sd_secs(&self) -> f64 {
         self.sums.0.sqrt().recip().max(LEAST_SD_SECS + LEAST_SD * self.secs())
     }
 
@@ -96,7 +96,7 @@ impl Readout {
 
     /// The corners of a board that moves with `velocity`, where they were when the middle row was read in a picture
     /// `height_px` high, with what they err by in common because motion and readout aren't known exactly.
-    pub fn at_one_instant(
+    pub(crate) fn at_one_instant(
         &self,
         corners: &[Corner],
         velocity: Option<&Velocity>,

@@ -15,7 +15,7 @@ const TURN_DEG: f64 = 45.0;
 /// with a person who errs by some degrees, the standard deviations of the principal point and of projection after four
 /// views are 0.55 and 0.17 px, against 0.61 and 0.26 px if the second pair is at right angles to the first (1920×1080,
 /// f = 1400 px, corner noise 0.3 px). Source: `docs/method.md`, sections 3.4 and 3.9.
-pub fn slots_deg(image_size: ImageSize) -> [f64; 8] {
+pub(crate) fn slots_deg(image_size: ImageSize) -> [f64; 8] {
     let (start_deg, turn_deg) = if image_size.width_px >= image_size.height_px {
         (67.5, TURN_DEG)
     } else {

@@ -39,7 +39,7 @@ pub struct Precision {
 impl Precision {
     /// True if the goal is met; without a goal, if both standard deviations are small enough to stop. See
     /// [`Self::excess`].
-    pub fn is_reached(&self, params: &GuidanceParams) -> bool {
+    pub(crate) fn is_reached(&self, params: &GuidanceParams) -> bool {
         self.excess(params) <= 1.0
     }
 
@@ -55,7 +55,7 @@ impl Precision {
 
     /// True if projection is known too badly in the picture's corners, and boards that leave the picture may help.
     /// Never with a goal of the person's own, which says what matters.
-    pub fn lacks_corners(&self, params: &GuidanceParams) -> bool {
+    pub(crate) fn lacks_corners(&self, params: &GuidanceParams) -> bool {
         self.goal_excess.is_none()
             && params.leaves_picture()
             && params.stop_corner_sigma_px.is_some_and(|limit_px| self.corner_sigma_px > limit_px)
@@ -76,7 +76,7 @@ pub enum Progress {
 
 /// End of a session when no further pose is possible. Coverage that no pose can improve stays a finding of the
 /// calibration; it doesn't fail the session.
-pub fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
+pub(crate) fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
     let is_trusted = |p: &Precision| if params.is_far() { p.trusted_far } else { p.trusted };
     if precision.is_some_and(|precision| is_trusted(precision) && precision.is_reached(params)) {
         Progress::Complete

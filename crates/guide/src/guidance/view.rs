@@ -61,7 +61,7 @@ impl LensEstimate {
 
     /// Pull of the unknown part of the distortion on a principal line, in pixels for each pixel between the board's
     /// centre and the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
-    pub fn line_bias_per_px(&self) -> f64 {
+    pub(crate) fn line_bias_per_px(&self) -> f64 {
         let sd =
             |covariance: &LensMatrix| covariance.variance_of(LensParameter::K1).max(0.0).sqrt();
         let sigma_k1 = self.covariance.as_ref().map_or(0.3, |covariance| sd(covariance).max(0.01));
@@ -106,7 +106,7 @@ impl View {
 
     /// Larger of the shares of the picture's width and height that the whole board spans, its unseen part as expected:
     /// above 1 if it's larger than the picture.
-    pub fn board_span_fraction(&self, image_size: ImageSize) -> f64 {
+    pub(crate) fn board_span_fraction(&self, image_size: ImageSize) -> f64 {
         span_fraction(bounds_px(self.corners.iter().map(|corner| corner.px)), image_size)
     }
 }

@@ -144,6 +144,10 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "The pictures have another size now",
             "Go back to the session's size, or start a new session: a calibration holds for one size.",
         ),
+        Fault::BrokenPicture => (
+            "A picture can't be read and is left out",
+            "Remove the file, or replace it with an undamaged PNG or JPEG.",
+        ),
     }
 }
 
@@ -254,9 +258,15 @@ pub fn mode(mode: &Mode) -> String {
     }
 }
 
-/// Text from a device without what could command a terminal.
+/// Text from a device or a file without what could command a terminal, or turn the order of its letters.
 pub fn printable(text: &str) -> String {
-    text.chars().filter(|c| !c.is_control()).collect()
+    text.chars().filter(|c| is_harmless(*c)).collect()
+}
+
+/// Whether a letter commands no terminal: it's no control character, and turns no direction of writing.
+pub fn is_harmless(c: char) -> bool {
+    !c.is_control()
+        && !matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
 /// `word` with a capital letter, as at the start of a line.

@@ -40,7 +40,7 @@ pub use findings::{
     FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, not_calibrated,
     of_source, verdict, verdict_on,
 };
-pub use run::{resuming, views_are_safe};
+pub use run::{resuming, simulated_gave_up, views_are_safe};
 pub use speech::{NO_VOICE, VOICE_TEST, spoken, spoken_after};
 pub use target::{
     NO_ROOM_FOR_CODE, board_from_code, code_in_margin, does_not_fit, other_square, target_lines,

@@ -77,13 +77,18 @@ pub fn recording(created: &str, source: &str, size: ImageSize) -> String {
 /// The last journal line was cut.
 pub const CUT: &str = "The last entry was incomplete (never shown as saved) and was dropped.";
 
-/// This build would have accepted other views than the recorded ones.
-pub fn restored(views: usize) -> String {
+/// This build would have accepted other views than the recorded ones, which it decided by the same rules or by others.
+pub fn restored(views: usize, by_these_rules: bool) -> String {
     let views = if views == 1 {
         "its 1 view is kept".to_owned()
     } else {
         format!("its {views} views are kept")
     };
+    if by_these_rules {
+        return format!(
+            "This version would decide differently by the rules that the session names: {views} as recorded. `boresight doctor` looks for changes."
+        );
+    }
     format!(
         "Recorded by another version: {views} as recorded, though this version would decide differently."
     )
@@ -91,6 +96,19 @@ pub fn restored(views: usize) -> String {
 
 /// The rules of guidance have changed since the recording was made.
 pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: a view is now taken for what it tells about the lens. Tilt, size, place, blur and motion make it tell less, and have no limits any more; directions must differ significantly, and the corners are corrected for a rolling shutter.";
+
+/// The recording names rules of guidance that this version doesn't know.
+pub const LATER_RULES: &str = "Recorded under rules of a newer boresight, so decisions may differ. The recorded views are kept.";
+
+/// What to say of a recording under the rules `recorded` of guidance, if this version has the rules `own` and decides
+/// differently.
+pub fn other_rules(recorded: u32, own: u32) -> Option<&'static str> {
+    match recorded.cmp(&own) {
+        std::cmp::Ordering::Less => Some(EARLIER_RULES),
+        std::cmp::Ordering::Equal => None,
+        std::cmp::Ordering::Greater => Some(LATER_RULES),
+    }
+}
 
 /// A control: label, key, what it does.
 pub type Step = (&'static str, &'static str, &'static str);

@@ -7,7 +7,7 @@ use std::{
 };
 
 use image::{
-    GrayImage, ImageEncoder, Limits,
+    GrayImage, ImageEncoder,
     codecs::png::{CompressionType, FilterType, PngEncoder},
 };
 use serde::{Deserialize, Serialize};
@@ -20,9 +20,10 @@ use crate::config::{
     Config,
     retired::{self, Retired},
 };
+use boresight_capture::{PICTURE_LIMIT_PX, decoded};
 use boresight_files::{
-    FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, make_folder, open, read,
-    read_text, save,
+    FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, is_still_at, make_folder,
+    open, read, read_text, save,
 };
 use boresight_geometry::{
     device::CameraInfo,
@@ -39,8 +40,6 @@ const FRAMES: &str = "frames";
 /// Sizes in bytes of the largest header and the largest stored picture that are read.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
 const FRAME_LIMIT: u64 = 512 << 20;
-/// Longest side of a stored picture.
-const SIDE_LIMIT_PX: u32 = 16_384;
 
 /// Contents of `session.toml`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -122,8 +121,8 @@ impl Header {
         }
         let header: Self =
             table.try_into().map_err(|err: toml::de::Error| bad(err.message().into()))?;
-        if header.image_size_px.iter().any(|side| !(1..=SIDE_LIMIT_PX).contains(side)) {
-            return Err(bad(format!("image_size_px needs sides of 1 to {SIDE_LIMIT_PX}")));
+        if header.image_size_px.iter().any(|side| !(1..=PICTURE_LIMIT_PX).contains(side)) {
+            return Err(bad(format!("image_size_px needs sides of 1 to {PICTURE_LIMIT_PX}")));
         }
         header.config.check().map_err(|err| bad(err.to_string()))?;
         Ok(header)
@@ -148,7 +147,7 @@ fn is_new(path: &Path) -> bool {
 pub struct SessionFolder {
     path: PathBuf,
     journal: Journal,
-    _lock: File,
+    lock: File,
 }
 
 impl SessionFolder {
@@ -167,7 +166,7 @@ impl SessionFolder {
             .map_err(|err| FileError::writing(path)(std::io::Error::other(err.to_string())))?;
         let journal = Journal::create(&path.join(JOURNAL), checksum(text.as_bytes()))?;
         save(&path.join(HEADER), text.as_bytes(), Overwrite::Never)?;
-        Ok(Self { path: path.to_path_buf(), journal, _lock: lock(path)? })
+        Ok(Self { path: path.to_path_buf(), journal, lock: lock(path)? })
     }
 
     /// Opens a session to resume it. Changes nothing until the first line is appended.
@@ -189,7 +188,7 @@ impl SessionFolder {
             return Err(FileError::NotAFile { what, path: frames }.into());
         }
         let journal = Journal::append_to(&path.join(JOURNAL), &contents, header_crc32)?;
-        Ok((Self { path: path.to_path_buf(), journal, _lock: lock }, header, contents))
+        Ok((Self { path: path.to_path_buf(), journal, lock }, header, contents))
     }
 
     /// Reads header and journal of the session at `path`.
@@ -252,9 +251,13 @@ impl SessionFolder {
     ///
     /// # Errors
     ///
-    /// [`RecordingError::File`].
+    /// [`RecordingError::File`], also if another folder is in its place by now.
     pub fn store_frame(&self, id: FrameId, frame: &Frame) -> Result<Stored, RecordingError> {
         let path = self.path.join(id.stored_name());
+        if !is_still_at(&self.lock, &self.path.join(HEADER)) {
+            let moved = "the session's folder isn't in its place any more";
+            return Err(FileError::writing(&path)(std::io::Error::other(moved)).into());
+        }
         let mut png = Vec::with_capacity(frame.image.len() / 2);
         PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
             .write_image(
@@ -337,20 +340,36 @@ pub(super) fn stored_bytes(session: &Path, stored: &Stored) -> Result<Vec<u8>, R
 /// [`RecordingError::File`] or [`RecordingError::Frame`].
 pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
     let bytes = stored_bytes(session, stored)?;
-    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), image::ImageFormat::Png);
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(SIDE_LIMIT_PX);
-    limits.max_image_height = Some(SIDE_LIMIT_PX);
-    reader.limits(limits);
-    reader.decode().map(image::DynamicImage::into_luma8).map_err(|err| RecordingError::Frame {
-        reason: err.to_string(),
-        path: session.join(FrameId(stored.frame).stored_name()),
+    decoded(Cursor::new(bytes), image::ImageFormat::Png).map_err(|reason| {
+        let path = session.join(FrameId(stored.frame).stored_name());
+        RecordingError::Frame { reason, path }
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_that_took_this_ones_place_gets_no_picture() {
+        let place = tempfile::tempdir().expect("a folder");
+        let path = place.path().join("session");
+        let size = ImageSize { width_px: 8, height_px: 6 };
+        let header = Header::new("sim", size, Config::load(None, &[]).expect("defaults"));
+        let frame = Frame {
+            id: FrameId(0),
+            captured_at: boresight_geometry::frame::CaptureTime { nanos: 0 },
+            kind: boresight_geometry::frame::FrameKind::Photograph,
+            name: String::new(),
+            image: GrayImage::new(8, 6),
+        };
+        let folder = SessionFolder::create(&path, &header).expect("made");
+        folder.store_frame(frame.id, &frame).expect("stored");
+        std::fs::rename(&path, place.path().join("away")).expect("renamed");
+        SessionFolder::create(&path, &header).expect("made");
+        folder.store_frame(frame.id, &frame).expect_err("it isn't its folder");
+        assert!(entries(&path.join(FRAMES)).is_empty());
+    }
 
     #[test]
     fn a_session_with_a_setting_that_is_not_used_any_more_opens() {

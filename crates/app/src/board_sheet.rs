@@ -1,0 +1,190 @@
+//! A board to print or show on a screen, as a file.
+
+use std::path::Path;
+
+use anyhow::{Context, anyhow};
+use serde::Serialize;
+
+use boresight_geometry::{
+    board_code::{BoardCode, BoardId},
+    markers::Markers,
+    target::BoardChoice,
+};
+use boresight_present::{
+    target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
+    text,
+};
+
+/// Name and version of [`TargetFile`].
+pub const TARGET_SCHEMA: &str = "boresight.target/1";
+
+/// Pixels per inch of a PNG on paper.
+const USUAL_DPI: f64 = 300.0;
+
+/// Kind of file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SheetKind {
+    /// For printing.
+    Pdf,
+    /// For drawing programs.
+    Svg,
+    /// For screens.
+    Png,
+}
+
+impl SheetKind {
+    /// The kind that a file's name tells; `None` if it ends in nothing known.
+    pub fn of_file(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        Self::by_name(&ending)
+    }
+
+    /// The kind called `pdf`, `svg` or `png`.
+    pub fn by_name(name: &str) -> Option<Self> {
+        match name {
+            "pdf" => Some(Self::Pdf),
+            "svg" => Some(Self::Svg),
+            "png" => Some(Self::Png),
+            _ => None,
+        }
+    }
+}
+
+/// The paper of that name, whatever its letters' case.
+pub fn paper(name: &str) -> Option<Paper> {
+    Paper::ALL.into_iter().find(|paper| paper.name().eq_ignore_ascii_case(name))
+}
+
+/// What `target --json` prints.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TargetFile {
+    /// [`TARGET_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.target/1")))]
+    pub schema: String,
+    /// The written file.
+    pub file: String,
+    /// ID in the code in the margin; null without one.
+    pub id: Option<String>,
+    /// The board.
+    pub board: TargetBoard,
+    /// The paper, or `screen`.
+    pub paper: String,
+    /// Width and height of the page.
+    pub page_mm: [f64; 2],
+    /// The board's place on the page.
+    pub top_left_mm: [f64; 2],
+    /// White around the board where it's narrowest.
+    pub white_mm: f64,
+    /// Length of the ruler.
+    pub ruler_mm: f64,
+}
+
+/// A printed board.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TargetBoard {
+    /// Inner corners in a row.
+    pub columns: u16,
+    /// Inner corners in a column.
+    pub rows: u16,
+    /// Side of a square.
+    pub square_mm: f64,
+    /// Dictionary of a ChArUco board's markers; null on a plain board.
+    pub dictionary: Option<String>,
+    /// Side of a marker.
+    pub marker_mm: Option<f64>,
+}
+
+/// A board on its page, with the code in its margin if there is one.
+#[derive(Clone, Debug)]
+pub struct BoardSheet {
+    /// Where the board is.
+    pub plan: Plan,
+    code: Option<BoardCode>,
+}
+
+impl BoardSheet {
+    /// The board on the one of `pages` on which it's best, with squares of `square_mm`, or as large as fits. The sides of
+    /// markers that aren't named are 0.75 of a square.
+    ///
+    /// # Errors
+    ///
+    /// If it fits on none of them, or can't have these markers.
+    pub fn new(board: BoardChoice, square_mm: Option<f64>, pages: &[Page]) -> anyhow::Result<Self> {
+        let square = square_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
+        let mut plan = plan(board.columns, board.rows, square, pages)
+            .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
+        if let Some(markers) = board.markers {
+            let side_squares = markers.side_m.map(|side_m| 1e3 * side_m / plan.square_mm);
+            plan = plan.with_markers(Markers::sized(markers.dictionary, side_squares))?;
+        }
+        Ok(Self { plan, code: None })
+    }
+
+    /// The sheet with the code for `id`, from which other commands read the board; without it if there's no room. Markers
+    /// name their board by themselves.
+    #[must_use]
+    pub fn with_code(mut self, id: BoardId) -> Self {
+        self.code = margin_code(&self.plan, id).filter(|_| self.plan.markers.is_none());
+        self
+    }
+
+    /// ID in the code.
+    pub fn id(&self) -> Option<String> {
+        self.code.as_ref().map(|code| code.id().to_string())
+    }
+
+    /// The file's bytes; a PNG on paper in that resolution, or of 300 pixels per inch.
+    ///
+    /// # Errors
+    ///
+    /// If a PNG would be too large.
+    pub fn bytes(
+        &self,
+        kind: SheetKind,
+        resolution: Option<Resolution>,
+    ) -> anyhow::Result<Vec<u8>> {
+        let lines = text::target_lines(&self.plan, self.id().as_deref());
+        let sheet = match &self.code {
+            Some(code) => sheet(&self.plan, &lines).with_code(&self.plan, code),
+            None => sheet(&self.plan, &lines),
+        };
+        Ok(match kind {
+            SheetKind::Pdf => pdf(&sheet),
+            SheetKind::Svg => svg(&sheet).into_bytes(),
+            SheetKind::Png => {
+                let usual = Resolution::from_dpi(USUAL_DPI).context("no resolution")?;
+                let resolution = self.plan.page.pixels.or(resolution).unwrap_or(usual);
+                png(&sheet, resolution).context("use a lower --dpi")?
+            }
+        })
+    }
+
+    /// What `target --json` prints of the sheet that was written to `file`, on the paper of that name.
+    pub fn told(&self, file: &Path, paper: &str) -> TargetFile {
+        let plan = &self.plan;
+        TargetFile {
+            schema: TARGET_SCHEMA.into(),
+            file: file.display().to_string(),
+            id: self.id(),
+            board: TargetBoard {
+                columns: plan.columns,
+                rows: plan.rows,
+                square_mm: plan.square_mm,
+                dictionary: plan.markers.map(|markers| markers.dictionary.name().into()),
+                marker_mm: plan.markers.map(|markers| plan.square_mm * markers.side_squares),
+            },
+            paper: paper.into(),
+            page_mm: [plan.page.width_mm, plan.page.height_mm],
+            top_left_mm: [plan.left_mm, plan.top_mm],
+            white_mm: plan.white_mm(),
+            ruler_mm: plan.ruler_mm,
+        }
+    }
+}
+
+/// The code for the margin of `plan`. `None` if there's no room for it.
+fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
+    BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
+}

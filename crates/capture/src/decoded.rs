@@ -1,0 +1,84 @@
+//! Picture files as brightness.
+
+use std::{
+    io::{BufRead, Seek},
+    sync::{Mutex, PoisonError},
+};
+
+use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use boresight_geometry::panic_message::caught;
+
+/// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
+pub const PICTURE_LIMIT_PX: u32 = 16_384;
+
+/// Bytes of a decoded picture from which on one is decoded at a time, however many cores there are.
+const LARGE: u64 = 1 << 27;
+static LARGE_PICTURE: Mutex<()> = Mutex::new(());
+
+/// The brightness of the picture in `bytes`, in the orientation in which the sensor delivered it. 16 bits are scaled to 8
+/// and colours weighed as a camera's are, see `pixel_format`; transparency counts for nothing.
+///
+/// # Errors
+///
+/// What the decoder said, also if it gave up by a panic: the picture is none, is cut, or is larger than
+/// [`PICTURE_LIMIT_PX`] on a side.
+pub fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> Result<GrayImage, String> {
+    let decode = || {
+        let mut reader = ImageReader::with_format(bytes, format);
+        let mut limits = Limits::default();
+        limits.max_image_width = Some(PICTURE_LIMIT_PX);
+        limits.max_image_height = Some(PICTURE_LIMIT_PX);
+        reader.limits(limits.clone());
+        // EXIF orientation is ignored on purpose: a calibration describes the sensor's pixels.
+        let decoder = reader.into_decoder()?;
+        limits.reserve(decoder.total_bytes())?;
+        let alone = (decoder.total_bytes() > LARGE)
+            .then(|| LARGE_PICTURE.lock().unwrap_or_else(PoisonError::into_inner));
+        let picture = DynamicImage::from_decoder(decoder).map(DynamicImage::into_luma8);
+        drop(alone);
+        picture
+    };
+    match caught(decode) {
+        Ok(decoded) => decoded.map_err(|err| err.to_string()),
+        Err(panic) => Err(format!("its decoder gave up: {panic}")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    /// A chunk of a PNG file.
+    fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+        let body = [kind, data].concat();
+        let crc32 = crc32fast::hash(&body).to_be_bytes();
+        [&(data.len() as u32).to_be_bytes()[..], &body, &crc32].concat()
+    }
+
+    #[test]
+    fn a_palette_of_broken_colours_is_an_error() {
+        let header = [0, 0, 0, 4, 0, 0, 0, 4, 8, 3, 0, 0, 0];
+        // Four rows of four pixels, each row after its filter, in a stored block of zlib.
+        let rows = [0; 20];
+        let zlib = [&[0x78, 1, 1, 20, 0, 235, 255][..], &rows, &[0, 20, 0, 1]].concat();
+        let png = |palette: &[u8]| {
+            let start = b"\x89PNG\r\n\x1a\n".to_vec();
+            let chunks = [
+                chunk(b"IHDR", &header),
+                chunk(b"PLTE", palette),
+                chunk(b"tRNS", &[0]),
+                chunk(b"IDAT", &zlib),
+                chunk(b"IEND", &[]),
+            ];
+            Cursor::new([start, chunks.concat()].concat())
+        };
+        let whole = decoded(png(&[9, 9, 9]), ImageFormat::Png).expect("a picture");
+        assert_eq!(whole.into_raw(), [9; 16]);
+        for length in [1, 2, 4, 5] {
+            decoded(png(&vec![9; length]), ImageFormat::Png).expect_err("no whole colours");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! Sessions into the index.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+
+use super::index::Index;
+use crate::batch::{Row, recorded};
+use boresight_app::session_folders::session_folders;
+
+/// What [`add`] found.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Added {
+    /// Sessions in and below the folders.
+    pub sessions: usize,
+    /// Sessions whose result is in the index now.
+    pub added: usize,
+    /// Sessions without a result.
+    pub without: usize,
+    /// Sessions that have left the index: they're gone, or their result can't be read.
+    pub gone: usize,
+    /// Sessions whose result can't be read, in words.
+    pub damaged: Vec<String>,
+}
+
+/// Reads the results of the sessions in and below `roots` into the index at `path`. One that was there is read again, one that
+/// is gone or damaged leaves the index; so does a root that is gone. `found` is called with the number of sessions, `each`
+/// after every one.
+///
+/// # Errors
+///
+/// If there are no sessions, a root can't be read, or the index can't.
+pub fn add(
+    path: &Path,
+    roots: &[PathBuf],
+    found: impl FnOnce(usize),
+    each: impl Fn(),
+) -> anyhow::Result<Added> {
+    let (mut folders, mut absolute) = (Vec::new(), Vec::new());
+    // Better known now than after the work.
+    let before = Index::open(path)?;
+    for root in roots {
+        let whole = std::path::absolute(root)?;
+        if !(before.has_below(&whole) && !whole.exists()) {
+            session_folders(root, &mut |folder| {
+                folders.push(folder.to_path_buf());
+                Ok(())
+            })?;
+        }
+        absolute.push(whole);
+    }
+    let knows = absolute.iter().any(|root| before.has_below(root));
+    if folders.is_empty() && !knows {
+        bail!(
+            "there is no session in or below these folders: a session is a folder with a session.toml"
+        );
+    }
+    found(folders.len());
+    let mut added = Added { sessions: folders.len(), ..Added::default() };
+    let mut rows: Vec<Row> = Vec::new();
+    for folder in &folders {
+        match recorded(folder) {
+            Ok(Some(row)) => rows.push(row),
+            Ok(None) => added.without += 1,
+            Err(err) => added.damaged.push(format!("{err:#}")),
+        }
+        each();
+    }
+    added.added = rows.len();
+    added.gone = Index::add_to(path, &rows, &absolute)?;
+    Ok(added)
+}

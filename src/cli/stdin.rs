@@ -1,0 +1,93 @@
+//! `-`: what stands at standard input, in the place of a file.
+
+use std::{
+    io::{Read, Write},
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+
+use boresight_files::Scratch;
+
+/// The name of standard input.
+pub(super) const DASH: &str = "-";
+
+/// Most bytes that are taken.
+const LIMIT: u64 = 1 << 30;
+
+/// Files that a person named, with a copy of standard input where that's one of them.
+#[derive(Debug)]
+pub(super) struct Given {
+    /// Paths that can be read, and read again.
+    pub(super) files: Vec<PathBuf>,
+    copy: Option<(Scratch, PathBuf)>,
+}
+
+impl Given {
+    /// The files called `names`.
+    ///
+    /// # Errors
+    ///
+    /// If standard input is named twice, can't be read, or the copy can't be written.
+    pub(super) fn of(names: &[PathBuf]) -> anyhow::Result<Self> {
+        let mut given = Self { files: names.to_vec(), copy: None };
+        for file in given.files.iter_mut().filter(|file| **file == Path::new(DASH)) {
+            if given.copy.is_some() {
+                bail!("standard input can be read once only: name - once");
+            }
+            let (scratch, path) = copied()?;
+            file.clone_from(&path);
+            given.copy = Some((scratch, path));
+        }
+        Ok(given)
+    }
+
+    /// The file called `name`, alone.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::of`].
+    pub(super) fn one(name: &Path) -> anyhow::Result<Self> {
+        Self::of(&[name.to_path_buf()])
+    }
+
+    /// The file of [`Self::one`].
+    pub(super) fn file(&self) -> &Path {
+        self.files.first().map_or(Path::new(DASH), PathBuf::as_path)
+    }
+
+    /// What a person calls `file`.
+    pub(super) fn name(&self, file: &Path) -> String {
+        match &self.copy {
+            Some((_, copy)) if copy == file => DASH.into(),
+            _ => file.display().to_string(),
+        }
+    }
+}
+
+/// Standard input as a file, whose name tells whether it's a picture or a table.
+fn copied() -> anyhow::Result<(Scratch, PathBuf)> {
+    let mut input = std::io::stdin().lock().take(LIMIT + 1);
+    let mut start = Vec::new();
+    input.by_ref().take(8).read_to_end(&mut start).context("could not read standard input")?;
+    if start.is_empty() {
+        bail!("nothing came at standard input");
+    }
+    let ending = if start.starts_with(b"\x89PNG") {
+        "png"
+    } else if start.starts_with(&[0xFF, 0xD8]) {
+        "jpg"
+    } else {
+        "vnl"
+    };
+    let name = format!("stdin.{ending}");
+    let scratch = Scratch::new()?;
+    let mut file = scratch.create(Path::new(&name))?;
+    file.write_all(&start).context("could not copy standard input")?;
+    std::io::copy(&mut input, &mut file).context("could not copy standard input")?;
+    if input.limit() == 0 {
+        bail!("more than {LIMIT} bytes came at standard input");
+    }
+    let path = scratch.path().join(name);
+    Ok((scratch, path))
+}

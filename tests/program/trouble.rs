@@ -1,0 +1,111 @@
+//! Files that others made, broke or changed: each has its reason, and ends nothing else.
+
+use std::{fs, path::Path};
+
+use tempfile::TempDir;
+
+use crate::{
+    person::{boresight, says},
+    platform::{copied, good, json},
+};
+
+/// A PNG with a palette that is no whole number of colours: its decoder panics.
+fn panicking_png() -> Vec<u8> {
+    fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+        let body = [kind, data].concat();
+        let crc32 = crc32fast::hash(&body).to_be_bytes();
+        [&(data.len() as u32).to_be_bytes()[..], &body, &crc32].concat()
+    }
+    let header = [0, 0, 0, 4, 0, 0, 0, 4, 8, 3, 0, 0, 0];
+    // Four rows of four pixels, each after its filter, in a stored block of zlib.
+    let zlib = [&[0x78, 1, 1, 20, 0, 235, 255][..], &[0; 20], &[0, 20, 0, 1]].concat();
+    let chunks = [
+        chunk(b"IHDR", &header),
+        chunk(b"PLTE", &[9; 4]),
+        chunk(b"tRNS", &[0]),
+        chunk(b"IDAT", &zlib),
+        chunk(b"IEND", &[]),
+    ];
+    [b"\x89PNG\r\n\x1a\n".to_vec(), chunks.concat()].concat()
+}
+
+fn folder_with(place: &Path, broken: &[u8]) {
+    let folder = place.join("pictures");
+    fs::create_dir_all(&folder).expect("made");
+    for entry in fs::read_dir(good().join("frames")).expect("listable") {
+        let entry = entry.expect("listable");
+        fs::copy(entry.path(), folder.join(entry.file_name())).expect("copied");
+    }
+    // Before all others, and among them.
+    fs::write(folder.join("000.png"), broken).expect("written");
+    fs::write(folder.join("frame-0000005x.png"), broken).expect("written");
+}
+
+#[test]
+fn a_picture_that_breaks_its_decoder_is_a_broken_picture() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    folder_with(place, &panicking_png());
+    let ended = boresight(place, &["detect", "--board", "7x5", "pictures/000.png"]);
+    says(&ended, 1, &["not a readable picture", "000.png"]);
+    assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+    copied("good", &place.join("session"));
+    let stored = fs::read_dir(place.join("session/frames")).expect("listable").next();
+    let stored = stored.expect("one").expect("listable").path();
+    fs::write(&stored, panicking_png()).expect("written");
+    let ended = boresight(place, &["doctor", "session"]);
+    says(&ended, 1, &["checksum"]);
+    assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+}
+
+#[test]
+fn a_broken_picture_of_a_folder_is_said_and_left_out() {
+    for broken in [panicking_png(), b"no picture".to_vec()] {
+        let place = TempDir::new().expect("folder");
+        let place = place.path();
+        folder_with(place, &broken);
+        let ended = boresight(
+            place,
+            &[
+                "guide",
+                "--headless",
+                "--source",
+                "pictures",
+                "--board",
+                "7x5",
+                "--square",
+                "30mm",
+                "--out",
+                "out",
+            ],
+        );
+        assert!(matches!(ended.code, 0 | 3), "{}: {}", ended.code, ended.stderr);
+        for word in ["PIC-BAD", "000.png", "frame-0000005x.png"] {
+            assert!(ended.stderr.contains(word), "{word}: {}", ended.stderr);
+        }
+        assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+        let result = fs::read_to_string(place.join("out/calibration.json")).expect("a result");
+        assert!(json(&result)["result"]["f_px"][0].as_f64().is_some());
+    }
+}
+
+#[test]
+fn decisions_that_do_not_follow_are_told_from_those_of_other_rules() {
+    let rules = boresight::guidance::RULES;
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    for (name, stated) in [("same", rules), ("later", 99)] {
+        copied("good", &place.join(name));
+        let header = place.join(name).join("session.toml");
+        let text = fs::read_to_string(&header).expect("readable");
+        let others = text.lines().filter(|line| !line.starts_with("guidance_rules"));
+        let mut lines: Vec<String> = others.map(str::to_owned).collect();
+        lines.insert(0, format!("guidance_rules = {stated}"));
+        fs::write(&header, lines.join("\n")).expect("written");
+    }
+    says(&boresight(place, &["doctor", "same"]), 1, &["session.toml doesn't belong"]);
+    says(&boresight(place, &["doctor", "later"]), 0, &["Whole"]);
+    says(&boresight(place, &["replay", "later"]), 1, &["newer boresight"]);
+    let same = boresight(place, &["replay", "same"]);
+    assert!(!same.stderr.contains("newer") && !same.stderr.contains("earlier rules"));
+}
