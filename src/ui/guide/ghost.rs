@@ -80,8 +80,8 @@ impl Canvas<'_> {
         self.shadow(rim);
         face(self.painter, rim, color.gamma_multiply(opacity));
         let width = |near: f32| self.wide(RIM[0] + near * near * (RIM[1] - RIM[0]));
-        let black = self.wide(2.0);
-        edge(self.painter, rim, |near| width(near) + 2.0 * black, Color32::BLACK);
+        let [below, _] = theme::outline(0.0, color);
+        edge(self.painter, rim, |near| width(near) + below.width, below.color);
         edge(self.painter, rim, width, color);
     }
 
