@@ -32,10 +32,13 @@ mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
+mod status;
 mod stdin;
 mod stream_args;
 mod target;
 pub mod terminal;
+#[cfg(unix)]
+mod typing;
 mod usage;
 mod watch;
 #[cfg(feature = "window")]

@@ -19,8 +19,8 @@ use boresight_files::{self as files, Links, Overwrite, save};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::device::{Control, Lock};
 use boresight_guide::{
-    guidance::{Progress, RULES},
-    session::{Input, Session},
+    guidance::RULES,
+    session::{Ending, Input, Session},
 };
 use boresight_present::{
     report::{
@@ -130,8 +130,8 @@ fn compose(
     };
     let name = std::path::absolute(path)?;
     let mut notes = Vec::new();
-    if session.progress() != Progress::Complete {
-        notes.push(text::progress(session.progress()).into());
+    if session.ending() != Ending::Finished {
+        notes.push(text::ending(session.ending()).into());
     }
     let History { frames, refused, changes } = history(&contents.lines)?;
     let mut rows = versions(&[&header.schema]);

@@ -18,7 +18,10 @@ use boresight_guide::{
     guidance::Refusal,
     session::{Command, Gravity, Outcome, Snapshot},
 };
-use boresight_present::speech::{Narrator, Word};
+use boresight_present::{
+    instruction::Instruction,
+    speech::{Narrator, Word},
+};
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
 /// News kept for a page that was away.
@@ -368,7 +371,7 @@ impl Onlooker for Hub {
 
     fn decided(&self, snapshot: &Snapshot) {
         let mut teller = lock(&self.teller);
-        for word in teller.narrator.news(snapshot) {
+        for word in teller.narrator.news(&Instruction::of(snapshot)) {
             teller.next += 1;
             if teller.news.len() == NEWS_KEPT {
                 teller.news.pop_front();

@@ -38,8 +38,8 @@ pub mod target;
 pub mod view;
 pub mod wanted_pose;
 
-pub use advice::Advice;
-pub(crate) use advice::advise;
+pub use advice::{Advice, Hand};
+pub(crate) use advice::{Difference, advise};
 pub(crate) use gain::newness;
 pub use gain::{Knowledge, UsualError, wanted_share};
 pub use hand_motion::Velocity;

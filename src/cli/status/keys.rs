@@ -1,0 +1,67 @@
+//! Keys of the terminal, read one at a time.
+
+use std::{
+    io::IsTerminal,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{Builder, JoinHandle},
+};
+
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    io::read,
+};
+
+use super::{super::typing, lines::Lines};
+
+/// Longest wait for a key until it's asked whether the session is over.
+const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+
+/// Reads keys until it's dropped; the terminal is then as it was.
+pub(super) struct Keys {
+    over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Keys {
+    /// `None` if nobody types at stdin.
+    pub(super) fn start(lines: Arc<Lines>) -> Option<Self> {
+        let stdin = std::io::stdin();
+        if !stdin.is_terminal() {
+            return None;
+        }
+        typing::by_key()?;
+        let over = Arc::new(AtomicBool::new(false));
+        let is_over = Arc::clone(&over);
+        let look = move || {
+            while !is_over.load(Ordering::Relaxed) {
+                let stdin = std::io::stdin();
+                let mut waits = [PollFd::new(&stdin, PollFlags::IN)];
+                if !matches!(poll(&mut waits, Some(&LOOK)), Ok(1..)) {
+                    continue;
+                }
+                let mut key = [0];
+                match read(&stdin, &mut key) {
+                    Ok(1) => lines.pressed(key[0]),
+                    // The terminal is gone.
+                    _ => break,
+                }
+            }
+        };
+        let thread = Builder::new().name("keys".into()).spawn(look).ok();
+        // Without it, nothing would be read.
+        Some(Self { over, thread })
+    }
+}
+
+impl Drop for Keys {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+        typing::restore();
+    }
+}

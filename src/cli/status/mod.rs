@@ -1,0 +1,73 @@
+//! A session on a terminal: what to do now, in a few lines that are rewritten in place, and keys.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `lines` | what is shared by the session, which writes, and the keys |
+//! | `drawing` | the board now and as it should be held, in dots |
+//! | `words` | the lines beside it |
+//! | `keys` | the keys, read without waiting for Enter |
+
+mod drawing;
+#[cfg(unix)]
+mod keys;
+mod lines;
+mod words;
+
+use std::{
+    io::IsTerminal,
+    sync::{Arc, atomic::Ordering},
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::terminal::{is_json, set_status, take_status};
+use boresight_run::pipeline::Onlooker;
+use lines::Lines;
+
+/// Rewritten this often per second at most: a slow link to the terminal isn't flooded.
+const PER_SEC: u8 = 8;
+
+/// The lines on the terminal. They go when it's dropped.
+pub(super) struct Status {
+    lines: Arc<Lines>,
+    #[cfg(unix)]
+    _keys: Option<keys::Keys>,
+}
+
+impl Status {
+    /// `None` unless people read stderr on a terminal that can be written over.
+    pub(super) fn new() -> Option<Self> {
+        let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
+        if !std::io::stderr().is_terminal() || is_dumb || is_json() {
+            return None;
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(PER_SEC));
+        bar.set_style(ProgressStyle::with_template("{msg}").ok()?);
+        let locale = ["LC_ALL", "LC_CTYPE", "LANG"].map(std::env::var);
+        let locale = locale.into_iter().flatten().find(|it| !it.is_empty()).unwrap_or_default();
+        let locale = locale.to_lowercase();
+        let draws_dots = locale.contains("utf-8") || locale.contains("utf8");
+        let lines = Arc::new(Lines::new(bar.clone(), draws_dots));
+        set_status(bar);
+        #[cfg(unix)]
+        {
+            let keys = keys::Keys::start(Arc::clone(&lines));
+            lines.has_keys.store(keys.is_some(), Ordering::Relaxed);
+            Some(Self { lines, _keys: keys })
+        }
+        #[cfg(not(unix))]
+        Some(Self { lines })
+    }
+
+    /// Looks on at a session.
+    pub(super) fn onlooker(&self) -> Arc<dyn Onlooker> {
+        Arc::clone(&self.lines) as Arc<dyn Onlooker>
+    }
+}
+
+impl Drop for Status {
+    fn drop(&mut self) {
+        take_status();
+        self.lines.bar.finish_and_clear();
+    }
+}
