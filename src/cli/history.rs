@@ -24,8 +24,9 @@ use boresight_fleet::{
     batch::{Row, recorded},
     history::{CameraHistory, Index, Step, Taken, Trend, histories},
 };
-use boresight_present::report::{
-    CameraCurve, CurvePoint, HistoryPage, ModelLine, WatchedCurve, history_page,
+use boresight_present::{
+    report::{CameraCurve, CurvePoint, HistoryPage, ModelLine, WatchedCurve, history_page},
+    text::of_source,
 };
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
@@ -306,7 +307,8 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
         if common.json {
             print(&json!({ "camera": camera, "newest": newest }).to_string())?;
         } else {
-            print(&format!("{camera}  {}", newest.as_deref().unwrap_or("never usable")))?;
+            let newest = newest.as_deref().unwrap_or("never usable");
+            print(&of_source(camera, &format!("{camera}  {newest}")))?;
         }
     }
     say(&format!("{} cameras have no usable calibration of the last {older} days", due.len()));
@@ -315,7 +317,7 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
 
 fn name(history: &CameraHistory) -> String {
     let [width, height] = history.image_size;
-    format!("{} {width}x{height}", history.camera)
+    of_source(&history.camera, &format!("{} {width}x{height}", history.camera))
 }
 
 /// What the trend says.
