@@ -537,7 +537,7 @@ fn an_owners_link_lets_one_phone_in_and_the_next_link_is_told() {
     assert_eq!((again.status, again.text().contains("Another phone")), (410, true));
     assert_eq!(Ask::get("/api/events").key(&key).of(&site).status, 200, "the first goes on");
     let next = server.links()[0].owner.clone();
-    assert_eq!(*told.lock().expect("no panic"), [next.clone()]);
+    assert_eq!(*told.lock().expect("no panic"), std::slice::from_ref(&next));
     let (_, next) = next.split_once('#').expect("a token");
     assert!(!site.key(next).is_empty());
     // Those who watch share theirs.

@@ -78,7 +78,7 @@ impl App {
         }
         self.screen.snapshot = Some(snapshot);
         // What is started from here has this session's board and source.
-        let board = self.screen.snapshot.as_ref().map(|snapshot| snapshot.setup.board.clone());
+        let board = self.screen.snapshot.as_ref().map(|snapshot| snapshot.setup.board);
         if let Some(board) = board {
             let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
             self.wish.board = [side(board.columns()), side(board.rows())];
