@@ -8,9 +8,8 @@ use super::{
     theme,
 };
 use boresight_app::host::Memory;
-use boresight_calibrate::{AcceptanceGoal, BOARD_SCALE_SD};
-use boresight_present::text::{Act, settings as words, start};
-use boresight_run::config::{CertificateConfig, LensName};
+use boresight_calibrate::{AcceptanceGoal, BOARD_SCALE_SD, LensFamily};
+use boresight_present::text::{Act, certificate::name, settings as words, start};
 
 /// Largest width of the cards.
 const MOST: f32 = 720.0;
@@ -42,7 +41,7 @@ pub fn show(
                 ui.add_space(theme::UNIT);
             };
             card(ui, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));
-            card(ui, words::CERTIFICATE, &mut |ui| certificate(ui, &mut memory.certificate));
+            card(ui, words::CERTIFICATE, &mut |ui| certificate(ui, memory));
             card(ui, words::SESSION, &mut |ui| {
                 ui.horizontal_wrapped(|ui| {
                     toggle(ui, Act::Mirror, preferences.mirrored, asks);
@@ -89,13 +88,13 @@ fn sessions(ui: &mut Ui, memory: &mut Memory) {
         text(ui, words::FOLDER, &mut memory.folder);
         text(ui, words::GOAL, &mut memory.goal);
         let name = ui.label(words::LENS.0).on_hover_text(words::LENS.1);
-        let chosen = memory.lens.as_ref().and_then(|code| code.parse().ok());
-        let chosen = chosen.unwrap_or(LensName::AUTO);
-        let list = ComboBox::from_id_salt("lens").selected_text(chosen.code());
+        let chosen = memory.lens.clone().unwrap_or_else(|| words::ANY_LENS.into());
+        let list = ComboBox::from_id_salt("lens").selected_text(&chosen);
         let list = list.show_ui(ui, |ui| {
-            for lens in LensName::all() {
-                if ui.selectable_label(lens == chosen, lens.code()).clicked() {
-                    memory.lens = (lens != LensName::AUTO).then(|| lens.code().to_owned());
+            let families = LensFamily::ALL.into_iter().map(LensFamily::code);
+            for lens in std::iter::once(words::ANY_LENS).chain(families) {
+                if ui.selectable_label(lens == chosen, lens).clicked() {
+                    memory.lens = (lens != words::ANY_LENS).then(|| lens.to_owned());
                 }
             }
         });
@@ -118,11 +117,11 @@ fn sessions(ui: &mut Ui, memory: &mut Memory) {
 }
 
 /// What the certificate says beside the numbers.
-fn certificate(ui: &mut Ui, certificate: &mut CertificateConfig) {
-    use boresight_present::text::certificate::name;
+fn certificate(ui: &mut Ui, memory: &mut Memory) {
+    let certificate = &mut memory.certificate;
     ui.label(RichText::new(words::CERTIFICATE_TIP).weak());
     Grid::new("certificate").num_columns(2).spacing(SPACING).show(ui, |ui| {
-        for (name, value) in [
+        for (what, value) in [
             (name::COMPANY, &mut certificate.company),
             (name::OPERATOR, &mut certificate.operator),
             (name::CUSTOMER, &mut certificate.customer),
@@ -133,7 +132,7 @@ fn certificate(ui: &mut Ui, certificate: &mut CertificateConfig) {
             (name::LENS, &mut certificate.lens),
             (name::MEASURED, &mut certificate.square_measured),
         ] {
-            text(ui, (name, ""), value);
+            text(ui, (what, ""), value);
         }
     });
 }

@@ -17,15 +17,15 @@ pub(super) fn draw(painter: &Painter, area: Rect, calibration: &Calibration) -> 
     }
     let sd = &calibration.projection_sd;
     let f_px = calibration.camera.f_px.mean();
-    let off_mm = |sd_px: f64, distance_m: f64| 1e3 * distance_m * sd_px / f_px;
+    let off_m = |sd_px: f64, distance_m: f64| distance_m * sd_px / f_px;
     let inner = Rect::from_min_max(area.min + vec2(54.0, 12.0), area.max - vec2(14.0, 26.0));
-    let (low, high) = (off_mm(sd.mean_px, FROM_M).max(1e-9), off_mm(sd.max_px, TO_M).max(1e-8));
+    let (low, high) = (off_m(sd.mean_px, FROM_M).max(1e-12), off_m(sd.max_px, TO_M).max(1e-11));
     let across = |distance_m: f64| (distance_m / FROM_M).ln() / (TO_M / FROM_M).ln();
-    let up = |mm: f64| (mm / low).ln() / (high / low).ln().max(1e-9);
-    let at = |distance_m: f64, mm: f64| {
+    let up = |aside_m: f64| (aside_m / low).ln() / (high / low).ln().max(1e-9);
+    let at = |distance_m: f64, aside_m: f64| {
         pos2(
             inner.left() + across(distance_m) as f32 * inner.width(),
-            inner.bottom() - up(mm) as f32 * inner.height(),
+            inner.bottom() - up(aside_m) as f32 * inner.height(),
         )
     };
     let (grey, font) =
@@ -42,12 +42,12 @@ pub(super) fn draw(painter: &Painter, area: Rect, calibration: &Calibration) -> 
             Color32::WHITE,
         );
     }
-    for power in -6..5 {
-        let mm = 10_f64.powi(power);
-        if (low..=high).contains(&mm) {
-            let y = at(FROM_M, mm).y;
+    for power in -9..2 {
+        let aside_m = 10_f64.powi(power);
+        if (low..=high).contains(&aside_m) {
+            let y = at(FROM_M, aside_m).y;
             painter.hline(inner.x_range(), y, grey);
-            let text = format!("{mm} mm");
+            let text = words::millimetres(aside_m);
             painter.text(
                 pos2(inner.left() - 4.0, y),
                 Align2::RIGHT_CENTER,
@@ -60,11 +60,11 @@ pub(super) fn draw(painter: &Painter, area: Rect, calibration: &Calibration) -> 
     for (sd_px, color, name) in
         [(sd.mean_px, theme::LIVE, words::MEAN), (sd.max_px, theme::AMBER, words::WORST_PLACE)]
     {
-        let ends = [FROM_M, TO_M].map(|distance_m| at(distance_m, off_mm(sd_px, distance_m)));
+        let ends = [FROM_M, TO_M].map(|distance_m| at(distance_m, off_m(sd_px, distance_m)));
         painter.add(Shape::line(ends.to_vec(), Stroke::new(2.5, color)));
-        let place = at(2.0, off_mm(sd_px, 2.0)) + vec2(0.0, -6.0);
+        let place = at(2.0, off_m(sd_px, 2.0)) + vec2(0.0, -6.0);
         let font = FontId::proportional(theme::BODY);
         painter.text(place, Align2::RIGHT_BOTTOM, name, font, color);
     }
-    words::at_a_distance(off_mm(sd.mean_px, 1.0), off_mm(sd.max_px, 1.0))
+    words::at_a_distance(off_m(sd.mean_px, 1.0), off_m(sd.max_px, 1.0))
 }

@@ -149,8 +149,14 @@ pub const MEAN: &str = "on average";
 pub const WORST_PLACE: &str = "at worst";
 
 /// Below the curves of uncertainty against distance.
-pub fn at_a_distance(mean_mm: f64, worst_mm: f64) -> String {
+pub fn at_a_distance(mean_m: f64, worst_m: f64) -> String {
+    let [mean_mm, worst_mm] = [mean_m, worst_m].map(|length_m| 1e3 * length_m);
     format!("At 1 m: {mean_mm:.3} mm on average, {worst_mm:.3} mm at worst")
+}
+
+/// A power of ten, at an axis.
+pub fn millimetres(length_m: f64) -> String {
+    format!("{} mm", (1e12 * length_m).round() / 1e9)
 }
 
 /// Below the correlations.

@@ -15,6 +15,8 @@ pub const NO_GOAL: &str = "Write a goal as 0.2px, or as length 800mm at 2m <= 2m
 /// The lens models.
 pub const LENS: (&str, &str) =
     ("Lens", "Lens models to choose from. Wide lenses are recognised with auto.");
+/// Every lens model.
+pub const ANY_LENS: &str = "auto";
 /// The error of the board.
 pub const BOARD_ERROR: (&str, &str) = (
     "Board error",
