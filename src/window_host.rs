@@ -18,8 +18,8 @@ use boresight_app::{
     explain::user_error,
     export,
     host::{
-        AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
-        SessionRequest, UserError, Wake,
+        AppHost, CameraView, Comparing, Dropped, Ended, Loading, Memory, Opened, PrintedBoard,
+        SeenCode, SessionRequest, SmallPictures, Storing, UserError, Wake,
     },
     lookout::{Connected, Lookout},
     memory,
@@ -55,9 +55,13 @@ pub struct WindowHost {
     at_once: bool,
     /// File of the window's memory.
     memory: Option<PathBuf>,
+    /// What was remembered last.
+    kept: Option<Memory>,
     lookout: Option<Lookout>,
     /// ID of the boards printed from here: two prints are one board.
     board_id: BoardId,
+    /// The code that was seen last beside a board.
+    code: Option<SeenCode>,
     /// The folder that the person named for the first session.
     named: Option<PathBuf>,
     voice: Voice,
@@ -103,7 +107,8 @@ impl AppHost for WindowHost {
     }
 
     fn remembered(&self) -> Memory {
-        let memory = self.memory.as_deref().map(memory::read).unwrap_or_default();
+        let read = || self.memory.as_deref().map(memory::read).unwrap_or_default();
+        let memory = self.kept.clone().unwrap_or_else(read);
         match self.speaks {
             None => memory,
             Some(mirrored) => Memory { speech: Some(true), mirrored: Some(mirrored), ..memory },
@@ -119,6 +124,7 @@ impl AppHost for WindowHost {
             streams: memory.streams.iter().map(plain).collect(),
             ..memory.clone()
         };
+        self.kept = Some(memory.clone());
         match &self.memory {
             Some(path) => memory::write(path, &memory).map_err(|err| user_error(&err.into())),
             None => Ok(()),
@@ -131,7 +137,17 @@ impl AppHost for WindowHost {
             // Without a thread there are no pictures; the cameras are still found by name.
             self.lookout = Lookout::start(Box::new(Connected(config)), Arc::clone(wake)).ok();
         }
-        self.lookout.as_ref().map(Lookout::cameras).unwrap_or_default()
+        let mut cameras = self.lookout.as_ref().map(Lookout::cameras).unwrap_or_default();
+        for code in cameras.iter_mut().filter_map(|camera| camera.code.as_mut()) {
+            let boards = &self.opening.config.boards;
+            let id = code.id.parse::<BoardId>().ok();
+            let named = |key: &str| id.is_some() && key.parse::<BoardId>().ok() == id;
+            if let Some((_, measured)) = boards.iter().find(|(key, _)| named(key)) {
+                code.square_m = measured.square_mm * 1e-3;
+            }
+            self.code = Some(code.clone());
+        }
+        cameras
     }
 
     fn count_board(&mut self, source: Option<&str>) {
@@ -208,8 +224,36 @@ impl AppHost for WindowHost {
         Background::start(work).map_err(|err| user_error(&err.into()))
     }
 
-    fn is_folder(&self, path: &Path) -> bool {
-        path.is_dir()
+    fn small_pictures(&self, folders: Vec<PathBuf>, wake: Wake) -> Option<SmallPictures> {
+        let work = move || {
+            let small = |folder: PathBuf| Some((recordings::small_picture(&folder)?, folder));
+            let pictures = folders.into_iter().filter_map(small);
+            let pictures = pictures.map(|(picture, folder)| (folder, picture)).collect();
+            wake();
+            pictures
+        };
+        Background::start(work).ok()
+    }
+
+    fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError> {
+        let folder = folder.to_path_buf();
+        let work = move || {
+            let stored = recordings::stored(&folder).map_err(|err| user_error(&err));
+            wake();
+            stored
+        };
+        Background::start(work).map_err(|err| user_error(&err.into()))
+    }
+
+    fn delete(&mut self, folder: &Path) -> Result<(), UserError> {
+        trash::delete(folder).map_err(|err| UserError {
+            what: format!("{}: {err}", folder.display()),
+            action: Some(text::sessions::DELETE_BY_HAND.into()),
+        })
+    }
+
+    fn dropped(&self, path: &Path) -> Dropped {
+        recordings::dropped(path)
     }
 
     fn show(&mut self, file: &Path) -> Result<(), UserError> {
@@ -239,12 +283,12 @@ impl AppHost for WindowHost {
 
     #[cfg(feature = "serve")]
     fn phone(&self) -> Option<PhoneLink> {
-        let links = self.phone.as_ref()?.links().first()?;
+        let links = self.phone.as_ref()?.links().into_iter().next()?;
         let code = QrCode::of(&links.owner)?;
         let row = |y| (0..code.side()).map(|x| code.is_dark(x, y)).collect();
         Some(PhoneLink {
-            link: links.owner.clone(),
-            watcher: links.watcher.clone(),
+            link: links.owner,
+            watcher: links.watcher,
             code: (0..code.side()).map(row).collect(),
         })
     }
@@ -252,6 +296,11 @@ impl AppHost for WindowHost {
     #[cfg(feature = "serve")]
     fn phones(&self) -> usize {
         self.phone.as_ref().map_or(0, |phone| phone.hub().pages())
+    }
+
+    #[cfg(feature = "serve")]
+    fn phone_wants_more(&self) -> bool {
+        self.phone.as_ref().is_some_and(|phone| phone.hub().take_more())
     }
 
     #[cfg(feature = "serve")]
@@ -288,8 +337,10 @@ impl WindowHost {
             exit: Arc::new(Mutex::new(Exit::Good)),
             at_once: true,
             memory: None,
+            kept: None,
             lookout: None,
             board_id: printed_board::new_id(),
+            code: None,
             named: None,
             voice: Voice::new(),
             watching: Onlookers::new(),
@@ -352,10 +403,16 @@ impl WindowHost {
             return Some(out.clone());
         }
         let [columns, rows] = wish.board;
-        let mut beside = self.named.clone()?.into_os_string();
-        beside.push(format!("-{columns}x{rows}"));
-        let beside = PathBuf::from(beside);
-        (!beside.exists()).then_some(beside)
+        let beside = self.named.as_ref().map(|named| {
+            let mut beside = named.clone().into_os_string();
+            beside.push(format!("-{columns}x{rows}"));
+            PathBuf::from(beside)
+        });
+        beside.filter(|beside| !beside.exists()).or_else(|| {
+            let folder = self.remembered().folder;
+            let name = new_session_path().file_name()?.to_owned();
+            (!folder.trim().is_empty()).then(|| Path::new(folder.trim()).join(name))
+        })
     }
 
     fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
@@ -365,9 +422,16 @@ impl WindowHost {
         config.board = config.board.chosen(wish.board, wish.markers);
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
+        self.remembered().apply(&mut config);
         // What was typed is checked as a settings file is.
         let mut config = config.with(&[])?;
         config.guidance.plan = wish.plan.into();
+        let is_seen = |code: &&SeenCode| {
+            code.board == wish.board && (code.square_m - wish.square_m).abs() < 1e-7
+        };
+        if let Some(code) = self.code.as_ref().filter(is_seen) {
+            config.certificate.board_id.clone_from(&code.id);
+        }
         let opening = Opening {
             source: wish.source.clone(),
             config,
@@ -378,6 +442,10 @@ impl WindowHost {
             ..self.opening
         };
         let mut run = opening.open(&self.announcer)?;
+        #[cfg(feature = "serve")]
+        if let Some(phone) = &self.phone {
+            phone.hub().simulates(run.open.truth.is_some());
+        }
         if opening.out.is_some() && opening.out == self.opening.out {
             self.named = self.opening.out.take();
         }

@@ -17,7 +17,7 @@ use super::{
 };
 use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
 #[cfg(feature = "serve")]
-use boresight_phone::session_page::Phone;
+use boresight_phone::session_page::{Phone, going_on};
 use boresight_present::text::window as words;
 use boresight_run::config::Backend;
 #[cfg(feature = "serve")]
@@ -158,6 +158,7 @@ impl Arguments {
             backend: self.backend.clone(),
             config,
             session: self.session.clone(),
+            takes_more: false,
             against: self.against.clone(),
             hold: self.hold,
             out: self.out.clone(),
@@ -203,8 +204,14 @@ fn with_phone(
     json: bool,
 ) -> anyhow::Result<Exit> {
     let (announcer, stop) = (announcer(), stop_flag()?);
-    let concluded = phone.session(opening, onlookers, (&stop, false), &announcer)?;
-    report(&concluded, operation, json)?;
-    phone.linger(&stop, boresight_present::text::phone::LINGERING, &announcer);
-    Ok(concluded.exit)
+    let mut opening = opening.clone();
+    loop {
+        let concluded = phone.session(&opening, onlookers, (&stop, false), &announcer)?;
+        report(&concluded, operation, json)?;
+        let goes_on = phone.linger(&stop, boresight_present::text::phone::LINGERING, &announcer);
+        if !goes_on {
+            return Ok(concluded.exit);
+        }
+        opening = going_on(&opening, &concluded.path);
+    }
 }

@@ -22,7 +22,7 @@ use boresight_fleet::history::{
     self as fleet, Added, CameraHistory, HistoryFile, Index, Step, Taken, days_ago, histories,
     name, trend,
 };
-use boresight_present::report::WatchedCurve;
+use boresight_present::{report::WatchedCurve, text::of_source};
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
 ///
@@ -280,7 +280,8 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
         if common.json {
             print(&json!({ "camera": camera, "newest": newest }).to_string())?;
         } else {
-            print(&format!("{camera}  {}", newest.as_deref().unwrap_or("never usable")))?;
+            let newest = newest.as_deref().unwrap_or("never usable");
+            print(&of_source(camera, &format!("{camera}  {newest}")))?;
         }
     }
     say(&format!("{} cameras have no usable calibration of the last {older} days", due.len()));

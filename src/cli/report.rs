@@ -21,7 +21,7 @@ use boresight_files::{Overwrite, save};
 use boresight_formats::{AcceptanceEntry, CalibrationFile};
 use boresight_present::{
     report::page,
-    text::{acceptance::acceptance, report as words},
+    text::{acceptance::acceptance, of_source, report as words},
 };
 
 /// Write a certificate and report of a calibration, to read and print.
@@ -84,7 +84,8 @@ impl Arguments {
             say(note);
         }
         let calibration = &report.calibration;
-        say(words::verdict(&calibration.verdict, calibration.is_unfinished()));
+        let verdict = words::verdict(&calibration.verdict, calibration.is_unfinished());
+        say(&of_source(calibration.source.as_deref().unwrap_or_default(), verdict));
         let judged = report.calibration.acceptance.as_ref();
         if let Some(judged) = judged {
             say(format!("{}. {}", judged.message, judged.action).trim_end());

@@ -2,6 +2,7 @@
 
 mod bar;
 mod phone;
+mod sessions;
 
 use std::{
     collections::BTreeMap,
@@ -28,7 +29,7 @@ use super::{
     theme::{self, background, switch},
     user_error,
 };
-use boresight_app::host::{AppHost, Ended, Memory, SessionRequest, UserError, Wake};
+use boresight_app::host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake};
 use boresight_geometry::device::Control;
 use boresight_guide::session::{Command, Prompt};
 use boresight_present::text::{self, Act, window as words};
@@ -90,6 +91,10 @@ pub struct App {
     /// Values of the camera's controls that the person set.
     adjusted: BTreeMap<Control, i64>,
     shelf: RecordingBrowser,
+    /// A stored session that is being read.
+    storing: Option<(PathBuf, Storing)>,
+    /// A calibration that the next result is compared with.
+    compare_later: Option<PathBuf>,
     sound: Sound,
     /// True for big letters even while somebody is at the computer.
     wants_distance: bool,
@@ -134,6 +139,7 @@ impl App {
         };
         let mut start = StartPage::new(wish.clone());
         start.paper = memory.paper.unwrap_or_default();
+        start.knows_square = memory.square_m.is_some();
         let choices = Choices {
             streams: memory.streams.clone(),
             papers: host.papers(),
@@ -161,6 +167,8 @@ impl App {
             result: result::ResultPage::default(),
             adjusted: BTreeMap::new(),
             shelf: RecordingBrowser::default(),
+            storing: None,
+            compare_later: None,
             sound: Sound::new(),
             wants_distance: false,
             touched_secs: 0.0,
@@ -382,6 +390,9 @@ impl App {
                     }
                     self.result.begin(&ended, self.host.older(&ended.folder));
                     self.stage = SessionState::Ended(ended);
+                    if let Some(old) = self.compare_later.take() {
+                        self.compare(&old);
+                    }
                     // The person may be on another page, sees a notice and stays there.
                     if matches!(self.page, Page::Guide | Page::Start) {
                         self.page = Page::Result;
@@ -395,28 +406,21 @@ impl App {
                     });
                 }
             }
+            SessionState::Ended(_) if self.host.phone_wants_more() => {
+                self.command(ctx, Command::TakeMore);
+            }
             SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ended(_) => {}
         }
+        let phones = self.host.phones();
+        self.phone.notice(&*self.host, phones);
         let paused = self.screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.paused);
         self.rests.store(paused, Ordering::Relaxed);
         self.look_around();
         self.result.look();
-        self.shelf.look();
+        self.shelf.look(ctx);
+        self.look_at_stored(ctx);
         for file in ctx.input(|input| input.raw.dropped_files.clone()) {
             self.dropped(file.path());
-        }
-    }
-
-    /// A file or folder was dropped onto the window.
-    fn dropped(&mut self, path: &Path) {
-        if self.host.is_folder(path) {
-            self.page = Page::Replay;
-            self.shelf.open(&mut *self.host, path, Arc::clone(&self.wake));
-        } else if matches!(self.stage, SessionState::Ended(_)) {
-            self.page = Page::Result;
-            self.compare(path);
-        } else {
-            self.note = Some(words::DROP_TIP.into());
         }
     }
 
@@ -438,6 +442,7 @@ impl App {
         if !self.screen.distance {
             self.bar(ui, &mut asks);
         }
+        let mut typed = None;
         match (&self.stage, self.page) {
             (SessionState::Running(_) | SessionState::Ending(_), Page::Start) => {
                 start::show_running(ui, &mut asks);
@@ -450,9 +455,16 @@ impl App {
             }
             (_, Page::Settings) => {
                 let no_voice = self.no_voice.as_deref();
-                settings::show(ui, &self.screen.preferences, no_voice, &mut asks);
+                let mut memory = self.memory.clone();
+                let preferences = &self.screen.preferences;
+                settings::show(ui, preferences, no_voice, &mut memory, &mut asks);
+                typed = Some(memory);
             }
-            (_, Page::Replay) => self.shelf.show(ui, self.screen.preferences, &mut asks),
+            (stage, Page::Replay) => {
+                let busy = matches!(stage, SessionState::Running(_) | SessionState::Ending(_));
+                self.shelf.note_busy(busy);
+                self.shelf.show(ui, self.screen.preferences, &mut asks);
+            }
             (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
             (stage, Page::Result) => {
                 let state = match stage {
@@ -472,6 +484,9 @@ impl App {
         if self.start.shows_board {
             let StartPage { draft, .. } = &self.start;
             self.start.shows_board = start::show_board(ui.ctx(), draft.board, self.start.markers());
+        }
+        if let Some(memory) = typed {
+            self.memorise(memory);
         }
         let asked = !asks.is_empty();
         for ask in asks {
@@ -599,7 +614,7 @@ impl App {
                 Act::ResultPage => self.page = Page::Result,
                 Act::ReplayPage => {
                     self.page = Page::Replay;
-                    self.shelf.browse(&*self.host);
+                    self.shelf.browse(&*self.host, Arc::clone(&self.wake));
                 }
                 Act::SettingsPage => self.page = Page::Settings,
             },
@@ -643,11 +658,16 @@ impl App {
             }
             UiAction::CloseRecording => {
                 self.shelf.close();
-                self.shelf.browse(&*self.host);
+                self.shelf.browse(&*self.host, Arc::clone(&self.wake));
             }
             UiAction::Compare(old) => self.compare(&old),
+            UiAction::ShowResult(folder) => self.show_stored(folder),
+            UiAction::GoOnWith(folder) => self.go_on_with(ctx, folder),
+            UiAction::ExportOf(folder, format) => self.export_of(&folder, format),
+            UiAction::Delete(folder) => self.delete(&folder),
             UiAction::Show(file) => {
                 if let Err(trouble) = self.host.show(&file) {
+                    self.note = Some(trouble.what.clone());
                     self.exported = Some(Err(trouble));
                 }
             }

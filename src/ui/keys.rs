@@ -49,6 +49,14 @@ pub enum UiAction {
     },
     /// Open the recording in this folder.
     Replay(std::path::PathBuf),
+    /// Show the result of the session in this folder.
+    ShowResult(std::path::PathBuf),
+    /// Continue the session in this folder.
+    GoOnWith(std::path::PathBuf),
+    /// Write the result of the session in this folder in the format of this number.
+    ExportOf(std::path::PathBuf, usize),
+    /// Move the session in this folder to the bin.
+    Delete(std::path::PathBuf),
     /// Close the recording that is open.
     CloseRecording,
     /// Show this file.

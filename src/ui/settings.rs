@@ -1,22 +1,31 @@
 //! Settings of the window's looks and sounds.
 
-use egui::{CentralPanel, RichText, ScrollArea, Slider, Ui};
+use egui::{CentralPanel, ComboBox, DragValue, Grid, RichText, ScrollArea, Slider, TextEdit, Ui};
 
 use super::{
     keys::{UiAction, button, toggle},
     screen::Preferences,
     theme,
 };
-use boresight_present::text::{Act, settings as words, start};
+use boresight_app::host::Memory;
+use boresight_calibrate::{AcceptanceGoal, BOARD_SCALE_SD, LensFamily};
+use boresight_present::text::{Act, certificate::name, settings as words, start};
 
 /// Largest width of the cards.
 const MOST: f32 = 720.0;
+/// Width of a field for text.
+const FIELD: f32 = 380.0;
+/// Most letters of such a field, as of the settings file's.
+const MOST_LETTERS: usize = 200;
+/// Between the rows and columns of fields.
+const SPACING: [f32; 2] = [2.0 * theme::UNIT, theme::UNIT];
 
-/// Shows the page. `no_voice` says why nothing can be heard.
+/// Shows the page. `no_voice` says why nothing can be heard; what new sessions should have goes into `memory`.
 pub fn show(
     ui: &mut Ui,
     preferences: &Preferences,
     no_voice: Option<&str>,
+    memory: &mut Memory,
     asks: &mut Vec<UiAction>,
 ) {
     CentralPanel::default().show(ui, |ui| {
@@ -31,6 +40,8 @@ pub fn show(
                 });
                 ui.add_space(theme::UNIT);
             };
+            card(ui, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));
+            card(ui, words::CERTIFICATE, &mut |ui| certificate(ui, memory));
             card(ui, words::SESSION, &mut |ui| {
                 ui.horizontal_wrapped(|ui| {
                     toggle(ui, Act::Mirror, preferences.mirrored, asks);
@@ -69,6 +80,73 @@ pub fn show(
             button(ui, Act::StartPage, asks);
         });
     });
+}
+
+/// Folder, goal, lens and board of new sessions.
+fn sessions(ui: &mut Ui, memory: &mut Memory) {
+    Grid::new("sessions").num_columns(2).spacing(SPACING).show(ui, |ui| {
+        text(ui, words::FOLDER, &mut memory.folder);
+        text(ui, words::GOAL, &mut memory.goal);
+        let name = ui.label(words::LENS.0).on_hover_text(words::LENS.1);
+        let chosen = memory.lens.clone().unwrap_or_else(|| words::ANY_LENS.into());
+        let list = ComboBox::from_id_salt("lens").selected_text(&chosen);
+        let list = list.show_ui(ui, |ui| {
+            let families = LensFamily::ALL.into_iter().map(LensFamily::code);
+            for lens in std::iter::once(words::ANY_LENS).chain(families) {
+                if ui.selectable_label(lens == chosen, lens).clicked() {
+                    memory.lens = (lens != words::ANY_LENS).then(|| lens.to_owned());
+                }
+            }
+        });
+        list.response.labelled_by(name.id);
+        ui.end_row();
+        let name = ui.label(words::BOARD_ERROR.0).on_hover_text(words::BOARD_ERROR.1);
+        let usual = 100.0 * BOARD_SCALE_SD;
+        let mut percent = memory.board_error_percent.unwrap_or(usual);
+        let value = DragValue::new(&mut percent).range(0.0..=10.0).speed(0.005).suffix(" %");
+        if ui.add(value).labelled_by(name.id).changed() {
+            memory.board_error_percent = Some(percent).filter(|it| (it - usual).abs() > 1e-9);
+        }
+        ui.end_row();
+    });
+    let goal = memory.goal.trim();
+    if !goal.is_empty() && goal.parse::<AcceptanceGoal>().is_err() {
+        let color = theme::palette(ui.visuals()).bad;
+        ui.label(RichText::new(words::NO_GOAL).color(color));
+    }
+}
+
+/// What the certificate says beside the numbers.
+fn certificate(ui: &mut Ui, memory: &mut Memory) {
+    let certificate = &mut memory.certificate;
+    ui.label(RichText::new(words::CERTIFICATE_TIP).weak());
+    Grid::new("certificate").num_columns(2).spacing(SPACING).show(ui, |ui| {
+        for (what, value) in [
+            (name::COMPANY, &mut certificate.company),
+            (name::OPERATOR, &mut certificate.operator),
+            (name::CUSTOMER, &mut certificate.customer),
+            (name::SITE, &mut certificate.site),
+            (name::MAKE, &mut certificate.camera_make),
+            (name::MODEL, &mut certificate.camera_model),
+            (name::SERIAL, &mut certificate.camera_serial),
+            (name::LENS, &mut certificate.lens),
+            (name::MEASURED, &mut certificate.square_measured),
+        ] {
+            text(ui, (what, ""), value);
+        }
+    });
+}
+
+/// A row with a field for text.
+fn text(ui: &mut Ui, (name, tip): (&str, &str), value: &mut String) {
+    let name = ui.label(name);
+    let field = TextEdit::singleline(value).desired_width(FIELD).char_limit(MOST_LETTERS);
+    let field = ui.add(field).labelled_by(name.id);
+    if !tip.is_empty() {
+        name.on_hover_text(tip);
+        field.on_hover_text(tip);
+    }
+    ui.end_row();
 }
 
 fn zoom(ui: &mut Ui) {

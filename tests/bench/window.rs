@@ -16,7 +16,8 @@ use std::{
 
 use boresight::{
     app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, UserError, Wake,
+        AppHost, Comparing, Dropped, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+        UserError, Wake,
     },
     app::recordings::Recording,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
@@ -195,8 +196,16 @@ impl AppHost for Bench {
         Vec::new()
     }
 
-    fn is_folder(&self, path: &Path) -> bool {
-        path.is_dir()
+    fn dropped(&self, _: &Path) -> Dropped {
+        Dropped::File
+    }
+
+    fn stored(&mut self, _: &Path, _: Wake) -> Result<Storing, UserError> {
+        unreachable!("no session is opened")
+    }
+
+    fn delete(&mut self, _: &Path) -> Result<(), UserError> {
+        unreachable!("no session is deleted")
     }
 
     fn show(&mut self, _file: &Path) -> Result<(), UserError> {

@@ -28,7 +28,7 @@ pub(crate) struct Site {
     pub(crate) at: SocketAddr,
     pub(crate) owner: String,
     pub(crate) watcher: String,
-    _server: Option<Server>,
+    server: Option<Server>,
 }
 
 impl Site {
@@ -43,7 +43,7 @@ impl Site {
         let setup = Setup { address, names: Vec::new(), certificate: None, kept };
         let server = Server::start(&setup, Arc::clone(&hub)).expect("a free port");
         let links = server.links()[0].clone();
-        Self { hub, _server: Some(server), ..Self::of_links(&links.owner, &links.watcher) }
+        Self { hub, server: Some(server), ..Self::of_links(&links.owner, &links.watcher) }
     }
 
     /// What another program serves.
@@ -52,13 +52,15 @@ impl Site {
         let at = url.strip_prefix("http://").expect("plain HTTP").parse().expect("an address");
         let (_, watcher) = watcher.split_once('#').expect("a token in the fragment");
         let (owner, watcher) = (owner.to_owned(), watcher.to_owned());
-        Self { hub: Arc::new(Hub::new()), at, owner, watcher, _server: None }
+        Self { hub: Arc::new(Hub::new()), at, owner, watcher, server: None }
     }
 
     /// A key for `token`, once the page takes a new one.
     pub(crate) fn key(&self, token: &str) -> String {
         const TOO_MANY: u16 = 429;
-        let body = format!("{{\"token\":\"{token}\"}}");
+        // Each is another phone.
+        let claim = Secret::random().expect("randomness").text();
+        let body = format!("{{\"token\":\"{token}\",\"claim\":\"{claim}\"}}");
         let enter = || Ask::post("/api/enter", &body).of(self);
         // Many at once are told to come again.
         let answer = std::iter::repeat_with(enter).find(|answer| answer.status != TOO_MANY);
@@ -183,7 +185,8 @@ fn only_who_has_a_link_is_let_in_and_only_the_owner_commands() {
     let wrong = "A".repeat(43);
     let pause = "{\"command\":\"pause\"}";
     let start = "{\"source\":\"sim\",\"board\":[9,6],\"square_m\":0.02,\"plan\":\"quick\"}";
-    let enter = format!("{{\"token\":\"{}\"}}", site.watcher);
+    let claim = Secret::random().expect("randomness").text();
+    let enter = format!("{{\"token\":\"{}\",\"claim\":\"{claim}\"}}", site.watcher);
     let routes = [
         Ask::get("/"),
         Ask::post("/api/enter", &enter),
@@ -299,7 +302,7 @@ fn random_request(rng: &mut ChaCha8Rng, site: &Site, key: &str) -> Vec<u8> {
         "{",
         "[[[[[[[[",
         "{\"token\":\"\"}",
-        "{\"token\":1}",
+        "{\"token\":1,\"claim\":\"\"}",
         "null",
         "{\"command\":\"end\"}",
         "{\"source\":\"sim\",\"board\":[65535,0],\"square_m\":-1e308,\"plan\":\"\"}",
@@ -343,7 +346,8 @@ fn random_request(rng: &mut ChaCha8Rng, site: &Site, key: &str) -> Vec<u8> {
 fn ten_thousand_random_requests_break_nothing() {
     let site = Site::new();
     site.hub.show(Stage::Ended(Arc::new(ended())));
-    let keys: Vec<String> = (0..16).map(|_| site.key(&site.owner)).collect();
+    let mut keys = vec![site.key(&site.owner)];
+    keys.extend((1..16).map(|_| site.key(&site.watcher)));
     let mut statuses = std::collections::BTreeMap::<u16, u32>::new();
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..8_u64)
@@ -515,6 +519,29 @@ fn a_page_that_reads_nothing_is_let_go() {
         sleep(Duration::from_millis(5));
     }
     assert!(site.hub.alone_secs().is_some());
+}
+
+#[test]
+fn an_owners_link_lets_one_phone_in_and_the_next_link_is_told() {
+    let site = Site::new();
+    let told = Arc::new(std::sync::Mutex::new(Vec::new()));
+    let server = site.server.as_ref().expect("it's served here");
+    server.when_used({
+        let told = Arc::clone(&told);
+        move |links| told.lock().expect("no panic").push(links[0].owner.clone())
+    });
+    let key = site.key(&site.owner);
+    let claim = Secret::random().expect("randomness").text();
+    let again = format!("{{\"token\":\"{}\",\"claim\":\"{claim}\"}}", site.owner);
+    let again = Ask::post("/api/enter", &again).of(&site);
+    assert_eq!((again.status, again.text().contains("Another phone")), (410, true));
+    assert_eq!(Ask::get("/api/events").key(&key).of(&site).status, 200, "the first goes on");
+    let next = server.links()[0].owner.clone();
+    assert_eq!(*told.lock().expect("no panic"), std::slice::from_ref(&next));
+    let (_, next) = next.split_once('#').expect("a token");
+    assert!(!site.key(next).is_empty());
+    // Those who watch share theirs.
+    assert!(!site.key(&site.watcher).is_empty() && !site.key(&site.watcher).is_empty());
 }
 
 #[test]

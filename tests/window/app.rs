@@ -188,7 +188,7 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     assert!(text(&session.join("report.html")).contains("id=\"drift\""));
 
     // What was recorded can be seen again.
-    click(&mut window, Role::Button, "Replay");
+    click(&mut window, Role::Button, "Sessions");
     click(&mut window, Role::Button, &name);
     until(&mut window, "the recording", |window| says(window, Role::Label, "Decision 1 of "));
     // A panel is as large as what it holds from its second painting on.

@@ -7,7 +7,8 @@ use std::{
 
 use boresight::{
     app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, UserError, Wake,
+        AppHost, Comparing, Dropped, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+        UserError, Wake,
     },
     app::recordings::Recording,
     capture::{FrameSource, v4l2::LiveCamera},
@@ -172,8 +173,16 @@ impl AppHost for OneCamera {
         unreachable!("there is no recording")
     }
 
-    fn is_folder(&self, path: &Path) -> bool {
-        path.is_dir()
+    fn dropped(&self, _: &Path) -> Dropped {
+        Dropped::File
+    }
+
+    fn stored(&mut self, _: &Path, _: Wake) -> Result<Storing, UserError> {
+        unreachable!("there is no session")
+    }
+
+    fn delete(&mut self, _: &Path) -> Result<(), UserError> {
+        unreachable!("there is no session")
     }
 
     fn show(&mut self, _: &Path) -> Result<(), UserError> {

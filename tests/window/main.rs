@@ -24,7 +24,7 @@ mod world;
 
 use boresight::{
     app::{
-        host::{Ended, SessionRequest, UserError},
+        host::{Ended, Memory, SessionRequest, UserError},
         recordings::DecidedRecording,
     },
     device::{Adjustable, Control},
@@ -58,6 +58,7 @@ struct Table {
     replayed: Option<Replayed>,
     start: StartPage,
     choices: start::Choices,
+    memory: Memory,
     asks: Vec<UiAction>,
 }
 
@@ -105,7 +106,10 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
             result::show(ui, &table.screen, &context, &mut table.result, &mut table.asks);
         }
         Page::Replay => replay::show(ui, table.replayed.as_mut().expect("a recording")),
-        Page::Settings => settings::show(ui, &table.screen.preferences, None, &mut table.asks),
+        Page::Settings => {
+            let Table { screen, memory, asks, .. } = table;
+            settings::show(ui, &screen.preferences, None, memory, asks);
+        }
         Page::Start => start::show(ui, &mut table.start, &table.choices, &mut table.asks),
     }
 }
@@ -144,6 +148,7 @@ fn harness_at(
         replayed: None,
         start: StartPage::new(start_page::chosen()),
         choices: start_page::choices(),
+        memory: Memory::default(),
         asks: Vec::new(),
     };
     let mut table = table;

@@ -2,6 +2,7 @@
 
 use boresight::{
     app::{host::UserError, recordings::Recording},
+    calibration::Verdict,
     ui::{
         SMALLEST, UiAction,
         replay::{Picker, pick},
@@ -25,14 +26,46 @@ fn page(picker: Picker) -> Harness<'static, Table> {
 fn a_recording_is_opened_by_its_path_or_from_the_list() {
     let recordings = vec![Recording {
         folder: "sessions/one".into(),
-        what: "2026-11-21T08:00:00Z, sim, 1280x720".into(),
+        when: "21 November 2026, 09:00".into(),
+        camera: "Front camera, 1280 × 720".into(),
+        verdict: "GOOD".into(),
+        judged: Some(Verdict::Good),
+        views: Some(5),
+        report: Some("sessions/one/report.html".into()),
     }];
-    let mut page = page(Picker { recordings, ..Picker::default() });
+    let formats = vec!["OpenCV", "ROS"];
+    let mut page = page(Picker { recordings, formats, ..Picker::default() });
     page.run();
-    page.get_by_label("2026-11-21T08:00:00Z, sim, 1280x720");
-    page.get_by_role_and_label(Role::Button, "sessions/one").click();
+    for said in ["21 November 2026, 09:00", "Front camera, 1280 × 720", "GOOD", "5 views"] {
+        page.get_by_label(said);
+    }
+    let folder = std::path::PathBuf::from("sessions/one");
+    let asks = [
+        ("Result", UiAction::ShowResult(folder.clone())),
+        ("Continue", UiAction::GoOnWith(folder.clone())),
+        ("Report", UiAction::Show(folder.join("report.html"))),
+        ("Delete", UiAction::Delete(folder.clone())),
+        ("Replay", UiAction::Replay(folder.clone())),
+    ];
+    for (button, ask) in asks {
+        page.get_by_role_and_label(Role::Button, button).click();
+        page.run();
+        assert_eq!(page.state().1.last(), Some(&ask));
+    }
+    page.get_by_role_and_label(Role::Button, "Export").click();
     page.run();
-    assert_eq!(page.state().1, [UiAction::Replay("sessions/one".into())]);
+    page.get_by_role_and_label(Role::Button, "ROS").click();
+    page.run();
+    assert_eq!(page.state().1.last(), Some(&UiAction::ExportOf(folder, 1)));
+    // While a session runs, nothing here ends it.
+    page.state_mut().0.busy = true;
+    page.run();
+    let before = page.state().1.len();
+    for button in ["Result", "Continue", "Delete"] {
+        page.get_by_role_and_label(Role::Button, button).click();
+        page.run();
+    }
+    assert_eq!(page.state().1.len(), before);
     page.get_by_role_and_label(Role::TextInput, "Folder").focus();
     page.run();
     page.get_by_role_and_label(Role::TextInput, "Folder").type_text("elsewhere/two");

@@ -9,8 +9,8 @@ use boresight::{
     app::{
         AppHost,
         host::{
-            CameraView, Comparing, Loading, Memory, Opened, PrintedBoard, SessionRequest,
-            UserError, Wake,
+            CameraView, Comparing, Dropped, Loading, Memory, Opened, PrintedBoard, SeenCode,
+            SessionRequest, Storing, UserError, Wake,
         },
         recordings::Recording,
     },
@@ -170,6 +170,25 @@ fn a_board_in_view_is_counted_and_used() {
     page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
     press(&mut page, Role::Button, words::PRINT);
     assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], markers: None, paper: 0 }]);
+}
+
+#[test]
+fn a_code_beside_the_board_fills_everything_in_and_a_board_without_is_asked_for() {
+    let mut page = page(draft(), choices());
+    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
+    page.get_by_label(words::ASK_SQUARE);
+    let code = SeenCode { id: "ZX5N".into(), board: [8, 5], square_m: 0.0305 };
+    page.state_mut().1.cameras[0].code = Some(code);
+    page.run();
+    page.get_by_label("Board ZX5N: 8 × 5, 30.5 mm");
+    assert!(page.query_by_label(words::ASK_SQUARE).is_none());
+    let draft = &page.state().0.draft;
+    assert_eq!((draft.board, draft.square_m), ([8, 5], 0.0305));
+    // Whoever measured it knows better, though the code stays in view.
+    page.state_mut().0.draft.square_m = 0.0304;
+    page.run();
+    assert_eq!(page.state().0.draft.square_m, 0.0304);
+    assert!(page.query_by_label_contains("Board ZX5N").is_none());
 }
 
 #[test]
@@ -350,8 +369,16 @@ impl AppHost for WithCamera {
         self.inner.replay(folder, wake)
     }
 
-    fn is_folder(&self, path: &Path) -> bool {
-        self.inner.is_folder(path)
+    fn dropped(&self, path: &Path) -> Dropped {
+        self.inner.dropped(path)
+    }
+
+    fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError> {
+        self.inner.stored(folder, wake)
+    }
+
+    fn delete(&mut self, folder: &Path) -> Result<(), UserError> {
+        self.inner.delete(folder)
     }
 
     fn show(&mut self, file: &Path) -> Result<(), UserError> {

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     camera,
-    recordings::{DecidedRecording, Recording},
+    recordings::{DecidedRecording, Recording, StoredSession},
 };
-use boresight_calibrate::Drift;
+use boresight_calibrate::{BOARD_SCALE_SD, Drift};
 use boresight_geometry::{
     device::Adjustable,
     markers::{MarkerChoice, Markers},
@@ -21,7 +21,10 @@ use boresight_guide::{
     guidance::Plan,
     session::{Command, ViewNumber},
 };
-use boresight_run::pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError};
+use boresight_run::{
+    config::{CertificateConfig, Config, LensName},
+    pipeline::{Background, Finished, LiveFeed, Pipeline, PipelineError},
+};
 
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
@@ -119,6 +122,26 @@ pub trait AppHost {
     /// Recordings that are near at hand, newest first.
     fn recordings(&self) -> Vec<Recording>;
 
+    /// Begins to read small pictures of the sessions in these folders; `None` where that can't be done.
+    fn small_pictures(&self, folders: Vec<PathBuf>, wake: Wake) -> Option<SmallPictures> {
+        let _ = (folders, wake);
+        None
+    }
+
+    /// Begins to read the session in `folder` as it ended.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] if it cannot begin.
+    fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError>;
+
+    /// Moves the session in `folder` to the bin.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`]; the session is then where it was.
+    fn delete(&mut self, folder: &Path) -> Result<(), UserError>;
+
     /// Begins to open the recording in `folder`.
     ///
     /// # Errors
@@ -126,8 +149,8 @@ pub trait AppHost {
     /// [`UserError`] if it cannot begin.
     fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
 
-    /// True if a dropped path is a folder, which is then opened as a recording.
-    fn is_folder(&self, path: &Path) -> bool;
+    /// What a path that was dropped onto the window is.
+    fn dropped(&self, path: &Path) -> Dropped;
 
     /// Shows a file in the program that the desktop has for it.
     ///
@@ -167,6 +190,11 @@ pub trait AppHost {
     /// Number of phones that follow the session now.
     fn phones(&self) -> usize {
         0
+    }
+
+    /// True, once, if a phone asked for two more views of the session that has ended.
+    fn phone_wants_more(&self) -> bool {
+        false
     }
 
     /// True if a phone asked for the end of the session.
@@ -222,6 +250,8 @@ pub struct CameraView {
     pub number: u64,
     /// Inner corners of the board in front of it, if they are counted.
     pub board: Option<[u16; 2]>,
+    /// The code that is printed beside that board.
+    pub code: Option<SeenCode>,
     /// Why it can't be used now.
     pub trouble: Option<UserError>,
 }
@@ -236,9 +266,21 @@ impl CameraView {
             picture: None,
             number: 0,
             board: None,
+            code: None,
             trouble: None,
         }
     }
+}
+
+/// A board that its printed code names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeenCode {
+    /// ID of the board.
+    pub id: String,
+    /// Inner corners: columns, rows.
+    pub board: [u16; 2],
+    /// Side of a square: as measured if that is known, else as printed.
+    pub square_m: f64,
 }
 
 /// A sheet with a board.
@@ -287,6 +329,16 @@ pub struct Memory {
     pub theme: Option<String>,
     /// Size of the interface.
     pub zoom: Option<f32>,
+    /// Folder for new sessions; empty for the usual one.
+    pub folder: String,
+    /// Goal of new sessions, as `--accept` takes it; empty for none.
+    pub goal: String,
+    /// Lens models of new sessions, by their code.
+    pub lens: Option<String>,
+    /// Standard deviation of the board's square size, in percent.
+    pub board_error_percent: Option<f64>,
+    /// What certificates say beside the numbers.
+    pub certificate: CertificateConfig,
 }
 
 const MOST_STREAMS: usize = 4;
@@ -308,7 +360,30 @@ impl Memory {
         self.markers = self.markers.filter(|it| it.side_m.as_ref().is_none_or(length));
         self.zoom = self.zoom.filter(|zoom| (0.5..=3.0).contains(zoom));
         self.streams.truncate(MOST_STREAMS);
+        self.lens = self.lens.filter(|code| code.parse::<LensName>().is_ok());
+        let percent = |percent: &f64| (0.0..=10.0).contains(percent);
+        self.board_error_percent = self.board_error_percent.filter(percent);
+        if !self.certificate.is_usable() {
+            self.certificate = CertificateConfig::default();
+        }
         self
+    }
+
+    /// Lays what new sessions should have over `config`, where that says nothing itself.
+    pub fn apply(&self, config: &mut Config) {
+        if config.guidance.accept.is_none() {
+            config.guidance.accept = self.goal.trim().parse().ok();
+        }
+        if config.calibration.lens == LensName::AUTO
+            && let Some(lens) = self.lens.as_ref().and_then(|code| code.parse().ok())
+        {
+            config.calibration.lens = lens;
+        }
+        let error = &mut config.board.scale_error_percent;
+        if (*error - 100.0 * BOARD_SCALE_SD).abs() < 1e-9 {
+            *error = self.board_error_percent.unwrap_or(*error);
+        }
+        config.certificate = config.certificate.clone().over(self.certificate.clone());
     }
 }
 
@@ -371,6 +446,23 @@ pub type Comparing = Background<Result<Compared, UserError>>;
 
 /// A recording that is being opened.
 pub type Loading = Background<Result<DecidedRecording, UserError>>;
+
+/// A stored session that is being read.
+pub type Storing = Background<Result<StoredSession, UserError>>;
+
+/// Small pictures of sessions that are being read.
+pub type SmallPictures = Background<Vec<(PathBuf, GrayImage)>>;
+
+/// What was dropped onto the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// A session's folder.
+    Session,
+    /// A folder of pictures, or a video.
+    Source,
+    /// Another file: perhaps a calibration.
+    File,
+}
 
 /// A session compared with an older calibration.
 #[derive(Clone, Debug, PartialEq)]

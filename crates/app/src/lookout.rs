@@ -16,19 +16,22 @@ use image::{GrayImage, imageops};
 use super::{
     camera::{self, ChosenCamera, Near, NearCamera, Unusable},
     explain::user_error,
-    host::{CameraView, UserError, Wake},
+    host::{CameraView, SeenCode, UserError, Wake},
 };
 use boresight_capture::{Arrival, FrameSource};
-use boresight_detect::{Detector, DetectorParams};
-use boresight_geometry::device::CameraEvent;
+use boresight_detect::{Detector, DetectorParams, read_code};
+use boresight_geometry::{board::Checkerboard, device::CameraEvent};
 use boresight_present::text;
 use boresight_run::config::Config;
 
 /// Time between two listings of the cameras.
 const LISTED_EVERY: Duration = Duration::from_millis(1000);
-/// Times between two small pictures, and between two counts of the board.
+/// Time between two small pictures.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
+/// Time between two counts of the board while there is one …
 const COUNTED_EVERY: Duration = Duration::from_millis(150);
+/// … and between two searches for one, which cost as much.
+const SOUGHT_EVERY: Duration = Duration::from_millis(700);
 /// Time until a camera that can't be opened is tried again.
 const TRIED_EVERY: Duration = Duration::from_millis(2000);
 /// Longest time that ending has to wait for a picture.
@@ -113,7 +116,7 @@ impl Lookout {
     pub fn count_board(&self, source: Option<&str>) {
         *lock(&self.shared.counted) = source.map(Into::into);
         for view in lock(&self.shared.seen).values_mut() {
-            view.board = None;
+            (view.board, view.code) = (None, None);
         }
     }
 }
@@ -209,7 +212,7 @@ impl Shared {
                 Err(err) => Some(user_error(&err)),
             };
             self.change(source, |view| {
-                (view.picture, view.board) = (None, None);
+                (view.picture, view.board, view.code) = (None, None, None);
                 view.trouble = trouble;
             });
             if !is_over() {
@@ -242,14 +245,22 @@ impl Shared {
                 Err(err) => return Some(user_error(&err.into())),
             };
             let counts = lock(&self.counted).as_deref() == Some(source);
-            if counts && is_due(looked, COUNTED_EVERY) {
+            let every = if same.0.is_some() { COUNTED_EVERY } else { SOUGHT_EVERY };
+            if counts && is_due(looked, every) {
                 looked = Some(Instant::now());
                 let board = detector.count(&frame.image);
                 same = if board == same.0 { (board, same.1 + 1) } else { (board, 1) };
-                let sure = board.filter(|_| same.1 >= SAME_COUNTS);
+                let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+                let counted = board.map(|(columns, rows)| [side(columns), side(rows)]);
+                // A code has a checksum: once is enough.
+                let code =
+                    counted.and_then(|board| code_beside(&mut detector, &frame.image, board));
                 self.change(source, |view| {
-                    let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
-                    view.board = sure.map(|(columns, rows)| [side(columns), side(rows)]);
+                    view.board = counted.filter(|_| same.1 >= SAME_COUNTS);
+                    // It's the same board as long as that's in view, though its code may be covered.
+                    if code.is_some() || counted != view.code.as_ref().map(|code| code.board) {
+                        view.code = code;
+                    }
                 });
             }
             if is_due(shown, SHOWN_EVERY) {
@@ -275,6 +286,25 @@ impl Shared {
     }
 }
 
+/// The code beside a board of that many inner corners in `image`.
+fn code_beside(
+    detector: &mut Detector,
+    image: &GrayImage,
+    [columns, rows]: [u16; 2],
+) -> Option<SeenCode> {
+    let board = Checkerboard::new(columns, rows, 1.0).ok()?;
+    let seen = detector.detect(image, &board).ok()?;
+    let code = read_code(image, &board, &seen.corners)?;
+    let printed = code.board()?;
+    let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+    Some(SeenCode {
+        id: code.id().to_string(),
+        board: [side(printed.columns()), side(printed.rows())],
+        // Micrometres, as printed.
+        square_m: (printed.square_m() * 1e6).round() / 1e6,
+    })
+}
+
 fn small(image: &GrayImage) -> GrayImage {
     let (width, height) = image.dimensions();
     if width <= WIDTH_PX {
@@ -290,7 +320,6 @@ mod tests {
     use super::*;
     use boresight_capture::{CaptureError, Recorded, SourceIdentity};
     use boresight_geometry::{
-        board::Checkerboard,
         device::Fault,
         frame::{CaptureTime, Frame, FrameId, FrameKind},
     };

@@ -12,7 +12,7 @@ use super::{
 };
 use boresight_capture::{is_address, is_command};
 use boresight_formats::import::OldCalibration;
-use boresight_guide::session::Session;
+use boresight_guide::session::{Command, Session};
 use boresight_present::text;
 use boresight_run::{
     config::{Backend, Config},
@@ -33,6 +33,8 @@ pub struct Opening {
     pub config: Config,
     /// The session to resume.
     pub session: Option<PathBuf>,
+    /// True to ask a resumed session for two more views, even if its plan is complete.
+    pub takes_more: bool,
     /// The older calibration that the result is compared with.
     pub against: Option<PathBuf>,
     /// True to hold the new calibration to the older one, whose lens hasn't been touched since.
@@ -67,6 +69,7 @@ impl Opening {
             backend: None,
             config,
             session: None,
+            takes_more: false,
             against: None,
             hold: false,
             out: None,
@@ -149,6 +152,7 @@ impl Opening {
             first_frame: 0,
             stored: Vec::new(),
             resumed: false,
+            first: None,
             note: None,
         })
     }
@@ -191,6 +195,7 @@ impl Opening {
             first_frame: saved.first_frame,
             stored: saved.contents.stored,
             resumed: true,
+            first: self.takes_more.then_some(Command::TakeMore),
         })
     }
 

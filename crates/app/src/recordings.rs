@@ -1,4 +1,4 @@
-//! Recordings to step through in a window.
+//! Recorded sessions: what a list shows of them, their results, and their decisions to step through.
 
 use std::{
     collections::BTreeSet,
@@ -7,26 +7,61 @@ use std::{
 
 use anyhow::bail;
 use image::GrayImage;
+use jiff::{Timestamp, tz::TimeZone};
+use serde_json::Value;
 
-use super::JournalReading;
-use boresight_files::entries;
-use boresight_guide::session::Snapshot;
+use super::{JournalReading, REPORT_FILE, RESULT_FILE, SavedSession, host::Dropped};
+use boresight_calibrate::Verdict;
+use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
+use boresight_formats::CalibrationFile;
+use boresight_guide::session::{Input, Snapshot, ViewNumber};
 use boresight_present::text;
-use boresight_run::recording::{Replayed, SessionFolder, Stored, stored_frame};
+use boresight_run::recording::{
+    CameraTable, Header, Replayed, SessionFolder, Stored, stored_frame,
+};
 
 /// Most recordings offered.
 const MOST_OFFERED: usize = 50;
+/// Folder of a session's pictures.
+const FRAMES: &str = "frames";
+/// Largest picture that a list reads, in bytes.
+const PICTURE_LIMIT: u64 = 64 << 20;
 
 /// Loads the stored picture of a frame; `None` if none was stored or it can't be read.
 pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
 
-/// A recorded session.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Largest side of the picture in a list.
+const SMALL_PX: u32 = 192;
+
+/// A recorded session in a list.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recording {
     /// Folder of the recording.
     pub folder: PathBuf,
-    /// When, of what.
-    pub what: String,
+    /// When it began, in local time.
+    pub when: String,
+    /// Name of the camera, and the size of its pictures.
+    pub camera: String,
+    /// The verdict in words, or that there is none.
+    pub verdict: String,
+    /// Gravity of the verdict; `None` without one.
+    pub judged: Option<Verdict>,
+    /// Views that the calibration uses; `None` without one.
+    pub views: Option<usize>,
+    /// The report, if one was written.
+    pub report: Option<PathBuf>,
+}
+
+/// A session that was stored, as it ended.
+pub struct StoredSession {
+    /// The last state.
+    pub snapshot: Snapshot,
+    /// Pictures of its views.
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
+    /// Name of its source.
+    pub source: String,
+    /// Files with the result.
+    pub files: Vec<PathBuf>,
 }
 
 /// A recording, decided again.
@@ -47,13 +82,102 @@ pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
     let mut found: Vec<(String, Recording)> = folders
         .filter_map(|folder| {
             let header = SessionFolder::header(&folder).ok()?;
-            let what =
-                text::replay::recording(&header.created, &header.source, header.image_size());
-            Some((header.created, Recording { folder, what }))
+            Some((header.created.clone(), listed(folder, &header)))
         })
         .collect();
     found.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| other.folder.cmp(&one.folder)));
     found.into_iter().map(|(_, recording)| recording).take(MOST_OFFERED).collect()
+}
+
+/// The session in `folder`, as a list shows it.
+fn listed(folder: PathBuf, header: &Header) -> Recording {
+    let result = read_text(&folder.join(RESULT_FILE), TEXT_LIMIT, Links::Refused).ok();
+    let result = result.and_then(|text| serde_json::from_str::<Value>(&text).ok());
+    let result = result.and_then(|tree| CalibrationFile::read(&tree).ok());
+    let calibrated = result.filter(|file| file.result.is_some());
+    let judged = calibrated.as_ref().and_then(|file| {
+        let all = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy];
+        all.into_iter().find(|verdict| verdict.code() == file.verdict)
+    });
+    let unfinished = calibrated.as_ref().is_some_and(CalibrationFile::is_unfinished);
+    let verdict = judged
+        .map_or(text::sessions::NO_RESULT, |verdict| text::sessions::verdict(verdict, unfinished));
+    let name = header.camera.as_ref().map_or(header.source.as_str(), CameraTable::name);
+    let report = folder.join(REPORT_FILE);
+    Recording {
+        when: local(&header.created),
+        camera: text::sessions::camera(name, header.image_size()),
+        verdict: text::of_source(&header.source, verdict),
+        judged,
+        views: calibrated.map(|file| file.views.iter().filter(|view| view.used).count()),
+        report: report.is_file().then_some(report),
+        folder,
+    }
+}
+
+/// A time stamp in local time; as it is, if it's none.
+fn local(stamp: &str) -> String {
+    let zoned = |stamp: Timestamp| stamp.to_zoned(TimeZone::system());
+    stamp.parse::<Timestamp>().map_or_else(
+        |_| stamp.to_owned(),
+        |stamp| zoned(stamp).strftime("%-d %B %Y, %H:%M").to_string(),
+    )
+}
+
+/// The newest stored picture of the session in `folder`, small; `None` if it has none that can be read.
+pub fn small_picture(folder: &Path) -> Option<GrayImage> {
+    let newest = entries(&folder.join(FRAMES)).into_iter().filter(|file| is_picture(file)).max()?;
+    let bytes = read(&newest, PICTURE_LIMIT, Links::Refused).ok()?;
+    let image = image::load_from_memory(&bytes).ok()?.into_luma8();
+    let factor = f64::from(SMALL_PX) / f64::from(image.width().max(image.height()).max(1));
+    let side = |px: u32| ((f64::from(px) * factor).round() as u32).max(1);
+    let (width, height) = image.dimensions();
+    Some(image::imageops::thumbnail(&image, side(width), side(height)))
+}
+
+fn is_picture(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending == "png")
+}
+
+/// What `path` is: a session, pictures to calibrate from, or another file.
+pub fn dropped(path: &Path) -> Dropped {
+    const VIDEOS: [&str; 9] = ["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ts"];
+    let is_video = path
+        .extension()
+        .is_some_and(|ending| VIDEOS.iter().any(|video| ending.eq_ignore_ascii_case(video)));
+    if SessionFolder::header(path).is_ok() {
+        Dropped::Session
+    } else if path.is_dir() || is_video {
+        Dropped::Source
+    } else {
+        Dropped::File
+    }
+}
+
+/// The session in `folder` as it ended, with the views that it records.
+///
+/// # Errors
+///
+/// As [`SavedSession::open`].
+pub fn stored(folder: &Path) -> anyhow::Result<StoredSession> {
+    let SavedSession { header, mut session, contents, .. } = SavedSession::open(folder)?;
+    let decision = session.handle(&Input::Resumed);
+    let picture = |frame: u64| {
+        let stored = contents.stored.iter().find(|stored| stored.frame == frame)?;
+        stored_frame(folder, stored).ok()
+    };
+    let pictures = session
+        .accepted()
+        .iter()
+        .filter_map(|view| Some((view.number, picture(view.view.frame_id.0)?)))
+        .collect();
+    let files = [REPORT_FILE, RESULT_FILE].map(|name| folder.join(name));
+    Ok(StoredSession {
+        snapshot: session.snapshot(decision),
+        pictures,
+        source: header.source,
+        files: files.into_iter().filter(|file| file.is_file()).collect(),
+    })
 }
 
 /// Decides the recording in `folder` again.
@@ -92,4 +216,40 @@ pub fn decided(
         stored_frame(&folder, stored).ok()
     };
     Ok(DecidedRecording { steps, different, name, load: Box::new(load) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Announcer, Opening};
+    use boresight_run::config::Config;
+
+    #[test]
+    fn a_list_tells_when_of_what_and_how_it_ended() -> anyhow::Result<()> {
+        let place = tempfile::tempdir()?;
+        let folder = place.path().join("one");
+        let config = Config::load(None, &["guidance.plan=\"quick\"".into()])?;
+        let opening = Opening { out: Some(folder.clone()), ..Opening::new("sim", config) };
+        let silent = Announcer::silent();
+        let run = opening.open(&silent)?;
+        let never = std::sync::atomic::AtomicBool::new(false);
+        let finished = run.carry_out(&never, &silent)?;
+        let views = finished.session.accepted().len();
+        let open = within(&BTreeSet::from([place.path().into()]));
+        assert_eq!((open[0].judged, open[0].views), (None, None), "it isn't concluded");
+        finished.conclude(&silent)?;
+        let listed = within(&BTreeSet::from([place.path().into()]));
+        let [one] = listed.as_slice() else { anyhow::bail!("{listed:?}") };
+        assert_eq!(one.folder, folder);
+        assert!(one.verdict.starts_with("SIMULATED: "), "{}", one.verdict);
+        assert!(one.camera.starts_with("sim, 1280 × 720"), "{}", one.camera);
+        assert!(one.when.contains(':') && !one.when.contains('Z'), "{}", one.when);
+        assert_eq!(one.views, Some(views));
+        let picture = small_picture(&folder).ok_or_else(|| anyhow::anyhow!("a picture"))?;
+        assert_eq!(picture.dimensions(), (192, 108));
+        let stored = stored(&folder)?;
+        assert_eq!((stored.pictures.len(), stored.snapshot.views.len()), (views, views));
+        assert!(stored.snapshot.calibration.is_some());
+        Ok(())
+    }
 }

@@ -21,7 +21,7 @@ use boresight_capture::renumbered;
 use boresight_formats::CalibrationFile;
 use boresight_guide::{
     guidance::{Progress, Refusal},
-    session::{Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
+    session::{Command, Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
 };
 use boresight_present::{instruction::Instruction, text};
 use boresight_run::{
@@ -49,6 +49,8 @@ pub struct Run {
     pub stored: Vec<Stored>,
     /// True if the session was resumed.
     pub resumed: bool,
+    /// A command that the session gets before its first frame.
+    pub first: Option<Command>,
     /// Notice shown at the start, e.g. that the camera is simulated.
     pub note: Option<String>,
 }
@@ -164,13 +166,16 @@ impl Run {
     /// [`boresight_run::recording::RecordingError`] if a resumed session's journal can't be written.
     pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
         let path = self.folder.path().to_path_buf();
-        let Self { mut folder, mut session, open, record_stream, first_frame, resumed, .. } = self;
+        let Self {
+            mut folder, mut session, open, record_stream, first_frame, resumed, first, ..
+        } = self;
         let camera = if open.truth.is_some() { " (SIMULATED camera)" } else { "" };
         announcer.say(&format!("Session: {}{camera}", path.display()));
         let OpenSource { source, on_frame, truth } = open;
-        if resumed {
-            let decision = session.handle(&Input::Resumed);
-            folder.journal_mut().append(&Input::Resumed, &decision, None, true)?;
+        let resumed = resumed.then_some(Input::Resumed);
+        for input in resumed.into_iter().chain(first.map(Input::Command)) {
+            let decision = session.handle(&input);
+            folder.journal_mut().append(&input, &decision, None, true)?;
         }
         let lossless = source.waits();
         let setup = Setup {

@@ -14,6 +14,9 @@ pub enum ServeError {
     /// The system refused a thread or its parts.
     #[error("could not start the phone's page")]
     Thread(#[source] std::io::Error),
+    /// No computer can have that name.
+    #[error("not a name of a computer: {0:?}. Write one like cell4.example.org")]
+    Name(String),
     /// Certificate and key can't be used.
     #[error("the certificate can't be used: {0}")]
     Certificate(String),

@@ -82,6 +82,8 @@ pub(super) type SharedStates = Arc<Mutex<States>>;
 struct NewsEvent<'a> {
     number: u64,
     age_ms: u64,
+    /// Number of the view that was taken, from 1.
+    view: Option<u32>,
     #[serde(flatten)]
     say: Say<'a>,
 }
@@ -119,7 +121,7 @@ async fn tell(
     sender: &mpsc::Sender<Bytes>,
     (role, seen): (Role, Option<u64>),
 ) {
-    let mut seen = seen.unwrap_or_else(|| hub.news_after(u64::MAX).1);
+    let mut seen = seen.unwrap_or_else(|| changes.borrow().news);
     let (mut plan, mut ended): (Option<Arc<str>>, Option<Arc<str>>) = (None, None);
     loop {
         // Wait for room first, so that the state sent is as new as can be.
@@ -127,13 +129,14 @@ async fn tell(
         let state = changes.borrow_and_update().clone();
         let composed = states.lock().unwrap_or_else(PoisonError::into_inner).compose(&state, hub);
         let mut text = String::with_capacity(composed.live.len() + 64);
-        let (news, newest) = hub.news_after(seen);
-        for news in &news {
+        for news in &hub.news_after(seen, &state) {
             let age_ms = u64::try_from(news.came.elapsed().as_millis()).unwrap_or(u64::MAX);
-            let event = NewsEvent { number: news.number, age_ms, say: Say::of(&news.word) };
+            let view = news.view.map(view::counted);
+            let say = Say::of(&news.word);
+            let event = NewsEvent { number: news.number, age_ms, view, say };
             push(&mut text, "news", &json(&event));
         }
-        seen = newest;
+        seen = state.news;
         // The first event tells a page the number from which on it has heard everything.
         let parts = [(&mut plan, &composed.plan, "plan"), (&mut ended, &composed.ended, "ended")];
         for (sent, part, name) in parts {
@@ -148,6 +151,7 @@ async fn tell(
             }
         }
         push(&mut text, "heard", &seen.to_string());
+        push(&mut text, "clock", &hub.clock_ms().to_string());
         push(&mut text, "live", &composed.live);
         room.send(text.into());
         let sent = Instant::now();
@@ -160,7 +164,7 @@ async fn tell(
         };
         tokio::time::sleep(pause.saturating_sub(sent.elapsed())).await;
         let is_routine = matches!(changes.borrow_and_update().stage, Stage::Guiding);
-        if is_routine && hub.news_after(seen).0.is_empty() {
+        if is_routine && changes.borrow().news == seen {
             tokio::time::timeout(ALIGNED_WITHIN, changes.changed()).await.ok();
         }
         if sender.is_closed() {

@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeMap,
     net::IpAddr,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError},
     time::Instant,
 };
 
@@ -18,7 +18,8 @@ use axum::{
 use super::{
     connection::Peer,
     error::ServeError,
-    keys::{Bucket, Keys, Opened, Secret},
+    keys::{Bucket, Exchanged, Keys, Opened, Secret},
+    server::Links,
 };
 
 /// Most addresses without a key that are remembered.
@@ -26,9 +27,15 @@ const MOST_STRANGERS: usize = 256;
 /// Path at which a link's token is exchanged for a key.
 pub(super) const ENTER: &str = "/api/enter";
 
+/// Called when an owner's link is used up, with the links that hold from now on.
+pub(super) type OnUsed = Box<dyn Fn(&[Links]) + Send + Sync>;
+
 /// Keys, and rate limits for addresses without one.
 pub(super) struct Gate {
     keys: Mutex<Keys>,
+    /// Scheme and host of each address of the page.
+    origins: Vec<String>,
+    pub(super) on_used: OnceLock<OnUsed>,
     strangers: Mutex<BTreeMap<IpAddr, Bucket>>,
     /// Names by which the page may be called beside addresses.
     names: Vec<String>,
@@ -38,15 +45,47 @@ pub(super) struct Gate {
 impl Gate {
     pub(super) fn new(
         names: Vec<String>,
+        origins: Vec<String>,
         https: bool,
         kept: Option<&Secret>,
     ) -> Result<Self, ServeError> {
         let keys = Mutex::new(Keys::new(kept)?);
-        Ok(Self { keys, strangers: Mutex::default(), names, https })
+        let (strangers, on_used) = (Mutex::default(), OnceLock::new());
+        Ok(Self { keys, strangers, names, origins, on_used, https })
     }
 
-    pub(super) fn keys(&self) -> MutexGuard<'_, Keys> {
+    fn keys(&self) -> MutexGuard<'_, Keys> {
         self.keys.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The links that hold now, by every address of the page.
+    pub(super) fn links(&self) -> Vec<Links> {
+        let [owner, watcher] = {
+            let keys = self.keys();
+            [keys.owner.text(), keys.watcher.text()]
+        };
+        let links = |origin: &String| Links {
+            owner: format!("{origin}/#{owner}"),
+            watcher: format!("{origin}/#{watcher}"),
+        };
+        self.origins.iter().map(links).collect()
+    }
+
+    /// Exchanges a link's token for a key; see [`Keys::exchange`].
+    pub(super) fn exchange(
+        &self,
+        token: &Secret,
+        claim: &Secret,
+        now: Instant,
+    ) -> Result<Exchanged, ServeError> {
+        let before = self.keys().owner;
+        let answer = self.keys().exchange(token, claim, now)?;
+        if !before.is_same(&self.keys().owner)
+            && let Some(on_used) = self.on_used.get()
+        {
+            on_used(&self.links());
+        }
+        Ok(answer)
     }
 
     /// True if a request that names `host` is meant for this server: an address, or a name of ours. Another name may
@@ -61,14 +100,16 @@ impl Gate {
     }
 
     /// True if a request comes from the page itself, as far as the browser says.
-    fn is_own_origin(&self, headers: &HeaderMap, host: &str) -> bool {
+    ///
+    /// `visits` is true for a request for the page itself, which a link on another site may lead to.
+    fn is_own_origin(&self, headers: &HeaderMap, host: &str, visits: bool) -> bool {
         let scheme = if self.https { "https" } else { "http" };
         let own = match headers.get(header::ORIGIN) {
             Some(origin) => origin.as_bytes() == format!("{scheme}://{host}").as_bytes(),
             None => true,
         };
         let site = headers.get(HeaderName::from_static("sec-fetch-site"));
-        own && site.is_none_or(|site| site == "same-origin" || site == "none")
+        own && (visits || site.is_none_or(|site| site == "same-origin" || site == "none"))
     }
 
     fn may_knock(&self, from: IpAddr, now: Instant) -> bool {
@@ -118,10 +159,11 @@ fn check(gate: &Gate, request: &mut Request<Body>) -> Result<(), Answer> {
     if !gate.is_ours(&host) || !(authority.is_empty() || gate.is_ours(&authority)) {
         return Err((StatusCode::MISDIRECTED_REQUEST, "This page has another address.\n"));
     }
-    if !gate.is_own_origin(request.headers(), &host) {
+    let method = request.method();
+    let visits = method == Method::GET && request.uri().path() == "/";
+    if !gate.is_own_origin(request.headers(), &host, visits) {
         return Err((StatusCode::FORBIDDEN, "Only the page itself may ask.\n"));
     }
-    let method = request.method();
     if method != Method::GET && method != Method::POST {
         return Err((StatusCode::METHOD_NOT_ALLOWED, "GET or POST.\n"));
     }
@@ -179,7 +221,8 @@ mod tests {
 
     #[test]
     fn only_addresses_and_own_names_are_ours() {
-        let gate = Gate::new(vec!["cell-4.example".into()], false, None).expect("randomness");
+        let names = vec!["cell-4.example".into()];
+        let gate = Gate::new(names, Vec::new(), false, None).expect("randomness");
         for ours in [
             "127.0.0.1",
             "192.168.1.7:8417",
@@ -205,16 +248,21 @@ mod tests {
 
     #[test]
     fn another_origin_is_refused() {
-        let gate = Gate::new(Vec::new(), false, None).expect("randomness");
+        let gate = Gate::new(Vec::new(), Vec::new(), false, None).expect("randomness");
         let from = |origin: &str| {
             let mut headers = HeaderMap::new();
             headers.insert(header::ORIGIN, HeaderValue::from_str(origin).expect("a header"));
-            gate.is_own_origin(&headers, "10.0.0.2:8417")
+            gate.is_own_origin(&headers, "10.0.0.2:8417", false)
         };
         assert!(from("http://10.0.0.2:8417"));
         for other in ["http://10.0.0.2", "https://10.0.0.2:8417", "null", "http://evil.example"] {
             assert!(!from(other), "{other}");
         }
-        assert!(gate.is_own_origin(&HeaderMap::new(), "10.0.0.2:8417"));
+        assert!(gate.is_own_origin(&HeaderMap::new(), "10.0.0.2:8417", false));
+        // A link in a web mail leads to the page, but asks for nothing else.
+        let site = HeaderName::from_static("sec-fetch-site");
+        let mail = HeaderMap::from_iter([(site, HeaderValue::from_static("cross-site"))]);
+        assert!(gate.is_own_origin(&mail, "10.0.0.2:8417", true));
+        assert!(!gate.is_own_origin(&mail, "10.0.0.2:8417", false));
     }
 }

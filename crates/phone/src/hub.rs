@@ -16,11 +16,11 @@ use super::keys::Role;
 use boresight_geometry::{frame::Frame, markers::MarkerChoice};
 use boresight_guide::{
     guidance::Refusal,
-    session::{Command, Gravity, Outcome, Snapshot},
+    session::{Command, Gravity, Outcome, Snapshot, ViewNumber},
 };
 use boresight_present::{
     instruction::Instruction,
-    speech::{Narrator, Word},
+    speech::{Narrator, Rank, Word},
 };
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
@@ -38,6 +38,10 @@ pub struct Hub {
     commands: Mutex<Option<CommandLink>>,
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
+    /// True if a page asked to go on with the session that has ended.
+    wants_more: AtomicBool,
+    /// Time from which the clock of the pages counts.
+    began: Instant,
     pages: AtomicUsize,
     /// Pages that only watch.
     watchers: AtomicUsize,
@@ -61,6 +65,10 @@ pub(super) struct State {
     pub(super) stage: Stage,
     /// The newest snapshot of the session that runs or has run.
     pub(super) snapshot: Option<Arc<Snapshot>>,
+    /// Number of the newest news that this state tells of.
+    pub(super) news: u64,
+    /// True if the session's pictures are rendered.
+    pub(super) simulated: bool,
 }
 
 /// Stage of the program.
@@ -128,6 +136,8 @@ pub struct EndedPage {
     pub what: String,
     /// The next action.
     pub action: String,
+    /// The verdict for the ear, in six words at most.
+    pub aloud: &'static str,
     /// Names and values.
     pub lines: Vec<(String, String)>,
     /// Findings, each with its action.
@@ -138,6 +148,8 @@ pub struct EndedPage {
     pub map: Vec<[f64; 3]>,
     /// True if the page may start another session.
     pub can_restart: bool,
+    /// True if this session can go on with two more views.
+    pub can_go_on: bool,
     /// Files offered for download.
     pub files: Vec<PageFile>,
 }
@@ -195,6 +207,8 @@ pub(super) struct News {
     pub(super) number: u64,
     pub(super) came: Instant,
     pub(super) word: Word,
+    /// The view that was taken.
+    pub(super) view: Option<ViewNumber>,
 }
 
 impl Default for Hub {
@@ -206,7 +220,8 @@ impl Default for Hub {
 impl Hub {
     /// Shows that a session is being opened.
     pub fn new() -> Self {
-        let state = State { version: 0, stage: Stage::Starting, snapshot: None };
+        let state =
+            State { version: 0, stage: Stage::Starting, snapshot: None, news: 0, simulated: false };
         Self {
             picture: watch::Sender::new(None),
             unjudged: Mutex::default(),
@@ -216,6 +231,8 @@ impl Hub {
             commands: Mutex::default(),
             request: Mutex::default(),
             wants_end: AtomicBool::new(false),
+            wants_more: AtomicBool::new(false),
+            began: Instant::now(),
             pages: AtomicUsize::new(0),
             watchers: AtomicUsize::new(0),
             left: Mutex::default(),
@@ -289,11 +306,28 @@ impl Hub {
         self.state.subscribe()
     }
 
-    /// News after number `seen`, oldest first, and the number of the newest.
-    pub(super) fn news_after(&self, seen: u64) -> (Vec<News>, u64) {
-        let teller = lock(&self.teller);
-        let news = teller.news.iter().filter(|news| news.number > seen).cloned().collect();
-        (news, teller.next)
+    /// News after number `seen`, oldest first, as far as `state` tells of it.
+    pub(super) fn news_after(&self, seen: u64, state: &State) -> Vec<News> {
+        let is_new = |news: &&News| news.number > seen && news.number <= state.news;
+        lock(&self.teller).news.iter().filter(is_new).cloned().collect()
+    }
+
+    /// Milliseconds for which there has been a page.
+    pub(super) fn clock_ms(&self) -> u64 {
+        u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// Says whether the pictures of the session are rendered.
+    pub fn simulates(&self, simulated: bool) {
+        self.state.send_modify(|state| {
+            state.version += 1;
+            state.simulated = simulated;
+        });
+    }
+
+    /// True, once, if a page asked to go on with the session that has ended.
+    pub fn take_more(&self) -> bool {
+        self.wants_more.swap(false, Ordering::Relaxed)
     }
 
     /// A refusal of each kind with its count, the most frequent first.
@@ -330,6 +364,16 @@ impl Hub {
             *lock(&self.request) = Some(request);
         }
         can_start
+    }
+
+    /// Takes note of a page's wish to go on with the session that has ended. False if it can't.
+    pub(super) fn go_on(&self) -> bool {
+        let can_go_on =
+            matches!(&self.state.borrow().stage, Stage::Ended(ended) if ended.can_go_on);
+        if can_go_on {
+            self.wants_more.store(true, Ordering::Relaxed);
+        }
+        can_go_on
     }
 
     /// Takes note of a page's wish to leave the result. False if there's nothing to go to.
@@ -371,13 +415,18 @@ impl Onlooker for Hub {
 
     fn decided(&self, snapshot: &Snapshot) {
         let mut teller = lock(&self.teller);
+        let taken = match snapshot.decision.outcome {
+            Outcome::Accepted { view, .. } => Some(view),
+            _ => None,
+        };
         for word in teller.narrator.news(&Instruction::of(snapshot)) {
             teller.next += 1;
             if teller.news.len() == NEWS_KEPT {
                 teller.news.pop_front();
             }
             let (number, came) = (teller.next, Instant::now());
-            teller.news.push_back(News { number, came, word });
+            let view = taken.filter(|_| word.rank == Rank::Taken);
+            teller.news.push_back(News { number, came, word, view });
         }
         if let Outcome::Refused { refusal } = snapshot.decision.outcome {
             let same = |(kind, _): &&mut (Refusal, u64)| {
@@ -388,6 +437,7 @@ impl Onlooker for Hub {
                 None => teller.refused.push((refusal, 1)),
             }
         }
+        let newest = teller.next;
         drop(teller);
         let judged = lock(&self.unjudged).take();
         self.publish(judged);
@@ -396,6 +446,7 @@ impl Onlooker for Hub {
             let mut before = None;
             self.state.send_modify(|state| {
                 state.version += 1;
+                state.news = newest;
                 before = std::mem::replace(&mut state.snapshot, snapshot);
             });
             before

@@ -51,6 +51,11 @@ impl Secret {
         Some(Self(bytes[..length].try_into().ok()?))
     }
 
+    /// True for the same secret, found out in constant time.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        self.is(other).into()
+    }
+
     fn is(&self, other: &Self) -> Choice {
         self.0.ct_eq(&other.0)
     }
@@ -68,6 +73,27 @@ pub(super) struct Keys {
     /// Secret that signs keys, if they outlive the program.
     signs: Option<Secret>,
     given: Vec<Key>,
+    /// Owner's links that are used up.
+    spent: Vec<Spent>,
+}
+
+/// An owner's link that somebody has used. The same bearer gets the same key again: the answer may have been lost.
+struct Spent {
+    link: Secret,
+    /// Random number of the page that used it.
+    claim: Secret,
+    key: Secret,
+}
+
+/// Answer to the bearer of a link's token.
+#[derive(Clone, Copy)]
+pub(super) enum Exchanged {
+    /// A key for it.
+    Key(Secret, Role),
+    /// Somebody else has used it.
+    Used,
+    /// It's no link's.
+    Unknown,
 }
 
 /// Random bytes of a signed key; the rest is its signature.
@@ -92,38 +118,61 @@ impl Keys {
     /// New links and keys at each start; with a `kept` secret, the same links each time, and keys that stay valid as
     /// long as it's kept.
     pub(super) fn new(kept: Option<&Secret>) -> Result<Self, ServeError> {
-        let given = Vec::new();
+        let (given, spent) = (Vec::new(), Vec::new());
         Ok(match kept {
             None => {
-                Self { owner: Secret::random()?, watcher: Secret::random()?, signs: None, given }
+                let (owner, watcher) = (Secret::random()?, Secret::random()?);
+                Self { owner, watcher, signs: None, given, spent }
             }
             Some(kept) => Self {
                 owner: kept.derive(b"link of the owner"),
                 watcher: kept.derive(b"link of a watcher"),
                 signs: Some(kept.derive(b"signature of keys")),
                 given,
+                spent,
             },
         })
     }
 
-    /// A new key for the bearer of a link's `token`; `None` if it's no link's.
+    /// A new key for the bearer of a link's `token` with the page's own random `claim`. An owner's link is used up by
+    /// it, unless links are kept, and the next one is in its place.
     pub(super) fn exchange(
         &mut self,
         token: &Secret,
+        claim: &Secret,
         now: Instant,
-    ) -> Result<Option<(Secret, Role)>, ServeError> {
+    ) -> Result<Exchanged, ServeError> {
         let owner = self.owner.is(token);
         let watcher = self.watcher.is(token);
         if !bool::from(owner | watcher) {
-            return Ok(None);
+            return Ok(self.again(token, claim));
         }
         let role = if bool::from(owner) { Role::Owner } else { Role::Watcher };
         let mut secret = Secret::random()?;
-        if let Some(signs) = &self.signs {
-            sign(signs, &mut secret, role);
+        match (&self.signs, role) {
+            (Some(signs), _) => sign(signs, &mut secret, role),
+            (None, Role::Owner) => {
+                let link = std::mem::replace(&mut self.owner, Secret::random()?);
+                if self.spent.len() == MOST_OWNERS {
+                    self.spent.remove(0);
+                }
+                self.spent.push(Spent { link, claim: *claim, key: secret });
+            }
+            (None, Role::Watcher) => {}
         }
         self.give(secret, role, now);
-        Ok(Some((secret, role)))
+        Ok(Exchanged::Key(secret, role))
+    }
+
+    fn again(&self, token: &Secret, claim: &Secret) -> Exchanged {
+        let mut answer = Exchanged::Unknown;
+        for Spent { link, claim: of, key } in &self.spent {
+            if bool::from(link.is(token)) {
+                let is_same = bool::from(of.is(claim));
+                answer = if is_same { Exchanged::Key(*key, Role::Owner) } else { Exchanged::Used };
+            }
+        }
+        answer
     }
 
     fn give(&mut self, secret: Secret, role: Role, now: Instant) {
@@ -233,15 +282,46 @@ mod tests {
         let now = Instant::now();
         let mut keys = Keys::new(None).expect("randomness");
         let token = Secret::parse(keys.watcher.text().as_bytes()).expect("a token");
-        let (key, role) = keys.exchange(&token, now).expect("randomness").expect("a link's");
+        let (key, role) = exchanged(&mut keys, &token, now);
         assert_eq!(role, Role::Watcher);
         assert_eq!(keys.open(&key, now), Some(Opened::As(Role::Watcher)));
         assert_eq!(keys.open(&token, now), None, "a token opens nothing by itself");
         let wrong = Secret::random().expect("randomness");
-        assert!(keys.exchange(&wrong, now).expect("randomness").is_none());
+        let claim = Secret::random().expect("randomness");
+        let answer = keys.exchange(&wrong, &claim, now).expect("randomness");
+        assert!(matches!(answer, Exchanged::Unknown));
         assert!(Secret::parse(b"short").is_none());
         assert!(Secret::parse(&[b'A'; 44]).is_none());
         assert!(Secret::parse(&[b'A'; 10_000]).is_none());
+    }
+
+    /// The key for a link's token.
+    fn exchanged(keys: &mut Keys, token: &Secret, now: Instant) -> (Secret, Role) {
+        let claim = Secret::random().expect("randomness");
+        match keys.exchange(token, &claim, now).expect("randomness") {
+            Exchanged::Key(key, role) => (key, role),
+            Exchanged::Used | Exchanged::Unknown => panic!("a link's"),
+        }
+    }
+
+    #[test]
+    fn an_owners_link_is_used_once_and_its_answer_may_be_lost() {
+        let now = Instant::now();
+        let mut keys = Keys::new(None).expect("randomness");
+        let [mine, other] = [(); 2].map(|()| Secret::random().expect("randomness"));
+        let (link, watcher) = (keys.owner, keys.watcher);
+        let mut ask = |link, claim| match keys.exchange(&link, &claim, now).expect("randomness") {
+            Exchanged::Key(key, role) => Ok((key.text(), role)),
+            Exchanged::Used => Err("used"),
+            Exchanged::Unknown => Err("unknown"),
+        };
+        let first = ask(link, mine).expect("it's new");
+        assert_eq!(ask(link, mine), Ok(first), "its answer was lost on the way");
+        assert_eq!(ask(link, other), Err("used"), "somebody finds it in a history");
+        assert!(ask(watcher, mine).is_ok() && ask(watcher, other).is_ok(), "that one is for many");
+        let next = keys.owner;
+        assert_ne!(next.text(), link.text());
+        assert_eq!(exchanged(&mut keys, &next, now).1, Role::Owner);
     }
 
     #[test]
@@ -249,10 +329,9 @@ mod tests {
         let now = Instant::now();
         let mut keys = Keys::new(None).expect("randomness");
         let (owner, watcher) = (keys.owner, keys.watcher);
-        let (mine, _) = keys.exchange(&owner, now).expect("randomness").expect("a link's");
+        let (mine, _) = exchanged(&mut keys, &owner, now);
         for i in 1..500 {
-            let later = now + Duration::from_millis(i);
-            assert!(keys.exchange(&watcher, later).expect("randomness").is_some());
+            exchanged(&mut keys, &watcher, now + Duration::from_millis(i));
         }
         assert!(keys.given.len() <= MOST_KEYS);
         assert_eq!(keys.open(&mine, now), Some(Opened::As(Role::Owner)));
@@ -264,7 +343,7 @@ mod tests {
         let kept = Secret::random().expect("randomness");
         let mut before = Keys::new(Some(&kept)).expect("randomness");
         let (owner, watcher) = (before.owner, before.watcher);
-        let mut give = |link| before.exchange(link, now).expect("randomness").expect("a link's").0;
+        let mut give = |link| exchanged(&mut before, link, now).0;
         let (mine, theirs) = (give(&owner), give(&watcher));
         let mut after = Keys::new(Some(&kept)).expect("randomness");
         assert_eq!((after.owner.text(), after.watcher.text()), (owner.text(), watcher.text()));
@@ -284,7 +363,7 @@ mod tests {
         assert_eq!(replaced.open(&mine, now), None);
         // However many come back, the memory is bounded.
         for _ in 0..500 {
-            let (key, _) = before.exchange(&watcher, now).expect("randomness").expect("a link's");
+            let (key, _) = exchanged(&mut before, &watcher, now);
             assert_eq!(after.open(&key, now), Some(Opened::As(Role::Watcher)));
         }
         assert!(after.given.len() <= MOST_KEYS);

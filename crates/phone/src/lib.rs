@@ -29,7 +29,7 @@
 //! # What is trusted
 //!
 //! Nobody without a link. A link holds a random token of 256 bits in its fragment, which browsers don't send; the page
-//! exchanges it once for a key of the same size that it keeps for itself and sends in a header. No cookies, so no other
+//! exchanges it for a key of the same size that it keeps for itself and sends in a header; an owner's link is used up by it. No cookies, so no other
 //! site can make a browser act. `Host` must be an address, so that no foreign name can be bound to it (DNS rebinding).
 //! What is served is made in memory; no request names a file.
 

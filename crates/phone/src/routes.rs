@@ -21,7 +21,7 @@ use super::{
     events::{self, SharedStates},
     guard::{ENTER, Gate, guard},
     hub::{Hub, Request, Stage},
-    keys::{Role, Secret},
+    keys::{Exchanged, Role, Secret},
     picture::{Made, SharedPictures},
 };
 use boresight_guide::session::{Command, ViewNumber};
@@ -109,6 +109,12 @@ type Refused = (StatusCode, &'static str);
 const NOT_JSON: Refused = (StatusCode::UNSUPPORTED_MEDIA_TYPE, "Only JSON is understood.\n");
 const TOO_MANY_WATCH: Refused =
     (StatusCode::SERVICE_UNAVAILABLE, "As many as can are watching already.\n");
+const NO_LINK: Refused =
+    (StatusCode::UNAUTHORIZED, "This link is no longer valid. Scan the QR code again.\n");
+const USED: Refused =
+    (StatusCode::GONE, "Another phone has used this link. Scan the QR code again.\n");
+const NO_RANDOMNESS: Refused =
+    (StatusCode::SERVICE_UNAVAILABLE, "The system gives no random numbers.\n");
 const NOT_UNDERSTOOD: Refused = (StatusCode::BAD_REQUEST, "That wasn't understood.\n");
 
 /// The JSON of a request. A form on another site can't send this content type.
@@ -128,6 +134,8 @@ async fn read<T: for<'a> Deserialize<'a>>(headers: &HeaderMap, body: Body) -> Re
 #[serde(deny_unknown_fields)]
 struct Enter {
     token: String,
+    /// A random number of the page's own, like a token: who sends the same gets the same key.
+    claim: String,
 }
 
 #[derive(Serialize)]
@@ -142,19 +150,19 @@ async fn enter(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Response, Refused> {
-    let Enter { token } = read(&headers, body).await?;
-    let token = Secret::parse(token.as_bytes());
+    let Enter { token, claim } = read(&headers, body).await?;
+    let [token, claim] = [token, claim].map(|text| Secret::parse(text.as_bytes()));
+    let Some(claim) = claim else { return Err(NOT_UNDERSTOOD) };
     let given = match token {
-        Some(token) => shop.gate.keys().exchange(&token, Instant::now()),
-        None => Ok(None),
+        Some(token) => shop.gate.exchange(&token, &claim, Instant::now()),
+        None => Ok(Exchanged::Unknown),
     };
-    let given = given
-        .map_err(|_| (StatusCode::SERVICE_UNAVAILABLE, "The system gives no random numbers.\n"))?;
-    let (key, role) = given.ok_or((
-        StatusCode::UNAUTHORIZED,
-        "This link is no longer valid. Scan the QR code again.\n",
-    ))?;
-    Ok(json(&Entered { key: key.text(), role }))
+    match given {
+        Ok(Exchanged::Key(key, role)) => Ok(json(&Entered { key: key.text(), role })),
+        Ok(Exchanged::Used) => Err(USED),
+        Ok(Exchanged::Unknown) => Err(NO_LINK),
+        Err(_) => Err(NO_RANDOMNESS),
+    }
 }
 
 fn json(value: &impl Serialize) -> Response {
@@ -240,6 +248,7 @@ enum Asked {
     Pause {},
     Resume {},
     End {},
+    More {},
     Leave {},
 }
 
@@ -265,6 +274,7 @@ async fn command(
         Asked::Pause {} => Command::Pause,
         Asked::Resume {} => Command::Resume,
         Asked::End {} => return shop.hub.end().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW),
+        Asked::More {} => return shop.hub.go_on().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW),
         Asked::Leave {} => {
             return shop.hub.leave().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW);
         }

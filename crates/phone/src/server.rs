@@ -44,10 +44,13 @@ pub struct Setup {
 pub struct Server {
     stop: watch::Sender<bool>,
     thread: Option<JoinHandle<()>>,
-    links: Vec<Links>,
+    gate: Arc<Gate>,
+    /// Port that was wanted, if another one had to do.
+    taken_port: Option<u16>,
 }
 
-/// The links to the page by one of its addresses. Everyone who has one is let in.
+/// The links to the page by one of its addresses. Everyone who has one is let in; an owner's link lets one phone in,
+/// unless links are kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Links {
     /// May do everything.
@@ -63,45 +66,59 @@ impl Server {
     ///
     /// [`ServeError`].
     pub fn start(setup: &Setup, hub: Arc<Hub>) -> Result<Self, ServeError> {
-        let tls = setup.certificate.as_ref().map(tls::acceptor).transpose()?;
+        if let Some(name) = setup.names.iter().find(|name| !is_host_name(name)) {
+            return Err(ServeError::Name(name.clone()));
+        }
+        let acceptor = |certificate| tls::acceptor(certificate, &setup.names);
+        let tls = setup.certificate.as_ref().map(acceptor).transpose()?;
         let listener = bind(setup.address)?;
         let bound = listener.local_addr().map_err(ServeError::Thread)?;
         listener.set_nonblocking(true).map_err(ServeError::Thread)?;
         let names: Vec<String> =
             setup.names.iter().map(|name| name.trim_end_matches('.').to_owned()).collect();
-        let gate = Arc::new(Gate::new(names.clone(), tls.is_some(), setup.kept.as_ref())?);
-        let [owner, watcher] = {
-            let keys = gate.keys();
-            [keys.owner.text(), keys.watcher.text()]
-        };
-        let scheme = if tls.is_some() { "https" } else { "http" };
         let named = names.iter().map(|name| format!("{name}:{}", bound.port()));
-        let links = named
-            .chain(reachable(bound).iter().map(SocketAddr::to_string))
-            .map(|host| Links {
-                owner: format!("{scheme}://{host}/#{owner}"),
-                watcher: format!("{scheme}://{host}/#{watcher}"),
-            })
-            .collect();
+        // A certificate is for names: by an address, a browser would warn.
+        let origins = match tls {
+            Some(_) => named.map(|host| format!("https://{host}")).collect(),
+            None => named
+                .chain(reachable(bound).iter().map(SocketAddr::to_string))
+                .map(|host| format!("http://{host}"))
+                .collect(),
+        };
+        let gate = Gate::new(names.clone(), origins, tls.is_some(), setup.kept.as_ref())?;
+        let gate = Arc::new(gate);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .map_err(ServeError::Thread)?;
         let (stop, stopped) = watch::channel(false);
+        let wanted = setup.address.bind.port();
+        let taken_port = (wanted != 0 && wanted != bound.port()).then_some(wanted);
+        let served = Arc::clone(&gate);
         let thread = Builder::new()
             .name("phone".into())
             .spawn(move || {
                 be_polite();
-                runtime.block_on(serve(listener, tls, router(hub, gate), stopped));
+                runtime.block_on(serve(listener, tls, router(hub, served), stopped));
                 // Dropping the runtime drops every connection.
             })
             .map_err(ServeError::Thread)?;
-        Ok(Self { stop, thread: Some(thread), links })
+        Ok(Self { stop, thread: Some(thread), gate, taken_port })
     }
 
-    /// The links to the page; the likeliest first.
-    pub fn links(&self) -> &[Links] {
-        &self.links
+    /// The links to the page that hold now; the likeliest first. An owner's link is another one once it's used.
+    pub fn links(&self) -> Vec<Links> {
+        self.gate.links()
+    }
+
+    /// The port that was wanted, if another program has it.
+    pub fn taken_port(&self) -> Option<u16> {
+        self.taken_port
+    }
+
+    /// Calls `on_used` with the new links whenever an owner's link is used up. The first call counts.
+    pub fn when_used(&self, on_used: impl Fn(&[Links]) + Send + Sync + 'static) {
+        self.gate.on_used.set(Box::new(on_used)).ok();
     }
 }
 
@@ -113,6 +130,18 @@ impl Drop for Server {
             thread.join().ok();
         }
     }
+}
+
+/// True for letters, digits, hyphens and points, as in the names of computers.
+fn is_host_name(name: &str) -> bool {
+    let is_label = |label: &str| {
+        !label.is_empty()
+            && label.len() <= 63
+            && label.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'-')
+            && !label.starts_with('-')
+            && !label.ends_with('-')
+    };
+    name.strip_suffix('.').unwrap_or(name).split('.').all(is_label)
 }
 
 fn bind(address: ServeAddress) -> Result<TcpListener, ServeError> {
@@ -168,5 +197,30 @@ async fn serve(
     tokio::select! {
         () = accept => {}
         _ = stopped.wait_for(|stop| *stop) => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_a_computers() {
+        for name in ["cell4.example.org", "cell-4", "cell4.example.org."] {
+            assert!(is_host_name(name), "{name}");
+        }
+        for name in ["", ".", "bad name", "a/../x", "a..b", "-a", "a-.b", "caf\u{e9}"] {
+            assert!(!is_host_name(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn that_a_port_is_taken_is_known() {
+        let other = TcpListener::bind("127.0.0.1:0").expect("a free port");
+        let taken = other.local_addr().expect("bound");
+        let address = ServeAddress { bind: taken, any_port: true };
+        let setup = Setup { address, names: Vec::new(), certificate: None, kept: None };
+        let server = Server::start(&setup, Arc::new(Hub::new())).expect("another port");
+        assert_eq!(server.taken_port(), Some(taken.port()));
     }
 }

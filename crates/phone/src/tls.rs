@@ -24,20 +24,34 @@ mod rustls {
 
     pub(in super::super) use tokio_rustls::TlsAcceptor;
     use tokio_rustls::rustls::{
-        ServerConfig, crypto,
-        pki_types::{CertificateDer, PrivateKeyDer, pem::PemObject},
+        ServerConfig,
+        client::verify_server_name,
+        crypto,
+        pki_types::{CertificateDer, PrivateKeyDer, ServerName, pem::PemObject},
+        server::ParsedCertificate,
     };
 
     use super::{Certificate, ServeError};
 
-    /// Acceptor of HTTPS connections with `certificate`.
-    pub(in super::super) fn acceptor(certificate: &Certificate) -> Result<TlsAcceptor, ServeError> {
+    /// Acceptor of HTTPS connections with `certificate`, which must be for each of the `names`.
+    pub(in super::super) fn acceptor(
+        certificate: &Certificate,
+        names: &[String],
+    ) -> Result<TlsAcceptor, ServeError> {
         let unusable = |reason: &dyn std::fmt::Display| ServeError::Certificate(reason.to_string());
         let chain = CertificateDer::pem_slice_iter(&certificate.chain_pem)
             .collect::<Result<Vec<_>, _>>()
             .map_err(|err| unusable(&err))?;
         if chain.is_empty() {
             return Err(unusable(&"it holds no certificate in PEM"));
+        }
+        let own = ParsedCertificate::try_from(&chain[0]).map_err(|err| unusable(&err))?;
+        for name in names {
+            let server = ServerName::try_from(name.trim_end_matches('.'));
+            let is_for = server.is_ok_and(|server| verify_server_name(&own, &server).is_ok());
+            if !is_for {
+                return Err(unusable(&format_args!("it isn't for the name {name}")));
+            }
         }
         let key = PrivateKeyDer::from_pem_slice(&certificate.key_pem)
             .map_err(|err| unusable(&format!("the key: {err}")))?;
@@ -66,7 +80,10 @@ mod none {
         }
     }
 
-    pub(in super::super) fn acceptor(_: &Certificate) -> Result<TlsAcceptor, ServeError> {
+    pub(in super::super) fn acceptor(
+        _: &Certificate,
+        _: &[String],
+    ) -> Result<TlsAcceptor, ServeError> {
         Err(ServeError::Certificate("HTTPS isn't available on this system".into()))
     }
 }
@@ -81,7 +98,10 @@ mod tests {
             [("", ""), ("nonsense", "nonsense"), ("-----BEGIN CERTIFICATE-----", "")]
         {
             let certificate = Certificate { chain_pem: chain.into(), key_pem: key.into() };
-            assert!(matches!(acceptor(&certificate), Err(ServeError::Certificate(_))), "{chain}");
+            assert!(
+                matches!(acceptor(&certificate, &[]), Err(ServeError::Certificate(_))),
+                "{chain}"
+            );
         }
     }
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use super::hub::{AdjustPage, Hub, Offer, Stage, State};
 use boresight_guide::{
     guidance::Refusal,
-    session::{Gravity, Outcome, Snapshot},
+    session::{Gravity, Outcome, Snapshot, ViewNumber},
 };
 use boresight_present::{
     ghost::Card,
@@ -40,6 +40,10 @@ pub(super) struct Live<'a> {
     /// Direction in which the board recedes.
     away_rad: Option<f64>,
     views: usize,
+    /// Number of the view taken last, from 1; 0 without one.
+    taken: u32,
+    /// True if the pictures are rendered.
+    simulated: bool,
     to_go: Option<usize>,
     paused: bool,
     /// Why the newest frame wasn't taken.
@@ -113,6 +117,11 @@ struct Slot {
     wanted: bool,
 }
 
+/// Number of a view as people count, from 1.
+pub(super) fn counted(view: ViewNumber) -> u32 {
+    view.0.saturating_add(1)
+}
+
 /// The live part.
 pub(super) fn live(state: &State) -> Live<'_> {
     let stage = match state.stage {
@@ -135,6 +144,8 @@ pub(super) fn live(state: &State) -> Live<'_> {
         board: None,
         away_rad: None,
         views: 0,
+        taken: 0,
+        simulated: state.simulated,
         to_go: None,
         paused: false,
         reason: None,
@@ -181,6 +192,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
             .and_then(|live| live.measured.as_ref())
             .map(|measured| round(measured.tilt_azimuth_rad, 1e3)),
         views: snapshot.views.len(),
+        taken: snapshot.views.iter().map(|view| counted(view.number)).max().unwrap_or(0),
         to_go: snapshot.views_to_go,
         paused: snapshot.paused,
         reason: match &snapshot.decision.outcome {

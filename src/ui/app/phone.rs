@@ -19,12 +19,21 @@ pub(super) struct PhoneCard {
     open: bool,
     /// True if a phone has come.
     came: bool,
+    /// Number of phones at the last look.
+    phones: usize,
 }
 
 impl PhoneCard {
     pub(super) fn of(host: &dyn AppHost) -> Self {
         let link = host.phone();
-        Self { open: link.is_some(), link, came: false }
+        Self { open: link.is_some(), link, came: false, phones: 0 }
+    }
+
+    /// The link of a phone that has come is used up: the card shows the next one.
+    pub(super) fn notice(&mut self, host: &dyn AppHost, phones: usize) {
+        if phones != self.phones {
+            (self.phones, self.link) = (phones, host.phone());
+        }
     }
 
     /// Shows the card again, or hides it.

@@ -1,23 +1,36 @@
 //! Choice of the recording to open.
 
-use std::path::PathBuf;
+use std::{collections::BTreeMap, path::PathBuf};
 
-use egui::{Button, CentralPanel, Grid, Key, RichText, ScrollArea, TextEdit, Ui, Vec2};
+use egui::{
+    Button, CentralPanel, Color32, Key, Label, Rect, RichText, ScrollArea, Sense, TextEdit,
+    TextureHandle, Ui, Vec2, pos2, vec2,
+};
 
 use super::super::{
     keys::{UiAction, button},
     theme,
 };
 use boresight_app::{host::UserError, recordings::Recording};
-use boresight_present::text::{Act, replay as words};
+use boresight_calibrate::Verdict;
+use boresight_present::text::{Act, replay as words, sessions};
+
+/// Room for the picture of a session.
+const PICTURE: Vec2 = vec2(128.0, 80.0);
 
 /// State of the page that stands while no recording is open.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Picker {
     /// The folder, as it is typed.
     pub path: String,
     /// Recordings that are near at hand, newest first.
     pub recordings: Vec<Recording>,
+    /// Small pictures of them.
+    pub pictures: BTreeMap<PathBuf, TextureHandle>,
+    /// Names of the formats for export.
+    pub formats: Vec<&'static str>,
+    /// True if a session runs, which nothing here may end.
+    pub busy: bool,
     /// Folder of the recording that is being opened.
     pub opening: Option<PathBuf>,
     /// Why the last one could not be opened.
@@ -71,18 +84,80 @@ fn recent(ui: &mut Ui, picker: &Picker, asks: &mut Vec<UiAction>) {
         button(ui, Act::StartPage, asks);
         return;
     }
-    let spacing = Vec2::new(3.0, 1.0) * theme::UNIT;
-    Grid::new("recordings").num_columns(2).striped(true).spacing(spacing).show(ui, |ui| {
-        for recording in &picker.recordings {
-            let folder = recording.folder.display().to_string();
-            let open = ui.add_enabled(picker.opening.is_none(), Button::new(&folder));
-            if open.on_hover_text(words::open_tip(&recording.folder)).clicked() {
-                asks.push(UiAction::Replay(recording.folder.clone()));
-            }
-            ui.label(RichText::new(&recording.what).weak());
-            ui.end_row();
+    for (index, recording) in picker.recordings.iter().enumerate() {
+        if index > 0 {
+            ui.separator();
         }
-    });
+        ui.push_id(&recording.folder, |ui| session(ui, picker, recording, asks));
+    }
+}
+
+/// A session: picture, time, camera, verdict, views, and what can be done with it.
+fn session(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<UiAction>) {
+    ui.horizontal(|ui| {
+        let (rect, _) = ui.allocate_exact_size(PICTURE, Sense::hover());
+        ui.painter().rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
+        if let Some(texture) = picker.pictures.get(&recording.folder) {
+            let size = texture.size_vec2();
+            let scale = (PICTURE.x / size.x.max(1.0)).min(PICTURE.y / size.y.max(1.0));
+            let inner = Rect::from_center_size(rect.center(), size * scale);
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), inner, whole, Color32::WHITE);
+        }
+        ui.vertical(|ui| {
+            ui.label(RichText::new(&recording.when).size(theme::BODY).strong());
+            ui.add(Label::new(RichText::new(&recording.camera).weak()).truncate());
+            ui.horizontal_wrapped(|ui| {
+                let palette = theme::palette(ui.visuals());
+                let color = match recording.judged {
+                    Some(Verdict::Good) => palette.good,
+                    Some(Verdict::Care) => palette.care,
+                    Some(Verdict::Untrustworthy) => palette.bad,
+                    None => ui.visuals().weak_text_color(),
+                };
+                ui.label(RichText::new(&recording.verdict).strong().color(color));
+                if recording.views.is_some() {
+                    ui.label(RichText::new(sessions::views(recording.views)).weak());
+                }
+            });
+            ui.horizontal_wrapped(|ui| actions(ui, picker, recording, asks));
+        });
+    })
+    .response
+    .on_hover_text(recording.folder.display().to_string());
+}
+
+fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<UiAction>) {
+    let folder = &recording.folder;
+    let is_free = picker.opening.is_none();
+    let mut button = |ui: &mut Ui, (label, tip): (&str, &str), can: bool, ask: UiAction| {
+        let response = ui.add_enabled(can && is_free, Button::new(label)).on_hover_text(tip);
+        let why = if picker.busy { sessions::FINISH_FIRST } else { tip };
+        if response.on_disabled_hover_text(why).clicked() {
+            asks.push(ask);
+        }
+    };
+    let idle = !picker.busy;
+    button(ui, sessions::RESULT, idle, UiAction::ShowResult(folder.clone()));
+    button(ui, sessions::GO_ON, idle, UiAction::GoOnWith(folder.clone()));
+    if let Some(report) = &recording.report {
+        button(ui, sessions::REPORT, true, UiAction::Show(report.clone()));
+    }
+    button(ui, sessions::REPLAY, true, UiAction::Replay(folder.clone()));
+    button(ui, sessions::DELETE, idle, UiAction::Delete(folder.clone()));
+    if recording.judged.is_some() {
+        let (label, tip) = sessions::EXPORT;
+        ui.menu_button(label, |ui| {
+            for (format, name) in picker.formats.iter().enumerate() {
+                if ui.button(*name).clicked() {
+                    asks.push(UiAction::ExportOf(folder.clone(), format));
+                    ui.close();
+                }
+            }
+        })
+        .response
+        .on_hover_text(tip);
+    }
 }
 
 fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use egui::Ui;
+use egui::{ColorImage, Context, TextureOptions, Ui};
 
 use super::{
     super::{keys::UiAction, screen::Preferences},
     Picker, Replayed, pick, show,
 };
 use boresight_app::{
-    host::{AppHost, Loading, UserError, Wake},
+    host::{AppHost, Loading, SmallPictures, UserError, Wake},
     recordings::DecidedRecording,
 };
 use boresight_present::text::replay as words;
@@ -18,6 +18,7 @@ use boresight_present::text::replay as words;
 pub(in super::super) struct RecordingBrowser {
     picker: Picker,
     loading: Option<Loading>,
+    pictures: Option<SmallPictures>,
     recording: Option<Box<Replayed>>,
 }
 
@@ -28,8 +29,17 @@ impl RecordingBrowser {
     }
 
     /// Sees what there is to choose from.
-    pub(in super::super) fn browse(&mut self, host: &dyn AppHost) {
+    pub(in super::super) fn browse(&mut self, host: &dyn AppHost, wake: Wake) {
         self.picker.recordings = host.recordings();
+        self.picker.formats = host.formats();
+        let folders = self.picker.recordings.iter().map(|recording| recording.folder.clone());
+        let unseen = folders.filter(|folder| !self.picker.pictures.contains_key(folder)).collect();
+        self.pictures = host.small_pictures(unseen, wake);
+    }
+
+    /// Notes whether a session runs.
+    pub(in super::super) fn note_busy(&mut self, busy: bool) {
+        self.picker.busy = busy;
     }
 
     pub(in super::super) fn close(&mut self) {
@@ -53,8 +63,15 @@ impl RecordingBrowser {
         }
     }
 
-    /// Takes the opened recording. Never waits.
-    pub(in super::super) fn look(&mut self) {
+    /// Takes the opened recording, and the pictures. Never waits.
+    pub(in super::super) fn look(&mut self, ctx: &Context) {
+        for (folder, picture) in self.pictures.iter().filter_map(SmallPictures::outcome).flatten() {
+            let size = [picture.width() as usize, picture.height() as usize];
+            let pixels = ColorImage::from_gray(size, picture.as_raw());
+            let name = folder.display().to_string();
+            let texture = ctx.load_texture(name, pixels, TextureOptions::LINEAR);
+            self.picker.pictures.insert(folder, texture);
+        }
         let Some(loading) = &self.loading else { return };
         let nobody_knows = || UserError { what: words::NOT_OPENED.into(), action: None };
         let opened = match loading.outcome() {

@@ -1,14 +1,16 @@
 //! Charts of the evidence behind the result.
 
 use egui::{
-    Align2, Button, CollapsingHeader, Color32, FontId, Mesh, Painter, Rect, RichText, Sense, Shape,
-    Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
+    Align2, Button, CollapsingHeader, Color32, FontId, Mesh, Painter, Pos2, Rect, RichText, Sense,
+    Shape, Slider, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
 };
-use nalgebra::{Point2, Point3};
+use nalgebra::Point2;
 
 use super::{
     super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme},
+    correlations, distance, poses,
     result_page::ResultPage,
+    scatter, view_bars,
 };
 use boresight_calibrate::{Calibration, Drift, leave_out::consecutive};
 use boresight_geometry::{
@@ -21,33 +23,49 @@ use boresight_present::text::{
 };
 
 /// Room for the words below a chart.
-const NOTE: f32 = 34.0;
+const NOTE: f32 = 74.0;
+/// Most rooms for a chart: beyond it, letters would be lost.
+const LOWEST: f32 = 140.0;
 
 /// Shows the choice of charts and the chosen one.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
-    let ResultPage { chart, comparison } = table;
+    let ResultPage { chart, comparison, undistorted: share, turn_rad } = table;
     choose(ui, chart, &Chart::PLAIN);
     CollapsingHeader::new(words::MORE).default_open(Chart::EXPERT.contains(chart)).show(ui, |ui| {
         choose(ui, chart, &Chart::EXPERT);
     });
     let Some(snapshot) = &screen.snapshot else { return };
     let Some(calibration) = snapshot.calibration.as_deref() else { return };
+    if *chart == Chart::Undistorted {
+        ui.add(Slider::new(share, 0.0..=1.0).show_value(false).text(words::AFTER));
+    }
     let all = ui.available_rect_before_wrap();
     // Below the choice, where its words follow.
     let size = calibration.image_size;
     let high = all.width() * size.height_px as f32 / size.width_px as f32 + NOTE;
-    let area = Rect::from_min_size(all.min, vec2(all.width(), high.min(all.height())));
-    let response = ui.allocate_rect(area, Sense::hover());
+    let high = high.min(all.height()).max(LOWEST);
+    let area = Rect::from_min_size(all.min, vec2(all.width(), high));
+    let response = ui.allocate_rect(area, Sense::click_and_drag());
     let within = Rect::from_min_max(area.min + vec2(4.0, 4.0), area.max - vec2(4.0, NOTE));
     let placed = Placed::within(within, calibration.image_size, false);
     let painter = ui.painter_at(placed.rect);
     painter.rect_filled(placed.rect, 0.0, Color32::from_gray(28));
+    let within = placed.rect;
+    let both = (snapshot, calibration);
     let note = match chart {
+        Chart::Views => view_bars::draw(&painter, within, screen, both),
+        Chart::Poses => {
+            *turn_rad += 0.01 * response.drag_delta().x;
+            poses::draw(&painter, within, *turn_rad, both)
+        }
+        Chart::Scatter => scatter::draw(&painter, within, snapshot, calibration),
+        Chart::Distance => distance::draw(&painter, within, calibration),
+        Chart::Correlations => correlations::draw(&painter, within, calibration),
         Chart::Uncertainty => uncertainty(&painter, &placed, calibration),
         Chart::Residuals => residuals(&painter, &placed, snapshot, calibration),
         Chart::Lines => lines(&painter, &placed, snapshot, calibration),
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
-        Chart::Undistorted => undistorted(&painter, &placed, screen, calibration),
+        Chart::Undistorted => undistorted(&painter, &placed, screen, (calibration, *share)),
         Chart::Change => {
             let drift = comparison.found().and_then(|compared| compared.drift.as_deref());
             drift.map_or(words::NOT_COMPARED.into(), |drift| {
@@ -55,11 +73,21 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
             })
         }
     };
-    let at = placed.rect.left_bottom() + vec2(0.0, theme::UNIT);
-    let font = FontId::proportional(theme::BODY);
-    let color = ui.visuals().text_color();
-    let galley = ui.painter().layout(note.clone(), font, color, placed.rect.width());
-    ui.painter().galley(at, galley, color);
+    let mut at = placed.rect.left_bottom() + vec2(0.0, 0.5 * theme::UNIT);
+    if *chart == Chart::Uncertainty && knows_sd(calibration) {
+        at.y += legend(ui, at, calibration);
+    }
+    // What it is, and what it shows.
+    let (strong, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
+    for (text, size, color) in
+        [(note.clone(), theme::BODY, strong), (chart.tip().to_owned(), theme::BODY - 2.0, weak)]
+    {
+        let font = FontId::proportional(size);
+        let galley = ui.painter().layout(text, font, color, all.width() - theme::UNIT);
+        let height = galley.size().y;
+        ui.painter().galley(pos2(all.left() + 4.0, at.y), galley, color);
+        at.y += height;
+    }
     let described = format!("{}: {note}", chart.name());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &described));
     response.on_hover_text(RichText::new(chart.tip()));
@@ -76,7 +104,38 @@ fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
     });
 }
 
-/// Cells of the picture by the standard deviation of projection there.
+/// Colours of the cells where the goal is met, and where it isn't. Returns its height.
+fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
+    let area = &calibration.valid_area;
+    let color = ui.visuals().text_color();
+    let mut x = at.x;
+    for (fill, words) in [
+        (theme::GREEN, words::within_goal(area.goal_px, area.share)),
+        (theme::AMBER, words::BEYOND_GOAL.to_owned()),
+    ] {
+        let font = FontId::proportional(theme::BODY - 1.0);
+        let galley = ui.painter().layout_no_wrap(words, font, color);
+        let square = Rect::from_min_size(pos2(x, at.y + 3.0), Vec2::splat(11.0));
+        ui.painter().rect_filled(square, 2.0, fill);
+        x = square.right() + 5.0;
+        let wide = galley.size().x;
+        ui.painter().galley(pos2(x, at.y), galley, color);
+        x += wide + 2.0 * theme::UNIT;
+    }
+    20.0
+}
+
+/// The largest standard deviation of a cell that counts as valid: as many cells as the calibration says.
+fn valid_up_to_px(calibration: &Calibration) -> f64 {
+    let sd = &calibration.projection_sd;
+    let mut sorted: Vec<f64> = sd.grid.iter().map(|place| place.sd_px).collect();
+    sorted.sort_by(f64::total_cmp);
+    let of = (sorted.len() + sd.unmapped) as f64;
+    let count = (calibration.valid_area.share * of).round() as usize;
+    count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
+}
+
+/// Cells of the picture by the standard deviation of projection there: green where the goal is met.
 fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
     if !knows_sd(calibration) {
         return words::TOO_FEW.into();
@@ -84,10 +143,13 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     let sd = &calibration.projection_sd;
     let cell =
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
+    let valid_px = valid_up_to_px(calibration);
     for place in &sd.grid {
-        let share = (place.sd_px / sd.max_px.max(1e-12)) as f32;
-        // Dark where it is known well; the numbers are in the line below.
-        let color = Color32::from_gray(30).lerp_to_gamma(theme::AMBER, share.sqrt());
+        let is_valid = place.sd_px <= valid_px;
+        let fill = if is_valid { theme::GREEN } else { theme::AMBER };
+        // The brighter, the surer.
+        let share = 1.0 - 0.5 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
+        let color = Color32::from_gray(20).lerp_to_gamma(fill, share);
         let rect = Rect::from_center_size(placed.pos(&place.px), cell);
         painter.rect_filled(rect.shrink(0.5), 0.0, color);
         let number = if place.sd_px < 0.095 {
@@ -96,8 +158,7 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
             format!("{:.2}", place.sd_px)
         };
         let font = egui::FontId::proportional((0.28 * cell.y).clamp(8.0, 14.0));
-        let ink = if share > 0.35 { Color32::BLACK } else { Color32::WHITE };
-        painter.text(rect.center(), Align2::CENTER_CENTER, number, font, ink);
+        painter.text(rect.center(), Align2::CENTER_CENTER, number, font, Color32::BLACK);
     }
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
@@ -109,18 +170,14 @@ fn residuals(
     snapshot: &Snapshot,
     calibration: &Calibration,
 ) -> String {
-    let corners_m = snapshot.setup.board.corners_in_board_m();
     let wide_px = f64::from(calibration.image_size.width_px);
     // A typical residual becomes an arrow of a hundredth of the picture's width.
     let times = (0.01 * wide_px / calibration.rms_px.max(1e-6)).clamp(1.0, 1e5);
-    for (view, fitted) in snapshot.views.iter().zip(&calibration.views) {
+    for (index, view) in snapshot.views.iter().enumerate() {
         let color = theme::direction(view.tilt_azimuth_rad);
-        let corners = corners_m.iter().zip(view.corners_px.iter()).zip(&fitted.is_seen);
-        for ((corner, seen), _) in corners.filter(|(_, is_seen)| **is_seen) {
-            let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
-            let Some(expected) = calibration.camera.project(&in_cam) else { continue };
+        for (expected, off) in scatter::residuals_of(index, snapshot, calibration) {
             let from = placed.pos(&expected);
-            let to = placed.pos(&(expected + (seen - expected) * times));
+            let to = placed.pos(&(expected + off * times));
             painter.line_segment([from, to], Stroke::new(1.2, color));
             painter.circle_filled(from, 1.5, color);
         }
@@ -230,16 +287,18 @@ fn skipped(
     words::skipped_scale(width_px, clouds.map(|cloud| cloud.len()))
 }
 
-/// The newest picture through the lens model's inverse, drawn as a grid of pieces.
+/// The newest picture through the lens model's inverse, drawn as a grid of pieces; `share` goes from the picture as it is, 0,
+/// to the picture without distortion, 1.
 fn undistorted(
     painter: &Painter,
     placed: &Placed,
     screen: &Screen,
-    calibration: &Calibration,
+    (calibration, share): (&Calibration, f32),
 ) -> String {
     let Some(texture) = screen.picture.texture() else { return words::NO_PICTURE.into() };
     const ACROSS: u32 = 48;
     const DOWN: u32 = 30;
+    let after = share;
     let ImageSize { width_px, height_px } = calibration.image_size;
     let camera = &calibration.camera;
     let mut mesh = Mesh::with_texture(texture.id());
@@ -251,7 +310,7 @@ fn undistorted(
                 share(row, DOWN, height_px) - 0.5,
             );
             let ideal = Point2::from((px - camera.pp_px).component_div(&camera.f_px));
-            let seen = camera.px_from_normalized(&ideal);
+            let seen = px + f64::from(after) * (camera.px_from_normalized(&ideal) - px);
             let uv = pos2(
                 ((seen.x + 0.5) / f64::from(width_px)) as f32,
                 ((seen.y + 0.5) / f64::from(height_px)) as f32,

@@ -2,10 +2,15 @@
 
 mod charts;
 mod comparison;
+mod correlations;
+mod distance;
 mod error_lines;
+mod poses;
 mod result_page;
+mod scatter;
 mod state;
 mod verdict;
+mod view_bars;
 
 pub use comparison::{Comparison, Outcome};
 pub use result_page::ResultPage;

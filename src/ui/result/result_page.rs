@@ -5,12 +5,24 @@ use boresight_app::host::Ended;
 use boresight_present::text::charts::Chart;
 
 /// The person's choices on the page.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct ResultPage {
     /// The chart that is seen.
     pub chart: Chart,
     /// The comparison with an older calibration.
     pub comparison: Comparison,
+    /// Share of the distortion that is removed from the picture, 0 to 1.
+    pub undistorted: f32,
+    /// Angle from which the poses are seen.
+    pub turn_rad: f32,
+}
+
+impl Default for ResultPage {
+    fn default() -> Self {
+        let (chart, comparison) = (Chart::default(), Comparison::default());
+        // From the side, where distances and tilts are seen.
+        Self { chart, comparison, undistorted: 1.0, turn_rad: 0.9 }
+    }
 }
 
 impl ResultPage {

@@ -124,6 +124,9 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     for accuracy in words::accuracies(snapshot) {
         ui.label(RichText::new(accuracy).size(theme::TITLE));
     }
+    if let Some(valid) = words::valid_part(calibration) {
+        ui.label(RichText::new(valid).size(theme::TITLE));
+    }
     // Too few views leave the check as uncertain as the result.
     if calibration.verdict != Verdict::Untrustworthy
         && let Some(check) = words::independent_check(&calibration.principal_point)

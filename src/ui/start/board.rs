@@ -36,8 +36,16 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
             .speed(0.0005)
             .custom_formatter(|length_m, _| words::square(length_m))
             .custom_parser(explore::parsed_millimetres);
-        ui.add(square).labelled_by(name.id).on_hover_text(words::SQUARE_TIP);
+        let square = ui.add(square).labelled_by(name.id).on_hover_text(words::SQUARE_TIP);
+        page.knows_square |= square.changed();
     });
+    let palette = theme::palette(ui.visuals());
+    if let Some(code) = page.code() {
+        let said = words::by_code(&code.id, code.board, code.square_m);
+        ui.label(RichText::new(said).strong().color(palette.good));
+    } else if !page.knows_square {
+        ui.label(RichText::new(words::ASK_SQUARE).color(palette.care));
+    }
     choice(ui, page);
     ui.separator();
     // Only plain boards are counted.

@@ -3,7 +3,9 @@ use std::collections::BTreeMap;
 use egui::{Context, TextureHandle, TextureOptions};
 
 use crate::ui::picture::grey;
-use boresight_app::host::{CameraView, PrintedBoard, SessionRequest, UserError, is_camera_name};
+use boresight_app::host::{
+    CameraView, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name,
+};
 use boresight_geometry::{
     board::Checkerboard,
     markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, marker_count},
@@ -29,6 +31,10 @@ pub struct StartPage {
     pub printed: Option<Result<PrintedBoard, UserError>>,
     /// True if a window shows the board.
     pub shows_board: bool,
+    /// The code that was seen last.
+    code: Option<SeenCode>,
+    /// True if the square's side comes from a code, a print, or the person.
+    pub knows_square: bool,
     textures: BTreeMap<String, (u64, TextureHandle)>,
 }
 
@@ -61,6 +67,8 @@ impl StartPage {
             paper: 0,
             printed: None,
             shows_board: false,
+            code: None,
+            knows_square: false,
             textures: BTreeMap::new(),
         }
     }
@@ -73,12 +81,29 @@ impl StartPage {
         if is_open && let Some(camera) = usable().next() {
             self.choose(&camera.source.clone());
         }
-        if self.counts
-            && self.draft.markers.is_none()
-            && let Some(board) = self.camera(choices).and_then(|camera| camera.board)
-        {
+        let camera = self.camera(choices).filter(|_| self.draft.markers.is_none());
+        let board = camera.and_then(|camera| camera.board).filter(|_| self.counts);
+        let code = camera.and_then(|camera| camera.code.clone());
+        if let Some(board) = board {
             self.draft.board = board;
         }
+        // Each code is taken once: what the person changes then stays.
+        if let Some(code) = code.filter(|code| self.code.as_ref() != Some(code)) {
+            (self.draft.board, self.draft.square_m) = (code.board, code.square_m);
+            self.knows_square = true;
+            self.code = Some(code);
+        }
+    }
+
+    /// The code that names the chosen board.
+    pub(super) fn code(&self) -> Option<&SeenCode> {
+        let draft = &self.draft;
+        let names = |code: &&SeenCode| {
+            draft.markers.is_none()
+                && code.board == draft.board
+                && (code.square_m - draft.square_m).abs() < 1e-7
+        };
+        self.code.as_ref().filter(names)
     }
 
     /// The chosen camera, if it's here.
@@ -134,6 +159,7 @@ impl StartPage {
     /// The chosen board was printed with squares of this size.
     pub(in crate::ui) fn note_printed(&mut self, square_m: f64) {
         let markers = self.markers();
+        self.knows_square = true;
         self.draft.square_m = square_m;
         if let (Some(markers), Some(chosen)) = (markers, &mut self.draft.markers) {
             chosen.side_m = chosen.side_m.map(|_| markers.side_squares * square_m);
@@ -178,8 +204,8 @@ impl StartPage {
 
     /// The camera whose board is to be counted.
     pub(in crate::ui) fn counted(&self, choices: &Choices) -> Option<String> {
-        let counts = self.counts && self.draft.markers.is_none();
-        self.camera(choices).filter(|_| counts).map(|camera| camera.source.clone())
+        let is_plain = self.draft.markers.is_none();
+        self.camera(choices).filter(|_| is_plain).map(|camera| camera.source.clone())
     }
 }
 

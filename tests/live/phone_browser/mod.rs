@@ -7,6 +7,7 @@
 
 mod browser;
 mod head;
+mod link;
 mod person;
 mod sessions;
 mod states;

@@ -84,8 +84,8 @@ impl Site {
         Self { hub, server }
     }
 
-    pub(super) fn link(&self) -> &str {
-        &self.server.links()[0].owner
+    pub(super) fn link(&self) -> String {
+        self.server.links()[0].owner.clone()
     }
 }
 
@@ -150,7 +150,7 @@ fn sessions_by_the_words_of_the_page_end_as_those_of_the_window_do() {
         let scene = Scene::random(seed);
         let browser = Browser::open(360, 740);
         browser.before(&voice(&durations));
-        browser.go(site.link());
+        browser.go(&site.link());
         browser.until("shown === 'ask'");
         browser.run("el('behind').click()");
         let read = Arc::new(Mutex::new(Vec::new()));

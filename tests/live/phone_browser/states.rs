@@ -59,7 +59,7 @@ fn every_state_is_drawn() {
         browser.until("shown === 'wait'");
         shoot("0-watcher");
         browser.run("localStorage.clear()");
-        enter(&browser, site.link());
+        enter(&browser, &site.link());
         browser.until("shown === 'ask'");
         shoot("1-ask");
         browser.run("el('facing').click()");

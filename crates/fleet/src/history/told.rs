@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::trend::{CameraHistory, Step, Trend};
 use boresight_calibrate::{DriftVerdict, LensDifference};
+use boresight_present::text::of_source;
 
 /// Name and version of [`HistoryFile`].
 pub const HISTORY_SCHEMA: &str = "boresight.history/1";
@@ -93,10 +94,10 @@ pub struct StepLens {
     pub sigma_px: [f64; 3],
 }
 
-/// Name of a camera and the size of its pictures.
+/// Name of a camera and the size of its pictures, marked if it's simulated.
 pub fn name(history: &CameraHistory) -> String {
     let [width, height] = history.image_size;
-    format!("{} {width}x{height}", history.camera)
+    of_source(&history.camera, &format!("{} {width}x{height}", history.camera))
 }
 
 /// What a camera's trend says.

@@ -8,11 +8,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::Phone;
+use super::{Phone, going_on};
 use crate::{Offer, OfferedCamera, Request, Stage};
 use anyhow::bail;
 use boresight_app::{
-    Announcer, Exit, Opening,
+    Announcer, BoardFromCode, Exit, Opening,
     camera::{self, Near, NearCamera},
     explain::user_error,
     opening::new_session_path,
@@ -63,15 +63,11 @@ impl Head {
         while let Some(request) = self.wait(stop) {
             self.last = request.clone();
             self.trouble = None;
-            let opening = self.opening_of(&request);
-            let ended = opening.and_then(|opening| {
-                self.phone.session(&opening, &self.onlookers, (stop, true), announcer)
-            });
+            let ended = self
+                .opening_of(&request)
+                .and_then(|opening| self.session_with_more(opening, stop, announcer));
             match ended {
-                Ok(concluded) => {
-                    exit = concluded.exit;
-                    self.until_left(stop);
-                }
+                Ok(ended) => exit = ended,
                 Err(err) => {
                     exit = Exit::Failed;
                     announcer.say(&format!("boresight: {err:#}"));
@@ -81,6 +77,23 @@ impl Head {
             }
         }
         exit
+    }
+
+    /// A session, and two more views of it as often as the page asks for them.
+    fn session_with_more(
+        &self,
+        mut opening: Opening,
+        stop: &AtomicBool,
+        announcer: &Announcer,
+    ) -> anyhow::Result<Exit> {
+        loop {
+            let concluded =
+                self.phone.session(&opening, &self.onlookers, (stop, true), announcer)?;
+            if !self.until_left(stop) {
+                return Ok(concluded.exit);
+            }
+            opening = going_on(&opening, &concluded.path);
+        }
     }
 
     /// The next session that a page asks for; `None` once `stop` is set.
@@ -154,13 +167,21 @@ impl Head {
             bail!(text::source::NO_COMMAND_BY_PHONE);
         }
         let source = if is_given { &self.opening.source } else { &request.source }.clone();
-        Ok(Opening { source, config, out: Some(new_session_path()), ..self.opening.clone() })
+        // What the sheet says about itself needs no typing.
+        let board_code = BoardFromCode::All;
+        let out = Some(new_session_path());
+        Ok(Opening { source, config, out, board_code, ..self.opening.clone() })
     }
 
-    fn until_left(&self, stop: &AtomicBool) {
+    /// Waits until the page leaves the result. True if it asks for two more views.
+    fn until_left(&self, stop: &AtomicBool) -> bool {
         while !self.phone.hub().wants_end() && !stop.load(Ordering::Relaxed) {
+            if self.phone.hub().take_more() {
+                return true;
+            }
             std::thread::sleep(LOOK);
         }
+        false
     }
 }
 

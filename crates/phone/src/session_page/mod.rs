@@ -18,7 +18,7 @@ use adjust::adjust_page;
 pub use head::Head;
 pub use result::ended_page;
 
-use crate::{Hub, Links, QrCode, Server, Setup, Stage};
+use crate::{EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
 use boresight_app::{Announcer, Opening, run::Concluded, watch::Step};
 use boresight_guide::session::Session;
 use boresight_present::text::phone as words;
@@ -52,23 +52,26 @@ impl Phone {
         &self.hub
     }
 
-    /// The links to the page.
-    pub fn links(&self) -> &[Links] {
+    /// The links to the page that hold now.
+    pub fn links(&self) -> Vec<Links> {
         self.server.links()
     }
 
-    /// Announces the links, the likeliest one as a QR code, too.
+    /// Announces the links, the likeliest one as a QR code, too; and the next ones when the owner's is used up.
     pub fn announce(&self, announcer: &Announcer) {
-        let [first, others @ ..] = self.links() else { return };
+        let links = self.links();
+        let Some(first) = links.first() else { return };
+        if let Some(port) = self.server.taken_port() {
+            announcer.say(&words::port_is_taken(port));
+        }
         announcer.say(words::SCAN);
-        for line in QrCode::of(&first.owner).iter().flat_map(QrCode::lines) {
-            announcer.say(&line);
-        }
-        announcer.say(&words::link(&first.owner));
-        for other in others {
-            announcer.say(&words::other_link(&other.owner));
-        }
+        announce_owners(&links, announcer);
         announcer.say(&words::watchers(&first.watcher));
+        let announcer = announcer.clone();
+        self.server.when_used(move |links| {
+            announcer.say(words::SCAN_NEXT);
+            announce_owners(links, &announcer);
+        });
     }
 
     /// Shows what to do to push a watched camera with that lens back.
@@ -83,11 +86,13 @@ impl Phone {
 
     /// Shows the result of the session in `folder`.
     pub fn ended(&self, session: &Session, concluded: &Concluded, folder: &Path) {
-        self.hub.show(Stage::Ended(Arc::new(ended_page(session, concluded, folder, false))));
+        let page = ended_page(session, concluded, folder, false);
+        self.hub.show(Stage::Ended(Arc::new(EndedPage { can_go_on: true, ..page })));
     }
 
     /// Opens, runs and concludes a session that the page shows, beside `others` who look on. With `can_restart`, the
-    /// page offers to leave its result for another session.
+    /// page offers to leave its result for another session. If the page asks for two more views then, [`Hub::take_more`]
+    /// says so.
     ///
     /// # Errors
     ///
@@ -101,6 +106,7 @@ impl Phone {
     ) -> anyhow::Result<Concluded> {
         self.hub.show(Stage::Starting);
         let run = opening.open(announcer)?.paced();
+        self.hub.simulates(run.open.truth.is_some());
         let mut onlookers = others.clone();
         onlookers.push(Arc::clone(&self.hub) as _);
         let finished = run.carry_out_before(stop, &onlookers, announcer)?;
@@ -108,20 +114,47 @@ impl Phone {
         let (session, folder) = (finished.session.clone(), finished.path.clone());
         let concluded = finished.conclude(announcer)?;
         let page = ended_page(&session, &concluded, &folder, can_restart);
+        let page = EndedPage { can_go_on: !stop.load(Ordering::Relaxed), ..page };
         self.hub.show(Stage::Ended(Arc::new(page)));
         Ok(concluded)
     }
 
     /// Waits until nobody looks at the last page any more, saying `words`, or until `stop` is set. If there never was a
-    /// page, it doesn't wait.
-    pub fn linger(&self, stop: &AtomicBool, words: &str, announcer: &Announcer) {
+    /// page, it doesn't wait. True if the page asks to go on with two more views.
+    pub fn linger(&self, stop: &AtomicBool, words: &str, announcer: &Announcer) -> bool {
         let is_needed =
             || self.hub.pages() > 0 || self.hub.alone_secs().is_some_and(|secs| secs < LINGER_SECS);
         if is_needed() {
             announcer.say(words);
         }
         while is_needed() && !stop.load(Ordering::Relaxed) {
+            if self.hub.take_more() {
+                return true;
+            }
             std::thread::sleep(LOOK);
         }
+        false
+    }
+}
+
+/// The settings with which a session that ended in `folder` goes on.
+pub fn going_on(opening: &Opening, folder: &Path) -> Opening {
+    Opening {
+        session: Some(folder.into()),
+        takes_more: true,
+        out: None,
+        against: None,
+        ..opening.clone()
+    }
+}
+
+fn announce_owners(links: &[Links], announcer: &Announcer) {
+    let [first, others @ ..] = links else { return };
+    for line in QrCode::of(&first.owner).iter().flat_map(QrCode::lines) {
+        announcer.say(&line);
+    }
+    announcer.say(&words::link(&first.owner));
+    for other in others {
+        announcer.say(&words::other_link(&other.owner));
     }
 }

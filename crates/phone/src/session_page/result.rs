@@ -35,6 +35,7 @@ pub fn ended_page(
         let reason = session.not_calibrated().unwrap_or(&NotCalibrated::NoViews);
         let (what, action) = text::not_calibrated(reason);
         page.verdict = "none";
+        page.aloud = words::NO_CALIBRATION;
         page.what = text::of_source(source, words::NO_CALIBRATION);
         page.action = format!("{what}. {action}");
         return page;
@@ -44,6 +45,7 @@ pub fn ended_page(
         Verdict::Care => "care",
         Verdict::Untrustworthy => "bad",
     };
+    page.aloud = words::aloud(calibration.verdict);
     page.what = text::of_source(source, text::verdict_on(calibration));
     page.findings = calibration
         .findings

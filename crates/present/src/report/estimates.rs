@@ -154,8 +154,10 @@ fn drawing(
 pub(super) fn table(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else { return String::new() };
     let [name, x, y, from] = words::METHOD_COLUMNS;
+    // Only those who know the methods can read it.
+    let heading = crate::text::result::METHODS;
     let mut html = format!(
-        "<table id=\"methods\"><thead><tr><th>{name}</th><th>{x}</th><th>{y}</th><th>{from}</th></tr></thead><tbody>\n"
+        "<details class=\"screen\"><summary>{heading}</summary><table id=\"methods\"><thead><tr><th>{name}</th><th>{x}</th><th>{y}</th><th>{from}</th></tr></thead><tbody>\n"
     );
     for (_, code, estimate) in estimates(calibration) {
         let coordinate =
@@ -168,5 +170,5 @@ pub(super) fn table(calibration: &CalibrationFile) -> String {
         };
         html += &row(words::method(code), &[coordinate(0), coordinate(1), from]);
     }
-    html + "</tbody></table>\n"
+    html + "</tbody></table></details>\n"
 }

@@ -13,11 +13,10 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
 
-/// Colours from the surest to the least certain.
-const SHADES: [&str; 7] =
-    ["#f7fbff", "#deebf7", "#c6dbef", "#9ecae1", "#6baed6", "#3182bd", "#08519c"];
-/// Number of the shade from which dark numbers can't be read.
-const DARK: usize = 5;
+/// Colours where the goal is met, from the surest to the least certain …
+const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
+/// … and where it isn't.
+const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
 
 /// Drawing of the map, as SVG.
 pub(super) fn drawing(calibration: &CalibrationFile) -> String {
@@ -28,6 +27,7 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let [width_px, height_px] = calibration.image_size;
     let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
     let mut canvas = Canvas::large_picture(calibration.size_px(), Section::Projection.heading());
+    let valid_px = valid_up_to_px(calibration);
     let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
     let mut hatched = false;
     for (centre, corners) in cells(size) {
@@ -47,15 +47,31 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         } else {
             0.0
         };
+        let shades = if sd_px <= valid_px { MET } else { NOT_MET };
         // From 0 to the last shade.
-        let shade = (share.clamp(0.0, 1.0) * (SHADES.len() - 1) as f64).round() as usize;
-        canvas.area(&corners, SHADES[shade], Stroke::thin("#fff"));
-        let ink = if shade >= DARK { "#fff" } else { "#111" };
-        canvas.number(centre, ink, brief(sd_px, 2).trim_start_matches('0'));
+        let shade = (share.clamp(0.0, 1.0) * (shades.len() - 1) as f64).round() as usize;
+        canvas.area(&corners, shades[shade], Stroke::thin("#fff"));
+        canvas.number(centre, "#111", brief(sd_px, 2).trim_start_matches('0'));
     }
     let [mean_px, max_px] = [projection.mean, projection.max].map(|sd_px| brief_data(sd_px, 2));
-    let note = words::projection_note(&mean_px, &max_px, hatched);
+    let goal = calibration
+        .valid_area
+        .as_ref()
+        .map_or(String::new(), |area| format!(" {}", words::within_goal(area.goal_px, area.share)));
+    let note = words::projection_note(&mean_px, &max_px, hatched) + &goal;
     figure(Section::Projection, &canvas.svg(), &note)
+}
+
+/// The largest standard deviation of a cell that counts as valid: as many cells as the calibration says.
+fn valid_up_to_px(calibration: &CalibrationFile) -> f64 {
+    let (Some(projection), Some(area)) = (&calibration.projection_sd_px, &calibration.valid_area)
+    else {
+        return f64::INFINITY;
+    };
+    let mut sorted: Vec<f64> = projection.grid.iter().map(|[_, _, sd]| *sd).collect();
+    sorted.sort_by(f64::total_cmp);
+    let count = (area.share * f64::from(GRID_COLUMNS * GRID_ROWS)).round() as usize;
+    count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
 }
 
 /// Centre and corners of every cell of the grid, row by row.

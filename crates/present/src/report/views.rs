@@ -35,14 +35,19 @@ pub(super) fn views(report: &Report) -> String {
     let (width, height) = report.calibration.size_px();
     let room = if report.check.is_some() { ROOM_BESIDE_DRIFT } else { ROOM.1 };
     let columns = columns(shown, height / width, room);
+    let fit = |(_, view): &&(usize, &ViewEntry)| view.rms_px;
+    let rated = views.iter().filter(|view| fit(view).is_some());
+    let worst = rated.max_by(|a, b| fit(a).unwrap_or(0.0).total_cmp(&fit(b).unwrap_or(0.0)));
+    let worst = worst.filter(|_| views.len() > 1).map(|(number, _)| *number);
     let mut html = format!("<div class=\"views\" style=\"--columns:{columns}\">\n");
     for (number, view) in views.iter().take(MOST_SHOWN) {
         let picture = report.pictures.get(number - 1).and_then(Option::as_ref);
         let caption = if shown > MANY { number.to_string() } else { caption(*number, view) };
+        let mark = if worst == Some(*number) { words::FITS_WORST } else { "" };
         push(
             &mut html,
             format_args!(
-                "<figure>{}<p title=\"{}\">{caption}</p></figure>\n",
+                "<figure>{}<p title=\"{}\">{caption}{mark}</p></figure>\n",
                 thumbnail(report, view, *number, picture),
                 escaped(&view.name)
             ),

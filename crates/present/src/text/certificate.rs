@@ -63,8 +63,8 @@ pub fn at_most(value: &str) -> String {
     format!("≤ {value}")
 }
 
-/// Limit of the independent check.
-pub const CHECK_LIMIT: &str = "3.7 sd";
+/// Limit of the independent check, which isn't a length: both points must agree.
+pub const CHECK_LIMIT: &str = "agreement within 3.7 sd";
 
 /// Field of view.
 pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {

@@ -16,13 +16,31 @@ pub enum Chart {
     Undistorted,
     /// Change since an older calibration.
     Change,
+    /// Residual of each view, with the worst view's picture.
+    Views,
+    /// Boards and field of view in space.
+    Poses,
+    /// Cloud and histogram of the residuals.
+    Scatter,
+    /// Uncertainty of a point against its distance.
+    Distance,
+    /// Correlations of the lens parameters.
+    Correlations,
 }
 
 impl Chart {
     /// Charts for everybody.
-    pub const PLAIN: [Self; 3] = [Self::Uncertainty, Self::Undistorted, Self::Change];
+    pub const PLAIN: [Self; 5] =
+        [Self::Uncertainty, Self::Views, Self::Poses, Self::Undistorted, Self::Change];
     /// Charts for engineers.
-    pub const EXPERT: [Self; 3] = [Self::Residuals, Self::Lines, Self::Skipped];
+    pub const EXPERT: [Self; 6] = [
+        Self::Residuals,
+        Self::Scatter,
+        Self::Distance,
+        Self::Correlations,
+        Self::Lines,
+        Self::Skipped,
+    ];
 
     /// Name of the chart.
     pub fn name(self) -> &'static str {
@@ -33,6 +51,11 @@ impl Chart {
             Self::Skipped => "Views left out",
             Self::Undistorted => "Undistorted",
             Self::Change => "Change",
+            Self::Views => "Views",
+            Self::Poses => "Poses",
+            Self::Scatter => "Scatter",
+            Self::Distance => "Distance",
+            Self::Correlations => "Correlations",
         }
     }
 
@@ -40,7 +63,7 @@ impl Chart {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Uncertainty => {
-                "Uncertainty (1 sd, px) of a projected point in each part of the picture, ignoring camera rotation."
+                "Where the picture is known well enough: the numbers say how far a point may be off there (1 sd, px)."
             }
             Self::Residuals => {
                 "From predicted to measured corners, enlarged. If the arrows of a view all point the same way, the board or the lens model is wrong."
@@ -52,10 +75,25 @@ impl Chart {
                 "Where the principal lines meet when one, two or three neighbouring views are left out. Scatter shows how much single views matter, not how accurate the point is."
             }
             Self::Undistorted => {
-                "The newest picture with distortion removed: straight edges must look straight."
+                "The newest picture before and after: with distortion removed, straight edges must look straight."
             }
             Self::Change => {
                 "How far each point has shifted since the older calibration, enlarged. All the same way: the principal point moved. Outwards or inwards: the focal length changed."
+            }
+            Self::Views => {
+                "How well each view fits: its corners are this far from where the calibration expects them (RMS, px)."
+            }
+            Self::Poses => {
+                "Where the board was, seen from the side: boards all over the camera's field, tipped in all directions, are best. Drag to turn."
+            }
+            Self::Scatter => {
+                "Left: how far each corner is off. Right: how often. It should be a round cloud, and bars that follow the curve."
+            }
+            Self::Distance => {
+                "How far a point at that distance may be beside where the camera says (1 sd), by the lens alone."
+            }
+            Self::Correlations => {
+                "Which parameters of the lens change together: near 1 or −1, one makes up for the other."
             }
         }
     }
@@ -67,6 +105,63 @@ pub const MORE: &str = "Residuals and lines";
 /// Below the chart of uncertainty.
 pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {
     format!("{mean_px:.3} px on average, {max_px:.3} px at worst")
+}
+
+/// Legend of green cells: the error stays below the goal there.
+pub fn within_goal(goal_px: f64, share: f64) -> String {
+    format!("below {goal_px:.1} px: {} of the picture", super::percent(share))
+}
+
+/// Legend of amber cells.
+pub const BEYOND_GOAL: &str = "above it";
+
+/// Slider from the picture as it is to the picture without distortion.
+pub const AFTER: &str = "Distortion removed";
+
+/// Name of a view in a chart.
+pub fn view(number: &str) -> String {
+    format!("View {number}")
+}
+
+/// Below the picture of the view that fits worst.
+pub fn worst(view: &str) -> String {
+    format!("{view} fits worst")
+}
+
+/// Below the bars: how far the worst view is from the rest.
+pub fn per_view(times: f64) -> String {
+    format!("The worst view has {times:.1} times the usual residual")
+}
+
+/// Below the cloud of residuals.
+pub fn scatter(corners: usize, rms_px: f64) -> String {
+    format!("{corners} corners, {rms_px:.3} px RMS; rings at 1 and 2 times that")
+}
+
+/// Below the drawing of the poses.
+pub fn poses(views: usize, nearest_m: f64, farthest_m: f64) -> String {
+    format!("{views} boards, {nearest_m:.2} to {farthest_m:.2} m away; grey: what the camera sees")
+}
+
+/// Curve of the mean over the picture.
+pub const MEAN: &str = "on average";
+/// Curve of the worst place in the picture.
+pub const WORST_PLACE: &str = "at worst";
+
+/// Below the curves of uncertainty against distance.
+pub fn at_a_distance(mean_m: f64, worst_m: f64) -> String {
+    let [mean_mm, worst_mm] = [mean_m, worst_m].map(|length_m| 1e3 * length_m);
+    format!("At 1 m: {mean_mm:.3} mm on average, {worst_mm:.3} mm at worst")
+}
+
+/// A power of ten, at an axis.
+pub fn millimetres(length_m: f64) -> String {
+    format!("{} mm", (1e12 * length_m).round() / 1e9)
+}
+
+/// Below the correlations.
+pub fn strongest(one: &str, other: &str, value: f64) -> String {
+    format!("Strongest: {one} and {other}, {value:.2}")
 }
 
 /// Below the chart of residuals.

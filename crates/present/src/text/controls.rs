@@ -54,5 +54,5 @@ controls! {
     GuidePage, "Guide", "F1", "Live picture and what to do next.";
     ResultPage, "Result", "F2", "Calibration so far, with checks and exports.";
     SettingsPage, "Settings", "F4", "How the window looks and sounds.";
-    ReplayPage, "Replay", "F5", "Step through a recorded session.";
+    ReplayPage, "Sessions", "F5", "Your sessions: result, report, exports, replay.";
 }

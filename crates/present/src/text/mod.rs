@@ -20,6 +20,7 @@ pub mod report;
 pub mod result;
 mod run;
 pub mod session_news;
+pub mod sessions;
 pub mod settings;
 pub mod source;
 mod speech;

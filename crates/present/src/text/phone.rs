@@ -1,7 +1,12 @@
 //! Words around the phone's page.
 
+use boresight_calibrate::Verdict;
+
 /// Above the QR code.
 pub const SCAN: &str = "Phone: scan this code, on the same network.";
+/// Above the QR code for another phone.
+pub const SCAN_NEXT: &str =
+    "A phone has come, and its link is used up. Another phone scans this code.";
 /// The button and the card in the window.
 pub const PHONE: &str = "Phone";
 /// Tooltip of the button.
@@ -17,6 +22,22 @@ pub const LINGERING: &str =
 pub const NO_CALIBRATION: &str = "No calibration";
 /// Verdict on the page, if nothing speaks against the result.
 pub const USE_IT: &str = "You can use this calibration. The camera is done.";
+/// The verdict for the ear, in six words at most.
+pub fn aloud(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Good => "Good. You can use it",
+        Verdict::Care => "Use with care. Read the warnings",
+        Verdict::Untrustworthy => "Not usable yet. Read why",
+    }
+}
+
+/// The usual port belongs to another program.
+pub fn port_is_taken(port: u16) -> String {
+    format!(
+        "Another program uses port {port}, so the page has another one. A QR code that was printed for port {port} leads to that program."
+    )
+}
+
 /// A file on the page.
 pub const REPORT: &str = "Report";
 /// A session that the phone can start.

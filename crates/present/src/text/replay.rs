@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use boresight_geometry::frame::ImageSize;
 use boresight_guide::session::{Outcome, Snapshot};
 
 /// Decision of a step, and the reason.
@@ -39,7 +38,7 @@ pub const STRIP: &str =
     "All decisions: green taken, amber held, grey not taken, red different from the recording";
 
 /// Heading where no recording is open.
-pub const PICK: &str = "Open a recording";
+pub const PICK: &str = "Open a session";
 /// Before the field for its folder.
 pub const FOLDER: &str = "Folder";
 /// See [`FOLDER`].
@@ -61,17 +60,6 @@ pub const NOT_OPENED: &str = "The recording couldn't be opened";
 /// While it is being opened.
 pub fn opening(folder: &Path) -> String {
     format!("Opening {}", folder.display())
-}
-
-/// Explanation of the button that opens a session.
-pub fn open_tip(folder: &Path) -> String {
-    format!("Step through the decisions of {}.", folder.display())
-}
-
-/// A recording in the list: when it began, of which source.
-pub fn recording(created: &str, source: &str, size: ImageSize) -> String {
-    let source = super::camera::printable(source);
-    format!("{created}, {source}, {}x{}", size.width_px, size.height_px)
 }
 
 /// The last journal line was cut.

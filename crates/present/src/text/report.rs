@@ -216,6 +216,14 @@ pub const SKIP_CAPTION: &str = "Stability with n views left out";
 /// Columns of the table of estimates with views left out, after n.
 pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y px"];
 
+/// Meaning of the map's colours.
+pub fn within_goal(goal_px: f64, share: f64) -> String {
+    format!(
+        "Green: the error stays below {goal_px:.1} px with 95 % probability, in {:.0} % of the picture. Amber: it may be larger.",
+        (100.0 * share).floor()
+    )
+}
+
 /// Below the map.
 pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
     let places = if hatched { " Hatched: not covered by the lens model." } else { "" };
@@ -251,6 +259,9 @@ pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
         if shown < of { format!("{shown} of {of} corners") } else { format!("{of} corners") };
     format!("Measured minus predicted, enlarged {times}×; {which}.")
 }
+
+/// Behind the numbers of the view with the largest residual.
+pub const FITS_WORST: &str = ", fits worst";
 
 /// Below the views.
 pub fn views_note(shown: usize, of: usize) -> String {

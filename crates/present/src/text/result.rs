@@ -191,6 +191,13 @@ pub fn valid_area(area: &ValidArea) -> String {
     format!("within {goal_px:.1} px in {} of the picture", percent(share))
 }
 
+/// The part of the picture for which the verdict holds; `None` if that isn't known.
+pub fn valid_part(calibration: &Calibration) -> Option<String> {
+    let ValidArea { goal_px, share, .. } = calibration.valid_area;
+    knows_sd(calibration)
+        .then(|| format!("Valid in {} of the picture: error below {goal_px:.1} px", percent(share)))
+}
+
 /// Smallest relative change of the focal length that would be reported.
 pub fn unseen_drift(change: f64) -> String {
     format!("changes below {:.2} % wouldn't show in these views", 100.0 * change)

@@ -1,5 +1,32 @@
 //! The words of the settings page.
 
+/// Heading of what new sessions should have.
+pub const NEW_SESSIONS: &str = "New sessions";
+/// Where sessions are stored.
+pub const FOLDER: (&str, &str) =
+    ("Folder", "New sessions are stored here. Leave it empty for ./sessions.");
+/// The goal.
+pub const GOAL: (&str, &str) = (
+    "Goal",
+    "Largest acceptable error: 0.2px, or length 800mm at 2m <= 2mm. Leave it empty for the plan's own.",
+);
+/// The text is no goal.
+pub const NO_GOAL: &str = "Write a goal as 0.2px, or as length 800mm at 2m <= 2mm.";
+/// The lens models.
+pub const LENS: (&str, &str) =
+    ("Lens", "Lens models to choose from. Wide lenses are recognised with auto.");
+/// Every lens model.
+pub const ANY_LENS: &str = "auto";
+/// The error of the board.
+pub const BOARD_ERROR: (&str, &str) = (
+    "Board error",
+    "How exactly you know the squares' side: 0.1 % with a ruler, 0.02 % with a caliper over the whole board.",
+);
+/// Heading of the certificate's fields.
+pub const CERTIFICATE: &str = "Certificate";
+/// See [`CERTIFICATE`].
+pub const CERTIFICATE_TIP: &str =
+    "New sessions print this on sheet 1 of the report. What you leave empty is left for a pen.";
 /// Headings of the page.
 pub const SESSION: &str = "While you hold the board";
 /// See [`SESSION`].

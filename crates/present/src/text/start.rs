@@ -224,6 +224,14 @@ pub fn switched([columns, rows]: [u16; 2], [before_columns, before_rows]: [u16; 
     )
 }
 
+/// The board as its printed code names it.
+pub fn by_code(id: &str, [columns, rows]: [u16; 2], square_m: f64) -> String {
+    format!("Board {id}: {columns} × {rows}, {}", square(square_m))
+}
+
+/// The side of a square is the usual one, and nobody has said that it's right.
+pub const ASK_SQUARE: &str = "Measure a square of your board, and type its side above.";
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -46,7 +46,8 @@ impl Default for CertificateConfig {
 }
 
 impl CertificateConfig {
-    pub(super) fn is_usable(&self) -> bool {
+    /// True if no text is too long to print.
+    pub fn is_usable(&self) -> bool {
         let short = |text: &&mut String| text.chars().count() <= LETTERS;
         self.check_months <= 120 && self.clone().texts().iter().all(short)
     }

@@ -1,0 +1,162 @@
+//! Stored sessions: their results, going on with them, and what was dropped onto the window.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use egui::Context;
+
+use super::{
+    super::{result, screen::Screen, session_state::SessionState},
+    App, Page,
+};
+use boresight_app::{
+    host::{Dropped, Ended, SessionRequest},
+    recordings::StoredSession,
+};
+use boresight_present::text::sessions as words;
+
+/// The source that a resumed session has recorded.
+const RECORDED: &str = "auto";
+
+impl App {
+    /// True if a session runs or is being stored.
+    fn has_session(&self) -> bool {
+        matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_))
+    }
+
+    /// Begins to show the result of the session in `folder`.
+    pub(super) fn show_stored(&mut self, folder: PathBuf) {
+        if self.has_session() {
+            self.note = Some(words::FINISH_FIRST.into());
+            return;
+        }
+        match self.host.stored(&folder, Arc::clone(&self.wake)) {
+            Ok(storing) => {
+                self.note = Some(words::OPENING.into());
+                self.storing = Some((folder, storing));
+            }
+            Err(trouble) => self.note = Some(trouble.what),
+        }
+    }
+
+    /// Takes the stored session that was read. Never waits.
+    pub(super) fn look_at_stored(&mut self, ctx: &Context) {
+        let Some((_, storing)) = &self.storing else { return };
+        let stored = match storing.outcome() {
+            Some(stored) => stored,
+            None if storing.is_over() => {
+                self.note = Some(words::NOT_OPENED.into());
+                self.storing = None;
+                return;
+            }
+            None => return,
+        };
+        let Some((folder, _)) = self.storing.take() else { return };
+        match stored {
+            // A session that was started meanwhile goes on.
+            Ok(stored) if !self.has_session() => self.show_ended(ctx, folder, stored),
+            Ok(_) => self.note = Some(words::FINISH_FIRST.into()),
+            Err(trouble) => {
+                let action = trouble.action.map(|action| format!(". {action}"));
+                self.note = Some(trouble.what + &action.unwrap_or_default());
+            }
+        }
+    }
+
+    fn show_ended(&mut self, ctx: &Context, folder: PathBuf, stored: StoredSession) {
+        let StoredSession { snapshot, pictures, source, files } = stored;
+        let preferences = self.screen.preferences;
+        self.screen = Screen { preferences, now_secs: ctx.time(), source, ..Screen::default() };
+        self.screen.folder = Some(folder.clone());
+        if let Some((_, picture)) = pictures.last() {
+            self.screen.picture.show_image(ctx, picture);
+        }
+        for (view, picture) in &pictures {
+            self.screen.add_thumbnail(ctx, *view, picture);
+        }
+        self.screen.snapshot = Some(snapshot);
+        // What is started from here has this session's board and source.
+        let board = self.screen.snapshot.as_ref().map(|snapshot| snapshot.setup.board);
+        if let Some(board) = board {
+            let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+            self.wish.board = [side(board.columns()), side(board.rows())];
+        }
+        self.wish.source = RECORDED.into();
+        let ended = Ended { folder, files, compared: None, trouble: None };
+        self.result = result::ResultPage::default();
+        self.result.begin(&ended, self.host.older(&ended.folder));
+        (self.exported, self.note, self.page) = (None, None, Page::Result);
+        self.stage = SessionState::Ended(ended);
+        if let Some(old) = self.compare_later.take() {
+            self.compare(&old);
+        }
+    }
+
+    /// Continues the session in `folder` with the source and the settings that it records.
+    pub(super) fn go_on_with(&mut self, ctx: &Context, folder: PathBuf) {
+        if self.has_session() {
+            self.note = Some(words::FINISH_FIRST.into());
+            return;
+        }
+        let wish = SessionRequest {
+            source: RECORDED.into(),
+            go_on_with: Some(folder),
+            first: None,
+            ..self.wish.clone()
+        };
+        self.open(ctx, wish);
+    }
+
+    pub(super) fn export_of(&mut self, folder: &Path, format: usize) {
+        self.note = Some(match self.host.export(folder, format) {
+            Ok(file) => boresight_present::text::result::written(&file),
+            Err(trouble) => trouble.what,
+        });
+    }
+
+    /// Moves the session in `folder` to the bin, unless it's the one that runs.
+    pub(super) fn delete(&mut self, folder: &Path) {
+        if self.has_session() && self.screen.folder.as_deref() == Some(folder) {
+            self.note = Some(words::RUNS.into());
+            return;
+        }
+        self.note = Some(match self.host.delete(folder) {
+            Ok(()) => words::deleted(folder),
+            Err(trouble) => trouble.what,
+        });
+        // Its result can't be shown any more.
+        if self.ended().is_some_and(|ended| ended.folder == folder) {
+            self.stage = SessionState::Idle;
+            self.screen = Screen {
+                preferences: self.screen.preferences,
+                now_secs: self.screen.now_secs,
+                ..Screen::default()
+            };
+        }
+        self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+    }
+
+    /// A file or folder was dropped onto the window.
+    pub(super) fn dropped(&mut self, path: &Path) {
+        match self.host.dropped(path) {
+            Dropped::Session => self.show_stored(path.to_path_buf()),
+            Dropped::Source if self.has_session() => self.note = Some(words::FINISH_FIRST.into()),
+            Dropped::Source => {
+                let source = path.display().to_string();
+                self.note = Some(words::source_chosen(&source));
+                self.start.draft.source = source;
+                self.page = Page::Start;
+            }
+            Dropped::File if matches!(self.stage, SessionState::Ended(_)) => {
+                self.page = Page::Result;
+                self.compare(path);
+            }
+            Dropped::File => {
+                self.note = Some(words::compared_later(path));
+                self.compare_later = Some(path.to_path_buf());
+            }
+        }
+    }
+}

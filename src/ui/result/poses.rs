@@ -1,0 +1,97 @@
+//! The boards as they were held before the camera, and the camera's field of view.
+
+use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, vec2};
+use nalgebra::{Point2, Point3, Rotation3, Vector3};
+
+use super::super::theme;
+use boresight_calibrate::Calibration;
+use boresight_guide::session::Snapshot;
+use boresight_present::text::charts as words;
+
+/// Room around the drawing, in points.
+const MARGIN: f32 = 14.0;
+/// How far the usual point of view is above the camera's axis, rad.
+const ABOVE_RAD: f64 = 0.45;
+
+/// Draws the scene as seen from `turn_rad` to the side, and the words below.
+pub(super) fn draw(
+    painter: &Painter,
+    area: Rect,
+    turn_rad: f32,
+    (snapshot, calibration): (&Snapshot, &Calibration),
+) -> String {
+    let board = &snapshot.setup.board;
+    let corners_m = board.corners_in_board_m();
+    let rim = board.target().rim();
+    let boards: Vec<Vec<Point3<f64>>> = calibration
+        .views
+        .iter()
+        .map(|view| {
+            let corner = |index: usize| {
+                let at = corners_m[index];
+                view.cam_from_board * Point3::new(at.x, at.y, 0.0)
+            };
+            rim.map(corner).to_vec()
+        })
+        .collect();
+    let depths: Vec<f64> = boards.iter().flatten().map(|point| point.z).collect();
+    let farthest_m = depths.iter().copied().fold(0.0, f64::max);
+    let nearest_m = depths.iter().copied().fold(f64::INFINITY, f64::min);
+    if farthest_m <= 0.0 {
+        return words::TOO_FEW.into();
+    }
+    let field = field(calibration, farthest_m);
+    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), ABOVE_RAD)
+        * Rotation3::from_axis_angle(&Vector3::y_axis(), f64::from(turn_rad));
+    // Seen from far away: no perspective, so that sizes compare.
+    let seen = |point: &Point3<f64>| {
+        let at = turn * (point - Vector3::new(0.0, 0.0, 0.5 * farthest_m));
+        (at.x, at.y, at.z)
+    };
+    let camera = Point3::origin();
+    let all = boards.iter().flatten().chain(&field).chain(std::iter::once(&camera));
+    let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
+    for (x, y, _) in all.map(seen) {
+        (low, high) = ([low[0].min(x), low[1].min(y)], [high[0].max(x), high[1].max(y)]);
+    }
+    let room = area.shrink(MARGIN);
+    let scale = (f64::from(room.width()) / (high[0] - low[0]).max(1e-9))
+        .min(f64::from(room.height()) / (high[1] - low[1]).max(1e-9));
+    let middle = [0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
+    let pos = |point: &Point3<f64>| -> Pos2 {
+        let (x, y, _) = seen(point);
+        room.center() + vec2(((x - middle[0]) * scale) as f32, ((y - middle[1]) * scale) as f32)
+    };
+    let grey = Stroke::new(1.0, Color32::from_gray(120));
+    for edge in &field {
+        painter.line_segment([pos(&Point3::origin()), pos(edge)], grey);
+    }
+    painter.add(Shape::closed_line(field.iter().map(pos).collect(), grey));
+    painter.circle_filled(pos(&Point3::origin()), 4.0, Color32::WHITE);
+    // The farthest first.
+    let mut order: Vec<usize> = (0..boards.len()).collect();
+    let depth = |index: usize| boards[index].iter().map(|point| seen(point).2).sum::<f64>();
+    order.sort_by(|a, b| depth(*b).total_cmp(&depth(*a)));
+    for index in order {
+        let azimuth = snapshot.views.get(index).map_or(0.0, |view| view.tilt_azimuth_rad);
+        let color = theme::direction(azimuth);
+        let points: Vec<Pos2> = boards[index].iter().map(pos).collect();
+        let face = color.gamma_multiply(0.25);
+        painter.add(Shape::convex_polygon(points.clone(), face, Stroke::NONE));
+        painter.add(Shape::closed_line(points, Stroke::new(1.5, color)));
+    }
+    words::poses(boards.len(), nearest_m, farthest_m)
+}
+
+/// Where the rays of the picture's corners are at that depth, around the picture.
+fn field(calibration: &Calibration, depth_m: f64) -> Vec<Point3<f64>> {
+    let size = calibration.image_size;
+    let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);
+    [(-0.5, -0.5), (right, -0.5), (right, bottom), (-0.5, bottom)]
+        .into_iter()
+        .filter_map(|(x, y)| {
+            let at = calibration.camera.normalized_from_px(&Point2::new(x, y))?;
+            Some(Point3::new(at.x * depth_m, at.y * depth_m, depth_m))
+        })
+        .collect()
+}

@@ -1,0 +1,119 @@
+//! Residuals of all corners as a cloud, and how often each size occurs.
+
+use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
+use nalgebra::{Point2, Point3, Vector2};
+
+use super::super::theme;
+use boresight_calibrate::Calibration;
+use boresight_guide::session::Snapshot;
+use boresight_present::text::charts as words;
+
+/// Bars of the histogram.
+const BARS: usize = 25;
+/// Half the width of both drawings, in standard deviations.
+const SPAN: f64 = 4.0;
+
+/// Corners of view `index` as they should be, and how far off they were seen, px.
+pub(super) fn residuals_of(
+    index: usize,
+    snapshot: &Snapshot,
+    calibration: &Calibration,
+) -> Vec<(Point2<f64>, Vector2<f64>)> {
+    let (Some(view), Some(fitted)) = (snapshot.views.get(index), calibration.views.get(index))
+    else {
+        return Vec::new();
+    };
+    let camera = calibration.camera_of(index);
+    let corners_m = snapshot.setup.board.corners_in_board_m();
+    corners_m
+        .iter()
+        .zip(view.corners_px.iter())
+        .zip(&fitted.is_seen)
+        .filter(|(_, is_seen)| **is_seen)
+        .filter_map(|((corner, seen), _)| {
+            let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
+            let expected = camera.project(&in_cam)?;
+            Some((expected, seen - expected))
+        })
+        .collect()
+}
+
+/// Draws both, and the words below.
+pub(super) fn draw(
+    painter: &Painter,
+    area: Rect,
+    snapshot: &Snapshot,
+    calibration: &Calibration,
+) -> String {
+    let views: Vec<_> = (0..calibration.views.len())
+        .map(|index| residuals_of(index, snapshot, calibration))
+        .collect();
+    let offs: Vec<Vector2<f64>> = views.iter().flatten().map(|(_, off)| *off).collect();
+    let rms_px = calibration.rms_px.max(1e-9);
+    if offs.is_empty() {
+        return words::TOO_FEW.into();
+    }
+    let (cloud, histogram) = area.split_left_right_at_fraction(0.5);
+    let side = cloud.width().min(cloud.height()) - 12.0;
+    let cloud = Rect::from_center_size(cloud.center(), vec2(side, side));
+    let scale = f64::from(side) / (2.0 * SPAN * rms_px);
+    let at =
+        |off: &Vector2<f64>| cloud.center() + vec2((off.x * scale) as f32, (off.y * scale) as f32);
+    let grey = Stroke::new(1.0, Color32::from_gray(90));
+    painter.hline(cloud.x_range(), cloud.center().y, grey);
+    painter.vline(cloud.center().x, cloud.y_range(), grey);
+    for sds in [1.0, 2.0] {
+        painter.circle_stroke(cloud.center(), (sds * rms_px * scale) as f32, grey);
+    }
+    for (view, residuals) in snapshot.views.iter().zip(&views) {
+        let color = theme::direction(view.tilt_azimuth_rad).gamma_multiply(0.8);
+        for (_, off) in residuals {
+            let pos = at(off);
+            if cloud.contains(pos) {
+                painter.circle_filled(pos, 1.8, color);
+            }
+        }
+    }
+    bars(painter, histogram.shrink2(vec2(12.0, 18.0)), &offs, rms_px);
+    words::scatter(offs.len(), rms_px)
+}
+
+/// How often each size of a residual's component occurs, beside the normal distribution.
+fn bars(painter: &Painter, area: Rect, offs: &[Vector2<f64>], rms_px: f64) {
+    let mut counts = [0_u32; BARS];
+    for value in offs.iter().flat_map(|off| [off.x, off.y]) {
+        let place = (value / rms_px + SPAN) / (2.0 * SPAN) * BARS as f64;
+        if (0.0..BARS as f64).contains(&place) {
+            counts[place as usize] += 1;
+        }
+    }
+    let all = 2.0 * offs.len() as f64;
+    let step = 2.0 * SPAN / BARS as f64;
+    let normal = |sds: f64| all * step * (-0.5 * sds * sds).exp() / std::f64::consts::TAU.sqrt();
+    let most = counts.iter().map(|count| f64::from(*count)).fold(normal(0.0), f64::max);
+    let wide = area.width() / BARS as f32;
+    let up = |count: f64| area.bottom() - area.height() * (count / most) as f32;
+    for (index, count) in counts.iter().enumerate() {
+        let left = area.left() + index as f32 * wide;
+        let bar =
+            Rect::from_min_max(pos2(left, up(f64::from(*count))), pos2(left + wide, area.bottom()));
+        painter.rect_filled(bar.shrink2(vec2(0.5, 0.0)), 0.0, theme::LIVE);
+    }
+    let curve = (0..=80).map(|i| {
+        let sds = SPAN * (f64::from(i) / 40.0 - 1.0);
+        pos2(area.center().x + (sds / SPAN) as f32 * 0.5 * area.width(), up(normal(sds)))
+    });
+    painter.add(Shape::line(curve.collect(), Stroke::new(1.5, theme::AMBER)));
+    let font = FontId::proportional(theme::SMALL);
+    for sds in [-2.0, 0.0, 2.0] {
+        let x = area.center().x + (sds / SPAN) as f32 * 0.5 * area.width();
+        let text = format!("{:.2} px", sds * rms_px);
+        painter.text(
+            pos2(x, area.bottom() + 2.0),
+            Align2::CENTER_TOP,
+            text,
+            font.clone(),
+            Color32::WHITE,
+        );
+    }
+}
