@@ -76,8 +76,9 @@
 //! | hold | a good view kept still: it grows with every good frame and fades with every other; its sharpest frame is accepted |
 //! | refusal | why a view isn't accepted, with what was measured and what is wanted |
 //! | miss | why no board was found in a picture |
-//! | target | the pose to show next; its outline on the screen is the *ghost* |
-//! | advice | the one thing that the person should do now |
+//! | target | the pose to show next; it's drawn on the picture as the *card*, which the board should match |
+//! | advice | the one thing that the person should do now, by the newest frame |
+//! | instruction | what a person is shown and told after a decision: sentence, sign, card, ring and spoken words, as one value |
 //! | plan | how many views to ask for: quick, full, or adaptive |
 //! | lens estimate | the camera as known so far; a guess until two views are accepted |
 //! | noise factor | σ₀: actual error of the corners over the error they claim |
@@ -109,7 +110,7 @@ pub use boresight_guide::{guidance, session};
 pub use boresight_phone as serve;
 #[cfg(feature = "report")]
 pub use boresight_present::report;
-pub use boresight_present::{ghost, speech, target, text};
+pub use boresight_present::{ghost, instruction, reading, speech, target, text};
 pub use boresight_run::{config, pipeline, recording};
 pub use boresight_sim as simulation;
 pub use boresight_watch as watch;

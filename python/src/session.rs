@@ -10,6 +10,7 @@ use boresight::{
     detection::{Detector, DetectorParams, Search, Track},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     ghost::Card,
+    instruction::Instruction,
     pipeline::Recorder,
     recording::{Header, SessionFolder},
     session::{Command, Decision, Input, Observation, Outcome, Session as Fold},
@@ -25,9 +26,6 @@ use crate::{
     error::{raised, wrong},
     picture::{Named, picture},
 };
-
-/// Points on each side of the card's rim: a wide lens bends it.
-const RIM_STEPS: usize = 8;
 
 struct State {
     session: Fold,
@@ -174,8 +172,10 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
     let board = session.setup().board;
     let target = snapshot.target.as_ref().map(|target| {
         let card = Card::new(&target.ghost_px, &board, &snapshot.lens);
-        let rim = card.map(|card| card.rim(RIM_STEPS)).unwrap_or_default();
-        let rim = &mut rim.into_iter().flatten().map(|(px, _)| px);
+        let rim = card.and_then(|card| card.rim()).unwrap_or_default();
+        let count = rim.len();
+        // Closed.
+        let rim = &mut rim.into_iter().map(|(px, _)| px).cycle().take(count + count.min(1));
         let arrow = card.map(|card| card.arrow()).unwrap_or_default();
         json!({
             "corners_px": points(&mut target.ghost_px.iter().copied()),
@@ -193,7 +193,7 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
         Some(px)
     });
     let value = json!({
-        "advice": text::prompt(snapshot.shown.prompt),
+        "advice": Instruction::of(snapshot).sentence(false),
         "said": said,
         "target": target,
         "corners_px": corners,

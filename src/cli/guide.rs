@@ -11,6 +11,7 @@ use super::{
     board_args::BoardArguments,
     lens_args::LensArguments,
     operation::{Operation, OperationArguments},
+    status::Status,
     stream_args::StreamArguments,
     terminal::{announcer, print, say, stop_flag},
 };
@@ -112,12 +113,18 @@ impl Arguments {
         if let Some(phone) = self.beside.phone()? {
             return with_phone(&phone, &opening, &onlookers, &operation, self.json);
         }
-        let announcer = announcer();
+        let mut announcer = announcer();
         let mut run = opening.open(&announcer)?;
+        let status = Status::new();
+        if let Some(status) = &status {
+            onlookers.push(status.onlooker());
+            announcer = announcer.without_requests();
+        }
         if voice.is_some() {
             run = run.paced();
         }
         let finished = run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?;
+        drop(status);
         conclude_seen(finished, &operation, self.json)
     }
 

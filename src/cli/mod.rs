@@ -31,6 +31,7 @@ mod report;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
+mod status;
 mod stream_args;
 mod target;
 pub mod terminal;

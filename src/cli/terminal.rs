@@ -3,13 +3,14 @@
 use std::{
     io::Write,
     sync::{
-        Arc,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
 };
 
 use anyhow::Context;
+use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
 use boresight_app::Announcer;
@@ -27,6 +28,22 @@ pub fn print(line: &str) -> anyhow::Result<()> {
 /// Whether stderr is read by a program: every line is then a JSON object.
 static AS_JSON: AtomicBool = AtomicBool::new(false);
 
+/// True if every line on stderr is a JSON object.
+pub(super) fn is_json() -> bool {
+    AS_JSON.load(Ordering::Relaxed)
+}
+
+/// Lines at the end of stderr that are rewritten in place; others come above them.
+static STATUS: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+pub(super) fn set_status(lines: ProgressBar) {
+    *STATUS.lock().unwrap_or_else(PoisonError::into_inner) = Some(lines);
+}
+
+pub(super) fn take_status() {
+    *STATUS.lock().unwrap_or_else(PoisonError::into_inner) = None;
+}
+
 /// From now on, every line on stderr is a JSON object.
 pub(super) fn log_as_json() {
     AS_JSON.store(true, Ordering::Relaxed);
@@ -39,7 +56,13 @@ pub fn say(line: &str) {
     }
     let is_harmless = |c: &char| !c.is_control() || *c == '\n';
     let line: String = line.chars().filter(is_harmless).collect();
-    let _ = writeln!(std::io::stderr(), "{line}");
+    let write = || {
+        let _ = writeln!(std::io::stderr(), "{line}");
+    };
+    match &*STATUS.lock().unwrap_or_else(PoisonError::into_inner) {
+        Some(lines) => lines.suspend(write),
+        None => write(),
+    }
 }
 
 /// Writes an event with its `fields` to stderr, if a program reads there.
@@ -83,7 +106,11 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
             std::thread::sleep(LOOK);
         }
         // What hangs may be the terminal.
-        let said = std::thread::Builder::new().spawn(|| say(text::window::ENDED_AT_ONCE));
+        let said = std::thread::Builder::new().spawn(|| {
+            #[cfg(unix)]
+            super::status::keys::restore();
+            say(text::window::ENDED_AT_ONCE);
+        });
         let began = Instant::now();
         while said.as_ref().is_ok_and(|said| !said.is_finished()) && began.elapsed() < ONE_REQUEST {
             std::thread::sleep(LOOK);

@@ -7,7 +7,10 @@ mod sessions;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Duration,
 };
 
@@ -33,7 +36,9 @@ use boresight_present::text::{self, Act, window as words};
 
 /// Time between two paintings while something moves that does not come from the source.
 const MOVING: Duration = Duration::from_millis(16);
-/// Time between two looks of the window while nothing comes.
+/// Wakes within this time paint once: a picture, and what is found in it.
+const MOMENT: Duration = Duration::from_millis(15);
+/// Time between two looks of the window while nothing comes, or nothing that anybody waits for.
 const IDLE: Duration = Duration::from_millis(500);
 /// Time without mouse or keys after which a session is shown in big letters.
 const UNTOUCHED_SECS: f64 = 2.0;
@@ -101,15 +106,20 @@ pub struct App {
     no_voice: Option<String>,
     exported: Option<Result<PathBuf, UserError>>,
     wake: Wake,
+    /// True while the person has paused: pictures that come then are painted now and then.
+    rests: Arc<AtomicBool>,
 }
 
 impl App {
     /// Starts the first session.
     pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
+        let rests = Arc::new(AtomicBool::new(false));
         let wake: Wake = {
-            let ctx = ctx.clone();
-            // Delayed: several wakes within a moment paint once.
-            Arc::new(move || ctx.request_repaint_after(Duration::from_millis(1)))
+            let (ctx, rests) = (ctx.clone(), Arc::clone(&rests));
+            Arc::new(move || {
+                let rests = rests.load(Ordering::Relaxed);
+                ctx.request_repaint_after(if rests { IDLE } else { MOMENT });
+            })
         };
         theme::apply(ctx);
         let (wish, memory) = (host.first_wish(), host.remembered());
@@ -167,6 +177,7 @@ impl App {
             no_voice: None,
             exported: None,
             wake,
+            rests,
         };
         if at_once {
             app.open(ctx, wish);
@@ -402,6 +413,8 @@ impl App {
         }
         let phones = self.host.phones();
         self.phone.notice(&*self.host, phones);
+        let paused = self.screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.paused);
+        self.rests.store(paused, Ordering::Relaxed);
         self.look_around();
         self.result.look();
         self.shelf.look(ctx);
@@ -505,6 +518,8 @@ impl App {
         self.stage = match self.host.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
+                let title = words::title(&opened.source);
+                ctx.send_viewport_cmd(ViewportCommand::Title(title));
                 self.screen.folder = Some(opened.folder.clone());
                 self.note.clone_from(&opened.note);
                 for (view, picture) in &opened.pictures {
@@ -560,6 +575,7 @@ impl App {
                 Act::Restore => self.command(ctx, Command::Restore),
                 Act::Pause => {
                     let paused = self.screen.snapshot.as_ref().is_some_and(|s| s.paused);
+                    self.rests.store(false, Ordering::Relaxed);
                     self.command(ctx, if paused { Command::Resume } else { Command::Pause });
                 }
                 Act::Finish => self.end(),

@@ -8,6 +8,7 @@
 //! | file | is |
 //! |---|---|
 //! | `run` | the window system: opens, or says why not |
+//! | `window_icon` | its icon |
 //! | `app` | pages, keys, the session behind them |
 //! | `stage` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | what panels see, and in which colours |
@@ -33,6 +34,7 @@ mod sound;
 pub mod start;
 pub mod theme;
 pub mod user_error;
+mod window_icon;
 
 pub use app::{App, Page};
 pub use keys::UiAction;

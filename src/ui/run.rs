@@ -9,6 +9,7 @@ use super::{
     app::App,
     replay::{self, Replayed},
     theme,
+    window_icon::window_icon,
 };
 use boresight_app::{AppHost, recordings::DecidedRecording};
 use boresight_geometry::panic_message;
@@ -78,6 +79,7 @@ pub fn options() -> eframe::NativeOptions {
         viewport: ViewportBuilder::default()
             .with_title(words::TITLE)
             .with_app_id(words::TITLE)
+            .with_icon(window_icon())
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size(SMALLEST),
         renderer: eframe::Renderer::Glow,

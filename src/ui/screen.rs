@@ -8,7 +8,10 @@ use image::GrayImage;
 use super::picture::Picture;
 use boresight_geometry::device::{Adjustable, Control, Lock, Locks};
 use boresight_guide::session::{Outcome, Prompt, Snapshot, Stream, ViewNumber};
+use boresight_present::instruction::Instruction;
 
+/// Time without a picture that is worth saying.
+const STALLED_SECS: f64 = 2.0;
 /// Width of a thumbnail's texture.
 const THUMBNAIL_PX: u32 = 192;
 
@@ -23,7 +26,7 @@ pub struct Preferences {
     pub speech: bool,
     /// Numbers beside the picture.
     pub panels: bool,
-    /// Principal lines on the picture.
+    /// Marks for engineers on the picture: corners, covered area, principal lines.
     pub lines: bool,
     /// Full screen while nobody is at the computer.
     pub full_screen: bool,
@@ -151,11 +154,27 @@ impl Screen {
         self.thumbnails.insert(view, texture);
     }
 
-    /// Time since the camera was lost; `None` if it isn't.
+    /// What to do now; `None` before the first decision.
+    pub fn instruction(&self) -> Option<Instruction> {
+        let instruction = Instruction::of(self.snapshot.as_ref()?);
+        let is_old = self.stalled_secs().is_some();
+        Some(if is_old { instruction.without_picture() } else { instruction })
+    }
+
+    /// Time without a picture, if that is worth saying and nothing else explains it.
+    pub fn stalled_secs(&self) -> Option<f64> {
+        let snapshot = self.snapshot.as_ref()?;
+        let silent_secs = self.now_secs - self.picture.came_secs?;
+        let is_explained = snapshot.shown.prompt.is_state();
+        (silent_secs > STALLED_SECS && !is_explained).then_some(silent_secs)
+    }
+
+    /// Time since the last picture, if the camera is lost or stalled; `None` if it isn't.
     pub fn lost_secs(&self) -> Option<f64> {
         let camera = &self.snapshot.as_ref()?.camera;
-        matches!(camera.stream, Stream::Lost { .. })
-            .then(|| self.now_secs - self.picture.came_secs.unwrap_or(self.now_secs))
+        let is_lost = matches!(camera.stream, Stream::Lost { .. });
+        let silent_secs = || self.now_secs - self.picture.came_secs.unwrap_or(self.now_secs);
+        is_lost.then(silent_secs).or_else(|| self.stalled_secs())
     }
 
     /// Time since the last view was taken.

@@ -45,14 +45,9 @@ pub fn direction(slot_rad: f64) -> Color32 {
     Hsva::new((0.55 + 0.4 * hue) as f32, 0.55, 1.0, 1.0).into()
 }
 
-/// Colour from grey over amber to green as `share` goes from 0 to 1.
+/// Colour from amber to green as `share` goes from 0 to 1.
 pub(super) fn approach(share: f32) -> Color32 {
-    let share = share.clamp(0.0, 1.0);
-    if share < 0.5 {
-        GREY.lerp_to_gamma(AMBER, 2.0 * share)
-    } else {
-        AMBER.lerp_to_gamma(GREEN, 2.0 * share - 1.0)
-    }
+    AMBER.lerp_to_gamma(GREEN, share.clamp(0.0, 1.0))
 }
 
 /// A line visible on any picture: dark below, `color` above.

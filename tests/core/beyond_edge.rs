@@ -121,7 +121,7 @@ fn a_part_that_cannot_be_told_is_asked_to_be_shown_whole_first() {
         decision = Some(session.handle(&Input::Observed(world.observe(&pose))));
     }
     let shown = session.snapshot(decision.expect("a frame")).shown;
-    assert_eq!(text::prompt(shown.prompt), "Show the whole board first");
+    assert_eq!(text::prompt(shown.prompt), "Start with the whole board");
 }
 
 #[test]

@@ -83,7 +83,7 @@ impl Listener {
             };
             let degrees = if says("further") { amount(10.0, 20.0) } else { amount(25.0, 35.0) };
             pose.rotation = tipped(right, down, degrees) * from;
-        } else if says("tip") && says("back") {
+        } else if says("tip") && says("less") {
             pose.rotation = turned(amount(0.75, 0.5) * angle_rad);
         } else if says("more") {
             pose.rotation = turned(angle_rad + amount(10_f64, 20.0).to_radians());

@@ -34,6 +34,7 @@ mod larger_patterns;
 mod layering;
 mod listener;
 mod natural_views;
+mod one_instruction;
 mod ordinary_webcam;
 mod partial_boards;
 mod printed_code;

@@ -1,6 +1,10 @@
 //! Sessions that a machine watches: metrics, logs for programs, a command at the end.
 
-use std::fs;
+use std::{
+    fs,
+    io::{Read, Write},
+    process::{Command, Stdio},
+};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -57,8 +61,47 @@ fn pictures_that_end_before_the_plan_is_complete_are_told_by_the_exit_code() {
     let guide = ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s"];
     let ending = ["--max-frames", "80", "--set", "guidance.plan=full"];
     let ended = boresight(place, &[&guide[..], &ending[..]].concat());
-    says(&ended, 3, &["ended before the plan was complete"]);
+    says(&ended, 3, &["Ended early"]);
     says(&boresight(place, &["report", "s"]), 0, &[]);
+}
+
+/// On a terminal, as `script` (Debian's bsdutils) makes one.
+#[test]
+fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    fs::write(place.join("scene.toml"), SCENE).expect("written");
+    let command = format!(
+        "{} guide --headless --source sim:scene.toml --out s --max-frames 3000 --set guidance.plan=full",
+        env!("CARGO_BIN_EXE_boresight")
+    );
+    let mut child = Command::new("script")
+        .args(["-qec", &command, "/dev/null"])
+        .current_dir(place)
+        .env("TERM", "xterm")
+        .env("LC_ALL", "C.UTF-8")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("script");
+    let mut keys = child.stdin.take().expect("piped");
+    let mut screen = child.stdout.take().expect("piped");
+    let (mut seen, mut part, mut is_ended) = (String::new(), [0; 4096], false);
+    while let Ok(count @ 1..) = screen.read(&mut part) {
+        seen += &String::from_utf8_lossy(&part[..count]);
+        if !is_ended && seen.contains("q finish") {
+            keys.write_all(b"q").expect("typed");
+            is_ended = true;
+        }
+    }
+    child.wait().expect("ended");
+    for words in ["p pause  u undo  t take now  q finish", "taken, about", "tilt ", "Ended early"] {
+        assert!(seen.contains(words), "no {words:?} in: {seen}");
+    }
+    assert!(seen.contains("\u{1b}["), "rewritten in place: {seen}");
+    let dots = |c: char| ('\u{2801}'..='\u{28ff}').contains(&c);
+    assert!(seen.contains(dots), "the card is drawn: {seen}");
+    assert!(!seen.contains("\n  Tip"), "the sentence isn't a line of its own: {seen}");
 }
 
 #[test]

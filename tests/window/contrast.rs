@@ -10,6 +10,7 @@ use std::{
 use boresight::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     session::Snapshot,
+    ui::theme::AMBER,
 };
 use egui::{Theme, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -54,9 +55,10 @@ fn around(image: &RgbaImage, (x, y): (u32, u32)) -> f64 {
 /// of the line, every few pixels along it.
 fn of_outline(with: &RgbaImage, without: &RgbaImage) -> Vec<f64> {
     let is_dark = |pixel: &image::Rgba<u8>| pixel.0[..3].iter().all(|level| *level < 8);
-    // The outline's colour without a board in the picture, and that of the brackets.
+    // The card's colour without a board in the picture, and that of the count.
     let is_core = |pixel: &image::Rgba<u8>| {
-        [190, 255].iter().any(|core| pixel.0[..3].iter().all(|level| level.abs_diff(*core) < 3))
+        let is = |core: [u8; 3]| (0..3).all(|i| pixel.0[i].abs_diff(core[i]) < 3);
+        is(AMBER.to_array()[..3].try_into().expect("three")) || is([255; 3])
     };
     let of_ghost = |x: u32, y: u32| with.get_pixel(x, y) != without.get_pixel(x, y);
     let reach = 7;

@@ -38,7 +38,7 @@ pub(crate) fn moments() -> Vec<Moment> {
     add("fresh", &fresh(), "Show the whole board");
     add("searching", &missed(Miss::NoBoard), "Show the whole board");
     let cut = Miss::PartialBoard { found: 40, wanted: 54, cut_off_by: Some(Side::Left) };
-    add("cut off", &missed(cut), "Move right: the board's cut off");
+    add("cut off", &missed(cut), "Move right. It's cut off");
     let first = |is: &dyn Fn(&Snapshot) -> bool| {
         story.iter().find(|snapshot| is(snapshot)).expect("a session has this moment")
     };
@@ -60,7 +60,7 @@ pub(crate) fn moments() -> Vec<Moment> {
     });
     let mut beyond = beyond.clone();
     beyond.shown = asking(Prompt::ShowWholeFirst);
-    add("beyond the edge", &beyond, "Show the whole board first");
+    add("beyond the edge", &beyond, "Start with the whole board");
     let done = story.last().expect("a session has an end");
     add("done good", done, "Done!");
     add("done care", &judged(done, Verdict::Care, Severity::Care), "Done!");

@@ -8,6 +8,7 @@ mod camera;
 mod cameras;
 mod comparison;
 mod contrast;
+mod design;
 mod fits;
 mod fixtures;
 mod matrix;
@@ -195,9 +196,7 @@ fn every_moment_is_read_on_every_page() {
             node.accesskit_node().label().is_some_and(|l| l.starts_with("Directions: "))
         };
         assert_eq!(guide.get_all_by_role(Role::Image).filter(wheel).count(), 1, "{}", moment.name);
-        for name in
-            ["Tilt", "Direction", "Size", "Off the line", "Motion", "Blur", "Centre", "Views"]
-        {
+        for name in ["Tilt", "Direction", "Size", "Sideways", "Motion", "Blur", "Centre", "Views"] {
             guide.get_by_label(name);
         }
         for number in 1..=moment.snapshot.views.len() {
@@ -303,7 +302,7 @@ fn a_mirror_speaks_from_the_technicians_side() {
     let mut guide = harness(Page::Guide, cut, Theme::Dark, 1.0);
     guide.state_mut().screen.preferences.mirrored = true;
     guide.run();
-    let words = "Move left: the board's cut off";
+    let words = "Move left. It's cut off";
     guide.get_by_role_and_label(Role::Status, words);
 }
 

@@ -90,7 +90,7 @@ fn within(value: f64, most: f64, beyond: f64) -> bool {
     value > -beyond && value < most + beyond
 }
 
-fn moment_of(all: &[Moment], name: &str) -> Moment {
+pub(crate) fn moment_of(all: &[Moment], name: &str) -> Moment {
     let found = all.iter().find(|moment| moment.name.starts_with(name));
     let base = found.or_else(|| all.iter().find(|moment| moment.name == "searching"));
     let base = base.expect("a moment");

@@ -3,12 +3,16 @@ use std::{fmt, sync::Arc};
 /// Receives every sentence for the person: the command line prints them on stderr. Cheap to clone; callable
 /// from any thread.
 #[derive(Clone)]
-pub struct Announcer(Arc<dyn Fn(&str) + Send + Sync>);
+pub struct Announcer {
+    say: Arc<dyn Fn(&str) + Send + Sync>,
+    /// True if what the person should do now is said, too.
+    asks: bool,
+}
 
 impl Announcer {
     /// Passes each sentence to `say`.
     pub fn new(say: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self(Arc::new(say))
+        Self { say: Arc::new(say), asks: true }
     }
 
     /// Drops every sentence.
@@ -16,9 +20,22 @@ impl Announcer {
         Self::new(|_| ())
     }
 
+    /// The same for a person who sees elsewhere what to do now.
+    #[must_use]
+    pub fn without_requests(self) -> Self {
+        Self { asks: false, ..self }
+    }
+
+    /// Announces what the person should do now.
+    pub fn ask(&self, sentence: &str) {
+        if self.asks {
+            self.say(&format!("  {sentence}"));
+        }
+    }
+
     /// Announces one sentence, or one line of a table.
     pub fn say(&self, sentence: &str) {
-        (self.0)(sentence);
+        (self.say)(sentence);
     }
 }
 

@@ -9,11 +9,11 @@ use boresight_guide::{
     guidance::{Advice, Progress, Refusal, Target, direction_difference_rad},
     session::{Outcome, Snapshot},
 };
-use boresight_present::text;
+use boresight_present::instruction::Instruction;
 use boresight_run::pipeline::FrameReport;
 use boresight_sim::{
     Cues,
-    technician::{Cue, CueKind, Instruction},
+    technician::{Cue, CueKind, Instruction as Asked},
 };
 
 /// Smallest relative change of a distance or a shift that is worth another look at the sentence.
@@ -25,7 +25,7 @@ const NOTICED_TURN_RAD: f64 = 0.25;
 #[derive(Clone, Debug, Default)]
 pub struct PersonCues {
     last_target: Option<u32>,
-    last_instruction: Option<Instruction>,
+    last_instruction: Option<Asked>,
 }
 
 /// Sends what a person would see and hear after each judged frame.
@@ -56,6 +56,7 @@ impl PersonCues {
     /// What is new on the screen and in the ear after the frame captured at `seen_at` was judged.
     pub fn after(&mut self, seen_at: CaptureTime, snapshot: &Snapshot) -> Vec<Cue> {
         let decision = &snapshot.decision;
+        let now = Instruction::of(snapshot);
         let mut cues = Vec::new();
         if matches!(decision.outcome, Outcome::Accepted { .. }) {
             cues.push(Cue { seen_at, kind: CueKind::Taken });
@@ -63,6 +64,7 @@ impl PersonCues {
         if decision.progress != Progress::Collecting {
             cues.push(Cue { seen_at, kind: CueKind::Finished });
         } else if self.last_target != Some(decision.target_serial)
+            && now.card.is_some()
             && let Some(target) = &snapshot.target
         {
             self.last_target = Some(decision.target_serial);
@@ -71,13 +73,13 @@ impl PersonCues {
         }
         let shown = &snapshot.shown;
         let target = snapshot.target.as_ref();
-        let instruction = shown.advice.and_then(|advice| instruction(&advice, target));
+        let instruction = shown.advice.and_then(|advice| asked_for(&advice, target));
         let news = match (self.last_instruction, instruction) {
             (Some(last), Some(new)) => !is_same_gist(&last, &new),
             (_, new) => new.is_some(),
         };
         if news && let Some(instruction) = instruction {
-            let words = text::prompt(shown.prompt).split_whitespace().count();
+            let words = now.sentence(false).split_whitespace().count();
             cues.push(Cue { seen_at, kind: CueKind::Sentence { instruction, words } });
             self.last_instruction = Some(instruction);
         }
@@ -96,46 +98,46 @@ impl CueSender {
     }
 }
 
-/// The instruction in `advice`; `None` if it asks for nothing.
-fn instruction(advice: &Advice, target: Option<&Target>) -> Option<Instruction> {
+/// What `advice` asks a person for; `None` if it asks for nothing.
+fn asked_for(advice: &Advice, target: Option<&Target>) -> Option<Asked> {
     Some(match *advice {
-        Advice::ShowBoard => Instruction::ShowBoard,
-        Advice::ShowWholeFirst => Instruction::ShowWholeFirst,
+        Advice::ShowBoard => Asked::ShowBoard,
+        Advice::ShowWholeFirst => Asked::ShowWholeFirst,
         Advice::TipTowards { wanted_rad: azimuth_rad, .. } => {
-            Instruction::Tip { azimuth_rad, tilt_rad: target?.tilt_rad }
+            Asked::Tip { azimuth_rad, tilt_rad: target?.tilt_rad }
         }
         Advice::Tilt { wanted_rad: tilt_rad, tilt_azimuth_rad: azimuth_rad, .. } => {
-            Instruction::Tip { azimuth_rad, tilt_rad }
+            Asked::Tip { azimuth_rad, tilt_rad }
         }
         Advice::Distance { span_fraction, wanted } => {
-            Instruction::Distance { ratio: span_fraction / wanted.max(1e-3) }
+            Asked::Distance { ratio: span_fraction / wanted.max(1e-3) }
         }
-        Advice::Shift { right_px, down_px } => Instruction::Shift { right_px, down_px },
+        Advice::Shift { right_px, down_px } => Asked::Shift { right_px, down_px },
         Advice::HoldStill { .. } | Advice::SteadyTheBoard | Advice::Holding { .. } => {
-            Instruction::HoldStill
+            Asked::HoldStill
         }
         Advice::Mend { refusal: Refusal::CameraNotReady } | Advice::Finished => return None,
-        Advice::Mend { .. } => Instruction::MatchGhost,
+        Advice::Mend { .. } => Asked::MatchGhost,
     })
 }
 
 /// True if a person who has read `last` learns nothing from `new`.
-fn is_same_gist(last: &Instruction, new: &Instruction) -> bool {
+fn is_same_gist(last: &Asked, new: &Asked) -> bool {
     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= NOTICED_CHANGE * scale;
     match (*last, *new) {
-        (Instruction::Distance { ratio: a }, Instruction::Distance { ratio: b }) => {
+        (Asked::Distance { ratio: a }, Asked::Distance { ratio: b }) => {
             near(a.ln(), b.ln(), 1.0) && (a < 1.0) == (b < 1.0)
         }
         (
-            Instruction::Shift { right_px: right_a, down_px: down_a },
-            Instruction::Shift { right_px: right_b, down_px: down_b },
+            Asked::Shift { right_px: right_a, down_px: down_a },
+            Asked::Shift { right_px: right_b, down_px: down_b },
         ) => {
             let scale = right_a.hypot(down_a);
             near(right_a, right_b, scale) && near(down_a, down_b, scale)
         }
         (
-            Instruction::Tip { azimuth_rad: a, tilt_rad: tilt_a },
-            Instruction::Tip { azimuth_rad: b, tilt_rad: tilt_b },
+            Asked::Tip { azimuth_rad: a, tilt_rad: tilt_a },
+            Asked::Tip { azimuth_rad: b, tilt_rad: tilt_b },
         ) => {
             direction_difference_rad(a, b).abs() < NOTICED_TURN_RAD
                 && (tilt_a - tilt_b).abs() < NOTICED_TURN_RAD
@@ -168,28 +170,28 @@ mod tests {
 
     #[test]
     fn advice_asks_the_person_for_what_it_says() {
-        let asks = |advice: Advice| instruction(&advice, None);
+        let asks = |advice: Advice| asked_for(&advice, None);
         let closer = asks(Advice::Distance { span_fraction: 0.3, wanted: 0.6 });
-        assert_eq!(closer, Some(Instruction::Distance { ratio: 0.5 }));
+        assert_eq!(closer, Some(Asked::Distance { ratio: 0.5 }));
         let hold = Advice::HoldStill { speed_px_per_s: None, wanted_px_per_s: 20.0 };
         assert_eq!(asks(hold), asks(Advice::Holding { progress: 0.4 }));
-        assert_eq!(asks(hold), Some(Instruction::HoldStill));
+        assert_eq!(asks(hold), Some(Asked::HoldStill));
         assert_eq!(asks(Advice::Finished), None);
         assert_eq!(asks(Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad: 1.0 }), None);
     }
 
     #[test]
     fn a_few_pixels_more_or_less_are_no_news() {
-        let closer = |ratio| Instruction::Distance { ratio };
+        let closer = |ratio| Asked::Distance { ratio };
         assert!(is_same_gist(&closer(0.7), &closer(0.8)));
         assert!(!is_same_gist(&closer(0.7), &closer(1.1)));
         assert!(!is_same_gist(&closer(0.4), &closer(0.8)));
-        let shift = |right_px| Instruction::Shift { right_px, down_px: 10.0 };
+        let shift = |right_px| Asked::Shift { right_px, down_px: 10.0 };
         assert!(is_same_gist(&shift(50.0), &shift(45.0)));
         assert!(!is_same_gist(&shift(50.0), &shift(-50.0)));
-        let tip = |azimuth_rad| Instruction::Tip { azimuth_rad, tilt_rad: 0.7 };
+        let tip = |azimuth_rad| Asked::Tip { azimuth_rad, tilt_rad: 0.7 };
         assert!(is_same_gist(&tip(0.1), &tip(std::f64::consts::TAU - 0.1)));
         assert!(!is_same_gist(&tip(0.0), &tip(1.0)));
-        assert!(!is_same_gist(&Instruction::HoldStill, &Instruction::MatchGhost));
+        assert!(!is_same_gist(&Asked::HoldStill, &Asked::MatchGhost));
     }
 }

@@ -24,7 +24,7 @@ pub struct Conclusion {
 
 /// Announces what `session`, whose folder has `header`, found.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
-    announcer.say(text::progress(session.progress()));
+    announcer.say(text::ending(session.ending()));
     let exit = announce_result(result_of(session), &header.source, announcer);
     let result = calibration_file(session, header);
     for (worker, reason) in session.failures() {

@@ -23,7 +23,7 @@ use boresight_guide::{
     guidance::{Progress, Refusal},
     session::{Command, Input, Outcome, Prompt, Session, Snapshot, ViewNumber},
 };
-use boresight_present::text;
+use boresight_present::{instruction::Instruction, text};
 use boresight_run::{
     pipeline::{
         Finished, FrameReport, OnFrame, Onlookers, Paced, Pipeline, PipelineError, SOURCE_PATIENCE,
@@ -308,10 +308,11 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         {
             announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
         }
-        let prompt = snapshot.shown.prompt;
+        let now = Instruction::of(snapshot);
+        let prompt = now.prompt(false);
         // Views taken and the end of the session are announced with more words elsewhere.
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
-            announcer.say(&format!("  {}", text::prompt(prompt)));
+            announcer.ask(&now.sentence(false));
         }
         last = Some(prompt);
         on_frame(report);

@@ -18,10 +18,7 @@ use boresight_detect::Miss;
 use boresight_files::{self as files, Links, Overwrite, save};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::device::{Control, Lock};
-use boresight_guide::{
-    guidance::Progress,
-    session::{Input, Session},
-};
+use boresight_guide::session::{Ending, Input, Session};
 use boresight_present::{
     report::{
         CameraChange, CameraSection, Certificate, Provenance, Refused, Report, Thumbnail, page,
@@ -129,8 +126,8 @@ fn compose(
     };
     let name = std::path::absolute(path)?;
     let mut notes = Vec::new();
-    if session.progress() != Progress::Complete {
-        notes.push(text::progress(session.progress()).into());
+    if session.ending() != Ending::Finished {
+        notes.push(text::ending(session.ending()).into());
     }
     let History { frames, refused, changes } = history(&contents.lines)?;
     let mut rows = versions(&[&header.schema]);

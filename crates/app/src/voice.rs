@@ -13,6 +13,7 @@ use std::{
 
 use boresight_guide::session::Snapshot;
 use boresight_present::{
+    instruction::Instruction,
     speech::{Narrator, Queue, Rank, Word},
     text,
 };
@@ -173,10 +174,11 @@ impl Said {
 impl Onlooker for Said {
     fn decided(&self, snapshot: &Snapshot) {
         let mut narrator = self.narrator.lock().unwrap_or_else(PoisonError::into_inner);
-        let news = narrator.news(snapshot);
+        let now = Instruction::of(snapshot);
+        let news = narrator.news(&now);
         drop(narrator);
         if self.on.load(Ordering::Relaxed) {
-            news.into_iter().chain(Narrator::request(snapshot)).for_each(|word| self.offer(word));
+            news.into_iter().chain(Narrator::request(&now)).for_each(|word| self.offer(word));
         }
     }
 }

@@ -5,11 +5,12 @@ use serde::Serialize;
 
 use super::hub::{AdjustPage, Hub, Offer, Stage, State};
 use boresight_guide::{
-    guidance::{Advice, Refusal},
+    guidance::Refusal,
     session::{Gravity, Outcome, Snapshot, ViewNumber},
 };
 use boresight_present::{
-    ghost::{Card, Shade, closeness},
+    ghost::Card,
+    instruction::{Instruction, Moment},
     speech::{Narrator, Rank, Word},
     text::{self, Trouble, report::refusal_kind, window as words},
 };
@@ -28,10 +29,14 @@ pub(super) struct Live<'a> {
     tone: Gravity,
     /// Share of the hold that has passed, 0 to 1.
     hold: Option<f64>,
-    /// Closeness of the board to the ghost, 0 to 1.
+    /// What the session is about now.
+    moment: Option<Moment>,
+    /// True if the card is shown.
+    card: bool,
+    /// Closeness of the board to the card, 0 to 1.
     close: Option<f32>,
-    /// The board's outermost inner corners, in the picture's pixels.
-    board: Option<[[f64; 2]; 4]>,
+    /// Points around the board, in the picture's pixels, if its outline is shown.
+    board: Option<Vec<[f64; 2]>>,
     /// Direction in which the board recedes.
     away_rad: Option<f64>,
     views: usize,
@@ -90,13 +95,8 @@ pub(super) struct Plan {
 /// The card, in the picture's pixels.
 #[derive(Serialize)]
 struct Ghost {
-    /// Card and dark squares: true for dark, mean nearness, points around it.
-    squares: Vec<(bool, f64, Vec<[f64; 2]>)>,
-    /// Points and their nearness, closed.
-    rim: Vec<Option<[f64; 3]>>,
-    arrow: Vec<[f64; 2]>,
-    /// Three points each: in place, and waiting.
-    brackets: [Vec<[[f64; 2]; 3]>; 2],
+    /// Points around it and their nearness.
+    rim: Vec<[f64; 3]>,
 }
 
 #[derive(Serialize)]
@@ -138,6 +138,8 @@ pub(super) fn live(state: &State) -> Live<'_> {
         sentence: [words::STARTING.into(), words::STARTING.into()],
         tone: Gravity::Plain,
         hold: None,
+        moment: None,
+        card: false,
         close: None,
         board: None,
         away_rad: None,
@@ -169,29 +171,23 @@ pub(super) fn live(state: &State) -> Live<'_> {
     let Some(snapshot) = &state.snapshot else { return empty };
     let guiding = matches!(state.stage, Stage::Guiding);
     let seen = snapshot.live.as_ref();
-    let corners = seen.and_then(|live| live.corners_px.as_ref().ok());
-    let board = &snapshot.setup.board;
-    let ghost = snapshot.target.as_ref().map(|target| target.ghost_px.as_slice());
-    let outer = |corners: &Vec<Point2<f64>>| {
-        let is_whole = corners.len() == board.corner_count();
-        is_whole.then(|| board.target().rim().map(|index| corners[index]))
-    };
+    let now = Instruction::of(snapshot);
     Live {
         frame: seen.map(|live| live.frame_id.0),
         sentence: match state.stage {
             Stage::Ending => [words::ENDING.into(), words::ENDING.into()],
-            _ => [words::sentence(snapshot, false), words::sentence(snapshot, true)],
+            _ => [now.sentence(false), now.sentence(true)],
         },
-        tone: snapshot.shown.prompt.gravity(),
-        hold: match snapshot.decision.advice {
-            Advice::Holding { progress } => Some(round(progress, 100.0)),
-            _ => None,
-        },
-        close: corners
-            .zip(ghost)
-            .and_then(|(corners, ghost)| closeness(corners, ghost, board))
-            .map(|close| (close * 1e3).round() / 1e3),
-        board: corners.and_then(outer).map(|corners| corners.map(|px| xy(&px))),
+        tone: now.gravity(),
+        hold: now.hold.map(|hold| round(hold, 100.0)),
+        moment: Some(now.moment),
+        card: now.card.is_some(),
+        close: now.close.map(|close| (close * 1e3).round() / 1e3),
+        board: now
+            .board
+            .as_ref()
+            .and_then(Card::rim)
+            .map(|rim| rim.iter().map(|(px, _)| xy(px)).collect()),
         away_rad: seen
             .and_then(|live| live.measured.as_ref())
             .map(|measured| round(measured.tilt_azimuth_rad, 1e3)),
@@ -206,7 +202,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
             _ => None,
         },
         trouble: trouble(snapshot),
-        say: Narrator::request(snapshot).filter(|_| guiding).map(Say::owned),
+        say: Narrator::request(&now).filter(|_| guiding).map(Say::owned),
         removed: snapshot.removed.map(|number| number.0),
         ..empty
     }
@@ -275,28 +271,11 @@ fn kind(refusal: &Refusal) -> String {
 fn ghost(snapshot: &Snapshot) -> Option<Ghost> {
     let target = snapshot.target.as_ref()?;
     let card = Card::new(&target.ghost_px, &snapshot.setup.board, &snapshot.lens)?;
-    let squares = card.squares().map(|(shade, corners)| {
-        let sum: f64 = corners.iter().map(|(_, near)| f64::from(*near)).sum();
-        let near = sum / corners.len().max(1) as f64;
-        let around = corners.iter().map(|(px, _)| xy(px)).collect();
-        (shade == Shade::Dark, round(near, 100.0), around)
+    let rim = card.rim()?.into_iter().map(|(px, near)| {
+        let [x, y] = xy(&px);
+        [x, y, round(f64::from(near), 100.0)]
     });
-    let brackets = |waiting| {
-        card.brackets(waiting).map(|(ends, _)| ends.map(|px| xy(&px))).collect::<Vec<_>>()
-    };
-    let rim = card.rim(6).into_iter();
-    Some(Ghost {
-        squares: squares.collect(),
-        rim: rim
-            .map(|seen| {
-                let (px, near) = seen?;
-                let [x, y] = xy(&px);
-                Some([x, y, round(f64::from(near), 100.0)])
-            })
-            .collect(),
-        arrow: card.arrow().iter().map(xy).collect(),
-        brackets: [brackets(0.0), brackets(1.0)],
-    })
+    Some(Ghost { rim: rim.collect() })
 }
 
 fn xy(px: &Point2<f64>) -> [f64; 2] {

@@ -2,19 +2,17 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose, target::Shape};
+use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose, frame::ImageSize};
 
 /// White around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
+/// Points on each side of the card: a lens bends it, and a fisheye lens more.
+const RIM_STEPS: usize = 4;
+const FISHEYE_RIM_STEPS: usize = 12;
 /// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
 const ARROW: [f64; 2] = [0.8, 0.35];
-/// Distance of the waiting brackets outside the outermost inner corners, which are always in the picture; relative.
-const WAITING: f64 = 0.12;
-/// Length of a bracket's arms, in squares.
-const ARM: f64 = 1.0;
-/// Points on each side of the card, and of a dark square, if the lens bends them.
-const BENT_RIM_STEPS: usize = 12;
-const BENT_SQUARE_STEPS: usize = 3;
+/// Columns and rows of the card's parts that are looked for in the picture.
+const PARTS: usize = 16;
 
 /// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
 /// `None` unless both are all corners of `board`.
@@ -43,7 +41,6 @@ pub fn closeness(
 pub struct Card {
     cam_from_board: Isometry3<f64>,
     lens: Camera,
-    board: Checkerboard,
     /// Half its width and height, with the white margin.
     half_m: [f64; 2],
     /// Half the width and height of the inner corners.
@@ -51,20 +48,23 @@ pub struct Card {
 }
 
 impl Card {
-    /// The card whose inner corners are seen at `ghost_px`. `None` if their number isn't the board's, or no pose fits.
-    pub fn new(ghost_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
-        if ghost_px.len() != board.corner_count() {
+    /// The card whose inner corners are seen at `corners_px`. `None` if their number isn't the board's, or no pose fits.
+    pub fn new(corners_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
+        if corners_px.len() != board.corner_count() {
             return None;
         }
-        // The ghost is exact: four corners are enough.
+        // Four corners are exact enough for a drawing.
         let outer = board.target().rim();
+        if !outer.iter().all(|at| corners_px[*at].iter().all(|px| px.is_finite())) {
+            return None;
+        }
         let in_board_m = board.corners_in_board_m();
         let points = outer.map(|at| in_board_m[at]);
-        let corners = outer.map(|at| Corner::isotropic(ghost_px[at], 1.0));
+        let corners = outer.map(|at| Corner::isotropic(corners_px[at], 1.0));
         let cam_from_board = fit_pose(lens, &points, &corners).ok()?.cam_from_board;
         let half_m = board.target().size_m().map(|side_m| 0.5 * side_m + MARGIN * board.square_m());
         let inner_half_m = points[2].coords.into();
-        Some(Self { cam_from_board, lens: *lens, board: *board, half_m, inner_half_m })
+        Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m })
     }
 
     /// Pixel of a point on the board; a pinhole's beyond the radius at which the lens model folds back.
@@ -102,58 +102,37 @@ impl Card {
         ((far_m - self.depth_m(x_m, y_m)) / range_m) as f32
     }
 
-    /// Points along the rim, closed, `steps` on each side.
-    fn rim_m(&self, steps: usize) -> Vec<[f64; 2]> {
-        let [x, y] = self.half_m;
-        let mut rim: Vec<[f64; 2]> = around([-x, -y], [x, y], steps).collect();
-        rim.push([-x, -y]);
-        rim
-    }
-
-    /// Direction on the board towards its far edge. `None` if it faces the camera.
-    fn away_m(&self) -> Option<[f64; 2]> {
-        let rotation = self.cam_from_board.rotation.to_rotation_matrix();
-        let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
-        let norm = x.hypot(y);
-        if norm < 0.05 {
-            return None;
-        }
-        Some([x / norm, y / norm])
-    }
-
     fn seen_px(&self, x_m: f64, y_m: f64) -> Option<Point2<f64>> {
         self.px(&Point3::new(x_m, y_m, 0.0))
     }
 
-    /// The rim, closed, `steps` points on each side: pixel and nearness. `None` for points behind the camera.
-    pub fn rim(&self, steps: usize) -> Vec<Option<(Point2<f64>, f32)>> {
+    /// Points around the card, clockwise from its first corner, as many on each side: pixel and nearness. `None` if one is
+    /// behind the camera.
+    pub fn rim(&self) -> Option<Vec<(Point2<f64>, f32)>> {
+        let steps =
+            if self.lens.distortion.kind.keeps_lines() { RIM_STEPS } else { FISHEYE_RIM_STEPS };
+        let [x, y] = self.half_m;
         let near = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
-        self.rim_m(steps).into_iter().map(near).collect()
+        around([-x, -y], [x, y], steps).map(near).collect()
     }
 
-    /// The card, then its dark squares: pixels around each, with their nearness. Four points each; more through a
-    /// fisheye lens, which bends the sides. Squares behind the camera are left out.
-    pub fn squares(&self) -> impl Iterator<Item = (Shade, Vec<(Point2<f64>, f32)>)> {
-        let is_bent = !self.lens.distortion.kind.keeps_lines();
-        let dark = self.board.target().dark_shapes().large.into_iter();
-        let dark = dark.map(|Shape::Rectangle { low_m, high_m }| (Shade::Dark, low_m, high_m));
-        let card = (Shade::White, self.half_m.map(|half_m| -half_m), self.half_m);
-        std::iter::once(card).chain(dark).filter_map(move |(shade, at, to)| {
-            let steps = match shade {
-                _ if !is_bent => 1,
-                Shade::White => BENT_RIM_STEPS,
-                Shade::Dark => BENT_SQUARE_STEPS,
-            };
-            let seen = |[x, y]: [f64; 2]| Some((self.seen_px(x, y)?, self.nearness(x, y)));
-            let around: Option<Vec<_>> = around(at, to, steps).map(seen).collect();
-            Some((shade, around?))
-        })
+    /// The card's four corners, clockwise: pixel and nearness. `None` if one is behind the camera.
+    pub fn corners(&self) -> Option<[(Point2<f64>, f32); 4]> {
+        let rim = self.rim()?;
+        let side = rim.len() / 4;
+        Some([rim[0], rim[side], rim[2 * side], rim[3 * side]])
     }
 
-    /// A curved arrow to the edge that should go away from the camera. It ends at the outermost inner corners, which
-    /// are in the picture; its bend keeps it from reading as a shift. Empty if the card faces the camera.
+    /// A curved arrow to the edge that should go away from the camera, for programs that draw a guide of their own. It ends at
+    /// the outermost inner corners; its bend keeps it from reading as a shift. Empty if the card faces the camera.
     pub fn arrow(&self) -> Vec<Point2<f64>> {
-        let Some([x, y]) = self.away_m() else { return Vec::new() };
+        let rotation = self.cam_from_board.rotation.to_rotation_matrix();
+        let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
+        let norm = x.hypot(y);
+        if norm < 0.05 {
+            return Vec::new();
+        }
+        let (x, y) = (x / norm, y / norm);
         let [half_x, half_y] = self.inner_half_m;
         let reach_m = (half_x / x.abs().max(1e-9)).min(half_y / y.abs().max(1e-9));
         let (length_m, bend_m) = (ARROW[0] * reach_m, ARROW[1] * reach_m);
@@ -168,22 +147,17 @@ impl Card {
             .collect()
     }
 
-    /// Brackets around the outermost inner corners: three points each, and the corner's nearness. `waiting` is 1 while
-    /// the board is far from the card, and 0 once it fits.
-    pub fn brackets(&self, waiting: f64) -> impl Iterator<Item = ([Point2<f64>; 3], f32)> {
-        let scale = 1.0 + WAITING * waiting;
-        let [half_x, half_y] = self.inner_half_m;
-        let arm_m = ARM * self.board.square_m();
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        corners.into_iter().filter_map(move |(x, y)| {
-            let (corner_x, corner_y) = (x * half_x * scale, y * half_y * scale);
-            let ends = [
-                self.seen_px(corner_x - x * arm_m, corner_y)?,
-                self.seen_px(corner_x, corner_y)?,
-                self.seen_px(corner_x, corner_y - y * arm_m)?,
-            ];
-            Some((ends, self.nearness(corner_x, corner_y)))
-        })
+    /// Share of the card that lies outside a picture of `image_size`, or behind the camera, 0 to 1.
+    pub fn share_outside(&self, image_size: ImageSize) -> f64 {
+        let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
+        let [half_x, half_y] = self.half_m;
+        let at = |part: usize| (2 * part + 1) as f64 / PARTS as f64 - 1.0;
+        let parts = (0..PARTS).flat_map(|x| (0..PARTS).map(move |y| (at(x), at(y))));
+        let outside = parts.filter(|(x, y)| {
+            self.seen_px(x * half_x, y * half_y)
+                .is_none_or(|px| px.x < 0.0 || px.y < 0.0 || px.x > right || px.y > bottom)
+        });
+        outside.count() as f64 / (PARTS * PARTS) as f64
     }
 }
 
@@ -197,15 +171,6 @@ fn around(at: [f64; 2], to: [f64; 2], steps: usize) -> impl Iterator<Item = [f64
             [from[0] + share * (next[0] - from[0]), from[1] + share * (next[1] - from[1])]
         })
     })
-}
-
-/// A part of the card.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shade {
-    /// The card itself.
-    White,
-    /// A dark square.
-    Dark,
 }
 
 #[cfg(test)]
@@ -248,8 +213,13 @@ mod tests {
             let seen = card.px(&Point3::new(point.x, point.y, 0.0)).expect("in front");
             assert!((seen - px).norm() < 1e-3);
         }
-        let [x, y] = card.away_m().expect("it is tipped");
-        assert!(x > 0.99 && y.abs() < 0.1, "{x} {y}");
+        let corners = card.corners().expect("in front");
+        let [left, right] = [(0, 3), (1, 2)].map(|(a, b)| (corners[a].0 - corners[b].0).norm());
+        assert!(left > 1.3 * right, "the far edge is short: {left} {right}");
+        let size = ImageSize { width_px: 1280, height_px: 720 };
+        assert!(card.share_outside(size) < 0.01);
+        let half = ImageSize { width_px: 640, height_px: 720 };
+        assert!((0.3..0.7).contains(&card.share_outside(half)));
         assert!(card.nearness(-card.half_m[0], 0.0) > 0.95);
         assert!(card.nearness(card.half_m[0], 0.0) < 0.05);
         let outermost = ghost.iter().map(|px| px.x).fold(f64::INFINITY, f64::min);

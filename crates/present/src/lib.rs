@@ -2,6 +2,8 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | [`instruction`] | what a person is shown and told after a decision, as one value |
+//! | [`reading`] | what the newest frame measures, beside what is asked for |
 //! | [`text`] | the sentences; decides nothing |
 //! | [`speech`] | what is said aloud, and when |
 //! | [`ghost`] | the board as it should be held |
@@ -13,6 +15,8 @@
 
 pub mod chart;
 pub mod ghost;
+pub mod instruction;
+pub mod reading;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod speech;

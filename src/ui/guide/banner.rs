@@ -3,11 +3,8 @@
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{keys::UiAction, screen::Screen, theme};
-use boresight_guide::{guidance::Progress, session::Snapshot};
+use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Trouble, adjust, window as words};
-
-/// Time without a picture that is worth saying.
-const STALLED_SECS: f64 = 2.0;
 
 /// True if there is anything to show.
 pub(super) fn is_needed(screen: &Screen) -> bool {
@@ -72,10 +69,7 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
 pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
     let Some(snapshot) = &screen.snapshot else { return Vec::new() };
     let mut troubles = text::troubles(snapshot);
-    let silent = screen.picture.came_secs.map_or(0.0, |came| screen.now_secs - came);
-    let collecting = snapshot.decision.progress == Progress::Collecting;
-    let still_going = collecting && !snapshot.source_ended && !snapshot.paused;
-    if troubles.is_empty() && still_going && silent > STALLED_SECS {
+    if let Some(silent) = screen.stalled_secs().filter(|_| troubles.is_empty()) {
         troubles.push(Trouble::plain((words::stalled(silent), words::STALLED_ACTION.into())));
     }
     troubles

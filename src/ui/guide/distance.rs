@@ -3,7 +3,7 @@
 use egui::{Align2, Color32, FontId, Painter, Rect, Sense, Ui, Vec2};
 
 use super::super::{screen::Screen, theme};
-use boresight_guide::guidance::Advice;
+use boresight_present::instruction::Instruction;
 
 /// Height of the bar as a share of the window's.
 const BAR: f32 = 0.035;
@@ -13,13 +13,12 @@ const COUNT: f32 = 0.3;
 const OUTLINE: f32 = 0.025;
 
 /// The bar, whose place is kept while nothing is held.
-pub(super) fn hold(ui: &mut Ui, screen: &Screen) {
+pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     let high = BAR * ui.ctx().content_rect().height();
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
     ui.painter().rect_filled(rect, 0.0, theme::BAND);
-    let advice = screen.snapshot.as_ref().map(|snapshot| snapshot.decision.advice);
-    if let Some(Advice::Holding { progress }) = advice {
-        let width = rect.width() * progress.clamp(0.0, 1.0) as f32;
+    if let Some(hold) = instruction.and_then(|instruction| instruction.hold) {
+        let width = rect.width() * hold as f32;
         let done = Rect::from_min_size(rect.min, Vec2::new(width, rect.height()));
         ui.painter().rect_filled(done, 0.0, theme::GREEN);
     }

@@ -1,133 +1,178 @@
-//! The board as it should be held: a card in perspective, drawn where the lens would show it.
+//! The card that the board should match, and the board's outline, where the lens shows them; and both side by side,
+//! where most of the card lies outside the picture.
 
-use egui::{Color32, Mesh, Painter, Pos2, Shape};
-use nalgebra::{Point2, Vector2};
+use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2};
+use nalgebra::Point2;
 
-use super::{
-    super::{picture::Placed, theme},
-    icon::arrow,
+use super::super::{picture::Placed, theme};
+use boresight_geometry::frame::ImageSize;
+use boresight_present::{
+    ghost::Card,
+    instruction::{Instruction, Moment},
+    text::window as words,
 };
-use boresight_guide::session::Snapshot;
-use boresight_present::ghost::{Card, Shade, closeness};
 
 /// Opacity of the card while the board is far from it, and on it, where the board itself must be seen.
-const OPACITY: [f32; 2] = [0.62, 0.06];
-/// Width of the outline at the far and at the near edge, in a picture 720 points high.
-const OUTLINE: [f32; 2] = [2.0, 8.0];
-/// Closeness from which the brackets are in place.
-const SNAP: f32 = 0.88;
+const OPACITY: [f32; 2] = [0.45, 0.12];
+/// Width of the rim at the far and at the near edge, in a picture 720 points high.
+const RIM: [f32; 2] = [3.0, 12.0];
+/// Width of the board's outline.
+const OUTLINE: f32 = 3.0;
+/// Way of the shadow to the right and down.
+const SHADOW: f32 = 14.0;
+/// Share of the card outside the picture from which both are shown side by side …
+const OUTSIDE: f64 = 0.25;
+/// … at this size, as a share of the picture's height, and at least in points.
+const INSET: (f32, f32) = (0.2, 96.0);
 
-pub(super) fn paint(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
-    let Some(target) = &snapshot.target else { return };
-    let board = &snapshot.setup.board;
-    let Some(card) = Card::new(&target.ghost_px, board, &snapshot.lens) else { return };
-    let live = snapshot.live.as_ref().and_then(|live| live.corners_px.as_ref().ok());
-    let close = live.and_then(|corners| closeness(corners, &target.ghost_px, board));
-    let sheet = Sheet { painter, placed, card: &card };
-    sheet.surface(close.unwrap_or(0.0));
+pub(super) fn paint(
+    painter: &Painter,
+    placed: &Placed,
+    (instruction, image_size): (&Instruction, ImageSize),
+) {
+    let canvas = Canvas { painter, placed };
+    let close = instruction.close.unwrap_or(0.0);
     // The last steps matter most, so that green comes late.
-    let color = close.map_or(theme::GREY, |close| theme::approach(close.powi(3)));
-    sheet.outline(color);
-    // Once it fits, nothing has to move.
-    if close.is_none_or(|close| close < SNAP) {
-        sheet.over_the_edge(color);
+    let color = theme::approach(close.powi(3));
+    let corners = |card: &Option<Card>| canvas.points(card.as_ref()?);
+    let (wanted, now) = (corners(&instruction.card), corners(&instruction.board));
+    if let Some(rim) = &wanted {
+        canvas.card(rim, color, OPACITY[0] + close * (OPACITY[1] - OPACITY[0]));
     }
-    sheet.brackets(close.unwrap_or(0.0));
+    if let Some(rim) = &now {
+        let holds = instruction.moment == Moment::Hold;
+        let (color, width) =
+            if holds { (theme::GREEN, 2.0 * OUTLINE) } else { (Color32::WHITE, OUTLINE) };
+        let line: Vec<Pos2> = rim.iter().map(|(at, _)| *at).collect();
+        for stroke in theme::outline(canvas.wide(width), color) {
+            painter.add(Shape::closed_line(line.clone(), stroke));
+        }
+    }
+    if let (Some(card), Some(wanted)) = (&instruction.card, &wanted)
+        && card.share_outside(image_size) > OUTSIDE
+    {
+        canvas.inset(now.as_deref(), wanted, color);
+    }
 }
 
-/// The card on the screen.
-struct Sheet<'a> {
+/// Points around a card on the screen, with their nearness.
+type Rim = [(Pos2, f32)];
+
+/// The picture on the screen.
+struct Canvas<'a> {
     painter: &'a Painter,
     placed: &'a Placed,
-    card: &'a Card,
 }
 
-impl Sheet<'_> {
+impl Canvas<'_> {
     /// Width of a line that is `points` wide in a picture 720 points high.
     fn wide(&self, points: f32) -> f32 {
         points * (self.placed.rect.height() / 720.0).clamp(0.5, 2.0)
     }
 
-    /// The white card with its dark squares, brighter where it's nearer.
-    fn surface(&self, close: f32) {
-        let opacity = OPACITY[0] + close * (OPACITY[1] - OPACITY[0]);
-        let mut mesh = Mesh::default();
-        for (shade, corners) in self.card.squares() {
-            let grey = if shade == Shade::White { 225.0 } else { 30.0 };
-            let first = mesh.vertices.len() as u32;
-            let count = corners.len() as u32;
-            let mut vertex = |px: &Point2<f64>, near: f32| {
-                let light = 0.55 + 0.45 * near;
-                let color = Color32::from_gray((light * grey) as u8).gamma_multiply(opacity);
-                mesh.colored_vertex(self.placed.pos(px), color);
-            };
-            for (px, near) in &corners {
-                vertex(px, *near);
-            }
-            if count == 4 {
-                mesh.add_triangle(first, first + 1, first + 2);
-                mesh.add_triangle(first, first + 2, first + 3);
-                continue;
-            }
-            // A side that bends inwards leaves no corner from which all others are seen; the middle sees them.
-            let share = 1.0 / corners.len().max(1) as f64;
-            let middle = corners.iter().map(|(px, _)| px.coords * share).sum::<Vector2<f64>>();
-            let near = corners.iter().map(|(_, near)| near * share as f32).sum();
-            vertex(&Point2::from(middle), near);
-            for i in 0..count {
-                mesh.add_triangle(first + i, first + (i + 1) % count, first + count);
-            }
-        }
-        self.painter.add(Shape::mesh(mesh));
+    fn points(&self, card: &Card) -> Option<Vec<(Pos2, f32)>> {
+        let on_screen = |(px, near): (Point2<f64>, f32)| (self.placed.pos(&px), near);
+        Some(card.rim()?.into_iter().map(on_screen).collect())
     }
 
-    /// The rim: thick where it's near, thin where it's far.
-    fn outline(&self, color: Color32) {
-        let points: Vec<Option<(Pos2, f32)>> = self
-            .card
-            .rim(6)
-            .into_iter()
-            .map(|seen| {
-                let (px, near) = seen?;
-                let width = self.wide(OUTLINE[0] + near * near * (OUTLINE[1] - OUTLINE[0]));
-                Some((self.placed.pos(&px), width))
-            })
-            .collect();
-        for layer in 0..2 {
-            for pair in points.windows(2) {
-                let [Some((from, wide)), Some((to, wide_to))] = [pair[0], pair[1]] else {
-                    continue;
-                };
-                let stroke = theme::outline(0.5 * (wide + wide_to), color)[layer];
-                self.painter.line_segment([from, to], stroke);
-                self.painter.circle_filled(to, 0.5 * stroke.width, stroke.color);
+    /// A solid card: its shadow, its face, and its rim, thick where it's near.
+    fn card(&self, rim: &Rim, color: Color32, opacity: f32) {
+        self.shadow(rim);
+        face(self.painter, rim, color.gamma_multiply(opacity));
+        let width = |near: f32| self.wide(RIM[0] + near * near * (RIM[1] - RIM[0]));
+        let [below, _] = theme::outline(0.0, color);
+        edge(self.painter, rim, |near| width(near) + below.width, below.color);
+        edge(self.painter, rim, width, color);
+    }
+
+    /// Beside the card, not below it, where the board must be seen.
+    fn shadow(&self, rim: &Rim) {
+        let middle = middle(rim);
+        let aside = Vec2::splat(self.wide(SHADOW));
+        for (i, (from, _)) in rim.iter().enumerate() {
+            let (to, _) = rim[(i + 1) % rim.len()];
+            let outwards = (*from + (to - *from) * 0.5) - middle;
+            let across = (to - *from).rot90();
+            let across = if across.dot(outwards) < 0.0 { -across } else { across };
+            if across.dot(aside) > 0.0 {
+                let cast = vec![*from, to, to + aside, *from + aside];
+                let shade = Color32::from_black_alpha(90);
+                self.painter.add(Shape::convex_polygon(cast, shade, Stroke::NONE));
             }
         }
     }
 
-    fn over_the_edge(&self, color: Color32) {
-        let path: Vec<Pos2> = self.card.arrow().iter().map(|px| self.placed.pos(px)).collect();
-        if path.is_empty() {
-            return;
+    /// Both cards, small and whole, side by side: the board as it is, and as it's wanted.
+    fn inset(&self, now: Option<&Rim>, wanted: &Rim, color: Color32) {
+        let picture = self.placed.rect;
+        let side = (INSET.0 * picture.height()).max(INSET.1).min(0.4 * picture.width());
+        let size = Vec2::new(if now.is_some() { 2.2 * side } else { 1.2 * side }, 1.15 * side);
+        let gap = 1.5 * theme::UNIT;
+        let place = Rect::from_min_size(picture.right_top() + Vec2::new(-gap - size.x, gap), size);
+        self.painter.rect_filled(place, theme::UNIT, Color32::from_black_alpha(215));
+        let reach = |rim: &Rim| {
+            let bounds = Rect::from_points(&rim.iter().map(|(at, _)| *at).collect::<Vec<_>>());
+            bounds.width().max(bounds.height()).max(1.0)
+        };
+        let largest = now.map_or(0.0, reach).max(reach(wanted));
+        let scale = 0.8 * side / largest;
+        let small = |rim: &Rim, at: Pos2| -> Vec<(Pos2, f32)> {
+            let middle =
+                Rect::from_points(&rim.iter().map(|(p, _)| *p).collect::<Vec<_>>()).center();
+            rim.iter().map(|(p, near)| (at + (*p - middle) * scale, *near)).collect()
+        };
+        let cells = if now.is_some() { 2.0 } else { 1.0 };
+        let cell = |number: f32| {
+            Pos2::new(
+                place.left() + place.width() * (number + 0.5) / cells,
+                place.top() + 0.5 * side,
+            )
+        };
+        let label = FontId::proportional((0.13 * side).max(theme::SMALL));
+        let one = |rim: &Rim, at: Pos2, color: Color32, words: &str| {
+            let rim = small(rim, at);
+            face(self.painter, &rim, color.gamma_multiply(0.55));
+            edge(self.painter, &rim, |near| 1.0 + 4.0 * near * near, color);
+            let below = Pos2::new(at.x, place.bottom() - 0.4 * theme::UNIT);
+            self.painter.text(below, Align2::CENTER_BOTTOM, words, label.clone(), Color32::WHITE);
+        };
+        if let Some(now) = now {
+            one(now, cell(0.0), Color32::WHITE, words::NOW);
+            one(wanted, cell(1.0), color, words::WANTED);
+        } else {
+            one(wanted, cell(0.0), color, words::WANTED);
         }
-        let [below, above] = theme::outline(self.wide(9.0), color);
-        arrow(self.painter, &path, above, below);
     }
+}
 
-    /// Brackets around the outermost inner corners; they snap onto them once the board fits.
-    fn brackets(&self, close: f32) {
-        let fits = close >= SNAP;
-        let waiting = if fits { 0.0 } else { 1.0 - f64::from(close) };
-        for (ends, near) in self.card.brackets(waiting) {
-            let (color, width) = if fits {
-                (theme::GREEN, 4.0 + 6.0 * near)
-            } else {
-                (Color32::WHITE, 2.0 + 4.0 * near)
-            };
-            let line = ends.map(|px| self.placed.pos(&px)).to_vec();
-            for stroke in theme::outline(self.wide(width), color) {
-                self.painter.add(Shape::line(line.clone(), stroke));
-            }
-        }
+fn middle(rim: &Rim) -> Pos2 {
+    let sum = rim.iter().fold(Vec2::ZERO, |sum, (at, _)| sum + at.to_vec2());
+    (sum / rim.len().max(1) as f32).to_pos2()
+}
+
+/// The inside of a rim.
+fn face(painter: &Painter, rim: &Rim, color: Color32) {
+    // A side that bends inwards leaves no corner from which all others are seen; the middle sees them.
+    let mut mesh = Mesh::default();
+    mesh.colored_vertex(middle(rim), color);
+    for (at, _) in rim {
+        mesh.colored_vertex(*at, color);
+    }
+    let count = rim.len() as u32;
+    for i in 0..count {
+        mesh.add_triangle(0, 1 + i, 1 + (i + 1) % count);
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+/// A line around a rim, as wide as `width` says of its nearness.
+fn edge(painter: &Painter, rim: &Rim, width: impl Fn(f32) -> f32, color: Color32) {
+    for (i, (from, near)) in rim.iter().enumerate() {
+        let (to, near_to) = rim[(i + 1) % rim.len()];
+        let across = (to - *from).normalized().rot90() * 0.5;
+        let (at, at_to) = (across * width(*near), across * width(near_to));
+        let side = vec![*from + at, to + at_to, to - at_to, *from - at];
+        painter.add(Shape::convex_polygon(side, color, Stroke::NONE));
+        painter.circle_filled(to, 0.5 * width(near_to), color);
     }
 }

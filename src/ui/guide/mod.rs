@@ -23,20 +23,25 @@ use super::{
     picture::Placed,
     screen::Screen,
 };
-use boresight_present::text::{Act, window as words};
+use boresight_present::{
+    instruction::Instruction,
+    text::{Act, window as words},
+};
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
+    let instruction = screen.instruction();
+    let instruction = instruction.as_ref();
     let high = sentence::height(ui, screen);
     Panel::top("sentence").frame(Frame::new()).exact_size(high).show_separator_line(false).show(
         ui,
         |ui| {
-            sentence::show(ui, screen);
+            sentence::show(ui, screen, instruction);
         },
     );
     if screen.distance {
         Panel::bottom("hold").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
-            distance::hold(ui, screen);
+            distance::hold(ui, instruction);
         });
     } else if screen.preferences.panels {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
@@ -47,7 +52,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
             let high = ui.available_height();
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 wheel::show(ui, screen, high);
-                gauges::show(ui, screen);
+                gauges::show(ui, screen, instruction);
                 ui.separator();
                 numbers::show(ui, screen);
                 numbers::camera(ui, screen);
@@ -61,7 +66,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
     CentralPanel::no_frame().show(ui, |ui| {
         let area = ui.available_rect_before_wrap();
-        picture(ui, screen);
+        picture(ui, screen, instruction);
         // Over the picture, which stays where it is.
         if banner::is_needed(screen) {
             ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
@@ -71,7 +76,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     });
 }
 
-fn picture(ui: &mut Ui, screen: &Screen) {
+fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) {
     let area = ui.available_rect_before_wrap();
     let Some(snapshot) = &screen.snapshot else {
         ui.painter().rect_filled(area, 0.0, Color32::BLACK);
@@ -90,7 +95,7 @@ fn picture(ui: &mut Ui, screen: &Screen) {
         Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
     }
     let painter = ui.painter_at(placed.rect);
-    overlay::paint(&painter, &placed, screen);
+    overlay::paint(&painter, &placed, screen, instruction);
     if screen.distance {
         distance::count(&painter, placed.rect, screen);
     }

@@ -1,8 +1,6 @@
 //! Drawing over the live picture. It comes from an older frame than the picture and fades with its age.
 
-use egui::{
-    Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, epaint::TextShape, pos2,
-};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
 use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::{
@@ -12,8 +10,12 @@ use super::{
 use boresight_geometry::{
     BoardOutline, Camera, GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px,
 };
-use boresight_guide::{guidance::Advice, session::Snapshot};
-use boresight_present::text;
+use boresight_guide::session::Snapshot;
+use boresight_present::{
+    ghost::Card,
+    instruction::{Instruction, Moment},
+    text,
+};
 
 /// Age up to which the drawing counts as the picture's own.
 const FRESH_SECS: f64 = 0.12;
@@ -22,27 +24,31 @@ const OLD_SECS: f64 = 0.7;
 /// Duration of the flash after a view, in seconds.
 const FLASH_SECS: f64 = 0.45;
 
-/// Draws everything that belongs on the picture.
-pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
-    let Some(snapshot) = &screen.snapshot else { return };
-    let opacity = opacity(screen.overlay_age_secs());
-    let lines = screen.preferences.lines;
-    coverage(painter, placed, snapshot);
-    if lines {
+/// Draws everything that belongs on the picture: what the instruction shows, and marks for engineers if they are wanted.
+pub(super) fn paint(
+    painter: &Painter,
+    placed: &Placed,
+    screen: &Screen,
+    instruction: Option<&Instruction>,
+) {
+    let (Some(snapshot), Some(instruction)) = (&screen.snapshot, instruction) else { return };
+    let marks = screen.preferences.lines && instruction.moment != Moment::Taken;
+    if marks {
+        coverage(painter, placed, snapshot);
         views(painter, placed, snapshot);
     }
-    if snapshot.camera.may_take() {
-        ghost::paint(painter, placed, snapshot);
-    }
-    live(painter, placed, snapshot, lines, opacity);
-    if lines {
+    ghost::paint(painter, placed, (instruction, snapshot.setup.image_size));
+    if marks {
+        live(painter, placed, snapshot, opacity(screen.overlay_age_secs()));
         principal_point(painter, placed, snapshot);
     }
     if text::is_simulated(&screen.source) {
-        simulated(painter, placed);
+        let at = placed.rect.left_top() + Vec2::splat(1.5 * theme::UNIT);
+        let size = (0.028 * placed.rect.height()).max(theme::BODY);
+        shaded_text(painter, at, Align2::LEFT_TOP, text::window::SIMULATED_CAMERA, size);
     }
-    if let Advice::Holding { progress } = snapshot.decision.advice {
-        ring(painter, placed, snapshot, progress as f32);
+    if let Some(hold) = instruction.hold {
+        ring(painter, placed, instruction, hold as f32);
     }
     if let Some(since) = screen.since_taken_secs().filter(|since| *since < FLASH_SECS) {
         let strength = (1.0 - since / FLASH_SECS) as f32;
@@ -53,13 +59,6 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, screen: &Screen) {
             Stroke::new(12.0, theme::GREEN.gamma_multiply(strength)),
             egui::StrokeKind::Middle,
         );
-    }
-    // Nobody reads small print from afar, or the age of what is lost.
-    let has_print = !screen.distance && screen.lost_secs().is_none();
-    if let Some(age_secs) = screen.overlay_age_secs().filter(|_| has_print) {
-        let words = text::window::overlay_age(age_secs);
-        let at = placed.rect.right_bottom() - Vec2::splat(8.0);
-        shaded_text(painter, at, Align2::RIGHT_BOTTOM, &words, 12.0);
     }
 }
 
@@ -87,24 +86,6 @@ fn coverage(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// Says across the picture that the camera is simulated.
-fn simulated(painter: &Painter, placed: &Placed) {
-    let size = 0.11 * placed.rect.width();
-    let font = FontId::proportional(size);
-    let words = text::window::SIMULATED_CAMERA;
-    for (shift, color) in
-        [(1.5, Color32::from_black_alpha(70)), (0.0, Color32::from_white_alpha(60))]
-    {
-        let galley = painter.layout_no_wrap(words.into(), font.clone(), color);
-        let angle = -placed.rect.height().atan2(placed.rect.width());
-        let (sin, cos) = angle.sin_cos();
-        let half = 0.5 * galley.size();
-        let turned = Vec2::new(cos * half.x - sin * half.y, sin * half.x + cos * half.y);
-        let at = placed.rect.center() - turned + Vec2::splat(shift);
-        painter.add(TextShape::new(at, galley, color).with_angle(angle));
-    }
-}
-
 /// The accepted views' lines: thin, one colour per direction.
 fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     for view in snapshot.views.iter() {
@@ -115,8 +96,8 @@ fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// This frame's corners; its line, bold, with `lines`.
-fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, lines: bool, opacity: f32) {
+/// This frame's corners, and its line, bold.
+fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
     let Some(live) = &snapshot.live else { return };
     let Ok(corners_px) = &live.corners_px else { return };
     let radius = (0.0025 * placed.rect.width()).clamp(2.0, 5.0);
@@ -130,7 +111,7 @@ fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, lines: bool, op
         );
         painter.circle_filled(at, radius, theme::LIVE.gamma_multiply(opacity));
     }
-    if let Some(measured) = live.measured.as_ref().filter(|_| lines) {
+    if let Some(measured) = &live.measured {
         let line = line_on_screen(placed, snapshot, &measured.line);
         for stroke in theme::strokes(4.0, theme::LIVE, opacity) {
             painter.add(Shape::line(line.clone(), stroke));
@@ -158,22 +139,20 @@ fn cross(painter: &Painter, at: Pos2, arm: f32, color: Color32) {
     }
 }
 
-/// Countdown of the hold around the board.
-fn ring(painter: &Painter, placed: &Placed, snapshot: &Snapshot, progress: f32) {
-    let corners = snapshot.live.as_ref().and_then(|live| live.corners_px.as_ref().ok());
+/// Countdown of the hold, in the middle of the board.
+fn ring(painter: &Painter, placed: &Placed, instruction: &Instruction, hold: f32) {
+    let corners = instruction.board.as_ref().and_then(Card::corners);
     let Some(corners) = corners else { return };
-    let bounds = corners
-        .iter()
-        .fold(Rect::NOTHING, |bounds, px| bounds.union(Rect::from_pos(placed.pos(px))));
+    let bounds = Rect::from_points(&corners.map(|(px, _)| placed.pos(&px)));
     let (centre, radius) = (bounds.center(), 0.16 * placed.rect.height());
-    painter.circle_filled(centre, radius, Color32::from_black_alpha(70));
+    painter.circle_filled(centre, radius, Color32::from_black_alpha(110));
     painter.circle_stroke(centre, radius, Stroke::new(10.0, theme::GREY.gamma_multiply(0.4)));
     let turn = |share: f32| {
         let angle = std::f32::consts::TAU * share - std::f32::consts::FRAC_PI_2;
         centre + radius * Vec2::angled(angle)
     };
-    let steps = (48.0 * progress).ceil().max(1.0) as usize;
-    let arc = (0..=steps).map(|i| turn(progress * i as f32 / steps as f32)).collect();
+    let steps = (48.0 * hold).ceil().max(1.0) as usize;
+    let arc = (0..=steps).map(|i| turn(hold * i as f32 / steps as f32)).collect();
     painter.add(Shape::line(arc, Stroke::new(10.0, theme::GREEN)));
 }
 

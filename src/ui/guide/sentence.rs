@@ -10,7 +10,7 @@ use super::{
     icon,
 };
 use boresight_guide::session::Gravity;
-use boresight_present::text::{self, window as words};
+use boresight_present::{instruction::Instruction, text::window as words};
 
 /// Size of the letters, the same for every sentence.
 struct Size {
@@ -33,12 +33,10 @@ const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.0
 const SIGN: f32 = 0.8;
 
 /// The sentence, and its colour.
-fn words(screen: &Screen) -> (String, Color32) {
-    let Some(snapshot) = &screen.snapshot else {
-        return (words::STARTING.into(), theme::GREY);
-    };
-    let mirrored = screen.preferences.mirrored;
-    (words::sentence(snapshot, mirrored), color(snapshot.shown.prompt.gravity()))
+fn words(instruction: Option<&Instruction>, mirrored: bool) -> (String, Color32) {
+    instruction.map_or((words::STARTING.into(), theme::GREY), |instruction| {
+        (instruction.sentence(mirrored), color(instruction.gravity()))
+    })
 }
 
 fn color(gravity: Gravity) -> Color32 {
@@ -59,17 +57,16 @@ pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
 }
 
 /// Shows it over the full width.
-pub(super) fn show(ui: &mut Ui, screen: &Screen) -> Response {
-    let (words, color) = words(screen);
+pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) -> Response {
+    let mirrored = screen.preferences.mirrored;
+    let (words, color) = words(instruction, mirrored);
     let width = ui.available_width();
     let Size { letters, across, line, .. } = size(screen);
     let high = height(ui, screen);
     let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, theme::BAND);
-    let prompt =
-        screen.snapshot.as_ref().map(|s| text::window::prompt(s, screen.preferences.mirrored));
-    let sign = prompt.and_then(icon::of);
+    let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
     let side = if sign.is_some() { SIGN * high } else { 0.0 };
     // One font size: resizing would draw the eye for nothing.
     let room = width - SIGN * high - 3.0 * theme::UNIT;

@@ -20,6 +20,8 @@ pub(crate) const RULES: Rules = Rules {
         "calibrate",
         "guide",
         "present/ghost",
+        "present/instruction",
+        "present/reading",
         "present/text",
         "boresight/ui",
         "app/host",

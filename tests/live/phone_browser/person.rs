@@ -29,9 +29,11 @@ use super::browser::Browser;
 /// What the page shows, as far as a person uses it.
 const SHOWN: &str = "return {
     words: el('sentence').textContent, page: shown, views: +el('views').textContent,
-    frame: live && live.frame, board: live && live.board,
-    ghost: plan && plan.ghost && plan.ghost.brackets[0].map(b => b[1]),
-    arrow: plan && plan.ghost && plan.ghost.arrow };";
+    frame: live && live.frame, board: live && corners(live.board),
+    ghost: plan && live && live.card && plan.ghost && corners(plan.ghost.rim) };
+    function corners(rim) { return rim && [0, 1, 2, 3].map(i => rim[i * rim.length / 4].slice(0, 2)); }";
+/// The card's rim lies this far outside the outermost inner corners, in squares.
+const RIM: f64 = 1.4;
 
 /// Cues of a person who sees nothing but the page.
 pub(super) struct PageCues {
@@ -63,7 +65,7 @@ impl Cues for PageCues {
 
 /// Every sentence that asks for something, by its words.
 pub(super) fn prompts() -> BTreeMap<String, Prompt> {
-    let edges = (0..8).map(|i| Edge::towards(f64::from(i) * std::f64::consts::FRAC_PI_4));
+    let edges = directions_rad().map(Edge::towards);
     let tips = edges
         .flat_map(|edge| [Prompt::Tip(edge), Prompt::TipInstead(edge), Prompt::TipFurther(edge)]);
     let across = [None, Some(Across::Left), Some(Across::Right)];
@@ -110,11 +112,6 @@ fn span(points: &[Point2<f64>]) -> f64 {
 /// What a person who reads these words and sees board and ghost on the page does.
 fn instruction(prompt: Prompt, shown: &Value) -> Instruction {
     let (board, ghost) = (points(&shown["board"]), points(&shown["ghost"]));
-    let azimuth = || {
-        let arrow = points(&shown["arrow"]).filter(|arrow| arrow.len() > 2)?;
-        let along = arrow[arrow.len() - 1] - arrow[0];
-        Some(along.y.atan2(along.x))
-    };
     match prompt {
         Prompt::HoldStill | Prompt::SteadyTheBoard | Prompt::Blurred => Instruction::HoldStill,
         Prompt::ShowBoard => Instruction::ShowBoard,
@@ -136,30 +133,23 @@ fn instruction(prompt: Prompt, shown: &Value) -> Instruction {
                 Instruction::Shift { right_px, down_px }
             }
         },
+        Prompt::Tip(edge) | Prompt::TipInstead(edge) | Prompt::TipFurther(edge) => {
+            let azimuth_rad = directions_rad().find(|rad| Edge::towards(*rad) == edge);
+            Instruction::Tip { azimuth_rad: azimuth_rad.unwrap_or(0.0), tilt_rad: 0.65 }
+        }
         _ => Instruction::MatchGhost,
     }
-    .or_tip(prompt, azimuth())
 }
 
-trait OrTip {
-    fn or_tip(self, prompt: Prompt, azimuth_rad: Option<f64>) -> Self;
+/// Directions of the edges, clockwise from the right.
+fn directions_rad() -> impl Iterator<Item = f64> {
+    (0..8).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_4)
 }
 
-impl OrTip for Instruction {
-    fn or_tip(self, prompt: Prompt, azimuth_rad: Option<f64>) -> Self {
-        let is_tip =
-            matches!(prompt, Prompt::Tip(_) | Prompt::TipInstead(_) | Prompt::TipFurther(_));
-        match azimuth_rad {
-            Some(azimuth_rad) if is_tip => Self::Tip { azimuth_rad, tilt_rad: 0.65 },
-            _ => self,
-        }
-    }
-}
-
-/// All inner corners of the ghost, from its four outermost.
+/// All inner corners of the card, from the four corners of its rim.
 fn ghost_px(outer: &[Point2<f64>], columns: usize, rows: usize) -> Option<Vec<Point2<f64>>> {
-    let (right, down) = ((columns - 1) as f64, (rows - 1) as f64);
-    let board = [[0.0, 0.0], [right, 0.0], [right, down], [0.0, down]].map(Point2::from);
+    let (right, down) = ((columns - 1) as f64 + RIM, (rows - 1) as f64 + RIM);
+    let board = [[-RIM, -RIM], [right, -RIM], [right, down], [-RIM, down]].map(Point2::from);
     let corners: Vec<Corner> = outer.iter().map(|px| Corner::isotropic(*px, 1.0)).collect();
     let homography = Homography::fit(&board, &corners).ok()?;
     let all = (0..rows).flat_map(|y| (0..columns).map(move |x| Point2::new(x as f64, y as f64)));

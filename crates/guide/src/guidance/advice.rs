@@ -1,5 +1,6 @@
 //! The one thing the person should do now.
 
+use nalgebra::Vector2;
 use serde::Serialize;
 
 use super::{refusal::Refusal, slots::direction_difference_rad, target::Target, view::View};
@@ -82,21 +83,29 @@ const SHIFTED: f64 = 0.2;
 /// A pose that lacks less than this share of any of them is shown: what the refusal says remains.
 const SHOWN: f64 = 0.5;
 
+/// What a person's hand does, as far as advice depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hand {
+    /// True if the board moves no more than in a calm hand: the person has arrived, or means to have.
+    pub has_stopped: bool,
+    /// True after a long time in a good pose without holding it steadily.
+    pub needs_support: bool,
+}
+
 /// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
-/// measures, if anything; `needs_support` after a long time in a good pose without holding it steadily. Of direction, tilt,
-/// size and place, the one that lacks most is named. [`Advice::Finished`] without a target.
+/// measures, if anything. Of direction, tilt, size and place, the one that lacks most is named, also while a hold goes on:
+/// only in the pose asked for, or a `hand` that has stopped, is asked to hold still. [`Advice::Finished`] without a target.
 pub fn advise(
     view: Option<&View>,
     refusal: &Refusal,
     target: Option<&Target>,
-    needs_support: bool,
+    hand: Hand,
 ) -> Advice {
     let Some(target) = target else { return Advice::Finished };
     match *refusal {
         Refusal::NotFound if target.leaves_picture => return Advice::ShowWholeFirst,
         Refusal::NotFound => return Advice::ShowBoard,
-        Refusal::Holding { progress } => return Advice::Holding { progress },
-        Refusal::Moving { .. } if needs_support => return Advice::SteadyTheBoard,
+        Refusal::Moving { .. } if hand.needs_support => return Advice::SteadyTheBoard,
         refusal @ (Refusal::OutsideLens { .. } | Refusal::CameraNotReady) => {
             return Advice::Mend { refusal };
         }
@@ -106,40 +115,75 @@ pub fn advise(
     let Some(view) = view else {
         return Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad };
     };
-    let tilt_rad = view.tilt_rad.unwrap_or(0.0);
-    let tilt_azimuth_rad = view.tilt_azimuth_rad();
-    let turn_rad = direction_difference_rad(wanted_rad, tilt_azimuth_rad);
-    let corners_px: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
-    let is_whole = view.corners.iter().all(Corner::is_seen);
-    // The middle of a part isn't the board's middle.
-    let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
-    let shift_px = middle_px(&target.ghost_px) - board_px;
-    let size_ratio = rms_radius_px(&target.ghost_px) / rms_radius_px(&corners_px);
-    let (span_fraction, ratio) = (view.span_fraction, size_ratio);
+    let off = Difference::of(view, target);
+    let (tilt_rad, tilt_azimuth_rad) = (off.tilt_rad, view.tilt_azimuth_rad());
+    let (span_fraction, ratio) = (view.span_fraction, off.size_ratio);
     let tilt = Advice::Tilt { tilt_rad, wanted_rad: target.tilt_rad, tilt_azimuth_rad: wanted_rad };
     let size = Advice::Distance { span_fraction, wanted: (span_fraction * ratio).min(1.0) };
-    let place = Advice::Shift { right_px: shift_px.x, down_px: shift_px.y };
-    let tipped = if tilt_rad < FLAT.0 * target.tilt_rad {
+    let place = Advice::Shift { right_px: off.shift_px.x, down_px: off.shift_px.y };
+    let tipped = if off.is_flat() {
         [(FLAT.1, Advice::TipTowards { tilt_azimuth_rad: None, wanted_rad }); 2]
     } else {
         let tilt_azimuth_rad = Some(tilt_azimuth_rad);
         [
-            (turn_rad.abs() / OFF_RAD, Advice::TipTowards { tilt_azimuth_rad, wanted_rad }),
+            (off.turn_rad.abs() / OFF_RAD, Advice::TipTowards { tilt_azimuth_rad, wanted_rad }),
             ((tilt_rad / target.tilt_rad).ln().abs() / TILTED.ln(), tilt),
         ]
     };
     let [direction, tilt] = tipped;
     let size = (ratio.ln().abs() / SIZED.ln(), size);
-    let place = (shift_px.norm() / (SHIFTED * rms_radius_px(&corners_px)), place);
+    let place = (off.shift_px.norm() / (SHIFTED * off.radius_px), place);
     let (most, advice) =
         [tilt, size, place].into_iter().fold(direction, |a, b| if b.0 > a.0 { b } else { a });
     match *refusal {
+        Refusal::Holding { progress } if most <= SHOWN || hand.has_stopped => {
+            Advice::Holding { progress }
+        }
         _ if most > SHOWN => advice,
         // A hand on its way isn't stopped.
         Refusal::Moving { speed_px_per_s, wanted_px_per_s } => {
             Advice::HoldStill { speed_px_per_s, wanted_px_per_s }
         }
         refusal => Advice::Mend { refusal },
+    }
+}
+
+/// How a board is held, beside the pose asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Difference {
+    /// Turn from the direction in which it recedes to the one asked for.
+    pub(crate) turn_rad: f64,
+    /// Its tilt, and the one asked for.
+    pub(crate) tilt_rad: f64,
+    pub(crate) wanted_tilt_rad: f64,
+    /// Size asked for over its size.
+    pub(crate) size_ratio: f64,
+    /// Way to the place asked for.
+    pub(crate) shift_px: Vector2<f64>,
+    /// Root mean square distance of its corners from their middle.
+    radius_px: f64,
+}
+
+impl Difference {
+    pub(crate) fn of(view: &View, target: &Target) -> Self {
+        let corners_px: Vec<_> = view.corners.iter().map(|corner| corner.px).collect();
+        let is_whole = view.corners.iter().all(Corner::is_seen);
+        // The middle of a part isn't the board's middle.
+        let board_px = if is_whole { view.mean_px } else { middle_px(&corners_px) };
+        let radius_px = rms_radius_px(&corners_px);
+        Self {
+            turn_rad: direction_difference_rad(target.tilt_azimuth_rad, view.tilt_azimuth_rad()),
+            tilt_rad: view.tilt_rad.unwrap_or(0.0),
+            wanted_tilt_rad: target.tilt_rad,
+            size_ratio: rms_radius_px(&target.ghost_px) / radius_px,
+            shift_px: middle_px(&target.ghost_px) - board_px,
+            radius_px,
+        }
+    }
+
+    /// True if no edge is away to speak of.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.tilt_rad < FLAT.0 * self.wanted_tilt_rad
     }
 }
 

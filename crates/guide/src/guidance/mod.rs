@@ -38,7 +38,8 @@ pub mod target;
 pub mod view;
 pub mod wanted_pose;
 
-pub use advice::{Advice, advise};
+pub(crate) use advice::Difference;
+pub use advice::{Advice, Hand, advise};
 pub use gain::{Knowledge, UsualError, newness, wanted_share};
 pub use hand_motion::Velocity;
 pub use hold::{HeldFrame, Hold};

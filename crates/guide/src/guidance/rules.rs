@@ -11,4 +11,5 @@
 /// | 2 | still is judged by the smear during the exposure, not by speed; a hold fades; size is no gate but a price; any open direction is taken; tilt 10° to 65° |
 /// | 3 | a frame is taken for its gain beside that of the pose asked for, the less the longer nothing came: tilt, size, place, blur and motion are prices; principal lines only need to differ significantly; a rolling shutter's shear is corrected; any pose of one grid is asked for, for 7 s |
 /// | 4 | the pose asked for counts as this hand would show it; a view that looks like an accepted one tells little; frames of one hold are alike within 2.5 % of the width |
-pub const RULES: u32 = 4;
+/// | 5 | only in the pose asked for, or a hand that has stopped, is asked to hold still; a hold outlasts the time after which another pose is asked for |
+pub const RULES: u32 = 5;

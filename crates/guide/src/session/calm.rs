@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::prompt::Prompt;
-use crate::guidance::Advice;
+use crate::guidance::{Advice, Difference};
 use boresight_geometry::frame::CaptureTime;
 
 /// Time for which frames must ask for a new prompt, within [`RECENT_SECS`], until it's shown.
@@ -36,7 +36,19 @@ impl Default for Shown {
     }
 }
 
-/// Chooses the prompt on show from the prompts of frames. Time is the frames' time, so a recording shows the same.
+/// What a frame asks for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Request {
+    pub(super) prompt: Prompt,
+    pub(super) advice: Advice,
+    /// How the board is held beside the pose asked for; `None` without a board.
+    pub(super) off: Option<Difference>,
+    /// Number of the pose asked for.
+    pub(super) target: u32,
+}
+
+/// Chooses the prompt on show from the prompts of frames: one that was shown stays until it can be read, or until what it
+/// asks for is done. Time is the frames' time, so a recording shows the same.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Calm {
     shown: Shown,
@@ -48,6 +60,8 @@ pub(super) struct Calm {
     recent: VecDeque<Asked>,
     /// Time at which a prompt last came that isn't shown at once.
     asked_at: Option<CaptureTime>,
+    /// Number of the pose that the prompt on show was about.
+    target: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -80,8 +94,9 @@ impl Calm {
         }
     }
 
-    /// Takes note of the prompt of a frame captured at `now`, unless a state is shown.
-    pub(super) fn note_frame(&mut self, now: CaptureTime, prompt: Prompt, advice: Advice) {
+    /// Takes note of the request of a frame captured at `now`, unless a state is shown.
+    pub(super) fn note_frame(&mut self, now: CaptureTime, request: &Request) {
+        let Request { prompt, advice, off, target } = *request;
         if self.shown.prompt.is_state() {
             return;
         }
@@ -90,10 +105,12 @@ impl Calm {
             self.recent.clear();
             (self.since, self.last_asked, self.asked_at) = (None, None, None);
         }
+        let is_other_pose = std::mem::replace(&mut self.target, target) != target;
         if prompt == Prompt::Taken {
             // Earlier requests are about the view that is taken now.
             self.recent.clear();
             self.show(now, Shown { prompt, advice: None });
+            self.asked_at = None;
             return;
         }
         let before = self.recent.back().map(|asked| asked.at).or(self.since);
@@ -102,23 +119,28 @@ impl Calm {
         while self.recent.front().is_some_and(|old| now.secs_since(old.at) >= RECENT_SECS) {
             self.recent.pop_front();
         }
-        if prompt == self.shown.prompt {
+        let shown = self.shown.prompt;
+        let newest = Shown { prompt, advice: Some(advice) };
+        if prompt == shown {
             self.since.get_or_insert(now);
             self.last_asked = Some(now);
             self.shown.advice = Some(advice);
-        } else if let Some(next) = self.next(now, prompt, advice) {
+        } else if shown != Prompt::Taken
+            && (is_other_pose || off.is_some_and(|off| shown.is_done(&off)))
+        {
+            // Whoever went on doing it would do what isn't asked for.
+            self.show(now, newest);
+        } else if let Some(next) = self.next(now, newest) {
             self.show(now, next);
         }
     }
 
     /// The prompt to show instead from now on, if any.
-    fn next(&self, now: CaptureTime, newest: Prompt, advice: Advice) -> Option<Shown> {
-        let Some(since) = self.since else {
-            return Some(Shown { prompt: newest, advice: Some(advice) });
-        };
+    fn next(&self, now: CaptureTime, newest: Shown) -> Option<Shown> {
+        let Some(since) = self.since else { return Some(newest) };
         let shown_secs = now.secs_since(since);
-        if newest == Prompt::HoldStill && self.shown.prompt != Prompt::Taken {
-            return Some(Shown { prompt: newest, advice: Some(advice) });
+        if newest.prompt == Prompt::HoldStill && self.shown.prompt != Prompt::Taken {
+            return Some(newest);
         }
         let is_too_soon = self.asked_at.is_some_and(|asked| now.secs_since(asked) < NEXT_SECS);
         if shown_secs < DWELL_SECS || is_too_soon {
@@ -178,7 +200,9 @@ mod tests {
             .iter()
             .enumerate()
             .map(|(i, prompt)| {
-                calm.note_frame(at(from_secs + i as f64 * FRAME_SECS), *prompt, Advice::ShowBoard);
+                let request =
+                    Request { prompt: *prompt, advice: Advice::ShowBoard, off: None, target: 0 };
+                calm.note_frame(at(from_secs + i as f64 * FRAME_SECS), &request);
                 calm.shown().prompt
             })
             .collect()
@@ -264,9 +288,13 @@ mod tests {
     fn the_amounts_are_those_of_the_newest_frame() {
         let mut calm = Calm::default();
         let closer = |wanted| Advice::Distance { span_fraction: 0.2, wanted };
-        calm.note_frame(at(0.0), Prompt::Closer, closer(0.5));
-        calm.note_frame(at(0.1), Prompt::Closer, closer(0.6));
-        calm.note_frame(at(0.2), Prompt::Farther, closer(0.1));
+        let mut note = |secs, prompt, wanted| {
+            let request = Request { prompt, advice: closer(wanted), off: None, target: 0 };
+            calm.note_frame(at(secs), &request);
+        };
+        note(0.0, Prompt::Closer, 0.5);
+        note(0.1, Prompt::Closer, 0.6);
+        note(0.2, Prompt::Farther, 0.1);
         assert_eq!(calm.shown(), Shown { prompt: Prompt::Closer, advice: Some(closer(0.6)) });
     }
 

@@ -2,6 +2,7 @@
 
 use super::{
     accepted::AcceptedView,
+    calm::Request,
     camera::CameraState,
     decision::{Decision, Outcome},
     input::{Command, Input, Observation},
@@ -62,7 +63,13 @@ impl Session {
         self.calm.note_state(state);
         if let Some(observation) = observation {
             let prompt = Prompt::of_decision(decision, observation.seen.as_ref().err());
-            self.calm.note_frame(observation.captured_at, prompt, decision.advice);
+            let asked = Request {
+                prompt,
+                advice: decision.advice,
+                off: self.tracking.off,
+                target: decision.target_serial,
+            };
+            self.calm.note_frame(observation.captured_at, &asked);
         }
     }
 

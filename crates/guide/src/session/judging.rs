@@ -11,8 +11,8 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    Advice, HOLD_WIDTHS_PER_SEC, HeldFrame, Hold, Motion, Progress, Purpose, Refusal, Role,
-    Velocity, View, advise, measure, newness, role_of, wanted_share,
+    Advice, Difference, HOLD_WIDTHS_PER_SEC, Hand, HeldFrame, Hold, Motion, Progress, Purpose,
+    Refusal, Role, Velocity, View, advise, measure, newness, role_of, wanted_share,
 };
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -94,8 +94,13 @@ impl Session {
             self.adapt_target(observation, view.as_ref(), &refusal, step_secs);
         }
         let target = self.derived.target.as_ref();
-        let needs_support = self.tracking.waited_secs >= ADVICE_SECS;
-        let advice = advise(view.as_ref(), &refusal, target, needs_support);
+        self.tracking.off = view.as_ref().zip(target).map(|(view, it)| Difference::of(view, it));
+        let calm_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
+        let hand = Hand {
+            has_stopped: speed_px_per_s.is_some_and(|speed| speed <= calm_px_per_s),
+            needs_support: self.tracking.waited_secs >= ADVICE_SECS,
+        };
+        let advice = advise(view.as_ref(), &refusal, target, hand);
         (Outcome::Refused { refusal }, Some(advice))
     }
 
@@ -178,7 +183,8 @@ impl Session {
                 return;
             }
         }
-        if self.tracking.asked_secs >= TRIED_SECS {
+        // A view that is about to be taken isn't lost, nor the session ended over it.
+        if self.tracking.asked_secs >= TRIED_SECS && self.tracking.hold.is_none() {
             self.ask_for_another();
             return;
         }

@@ -8,7 +8,7 @@ use super::{
     camera::{CameraState, Stream},
     decision::{Decision, Outcome},
 };
-use crate::guidance::{Advice, Progress, Refusal, direction_difference_rad};
+use crate::guidance::{Advice, Difference, Progress, Refusal, direction_difference_rad};
 use boresight_detect::{Miss, Side};
 use boresight_geometry::device::{Control, Fault};
 
@@ -360,6 +360,24 @@ impl Prompt {
                 Some([right, down])
             }
             _ => None,
+        }
+    }
+
+    /// True if the movement that is asked for has been made, or more than that: going on would lead away from the pose asked
+    /// for. `off` is how the board is held beside it.
+    pub(super) fn is_done(self, off: &Difference) -> bool {
+        match self {
+            Self::Closer => off.size_ratio <= 1.0,
+            Self::Farther => off.size_ratio >= 1.0,
+            Self::Shift(..) => self.shift().is_some_and(|[right, down]| {
+                off.shift_px.x * f64::from(right) + off.shift_px.y * f64::from(down) <= 0.0
+            }),
+            Self::Tip(_) | Self::TipInstead(_) => {
+                off.turn_rad.abs() <= 0.5 * FRAC_PI_4 && off.tilt_rad >= off.wanted_tilt_rad
+            }
+            Self::TipFurther(_) => off.tilt_rad >= off.wanted_tilt_rad,
+            Self::TipLess => off.tilt_rad <= off.wanted_tilt_rad,
+            _ => false,
         }
     }
 

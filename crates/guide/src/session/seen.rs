@@ -2,7 +2,8 @@
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
-    GuidanceParams, LensEstimate, Readout, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+    GuidanceParams, LensEstimate, Precision, Readout, Scatter, Target, View,
+    params::FAR_SPAN_FRACTION,
 };
 use boresight_detect::Track;
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize, target::PartTells};
@@ -85,6 +86,20 @@ impl Seen {
                 .map(|limit_px| limit_px.max(CORNER_TO_NOISE * noise_px.unwrap_or(0.0))),
             ..*guidance
         }
+    }
+
+    /// True if projection is known too badly in the picture's corners, for this camera's `noise_px` of a corner, although
+    /// the plan asks for it: whether or not boards beyond the edge are asked for any more.
+    pub(super) fn lacks_corners(
+        guidance: &GuidanceParams,
+        precision: Option<&Precision>,
+        noise_px: Option<f64>,
+    ) -> bool {
+        let coarse = guidance
+            .stop_corner_sigma_px
+            .map(|limit_px| limit_px.max(CORNER_TO_NOISE * noise_px.unwrap_or(0.0)));
+        let wanted = GuidanceParams { stop_corner_sigma_px: coarse, ..*guidance };
+        precision.is_some_and(|precision| precision.lacks_corners(&wanted))
     }
 
     /// Notes a frame of a video in which a board was found, `step_secs` after the frame before.

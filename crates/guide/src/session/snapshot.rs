@@ -25,6 +25,8 @@ pub struct Snapshot {
     pub decision: Decision,
     /// Prompt and advice on the screen: calmer than the newest decision's advice.
     pub shown: Shown,
+    /// Share of the hold that has passed, 0 to 1; `None` while none goes on.
+    pub hold: Option<f64>,
     /// The newest frame.
     pub live: Option<Arc<LiveView>>,
     /// The pose asked for.

@@ -9,6 +9,7 @@ use super::{
     calm::Calm,
     camera::CameraState,
     decision::Decision,
+    ending::Ending,
     far_board::FarBoard,
     held_out_pair::{HeldOutPair, held_out_pair},
     precision::precision_of,
@@ -18,8 +19,9 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, LensEstimate, MotionWindow, Progress,
-    Readout, Target, View, final_progress, forecast, gain::pose_of, measure, next_target, progress,
+    Difference, GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, LensEstimate, MotionWindow,
+    Progress, Readout, Target, View, final_progress, forecast, gain::pose_of, measure, next_target,
+    progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -81,6 +83,8 @@ pub(super) struct Derived {
     /// Prediction of the newest pair by the views before it.
     pub(super) held_out: Option<HeldOutPair>,
     pub(super) views_to_go: Option<usize>,
+    /// True if the picture's corners are known too badly: see [`Seen::lacks_corners`].
+    pub(super) lacks_corners: bool,
     pub(super) views: Arc<[ViewSummary]>,
     pub(super) pairs: Arc<[PairSummary]>,
 }
@@ -108,6 +112,8 @@ pub(super) struct Tracking {
     /// Take the next frame with a board, without any check.
     pub(super) force_next: bool,
     pub(super) live: Option<Arc<LiveView>>,
+    /// How the board of the newest frame is held, beside the pose asked for.
+    pub(super) off: Option<Difference>,
 }
 
 impl Tracking {
@@ -119,7 +125,7 @@ impl Tracking {
 
     /// Ends the hold: another pose is asked for.
     pub(super) fn ask_anew(&mut self) {
-        self.hold = None;
+        (self.hold, self.off) = (None, None);
         self.motion.clear();
         self.asked_secs = 0.0;
         self.cut_off_secs = 0.0;
@@ -182,6 +188,9 @@ impl Derived {
             }
             Progress::Complete | Progress::Exhausted => None,
         };
+        // A board that stays small never reaches them.
+        let lacks_corners = !guidance.is_far()
+            && Seen::lacks_corners(&setup.guidance, precision.as_ref(), noise_px);
         let (views, pairs) = summaries(accepted, &measured, board, &lens_estimate, solved);
         Self {
             lens_estimate,
@@ -194,6 +203,7 @@ impl Derived {
             far: far.flatten(),
             held_out,
             views_to_go,
+            lacks_corners,
             views,
             pairs,
             calibration,
@@ -326,6 +336,17 @@ impl Session {
         self.derived.progress
     }
 
+    /// How the session has ended, or would if it ended now.
+    pub fn ending(&self) -> Ending {
+        let has_failed = !self.ground.failures.is_empty();
+        match self.derived.progress {
+            Progress::Complete if self.derived.lacks_corners => Ending::WithoutCorners,
+            Progress::Complete => Ending::Finished,
+            Progress::Collecting if !has_failed => Ending::Early,
+            Progress::Collecting | Progress::Exhausted => Ending::Stopped,
+        }
+    }
+
     /// The pose asked for; `None` if the session is over.
     pub fn target(&self) -> Option<&Target> {
         self.derived.target.as_ref()
@@ -360,6 +381,7 @@ impl Session {
             setup: Arc::clone(setup),
             decision,
             shown: calm.shown(),
+            hold: tracking.hold.as_ref().map(|hold| hold.progress(setup.guidance.hold_secs)),
             live: tracking.live.clone(),
             target: derived.target.clone(),
             limits: derived.limits,

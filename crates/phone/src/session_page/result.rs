@@ -10,7 +10,10 @@ use boresight_app::{
 };
 use boresight_calibrate::{NotCalibrated, Verdict};
 use boresight_files::{Links, TEXT_LIMIT, read};
-use boresight_guide::{guidance::Progress, session::Session};
+use boresight_guide::{
+    guidance::Progress,
+    session::{Ending, Session},
+};
 use boresight_present::text::{self, phone as words};
 
 /// The page about the session in `folder`, which has run and is stored.
@@ -54,7 +57,7 @@ pub fn ended_page(
         .collect();
     page.action = match (page.findings.first(), session.progress()) {
         (Some((_, action)), _) => action.clone(),
-        (None, Progress::Collecting) => text::progress(Progress::Collecting).to_owned(),
+        (None, Progress::Collecting) => text::ending(Ending::Early).to_owned(),
         (None, _) => words::USE_IT.to_owned(),
     };
     page.lines = text::result::result_lines(calibration)

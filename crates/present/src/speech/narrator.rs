@@ -1,8 +1,8 @@
 use super::{Rank, Word};
-use crate::text;
-use boresight_guide::session::{Outcome, Prompt, Snapshot, ViewNumber};
+use crate::{instruction::Instruction, text};
+use boresight_guide::session::{Prompt, ViewNumber};
 
-/// Turns the snapshots of one session into words. It must get every snapshot: each piece of news is in only one of
+/// Turns the instructions of one session into words. It must get every one: each piece of news is in only one of
 /// them.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
@@ -11,48 +11,56 @@ pub struct Narrator {
 }
 
 impl Narrator {
-    /// The news in `snapshot`, oldest first.
-    pub fn news(&mut self, snapshot: &Snapshot) -> Vec<Word> {
+    /// The news in `now`, oldest first.
+    pub fn news(&mut self, now: &Instruction) -> Vec<Word> {
         let mut news = Vec::new();
-        if let Outcome::Accepted { view, .. } = snapshot.decision.outcome
+        if let Some(view) = now.taken
             && self.last_view != Some(view)
         {
             self.last_view = Some(view);
-            news.push(word(Prompt::Taken));
+            news.push(taken());
         }
-        let prompt = snapshot.shown.prompt;
-        news.extend(self.change_to(prompt.is_state().then_some(prompt)));
+        let state = Some(now.prompt(false)).filter(|prompt| prompt.is_state());
+        news.extend(self.change_to(state.map(|prompt| (prompt, Self::word(now)))));
         news
     }
 
     /// The news of `state`, or that the one before is over; `None` without a change.
-    fn change_to(&mut self, state: Option<Prompt>) -> Option<Word> {
-        let before = std::mem::replace(&mut self.state, state);
-        if state == before { None } else { state.map(word).or_else(|| before.map(back)) }
+    fn change_to(&mut self, state: Option<(Prompt, Word)>) -> Option<Word> {
+        let (prompt, word) = state.unzip();
+        let before = std::mem::replace(&mut self.state, prompt);
+        if prompt == before { None } else { word.or_else(|| before.map(back)) }
     }
 
-    /// The request of `snapshot`, valid as long as it's shown; `None` for news.
-    pub fn request(snapshot: &Snapshot) -> Option<Word> {
-        let word = word(snapshot.shown.prompt);
+    /// The words of `now`, news or not.
+    pub fn word(now: &Instruction) -> Word {
+        let [prompt, mirrored] = [false, true].map(|mirrored| now.prompt(mirrored));
+        let rank = match prompt {
+            Prompt::Taken | Prompt::Complete => Rank::Taken,
+            prompt if prompt.is_state() => Rank::Lost,
+            Prompt::HoldStill => Rank::Hold,
+            _ => Rank::Guidance,
+        };
+        Word { rank, text: text::spoken(prompt), mirrored: text::spoken(mirrored) }
+    }
+
+    /// The request of `now`, valid as long as it's shown; `None` for news.
+    pub fn request(now: &Instruction) -> Option<Word> {
+        let word = Self::word(now);
         (!word.rank.is_news()).then_some(word)
     }
+}
+
+/// A view was taken, whatever is shown by then.
+fn taken() -> Word {
+    let text = text::spoken(Prompt::Taken);
+    Word { rank: Rank::Taken, mirrored: text.clone(), text }
 }
 
 /// The news that `ended` holds no longer.
 fn back(ended: Prompt) -> Word {
     let text = text::spoken_after(ended).to_owned();
     Word { rank: Rank::Back, mirrored: text.clone(), text }
-}
-
-fn word(prompt: Prompt) -> Word {
-    let rank = match prompt {
-        Prompt::Taken | Prompt::Complete => Rank::Taken,
-        prompt if prompt.is_state() => Rank::Lost,
-        Prompt::HoldStill => Rank::Hold,
-        _ => Rank::Guidance,
-    };
-    let mirrored = text::spoken(prompt.mirrored());
-    Word { rank, text: text::spoken(prompt), mirrored }
 }
 
 #[cfg(test)]
@@ -62,10 +70,14 @@ mod tests {
     #[test]
     fn that_the_camera_is_back_is_news() {
         let mut narrator = Narrator::default();
+        let lost = || {
+            let text = text::spoken(Prompt::CameraLost);
+            (Prompt::CameraLost, Word { rank: Rank::Lost, mirrored: text.clone(), text })
+        };
         let mut said = |state| narrator.change_to(state).map(|word| (word.rank, word.text));
         assert_eq!(said(None), None);
-        assert_eq!(said(Some(Prompt::CameraLost)), Some((Rank::Lost, "Camera lost".into())));
-        assert_eq!(said(Some(Prompt::CameraLost)), None);
+        assert_eq!(said(Some(lost())), Some((Rank::Lost, "Camera lost".into())));
+        assert_eq!(said(Some(lost())), None);
         assert_eq!(said(None), Some((Rank::Back, "The camera is back".into())));
         assert_eq!(said(None), None);
     }

@@ -47,7 +47,7 @@ controls! {
     Panels, "Numbers", "H", "Show or hide the numbers beside the picture.";
     FullScreen, "Full screen", "F11", "Fill the screen.";
     Distance, "Distance", "B", "Big letters, no panels. Comes up when mouse and keys rest for two seconds in a session.";
-    Lines, "Lines", "L", "Show or hide the principal lines.";
+    Lines, "Lines", "L", "Show or hide corners, covered area and principal lines.";
     Theme, "Colours", "D", "Switch between dark, light and sunlight.";
     Help, "Keys", "F12", "List all keys.";
     StartPage, "Start", "F6", "Choose camera, board and plan.";

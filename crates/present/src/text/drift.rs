@@ -111,7 +111,7 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             "Set the camera to the mode it was calibrated in. Other modes may crop or scale the picture.",
         ),
         NoDrift::FewViews { usable, outside: 0 } => {
-            (format!("Not finished: {usable} of 4 views"), "Follow the outline once more.")
+            (format!("Not finished: {usable} of 4 views"), "Match the outline once more.")
         }
         NoDrift::FewViews { usable, outside } => (
             format!(

@@ -30,7 +30,7 @@ impl Gauge {
             Self::Tilt => "Tilt",
             Self::Direction => "Direction",
             Self::Size => "Size",
-            Self::Across => "Off the line",
+            Self::Across => "Sideways",
             Self::Still => "Motion",
             Self::Sharp => "Blur",
         }
@@ -40,41 +40,34 @@ impl Gauge {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Tilt => "How far the board is tipped away from the camera.",
-            Self::Direction => "How far the tilt direction is from the target.",
+            Self::Direction => "How far the tilt's direction is from the one asked for.",
             Self::Size => "How much of the picture's width or height the corners span.",
             Self::Across => {
-                "How far the board's middle is from the target, across its principal line. Only this bends the line."
+                "How far the board's middle is from the card's, across its principal line. Only this bends the line."
             }
             Self::Still => "How fast the corners move in the picture.",
             Self::Sharp => "Width of the blur of the board's edges.",
         }
     }
 
-    /// The measured value and its limits, in words; a dash for `None`.
-    pub fn words(self, value: Option<f64>, wanted: (f64, f64)) -> String {
-        let (low, high) = wanted;
+    /// The measured value, and the value or limit asked for, in words; a dash for `None`.
+    pub fn words(self, value: Option<f64>, aim: f64) -> String {
         let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
         match self {
             Self::Tilt => {
-                format!("{} ({}–{}°)", measured(&|v| format!("{}°", deg(v))), deg(low), deg(high))
+                format!("{} (aim for {}°)", measured(&|v| format!("{}°", deg(v))), deg(aim))
             }
-            Self::Direction => format!(
-                "{} (within {}°)",
-                measured(&|v| format!("{}° off", deg(v.abs()))),
-                deg(high)
-            ),
-            Self::Size => {
-                format!("{} (at least {})", measured(&|v| percent(v)), percent(low))
+            Self::Direction => {
+                format!("{} (up to {}°)", measured(&|v| format!("{}° off", deg(v.abs()))), deg(aim))
             }
+            Self::Size => format!("{} (aim for {})", measured(&|v| percent(v)), percent(aim)),
             Self::Across => {
-                format!("{} (within {high:.0} px)", measured(&|v| format!("{:.0} px", v.abs())))
+                format!("{} (up to {aim:.0})", measured(&|v| format!("{:.0} px", v.abs())))
             }
             Self::Still => {
-                format!("{} (calm: {high:.0} px/s)", measured(&|v| format!("{v:.0} px/s")))
+                format!("{} (calm: {aim:.0} px/s)", measured(&|v| format!("{v:.0} px/s")))
             }
-            Self::Sharp => {
-                format!("{} (at most {high:.1} px)", measured(&|v| format!("{v:.1} px")))
-            }
+            Self::Sharp => format!("{} (up to {aim:.1})", measured(&|v| format!("{v:.1} px"))),
         }
     }
 }
@@ -84,9 +77,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gauges_give_the_value_and_its_limits() {
-        let limits = (30_f64.to_radians(), 55_f64.to_radians());
-        assert_eq!(Gauge::Tilt.words(Some(22_f64.to_radians()), limits), "22° (30–55°)");
-        assert_eq!(Gauge::Still.words(None, (0.0, 38.0)), "– (calm: 38 px/s)");
+    fn gauges_give_the_value_and_what_is_asked_for() {
+        let tilt_rad = |degrees: f64| degrees.to_radians();
+        assert_eq!(Gauge::Tilt.words(Some(tilt_rad(22.0)), tilt_rad(40.0)), "22° (aim for 40°)");
+        assert_eq!(Gauge::Size.words(Some(0.6), 0.74), "60 % (aim for 74 %)");
+        assert_eq!(Gauge::Still.words(None, 38.0), "– (calm: 38 px/s)");
     }
 }

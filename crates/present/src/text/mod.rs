@@ -26,6 +26,7 @@ pub mod source;
 mod speech;
 pub mod start;
 mod target;
+pub mod terminal;
 mod trouble;
 mod uncertainty;
 pub mod watch;
@@ -52,15 +53,15 @@ pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
 use boresight_detect::{Miss, Side};
 use boresight_guide::{
-    guidance::{Progress, Refusal, Role},
-    session::{Across, Edge, Outcome, Prompt, Snapshot, Upright, ViewNumber},
+    guidance::{Refusal, Role},
+    session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
 /// The next action: six words at most and no number, so that it's read from afar and at a glance.
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
         Prompt::Complete => "Done!".into(),
-        Prompt::Exhausted => "Ended, short of the goal".into(),
+        Prompt::Exhausted => "Stopped, short of the goal".into(),
         Prompt::Failed => "The session has stopped".into(),
         Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
         Prompt::Frozen => "The picture is frozen".into(),
@@ -71,16 +72,16 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::SourceEnded => "End of recording".into(),
         Prompt::Taken => "Got it!".into(),
         Prompt::ShowBoard => "Show the whole board".into(),
-        Prompt::ShowWholeFirst => "Show the whole board first".into(),
-        Prompt::CutOff(Side::Left) => "Move right: the board's cut off".into(),
-        Prompt::CutOff(Side::Right) => "Move left: the board's cut off".into(),
-        Prompt::CutOff(Side::Top) => "Move down: the board's cut off".into(),
-        Prompt::CutOff(Side::Bottom) => "Move up: the board's cut off".into(),
+        Prompt::ShowWholeFirst => "Start with the whole board".into(),
+        Prompt::CutOff(Side::Left) => "Move right. It's cut off".into(),
+        Prompt::CutOff(Side::Right) => "Move left. It's cut off".into(),
+        Prompt::CutOff(Side::Top) => "Move down. It's cut off".into(),
+        Prompt::CutOff(Side::Bottom) => "Move up. It's cut off".into(),
         Prompt::Uncover => "Something covers the board".into(),
         Prompt::Glare => "Too much glare. Tilt the board".into(),
         Prompt::OtherBoard { .. } => "This is a different board".into(),
         Prompt::OtherMarkers => "This board has different markers".into(),
-        Prompt::OtherSquares => "This board has different columns and rows".into(),
+        Prompt::OtherSquares => "Different ChArUco layout".into(),
         Prompt::Closer => "Come closer".into(),
         Prompt::Farther => "Step back a little".into(),
         Prompt::Blurred => "Blurry. Hold still or refocus".into(),
@@ -89,7 +90,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Tip(away) => format!("Tip the {} edge away", edge(away)),
         Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
         Prompt::TipFurther(away) => format!("Tip the {} edge further", edge(away)),
-        Prompt::TipLess => "Tip it back a little".into(),
+        Prompt::TipLess => "Tip it a little less".into(),
         Prompt::TipMore => "Tip the board more".into(),
         Prompt::Shift(across, upright) => {
             let across = across.map(|across| match across {
@@ -104,15 +105,18 @@ pub fn prompt(prompt: Prompt) -> String {
             format!("Move {}", ways.join(" and "))
         }
         Prompt::ToTheMiddle => "Move the board to the middle".into(),
-        Prompt::FollowTheOutline => "Follow the outline".into(),
-        Prompt::Clearer => "Tip it more, or come closer".into(),
-        Prompt::Contradicts => "Doesn't fit. Is the board flat?".into(),
+        Prompt::FollowTheOutline => "Match the outline".into(),
+        Prompt::Clearer => "Tip it more".into(),
+        Prompt::Contradicts => "Is the board bent?".into(),
         Prompt::HoldStill => "Hold still".into(),
         Prompt::SteadyTheBoard => "Rest your elbows on something".into(),
         Prompt::CameraNotReady => "The camera isn't ready".into(),
         Prompt::OtherSize => "The picture size has changed".into(),
     }
 }
+
+/// The sentence while no pictures come.
+pub const NO_PICTURE: &str = "No picture";
 
 /// Why a view wasn't taken, with the measured value and its limit.
 pub fn refusal(refusal: &Refusal) -> String {
@@ -139,7 +143,7 @@ pub fn refusal(refusal: &Refusal) -> String {
         Refusal::TellsLittle { worth, wanted } => {
             let (worth, least) = apart(100.0 * worth, 100.0 * wanted, 0);
             format!(
-                "Follow the outline: this view is worth {worth} % of that one (at least {least} %)"
+                "Match the outline: this view is worth {worth} % of that one (at least {least} %)"
             )
         }
         Refusal::Inconsistent { sigmas, wanted } => {
@@ -262,13 +266,14 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
 }
 
 /// End of a session.
-pub fn progress(progress: Progress) -> &'static str {
-    match progress {
-        Progress::Collecting => "The session ended before the plan was complete",
-        Progress::Complete => "Done: the plan is complete",
-        Progress::Exhausted => {
-            "The session has ended, and the goal isn't reached: the findings say why"
+pub fn ending(ending: Ending) -> &'static str {
+    match ending {
+        Ending::Finished => "Finished: the goal is reached",
+        Ending::WithoutCorners => {
+            "Finished without the corners: no board reached them, and results there are a guess"
         }
+        Ending::Early => "Ended early: the goal isn't reached yet",
+        Ending::Stopped => "Stopped: the goal isn't reached, and the findings say why",
     }
 }
 

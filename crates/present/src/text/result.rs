@@ -14,7 +14,7 @@ pub const EXPORT: &str = "Export:";
 /// Heading of the result page before there is a result.
 pub const NO_RESULT: &str = "No calibration yet";
 /// Action when there is no result.
-pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Follow the outline on the Guide page.";
+pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Match the outline on the Guide page.";
 /// Heading of the principal point by every method.
 pub const METHODS: &str = "Principal point by method";
 /// Meaning of the methods' results.

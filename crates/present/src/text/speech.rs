@@ -1,7 +1,7 @@
 //! Spoken sentences. Heard once and not read twice: the most important word first, and nothing that only makes sense on
 //! a screen.
 
-use super::{camera, edge, prompt};
+use super::{camera, prompt};
 use boresight_detect::Side;
 use boresight_guide::session::Prompt;
 
@@ -9,7 +9,7 @@ use boresight_guide::session::Prompt;
 pub fn spoken(asked: Prompt) -> String {
     match asked {
         Prompt::Complete => "Done. Put the board down".into(),
-        Prompt::Exhausted => "Ended, short of the goal".into(),
+        Prompt::Exhausted => "Stopped, short of the goal".into(),
         Prompt::Failed => "Stopped. Your views are safe".into(),
         Prompt::CameraLost => "Camera lost".into(),
         Prompt::Frozen => "Picture frozen".into(),
@@ -24,8 +24,6 @@ pub fn spoken(asked: Prompt) -> String {
         Prompt::CutOff(Side::Bottom) => "Move up".into(),
         Prompt::Glare => "Glare. Tilt the board".into(),
         Prompt::Blurred => "Blurry. Hold still".into(),
-        Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
-        Prompt::Contradicts => "That doesn't fit. Board flat?".into(),
         Prompt::SteadyTheBoard => "Rest your elbows".into(),
         Prompt::CameraNotReady => "Wait for the camera".into(),
         other => prompt(other),

@@ -12,19 +12,12 @@ pub use super::{gauge::*, numbers::*, result::*};
 /// The window's title.
 pub const TITLE: &str = "boresight";
 
-/// Sentence to read from across the room. With `mirrored`, left and right are swapped for a person who faces the
-/// camera.
-pub fn sentence(snapshot: &Snapshot, mirrored: bool) -> String {
-    super::prompt(prompt(snapshot, mirrored))
+/// The window's title while pictures come from `source`.
+pub fn title(source: &str) -> String {
+    format!("{source} – {TITLE}")
 }
 
-/// The request, as [`sentence`] says it.
-pub fn prompt(snapshot: &Snapshot, mirrored: bool) -> Prompt {
-    let prompt = snapshot.shown.prompt;
-    if mirrored { prompt.mirrored() } else { prompt }
-}
-
-/// Across the picture of a simulated camera.
+/// On the picture of a simulated camera.
 pub const SIMULATED_CAMERA: &str = "SIMULATED";
 
 /// Shown before the first frame is processed.
@@ -87,11 +80,6 @@ pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
 /// Label of a thumbnail's button.
 pub fn remove_view(number: ViewNumber) -> String {
     format!("Remove {}", view_name(number))
-}
-
-/// Age of the drawing on the picture.
-pub fn overlay_age(age_secs: f64) -> String {
-    format!("overlay delay {:.0} ms", 1e3 * age_secs.max(0.0))
 }
 
 /// Frame rate of the source, and the number of frames that newer ones replaced.
@@ -160,6 +148,10 @@ pub fn use_board([columns, rows]: [u16; 2]) -> String {
 /// A session has ended while another page is seen.
 pub const FINISHED: &str = "Finished. See Result (F2)";
 
+/// Below the small card that is the board as it's held.
+pub const NOW: &str = "now";
+/// Below the small card that is the board as it should be held.
+pub const WANTED: &str = "like this";
 /// Label of the live picture for screen readers.
 pub const PICTURE: &str = "Live picture";
 /// Shown before the first view.

@@ -1,0 +1,226 @@
+//! What a person is shown and told after a decision, as one value. Window, phone, terminal, voice and the simulated
+//! person show it and nothing else, so that no two of them contradict each other.
+
+use boresight_guide::{
+    guidance::Advice,
+    session::{Edge, Gravity, Outcome, Prompt, Snapshot, ViewNumber},
+};
+
+use crate::{
+    ghost::{Card, closeness},
+    text::{self, window::Gauge},
+};
+
+/// What a session is about at a moment, as a person would call it. It says what's on the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Moment {
+    /// The board isn't found, or not well enough: the card alone.
+    Search,
+    /// The board is on its way: the card, and the board's outline.
+    Approach,
+    /// The board is nearly there: the same.
+    Match,
+    /// A view is about to be taken: the board's outline in green, and the ring that fills.
+    Hold,
+    /// A view was taken: nothing.
+    Taken,
+    /// The person paused: nothing.
+    Rest,
+    /// Camera or picture need attention: nothing.
+    Lost,
+    /// Another board than the chosen one is seen: nothing.
+    OtherBoard,
+    /// The card leaves the picture, where a board is only followed to: the card alone.
+    BeyondEdge,
+    /// No view is asked for any more: nothing.
+    Done,
+}
+
+/// A movement of the board, with its direction on the screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Movement {
+    /// Tip the edge at this angle, clockwise from the right, away from the camera.
+    Tip {
+        /// Angle of the edge.
+        towards_rad: f32,
+    },
+    /// Shift towards this angle, clockwise from the right.
+    Shift {
+        /// Angle of the way.
+        towards_rad: f32,
+    },
+    /// Towards the camera.
+    Nearer,
+    /// Away from the camera.
+    Farther,
+}
+
+/// The one thing to do now, and everything that shows it.
+#[derive(Clone, Debug)]
+pub struct Instruction {
+    /// See [`Moment`].
+    pub moment: Moment,
+    /// The board as it should be held; `None` when no pose is asked for.
+    pub card: Option<Card>,
+    /// The board as it's seen, if it's shown.
+    pub board: Option<Card>,
+    /// How near the board is to the card: see [`closeness`].
+    pub close: Option<f32>,
+    /// Share of the hold that has passed, 0 to 1; only in [`Moment::Hold`].
+    pub hold: Option<f64>,
+    /// What the sentence is about, of what is measured: the one gauge that isn't good enough.
+    pub lacks: Option<Gauge>,
+    /// The view that was taken with this decision.
+    pub taken: Option<ViewNumber>,
+    prompt: Prompt,
+    has_picture: bool,
+}
+
+impl Instruction {
+    /// The instruction after the decision of `snapshot`.
+    pub fn of(snapshot: &Snapshot) -> Self {
+        let prompt = snapshot.shown.prompt;
+        let moment = moment(prompt);
+        let board = &snapshot.setup.board;
+        let live = snapshot.live.as_ref().and_then(|live| live.corners_px.as_ref().ok());
+        let target = snapshot.target.as_ref().filter(|_| {
+            use Moment::{Approach, BeyondEdge, Match, Search};
+            matches!(moment, Search | Approach | Match | BeyondEdge)
+        });
+        let seen = live.filter(|_| {
+            matches!(moment, Moment::Approach | Moment::Match | Moment::Hold | Moment::BeyondEdge)
+        });
+        let card = |corners_px: &[_]| Card::new(corners_px, board, &snapshot.lens);
+        Self {
+            moment,
+            card: target.and_then(|target| card(&target.ghost_px)),
+            board: seen.and_then(|corners| card(corners)),
+            close: target.zip(live).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
+            hold: (moment == Moment::Hold).then(|| snapshot.hold.unwrap_or(0.0)),
+            lacks: lacks(prompt, snapshot.shown.advice),
+            taken: match snapshot.decision.outcome {
+                Outcome::Accepted { view, .. } => Some(view),
+                _ => None,
+            },
+            prompt,
+            has_picture: true,
+        }
+    }
+
+    /// The same while no pictures come: what was measured last isn't so now.
+    #[must_use]
+    pub fn without_picture(self) -> Self {
+        Self {
+            moment: Moment::Lost,
+            card: None,
+            board: None,
+            close: None,
+            hold: None,
+            lacks: None,
+            has_picture: false,
+            ..self
+        }
+    }
+
+    /// The request, with left and right exchanged if `mirrored`, for a person who faces the camera.
+    pub fn prompt(&self, mirrored: bool) -> Prompt {
+        if mirrored { self.prompt.mirrored() } else { self.prompt }
+    }
+
+    /// The sentence to read.
+    pub fn sentence(&self, mirrored: bool) -> String {
+        if self.has_picture { text::prompt(self.prompt(mirrored)) } else { text::NO_PICTURE.into() }
+    }
+
+    /// Gravity of the sentence.
+    pub fn gravity(&self) -> Gravity {
+        if self.has_picture { self.prompt.gravity() } else { Gravity::Bad }
+    }
+
+    /// The movement that the sentence asks for, if it's one: the sign beside it.
+    pub fn movement(&self, mirrored: bool) -> Option<Movement> {
+        let prompt = self.has_picture.then(|| self.prompt(mirrored))?;
+        match prompt {
+            Prompt::Tip(edge) | Prompt::TipInstead(edge) | Prompt::TipFurther(edge) => {
+                Some(Movement::Tip { towards_rad: angle_rad(edge) })
+            }
+            Prompt::Closer => Some(Movement::Nearer),
+            Prompt::Farther => Some(Movement::Farther),
+            _ => prompt.shift().map(|[right, down]| Movement::Shift {
+                towards_rad: f32::atan2(f32::from(down), f32::from(right)),
+            }),
+        }
+    }
+}
+
+fn moment(prompt: Prompt) -> Moment {
+    match prompt {
+        Prompt::Complete | Prompt::Exhausted | Prompt::SourceEnded => Moment::Done,
+        Prompt::Failed
+        | Prompt::CameraLost
+        | Prompt::Frozen
+        | Prompt::LensMoved(_)
+        | Prompt::CameraNotReady
+        | Prompt::OtherSize => Moment::Lost,
+        Prompt::Paused => Moment::Rest,
+        Prompt::Taken => Moment::Taken,
+        Prompt::HoldStill => Moment::Hold,
+        Prompt::OtherBoard { .. } | Prompt::OtherMarkers | Prompt::OtherSquares => {
+            Moment::OtherBoard
+        }
+        Prompt::ShowWholeFirst => Moment::BeyondEdge,
+        Prompt::ShowBoard
+        | Prompt::CutOff(_)
+        | Prompt::Uncover
+        | Prompt::Glare
+        | Prompt::Blurred
+        | Prompt::Dark
+        | Prompt::Busy => Moment::Search,
+        Prompt::FollowTheOutline
+        | Prompt::Contradicts
+        | Prompt::Clearer
+        | Prompt::SteadyTheBoard => Moment::Match,
+        Prompt::Closer
+        | Prompt::Farther
+        | Prompt::Tip(_)
+        | Prompt::TipInstead(_)
+        | Prompt::TipFurther(_)
+        | Prompt::TipLess
+        | Prompt::TipMore
+        | Prompt::Shift(..)
+        | Prompt::ToTheMiddle => Moment::Approach,
+    }
+}
+
+fn lacks(prompt: Prompt, advice: Option<Advice>) -> Option<Gauge> {
+    match prompt {
+        Prompt::TipInstead(_) => Some(Gauge::Direction),
+        Prompt::Tip(_) => match advice {
+            Some(Advice::TipTowards { tilt_azimuth_rad: Some(_), .. }) => Some(Gauge::Direction),
+            _ => Some(Gauge::Tilt),
+        },
+        Prompt::TipFurther(_) | Prompt::TipLess | Prompt::TipMore | Prompt::Clearer => {
+            Some(Gauge::Tilt)
+        }
+        Prompt::Closer | Prompt::Farther => Some(Gauge::Size),
+        Prompt::Shift(..) | Prompt::ToTheMiddle | Prompt::CutOff(_) => Some(Gauge::Across),
+        Prompt::SteadyTheBoard => Some(Gauge::Still),
+        Prompt::Blurred => Some(Gauge::Sharp),
+        _ => None,
+    }
+}
+
+fn angle_rad(edge: Edge) -> f32 {
+    let eighths = match edge {
+        Edge::Right => 0.0,
+        Edge::BottomRight => 1.0,
+        Edge::Bottom => 2.0,
+        Edge::BottomLeft => 3.0,
+        Edge::Left => 4.0,
+        Edge::TopLeft => 5.0,
+        Edge::Top => 6.0,
+        Edge::TopRight => 7.0,
+    };
+    eighths * std::f32::consts::FRAC_PI_4
+}

@@ -1,0 +1,39 @@
+//! Words of a session on a terminal.
+
+use super::{deg, percent};
+
+/// Tilt and size: each as it is, if it's measured, and as it's asked for. "tilt 19° → 40°  size 60 → 74 %".
+pub fn pose(
+    (tilt_rad, wanted_tilt_rad): (Option<f64>, f64),
+    (size, wanted_size): (Option<f64>, f64),
+) -> String {
+    let tilt = tilt_rad.map_or("–".into(), |tilt_rad| format!("{}°", deg(tilt_rad)));
+    let size = size.map_or("–".into(), |size| format!("{:.0}", 100.0 * size));
+    format!("tilt {tilt} → {}°  size {size} → {}", deg(wanted_tilt_rad), percent(wanted_size))
+}
+
+/// Views taken, and those still to take.
+pub fn views(taken: usize, to_go: Option<usize>) -> String {
+    match to_go {
+        Some(to_go) => format!("{taken} taken, about {to_go} more"),
+        None => format!("{taken} taken"),
+    }
+}
+
+/// Keys of the session.
+pub fn keys(is_paused: bool) -> String {
+    let pause = if is_paused { "resume" } else { "pause" };
+    format!("p {pause}  u undo  t take now  q finish")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_fits_beside_the_drawing() {
+        let line = pose((Some(0.33), 0.7), (Some(0.6), 0.74));
+        assert_eq!(line, "tilt 19° → 40°  size 60 → 74 %");
+        assert!([line, views(10, Some(14)), keys(true)].iter().all(|it| it.chars().count() <= 48));
+    }
+}
