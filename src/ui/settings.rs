@@ -11,14 +11,14 @@ use boresight_app::host::Memory;
 use boresight_calibrate::{AcceptanceGoal, BOARD_SCALE_SD, LensFamily};
 use boresight_present::text::{Act, certificate::name, settings as words, start};
 
-/// Largest width of the cards.
-const MOST: f32 = 720.0;
+/// Largest width of both columns.
+const MOST: f32 = 1200.0;
 /// Width of a field for text.
-const FIELD: f32 = 380.0;
+const FIELD: f32 = 260.0;
 /// Most letters of such a field, as of the settings file's.
 const MOST_LETTERS: usize = 200;
 /// Between the rows and columns of fields.
-const SPACING: [f32; 2] = [2.0 * theme::UNIT, theme::UNIT];
+const SPACING: [f32; 2] = [2.0 * theme::UNIT, 0.5 * theme::UNIT];
 
 /// Shows the page. `no_voice` says why nothing can be heard; what new sessions should have goes into `memory`.
 pub fn show(
@@ -31,55 +31,68 @@ pub fn show(
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.set_max_width(MOST);
-            let card = |ui: &mut Ui, heading: &str, contents: &mut dyn FnMut(&mut Ui)| {
-                theme::card(ui.visuals()).show(ui, |ui| {
-                    ui.set_width(ui.available_width());
-                    ui.label(RichText::new(heading).size(theme::TITLE).strong());
-                    ui.add_space(0.5 * theme::UNIT);
-                    contents(ui);
-                });
-                ui.add_space(theme::UNIT);
-            };
-            card(ui, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));
-            card(ui, words::CERTIFICATE, &mut |ui| certificate(ui, memory));
-            card(ui, words::SESSION, &mut |ui| {
-                ui.horizontal_wrapped(|ui| {
-                    toggle(ui, Act::Mirror, preferences.mirrored, asks);
-                    toggle(ui, Act::Panels, preferences.panels, asks);
-                    toggle(ui, Act::Lines, preferences.lines, asks);
-                });
-                let mut full = preferences.full_screen;
-                let response = ui.checkbox(&mut full, start::FULL_SCREEN);
-                if response.on_hover_text(start::FULL_SCREEN_TIP).clicked() {
-                    asks.push(UiAction::FullScreenAfar(full));
-                }
+            ui.columns_const(|[looks, new]| {
+                window(looks, preferences, no_voice, asks);
+                card(new, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));
+                card(new, words::CERTIFICATE, &mut |ui| certificate(ui, memory));
             });
-            card(ui, words::SOUND, &mut |ui| {
-                ui.horizontal_wrapped(|ui| {
-                    toggle(ui, Act::Tone, preferences.tone, asks);
-                    toggle(ui, Act::Speech, preferences.speech, asks);
-                    let test = ui.button(words::TEST_VOICE).on_hover_text(words::TEST_VOICE_TIP);
-                    if test.clicked() {
-                        asks.push(UiAction::TestVoice);
-                    }
-                });
-                if let Some(why) = no_voice {
-                    let color = theme::palette(ui.visuals()).bad;
-                    ui.label(RichText::new(why).size(theme::BODY).color(color));
-                }
-            });
-            card(ui, words::WINDOW, &mut |ui| {
-                ui.horizontal_wrapped(|ui| {
-                    button(ui, Act::Theme, asks);
-                    button(ui, Act::FullScreen, asks);
-                    button(ui, Act::Help, asks);
-                });
-                zoom(ui);
-            });
-            ui.label(RichText::new(words::NEXT).weak());
-            button(ui, Act::StartPage, asks);
         });
     });
+}
+
+fn card(ui: &mut Ui, heading: &str, contents: &mut dyn FnMut(&mut Ui)) {
+    theme::card(ui.visuals()).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.label(RichText::new(heading).size(theme::TITLE).strong());
+        ui.add_space(0.5 * theme::UNIT);
+        contents(ui);
+    });
+    ui.add_space(theme::UNIT);
+}
+
+/// How the window looks and sounds.
+fn window(
+    ui: &mut Ui,
+    preferences: &Preferences,
+    no_voice: Option<&str>,
+    asks: &mut Vec<UiAction>,
+) {
+    card(ui, words::SESSION, &mut |ui| {
+        ui.horizontal_wrapped(|ui| {
+            toggle(ui, Act::Mirror, preferences.mirrored, asks);
+            toggle(ui, Act::Panels, preferences.panels, asks);
+            toggle(ui, Act::Lines, preferences.lines, asks);
+        });
+        let mut full = preferences.full_screen;
+        let response = ui.checkbox(&mut full, start::FULL_SCREEN);
+        if response.on_hover_text(start::FULL_SCREEN_TIP).clicked() {
+            asks.push(UiAction::FullScreenAfar(full));
+        }
+    });
+    card(ui, words::SOUND, &mut |ui| {
+        ui.horizontal_wrapped(|ui| {
+            toggle(ui, Act::Tone, preferences.tone, asks);
+            toggle(ui, Act::Speech, preferences.speech, asks);
+            let test = ui.button(words::TEST_VOICE).on_hover_text(words::TEST_VOICE_TIP);
+            if test.clicked() {
+                asks.push(UiAction::TestVoice);
+            }
+        });
+        if let Some(why) = no_voice {
+            let color = theme::palette(ui.visuals()).bad;
+            ui.label(RichText::new(why).size(theme::BODY).color(color));
+        }
+    });
+    card(ui, words::WINDOW, &mut |ui| {
+        ui.horizontal_wrapped(|ui| {
+            button(ui, Act::Theme, asks);
+            button(ui, Act::FullScreen, asks);
+            button(ui, Act::Help, asks);
+        });
+        zoom(ui);
+    });
+    ui.label(RichText::new(words::NEXT).weak());
+    button(ui, Act::StartPage, asks);
 }
 
 /// Folder, goal, lens and board of new sessions.

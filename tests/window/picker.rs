@@ -41,7 +41,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     }
     let folder = std::path::PathBuf::from("sessions/one");
     let asks = [
-        ("Result", UiAction::ShowResult(folder.clone())),
+        ("Show result", UiAction::ShowResult(folder.clone())),
         ("Continue", UiAction::GoOnWith(folder.clone())),
         ("Report", UiAction::Show(folder.join("report.html"))),
         ("Delete", UiAction::Delete(folder.clone())),
@@ -61,7 +61,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     page.state_mut().0.busy = true;
     page.run();
     let before = page.state().1.len();
-    for button in ["Result", "Continue", "Delete"] {
+    for button in ["Show result", "Continue", "Delete"] {
         page.get_by_role_and_label(Role::Button, button).click();
         page.run();
     }

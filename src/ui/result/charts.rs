@@ -23,7 +23,7 @@ use boresight_present::text::{
 };
 
 /// Room for the words below a chart.
-const NOTE: f32 = 74.0;
+const NOTE: f32 = 88.0;
 /// Most rooms for a chart: beyond it, letters would be lost.
 const LOWEST: f32 = 140.0;
 
@@ -148,7 +148,7 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
         let is_valid = place.sd_px <= valid_px;
         let fill = if is_valid { theme::GREEN } else { theme::AMBER };
         // The brighter, the surer.
-        let share = 1.0 - 0.5 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
+        let share = 1.0 - 0.3 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
         let color = Color32::from_gray(20).lerp_to_gamma(fill, share);
         let rect = Rect::from_center_size(placed.pos(&place.px), cell);
         painter.rect_filled(rect.shrink(0.5), 0.0, color);

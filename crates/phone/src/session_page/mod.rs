@@ -11,6 +11,7 @@ use std::{
         Arc,
         atomic::{AtomicBool, Ordering},
     },
+    thread::Builder,
     time::Duration,
 };
 
@@ -69,8 +70,13 @@ impl Phone {
         announcer.say(&words::watchers(&first.watcher));
         let announcer = announcer.clone();
         self.server.when_used(move |links| {
-            announcer.say(words::SCAN_NEXT);
-            announce_owners(links, &announcer);
+            let (announcer, links) = (announcer.clone(), links.to_vec());
+            let announce = move || {
+                announcer.say(words::SCAN_NEXT);
+                announce_owners(&links, &announcer);
+            };
+            // Pages don't wait for a terminal that nobody reads.
+            Builder::new().name("links".into()).spawn(announce).ok();
         });
     }
 

@@ -51,10 +51,10 @@ impl Chart {
             Self::Skipped => "Views left out",
             Self::Undistorted => "Undistorted",
             Self::Change => "Change",
-            Self::Views => "Views",
+            Self::Views => "Fit of views",
             Self::Poses => "Poses",
             Self::Scatter => "Scatter",
-            Self::Distance => "Distance",
+            Self::Distance => "At a distance",
             Self::Correlations => "Correlations",
         }
     }

@@ -33,7 +33,7 @@ pub fn views(count: Option<usize>) -> String {
 }
 
 /// Shows the result of a session.
-pub const RESULT: (&str, &str) = ("Result", "Show the result, with its charts and exports.");
+pub const RESULT: (&str, &str) = ("Show result", "Show the result, with its charts and exports.");
 /// Continues a session.
 pub const GO_ON: (&str, &str) = ("Continue", "Take more views with the same camera and settings.");
 /// Shows the report of a session.
