@@ -35,6 +35,8 @@ mod status;
 mod stream_args;
 mod target;
 pub mod terminal;
+#[cfg(unix)]
+mod typing;
 mod usage;
 mod watch;
 #[cfg(feature = "window")]

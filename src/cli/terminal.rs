@@ -108,7 +108,7 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
         // What hangs may be the terminal.
         let said = std::thread::Builder::new().spawn(|| {
             #[cfg(unix)]
-            super::status::keys::restore();
+            super::typing::restore();
             say(text::window::ENDED_AT_ONCE);
         });
         let began = Instant::now();

@@ -65,7 +65,7 @@ pub struct Instruction {
     pub card: Option<Card>,
     /// The board as it's seen, if it's shown.
     pub board: Option<Card>,
-    /// How near the board is to the card: see [`closeness`].
+    /// How near the board is to where it should be: see [`closeness`]; 1 in [`Moment::Hold`].
     pub close: Option<f32>,
     /// Share of the hold that has passed, 0 to 1; only in [`Moment::Hold`].
     pub hold: Option<f64>,
@@ -96,7 +96,11 @@ impl Instruction {
             moment,
             card: target.and_then(|target| card(&target.ghost_px)),
             board: seen.and_then(|corners| card(corners)),
-            close: target.zip(live).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
+            close: match moment {
+                // Whoever holds still is where they should be.
+                Moment::Hold => Some(1.0),
+                _ => target.zip(live).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
+            },
             hold: (moment == Moment::Hold).then(|| snapshot.hold.unwrap_or(0.0)),
             lacks: lacks(prompt, snapshot.shown.advice),
             taken: match snapshot.decision.outcome {

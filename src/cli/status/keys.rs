@@ -3,7 +3,7 @@
 use std::{
     io::IsTerminal,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc,
         atomic::{AtomicBool, Ordering},
     },
     thread::{Builder, JoinHandle},
@@ -12,23 +12,12 @@ use std::{
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
     io::read,
-    termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr},
 };
 
-use super::Lines;
+use super::{super::typing, lines::Lines};
 
 /// Longest wait for a key until it's asked whether the session is over.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
-
-/// The terminal before keys were read; `None` while it's as it was.
-static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
-
-/// Leaves the terminal as it was.
-pub(in super::super) fn restore() {
-    if let Some(before) = BEFORE.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        tcsetattr(std::io::stdin(), OptionalActions::Now, &before).ok();
-    }
-}
 
 /// Reads keys until it's dropped; the terminal is then as it was.
 pub(super) struct Keys {
@@ -43,11 +32,7 @@ impl Keys {
         if !stdin.is_terminal() {
             return None;
         }
-        let before = tcgetattr(&stdin).ok()?;
-        let mut by_key = before.clone();
-        *BEFORE.lock().unwrap_or_else(PoisonError::into_inner) = Some(before);
-        // Ctrl-C still ends the session.
-        by_key.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        typing::by_key()?;
         let over = Arc::new(AtomicBool::new(false));
         let is_over = Arc::clone(&over);
         let look = move || {
@@ -65,9 +50,9 @@ impl Keys {
                 }
             }
         };
-        let thread = Builder::new().name("keys".into()).spawn(look).ok()?;
-        tcsetattr(&stdin, OptionalActions::Now, &by_key).ok();
-        Some(Self { over, thread: Some(thread) })
+        let thread = Builder::new().name("keys".into()).spawn(look).ok();
+        // Without it, nothing would be read.
+        Some(Self { over, thread })
     }
 }
 
@@ -77,6 +62,6 @@ impl Drop for Keys {
         if let Some(thread) = self.thread.take() {
             thread.join().ok();
         }
-        restore();
+        typing::restore();
     }
 }

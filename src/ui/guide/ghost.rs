@@ -89,17 +89,22 @@ impl Canvas<'_> {
     fn shadow(&self, rim: &Rim) {
         let middle = middle(rim);
         let aside = Vec2::splat(self.wide(SHADOW));
+        let mut cast = Mesh::default();
         for (i, (from, _)) in rim.iter().enumerate() {
             let (to, _) = rim[(i + 1) % rim.len()];
             let outwards = (*from + (to - *from) * 0.5) - middle;
             let across = (to - *from).rot90();
             let across = if across.dot(outwards) < 0.0 { -across } else { across };
             if across.dot(aside) > 0.0 {
-                let cast = vec![*from, to, to + aside, *from + aside];
-                let shade = Color32::from_black_alpha(90);
-                self.painter.add(Shape::convex_polygon(cast, shade, Stroke::NONE));
+                let first = cast.vertices.len() as u32;
+                for at in [*from, to, to + aside, *from + aside] {
+                    cast.colored_vertex(at, Color32::from_black_alpha(90));
+                }
+                cast.add_triangle(first, first + 1, first + 2);
+                cast.add_triangle(first, first + 2, first + 3);
             }
         }
+        self.painter.add(Shape::mesh(cast));
     }
 
     /// Both cards, small and whole, side by side: the board as it is, and as it's wanted.
@@ -173,6 +178,9 @@ fn edge(painter: &Painter, rim: &Rim, width: impl Fn(f32) -> f32, color: Color32
         let (at, at_to) = (across * width(*near), across * width(near_to));
         let side = vec![*from + at, to + at_to, to - at_to, *from - at];
         painter.add(Shape::convex_polygon(side, color, Stroke::NONE));
-        painter.circle_filled(to, 0.5 * width(near_to), color);
+        // Along a side, the joints are too flat to gape.
+        if (i + 1) % (rim.len() / 4).max(1) == 0 {
+            painter.circle_filled(to, 0.5 * width(near_to), color);
+        }
     }
 }

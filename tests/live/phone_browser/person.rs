@@ -179,7 +179,8 @@ pub(super) fn read_page(
         if shown["page"] == "result" {
             cues.push(CueKind::Finished);
         }
-        if shown["ghost"] != ghost {
+        // The card isn't always there.
+        if !shown["ghost"].is_null() && shown["ghost"] != ghost {
             ghost = shown["ghost"].clone();
             let outer = points(&ghost).filter(|outer| outer.len() == 4);
             if let Some(ghost_px) = outer.and_then(|outer| ghost_px(&outer, columns, rows)) {

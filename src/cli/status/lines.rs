@@ -1,0 +1,76 @@
+//! What the session writes and the keys command.
+
+use std::sync::{
+    Mutex, PoisonError,
+    atomic::{AtomicBool, Ordering},
+};
+
+use indicatif::ProgressBar;
+
+use super::{drawing, words};
+use boresight_guide::session::{Command, Snapshot};
+use boresight_present::instruction::Instruction;
+use boresight_run::pipeline::{CommandLink, Onlooker};
+
+/// State shared by the session, which writes, and the keys.
+pub(super) struct Lines {
+    pub(super) bar: ProgressBar,
+    commands: Mutex<Option<CommandLink>>,
+    is_paused: AtomicBool,
+    wants_end: AtomicBool,
+    pub(super) has_keys: AtomicBool,
+    draws_dots: bool,
+}
+
+impl Lines {
+    /// Nothing is written yet. With `draws_dots`, the terminal has braille.
+    pub(super) fn new(bar: ProgressBar, draws_dots: bool) -> Self {
+        Self {
+            bar,
+            commands: Mutex::default(),
+            is_paused: AtomicBool::new(false),
+            wants_end: AtomicBool::new(false),
+            has_keys: AtomicBool::new(false),
+            draws_dots,
+        }
+    }
+
+    /// Does what the key is for; other keys do nothing.
+    #[cfg(unix)]
+    pub(super) fn pressed(&self, key: u8) {
+        let command = match key.to_ascii_lowercase() {
+            b'p' if self.is_paused.load(Ordering::Relaxed) => Command::Resume,
+            b'p' => Command::Pause,
+            b'u' => Command::UndoLast,
+            b't' => Command::ForceNext,
+            b'q' => {
+                self.wants_end.store(true, Ordering::Relaxed);
+                return;
+            }
+            _ => return,
+        };
+        let commands = self.commands.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(link) = &*commands {
+            // A session that is busy for that long isn't served by another try.
+            link.send(command).ok();
+        }
+    }
+}
+
+impl Onlooker for Lines {
+    fn began(&self, commands: CommandLink) {
+        *self.commands.lock().unwrap_or_else(PoisonError::into_inner) = Some(commands);
+    }
+
+    fn decided(&self, snapshot: &Snapshot) {
+        self.is_paused.store(snapshot.paused, Ordering::Relaxed);
+        let now = Instruction::of(snapshot);
+        let keys = self.has_keys.load(Ordering::Relaxed);
+        let beside = words::lines(&now, snapshot, keys);
+        self.bar.set_message(drawing::beside(&now, &beside, self.draws_dots).join("\n"));
+    }
+
+    fn wants_end(&self) -> bool {
+        self.wants_end.load(Ordering::Relaxed)
+    }
+}
