@@ -80,9 +80,9 @@ impl Gate {
     ) -> Result<Exchanged, ServeError> {
         let before = self.keys().owner;
         let answer = self.keys().exchange(token, claim, now)?;
-        if !before.is_same(&self.keys().owner)
-            && let Some(on_used) = self.on_used.get()
-        {
+        // The keys are free again before anybody is called.
+        let is_used = !before.is_same(&self.keys().owner);
+        if is_used && let Some(on_used) = self.on_used.get() {
             on_used(&self.links());
         }
         Ok(answer)
