@@ -18,8 +18,7 @@ use axum::{
 use super::{
     connection::Peer,
     error::ServeError,
-    keys::{Bucket, Exchanged, Keys, Opened, Secret},
-    server::Links,
+    keys::{Bucket, Exchanged, Keys, Links, Opened, Secret},
 };
 
 /// Most addresses without a key that are remembered.
