@@ -15,7 +15,7 @@ use crate::{
 /// State, and the moment of the fixtures that shows it.
 const STATES: [(&str, &str); 10] = [
     ("search", "searching"),
-    ("approach", "partner wanted"),
+    ("approach", "approach"),
     ("match", "refused: TellsLittle"),
     ("hold", "holding"),
     ("taken", "accepted"),
