@@ -16,7 +16,7 @@ use crate::{
 const STATES: [(&str, &str); 10] = [
     ("search", "searching"),
     ("approach", "approach"),
-    ("match", "refused: TellsLittle"),
+    ("match", "match"),
     ("hold", "holding"),
     ("taken", "accepted"),
     ("rest", "paused"),

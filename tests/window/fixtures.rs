@@ -58,6 +58,9 @@ pub(crate) fn moments() -> Vec<Moment> {
     let mut partner = partner.clone();
     partner.shown = asking(Prompt::of_advice(&partner.decision.advice, None));
     add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
+    let mut near = partner.clone();
+    near.shown = asking(Prompt::FollowTheOutline);
+    add("match", &near, "Match the outline");
     let beyond = first(&|s| {
         let is_beyond = s.target.as_ref().is_some_and(|target| target.leaves_picture);
         is_beyond && matches!(s.decision.outcome, Outcome::Refused { .. }) && s.live.is_some()
