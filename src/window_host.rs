@@ -18,14 +18,14 @@ use boresight_app::{
     explain::user_error,
     export,
     host::{
-        AppHost, CameraView, Comparing, Dropped, Ended, Loading, Memory, Opened, PrintedBoard,
-        SeenCode, SessionRequest, SmallPictures, Storing, UserError, Wake,
+        AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, SeenCode,
+        SessionRequest, SmallPictures, Storing, UserError, Wake,
     },
     lookout::{Connected, Lookout},
     memory,
     opening::new_session_path,
     printed_board,
-    recordings::{self, Recording},
+    recordings::{self, Dropped, Recording},
     run::Concluded,
 };
 use boresight_capture::{is_address, without_secrets};

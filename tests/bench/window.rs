@@ -16,10 +16,10 @@ use std::{
 
 use boresight::{
     app::host::{
-        AppHost, Comparing, Dropped, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
         UserError, Wake,
     },
-    app::recordings::Recording,
+    app::recordings::{Dropped, Recording},
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},

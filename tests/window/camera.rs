@@ -7,10 +7,10 @@ use std::{
 
 use boresight::{
     app::host::{
-        AppHost, Comparing, Dropped, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
         UserError, Wake,
     },
-    app::recordings::Recording,
+    app::recordings::{Dropped, Recording},
     capture::{FrameSource, v4l2::LiveCamera},
     config::Config,
     device::{Adjustable, CameraEvent, Control},

@@ -15,8 +15,8 @@ use crate::{
 /// State, and the moment of the fixtures that shows it.
 const STATES: [(&str, &str); 10] = [
     ("search", "searching"),
-    ("approach", "partner wanted"),
-    ("match", "refused: TellsLittle"),
+    ("approach", "approach"),
+    ("match", "match"),
     ("hold", "holding"),
     ("taken", "accepted"),
     ("rest", "paused"),

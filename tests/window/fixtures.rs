@@ -8,7 +8,7 @@ use boresight::{
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Locks, Mode, PixelLayout},
     frame::CaptureTime,
     guidance::{Advice, Purpose, Refusal},
-    session::{Command, Input, Outcome, Prompt, Session, Shown, Snapshot},
+    session::{Command, Edge, Input, Outcome, Prompt, Session, Shown, Snapshot},
     text,
 };
 
@@ -47,6 +47,10 @@ pub(crate) fn moments() -> Vec<Moment> {
     add("holding", holding, "Hold still");
     let accepted = first(&|s| matches!(s.decision.outcome, Outcome::Accepted { .. }));
     add("accepted", accepted, "Got it!");
+    let mut approach = accepted.clone();
+    let away = approach.target.as_ref().map_or(0.0, |target| target.tilt_azimuth_rad);
+    approach.shown = asking(Prompt::TipInstead(Edge::towards(away)));
+    add("approach", &approach, &text::prompt(approach.shown.prompt));
     let partner = first(&|s| {
         matches!(s.target.as_ref().map(|t| t.purpose), Some(Purpose::Partner { .. }))
             && matches!(s.decision.advice, Advice::TipTowards { .. } | Advice::Holding { .. })
@@ -54,6 +58,9 @@ pub(crate) fn moments() -> Vec<Moment> {
     let mut partner = partner.clone();
     partner.shown = asking(Prompt::of_advice(&partner.decision.advice, None));
     add("partner wanted", &partner, &text::prompt(partner.shown.prompt));
+    let mut near = partner.clone();
+    near.shown = asking(Prompt::FollowTheOutline);
+    add("match", &near, "Match the outline");
     let beyond = first(&|s| {
         let is_beyond = s.target.as_ref().is_some_and(|target| target.leaves_picture);
         is_beyond && matches!(s.decision.outcome, Outcome::Refused { .. }) && s.live.is_some()

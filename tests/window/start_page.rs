@@ -9,10 +9,10 @@ use boresight::{
     app::{
         AppHost,
         host::{
-            CameraView, Comparing, Dropped, Loading, Memory, Opened, PrintedBoard, SeenCode,
-            SessionRequest, Storing, UserError, Wake,
+            CameraView, Comparing, Loading, Memory, Opened, PrintedBoard, SeenCode, SessionRequest,
+            Storing, UserError, Wake,
         },
-        recordings::Recording,
+        recordings::{Dropped, Recording},
     },
     cli::app_host,
     guidance::Plan,

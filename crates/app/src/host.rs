@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     camera,
-    recordings::{DecidedRecording, Recording, StoredSession},
+    recordings::{DecidedRecording, Dropped, Recording, StoredSession},
 };
 use boresight_calibrate::{BOARD_SCALE_SD, Drift};
 use boresight_geometry::{
@@ -452,17 +452,6 @@ pub type Storing = Background<Result<StoredSession, UserError>>;
 
 /// Small pictures of sessions that are being read.
 pub type SmallPictures = Background<Vec<(PathBuf, GrayImage)>>;
-
-/// What was dropped onto the window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Dropped {
-    /// A session's folder.
-    Session,
-    /// A folder of pictures, or a video.
-    Source,
-    /// Another file: perhaps a calibration.
-    File,
-}
 
 /// A session compared with an older calibration.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use image::GrayImage;
 use jiff::{Timestamp, tz::TimeZone};
 use serde_json::Value;
 
-use super::{JournalReading, REPORT_FILE, RESULT_FILE, SavedSession, host::Dropped};
+use super::{JournalReading, REPORT_FILE, RESULT_FILE, SavedSession};
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
 use boresight_formats::CalibrationFile;
@@ -50,6 +50,17 @@ pub struct Recording {
     pub views: Option<usize>,
     /// The report, if one was written.
     pub report: Option<PathBuf>,
+}
+
+/// What was dropped onto the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// A session's folder.
+    Session,
+    /// A folder of pictures, or a video.
+    Source,
+    /// Another file: perhaps a calibration.
+    File,
 }
 
 /// A session that was stored, as it ended.

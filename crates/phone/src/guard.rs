@@ -18,8 +18,7 @@ use axum::{
 use super::{
     connection::Peer,
     error::ServeError,
-    keys::{Bucket, Exchanged, Keys, Opened, Secret},
-    server::Links,
+    keys::{Bucket, Exchanged, Keys, Links, Opened, Secret},
 };
 
 /// Most addresses without a key that are remembered.
@@ -80,9 +79,9 @@ impl Gate {
     ) -> Result<Exchanged, ServeError> {
         let before = self.keys().owner;
         let answer = self.keys().exchange(token, claim, now)?;
-        if !before.is_same(&self.keys().owner)
-            && let Some(on_used) = self.on_used.get()
-        {
+        // The keys are free again before anybody is called.
+        let is_used = !before.is_same(&self.keys().owner);
+        if is_used && let Some(on_used) = self.on_used.get() {
             on_used(&self.links());
         }
         Ok(answer)

@@ -415,17 +415,14 @@ impl Onlooker for Hub {
 
     fn decided(&self, snapshot: &Snapshot) {
         let mut teller = lock(&self.teller);
-        let taken = match snapshot.decision.outcome {
-            Outcome::Accepted { view, .. } => Some(view),
-            _ => None,
-        };
-        for word in teller.narrator.news(&Instruction::of(snapshot)) {
+        let now = Instruction::of(snapshot);
+        for word in teller.narrator.news(&now) {
             teller.next += 1;
             if teller.news.len() == NEWS_KEPT {
                 teller.news.pop_front();
             }
             let (number, came) = (teller.next, Instant::now());
-            let view = taken.filter(|_| word.rank == Rank::Taken);
+            let view = now.taken.filter(|_| word.rank == Rank::Taken);
             teller.news.push_back(News { number, came, word, view });
         }
         if let Outcome::Refused { refusal } = snapshot.decision.outcome {

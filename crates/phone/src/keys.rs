@@ -66,6 +66,16 @@ impl Secret {
     }
 }
 
+/// The links to the page by one of its addresses. Everyone who has one is let in; an owner's link lets one phone in,
+/// unless links are kept.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Links {
+    /// May do everything.
+    pub owner: String,
+    /// May look on.
+    pub watcher: String,
+}
+
 /// The two links, and the keys that were given for them.
 pub(super) struct Keys {
     pub(super) owner: Secret,

@@ -16,7 +16,7 @@ use super::{
     error::ServeError,
     guard::Gate,
     hub::Hub,
-    keys::Secret,
+    keys::{Links, Secret},
     routes::router,
     tls::{self, Certificate, TlsAcceptor},
 };
@@ -47,16 +47,6 @@ pub struct Server {
     gate: Arc<Gate>,
     /// Port that was wanted, if another one had to do.
     taken_port: Option<u16>,
-}
-
-/// The links to the page by one of its addresses. Everyone who has one is let in; an owner's link lets one phone in,
-/// unless links are kept.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Links {
-    /// May do everything.
-    pub owner: String,
-    /// May look on.
-    pub watcher: String,
 }
 
 impl Server {

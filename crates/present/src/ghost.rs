@@ -11,7 +11,7 @@ const RIM_STEPS: usize = 4;
 const FISHEYE_RIM_STEPS: usize = 12;
 /// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
 const ARROW: [f64; 2] = [0.8, 0.35];
-/// Columns and rows of the card's parts that are looked for in the picture.
+/// Parts of each side that are looked for in the picture.
 const PARTS: usize = 16;
 
 /// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
@@ -147,17 +147,17 @@ impl Card {
             .collect()
     }
 
-    /// Share of the card that lies outside a picture of `image_size`, or behind the camera, 0 to 1.
+    /// Share of the card's rim that lies outside a picture of `image_size`, or behind the camera, 0 to 1: what is left tells
+    /// which edge is near.
     pub fn share_outside(&self, image_size: ImageSize) -> f64 {
         let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
-        let [half_x, half_y] = self.half_m;
-        let at = |part: usize| (2 * part + 1) as f64 / PARTS as f64 - 1.0;
-        let parts = (0..PARTS).flat_map(|x| (0..PARTS).map(move |y| (at(x), at(y))));
-        let outside = parts.filter(|(x, y)| {
-            self.seen_px(x * half_x, y * half_y)
+        let [x, y] = self.half_m;
+        let is_outside = |[x, y]: &[f64; 2]| {
+            self.seen_px(*x, *y)
                 .is_none_or(|px| px.x < 0.0 || px.y < 0.0 || px.x > right || px.y > bottom)
-        });
-        outside.count() as f64 / (PARTS * PARTS) as f64
+        };
+        let outside = around([-x, -y], [x, y], PARTS).filter(is_outside).count();
+        outside as f64 / (4 * PARTS) as f64
     }
 }
 

@@ -88,9 +88,8 @@ impl Instruction {
             use Moment::{Approach, BeyondEdge, Match, Search};
             matches!(moment, Search | Approach | Match | BeyondEdge)
         });
-        let seen = live.filter(|_| {
-            matches!(moment, Moment::Approach | Moment::Match | Moment::Hold | Moment::BeyondEdge)
-        });
+        let seen =
+            live.filter(|_| matches!(moment, Moment::Approach | Moment::Match | Moment::Hold));
         let card = |corners_px: &[_]| Card::new(corners_px, board, &snapshot.lens);
         Self {
             moment,
@@ -99,7 +98,7 @@ impl Instruction {
             close: match moment {
                 // Whoever holds still is where they should be.
                 Moment::Hold => Some(1.0),
-                _ => target.zip(live).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
+                _ => target.zip(seen).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
             },
             hold: (moment == Moment::Hold).then(|| snapshot.hold.unwrap_or(0.0)),
             lacks: lacks(prompt, snapshot.shown.advice),

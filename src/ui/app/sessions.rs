@@ -12,8 +12,8 @@ use super::{
     App, Page,
 };
 use boresight_app::{
-    host::{Dropped, Ended, SessionRequest},
-    recordings::StoredSession,
+    host::{Ended, SessionRequest},
+    recordings::{Dropped, StoredSession},
 };
 use boresight_present::text::sessions as words;
 

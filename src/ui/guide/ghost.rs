@@ -31,9 +31,10 @@ pub(super) fn paint(
     (instruction, image_size): (&Instruction, ImageSize),
 ) {
     let canvas = Canvas { painter, placed };
-    let close = instruction.close.unwrap_or(0.0);
-    // The last steps matter most, so that green comes late.
-    let color = theme::approach(close.powi(3));
+    // The last steps matter most, so that green comes late; not before all that lacks is small.
+    let close = instruction.close.unwrap_or(0.0).powi(3);
+    let is_near = instruction.moment == Moment::Match;
+    let color = if is_near { theme::approach(close) } else { theme::AMBER };
     let corners = |card: &Option<Card>| canvas.points(card.as_ref()?);
     let (wanted, now) = (corners(&instruction.card), corners(&instruction.board));
     if let Some(rim) = &wanted {
@@ -124,7 +125,9 @@ impl Canvas<'_> {
         let small = |rim: &Rim, at: Pos2| -> Vec<(Pos2, f32)> {
             let middle =
                 Rect::from_points(&rim.iter().map(|(p, _)| *p).collect::<Vec<_>>()).center();
-            rim.iter().map(|(p, near)| (at + (*p - middle) * scale, *near)).collect()
+            // So small, only its corners count.
+            let corners = rim.iter().step_by((rim.len() / 4).max(1));
+            corners.map(|(p, near)| (at + (*p - middle) * scale, *near)).collect()
         };
         let cells = if now.is_some() { 2.0 } else { 1.0 };
         let cell = |number: f32| {
@@ -178,9 +181,6 @@ fn edge(painter: &Painter, rim: &Rim, width: impl Fn(f32) -> f32, color: Color32
         let (at, at_to) = (across * width(*near), across * width(near_to));
         let side = vec![*from + at, to + at_to, to - at_to, *from - at];
         painter.add(Shape::convex_polygon(side, color, Stroke::NONE));
-        // Along a side, the joints are too flat to gape.
-        if (i + 1) % (rim.len() / 4).max(1) == 0 {
-            painter.circle_filled(to, 0.5 * width(near_to), color);
-        }
+        painter.circle_filled(to, 0.5 * width(near_to), color);
     }
 }
