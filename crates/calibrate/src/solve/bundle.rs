@@ -322,23 +322,6 @@ fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
     all
 }
 
-/// Information and gradient of all free parameters at `state`, poses marginalised out. Nothing is adjusted.
-///
-/// `None` if a corner is behind the camera.
-pub(crate) fn information_at(
-    observations: &Observations,
-    freedom: &LensFreedom,
-    state: &BundleState,
-) -> Option<(LensMatrix, LensVector)> {
-    let problem = BundleProblem { observations, freedom, prior: None, noise_variance: 1.0 };
-    let normal: NormalEquations<LENS_PARAMETERS, 6> = problem.linearise(state)?.1;
-    let mut gradient = LensVector::zeros();
-    for view in &normal.views {
-        gradient += view.reduced()?.1;
-    }
-    Some((normal.reduced()?, gradient))
-}
-
 impl Bundle {
     /// The a-posteriori standard deviation of unit weight, σ₀ = `√(cost / dof)`: the actual error of the corners as a
     /// multiple of the stated one. 1 if the covariances of the corners are right.
