@@ -73,9 +73,7 @@ def batch_plan(roots: list[PathLike]) -> list[str]: ...
 def batch_work(
     session: PathLike,
     action: str,
-    settings: list[str],
-    against: PathLike | None,
-    format: str | None,
+    how: tuple[list[str], PathLike | None, str | None],
     out: PathLike,
 ) -> str: ...
 def batch_rows(out: PathLike) -> list[str]: ...

@@ -66,7 +66,7 @@ def work(
 def _row(
     session: PathLike, action: str, settings: list[str], against: PathLike | None, format: str | None, out: PathLike
 ) -> dict[str, Any]:
-    row = _boresight.batch_work(Path(session), action, settings, against, format, Path(out))
+    row = _boresight.batch_work(Path(session), action, (settings, against, format), Path(out))
     return cast("dict[str, Any]", json.loads(row))
 
 

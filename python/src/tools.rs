@@ -117,17 +117,19 @@ pub(crate) fn batch_plan(py: Python<'_>, roots: Vec<PathBuf>) -> PyResult<Vec<St
     py.detach(work).map_err(|err| raised(&err))
 }
 
+/// Settings, the older calibration of a check, and the format of an export.
+type How = (Vec<String>, Option<PathBuf>, Option<String>);
+
 /// Works on one session. Whatever is wrong with it becomes a row with a code.
 #[pyfunction]
 pub(crate) fn batch_work(
     py: Python<'_>,
     session: PathBuf,
     action: &str,
-    settings: Vec<String>,
-    against: Option<PathBuf>,
-    format: Option<String>,
+    how: How,
     out: PathBuf,
 ) -> PyResult<String> {
+    let (settings, against, format) = how;
     let action: Action = serde_json::from_value(json!(action))
         .map_err(|_| wrong(format!("there is no action {action:?}")))?;
     let work = || {

@@ -113,12 +113,12 @@ def test_cameras_have_a_history(program, good, tmp_path):
 
 
 def test_the_notebook_guides_with_the_callers_camera(pictures, tmp_path, monkeypatch):
-    """Each picture is held for two seconds in front of a camera of ten pictures per second, whose clock is the only one."""
+    """Each picture is held for seven seconds in front of a camera of ten pictures per second, whose clock is the only one."""
     notebook = json.loads((REPOSITORY / "examples/guide_with_own_camera.ipynb").read_text())
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert sum(1 for line in cells[1].splitlines() if line.strip()) <= 20
     clock = 0.0
-    frames = iter([cv2.imread(str(path)) for path in pictures for _ in range(20)])
+    frames = iter([cv2.imread(str(path)) for path in pictures for _ in range(70)])
     said = []
 
     class Camera:

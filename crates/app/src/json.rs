@@ -19,12 +19,15 @@ pub struct DetectedLine {
     /// Inner corners in a row and in a column.
     pub board: [usize; 2],
     /// Column, row, x, y and standard deviation in pixels of each corner that is seen; null without a board.
-    pub corners: Option<Vec<(usize, usize, f64, f64, f64)>>,
+    pub corners: Option<Vec<CornerEntry>>,
     /// How well the board is seen; null without one.
     pub quality: Option<QualityEntry>,
     /// Time that the search took, in milliseconds.
     pub millis: f64,
 }
+
+/// Column, row, x, y and standard deviation of a corner.
+pub type CornerEntry = (usize, usize, f64, f64, f64);
 
 /// How well a board is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -41,7 +41,7 @@ pub fn add(
     let before = Index::open(path)?;
     for root in roots {
         let whole = std::path::absolute(root)?;
-        if !(before.has_below(&whole) && !whole.exists()) {
+        if whole.exists() || !before.has_below(&whole) {
             session_folders(root, &mut |folder| {
                 folders.push(folder.to_path_buf());
                 Ok(())

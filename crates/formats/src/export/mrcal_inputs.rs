@@ -34,7 +34,7 @@ pub(super) fn optimization_inputs(
     board: &Checkerboard,
     views: &[SolvedView<'_>],
 ) -> Option<String> {
-    let (columns, rows) = (usize::from(board.columns()), usize::from(board.rows()));
+    let (columns, rows) = (board.columns(), board.rows());
     let per_view = columns * rows;
     let fits = views.iter().all(|view| view.corners.len() == per_view);
     if views.is_empty() || !fits || views.len() * per_view > MOST_CORNERS {
@@ -56,12 +56,14 @@ pub(super) fn optimization_inputs(
     let names: Vec<&str> = views.iter().map(|view| view.name).collect();
     let count = views.len();
     let doubles = |shape: &[usize], values: Vec<f64>| {
-        array("<f8", shape, values.into_iter().flat_map(f64::to_le_bytes).collect())
+        let data: Vec<u8> = values.into_iter().flat_map(f64::to_le_bytes).collect();
+        array("<f8", shape, &data)
     };
     let wholes = |shape: &[usize], values: Vec<i32>| {
-        array("<i4", shape, values.into_iter().flat_map(i32::to_le_bytes).collect())
+        let data: Vec<u8> = values.into_iter().flat_map(i32::to_le_bytes).collect();
+        array("<i4", shape, &data)
     };
-    let truth = |value: bool| array("|b1", &[], vec![u8::from(value)]);
+    let truth = |value: bool| array("|b1", &[], &[u8::from(value)]);
     let size_px = size_px.map(|side| i32::try_from(side).unwrap_or(i32::MAX));
     let none = || text(&[""], &[]);
     let files = [
@@ -91,7 +93,7 @@ pub(super) fn optimization_inputs(
 }
 
 /// An array as numpy's `.npy` has it, of elements that `descr` names.
-fn array(descr: &str, shape: &[usize], data: Vec<u8>) -> Vec<u8> {
+fn array(descr: &str, shape: &[usize], data: &[u8]) -> Vec<u8> {
     const START: &[u8] = b"\x93NUMPY\x01\x00";
     let mut sides = String::new();
     for side in shape {
@@ -105,7 +107,7 @@ fn array(descr: &str, shape: &[usize], data: Vec<u8>) -> Vec<u8> {
     header += &" ".repeat(before.next_multiple_of(64) - before);
     header.push('\n');
     let length = u16::try_from(header.len()).unwrap_or(u16::MAX).to_le_bytes();
-    [START, &length, header.as_bytes(), &data].concat()
+    [START, &length, header.as_bytes(), data].concat()
 }
 
 /// An array of texts, four bytes a letter.
@@ -116,7 +118,7 @@ fn text(texts: &[&str], shape: &[usize]) -> Vec<u8> {
         let letters = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(longest);
         data.extend(letters.flat_map(u32::to_le_bytes));
     }
-    array(&format!("<U{longest}"), shape, data)
+    array(&format!("<U{longest}"), shape, &data)
 }
 
 /// A ZIP archive of files as they are.
@@ -176,7 +178,7 @@ mod tests {
 
     #[test]
     fn arrays_begin_where_numpy_expects_them() {
-        let array = array("<f8", &[2], vec![0; 16]);
+        let array = array("<f8", &[2], &[0; 16]);
         assert_eq!((array.len() - 16) % 64, 0);
         assert!(String::from_utf8_lossy(&array).contains("'shape': (2, )"));
         assert_eq!(text(&["ab"], &[]).len() % 64, 8);
