@@ -1,7 +1,7 @@
 //! Sentence, sign, card, outline, ring, gauges and spoken words never contradict each other, nor what is measured.
 //!
 //! `BORESIGHT_SESSIONS=400 cargo test --test core one_instruction -- --nocapture` prints how often sentences change, and
-//! how long people take who see the card and read the sentence, or only one of both.
+//! how long people take who see the card and read the sentence, or see the card only.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use boresight::{
     session::{Input, Session, Snapshot},
     simulation::{
         Scene,
-        technician::{CueKind, Person, Technician, TechnicianParams},
+        technician::{Person, Technician, TechnicianParams},
     },
     speech::{Narrator, Rank},
 };
@@ -32,8 +32,8 @@ const PATIENCE_SECS: f64 = 120.0;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Follows {
     Both,
+    /// Whoever goes by the words alone is in `listener.rs`.
     Card,
-    Sentence,
 }
 
 /// Runs a session on projected corners and shows `each` what is shown. Returns it and its length.
@@ -43,10 +43,9 @@ fn sitting(
     follows: Follows,
     mut each: impl FnMut(f64, &Snapshot, &Instruction),
 ) -> (Session, f64) {
-    let hears_only = follows == Follows::Sentence;
     let reading_secs_per_word =
         if follows == Follows::Card { 0.0 } else { params.reading_secs_per_word };
-    let technician = TechnicianParams { hears_only, reading_secs_per_word, ..params };
+    let technician = TechnicianParams { reading_secs_per_word, ..params };
     let scene = Scene { technician, ..Scene::random(seed) };
     let mut world = World::new(seed);
     (world.camera, world.board) = (scene.camera, scene.board);
@@ -62,10 +61,7 @@ fn sitting(
         let snapshot = session.snapshot(decision);
         each(secs, &snapshot, &Instruction::of(&snapshot));
         for cue in cues.after(seen_at, &snapshot) {
-            let is_card = matches!(cue.kind, CueKind::Show { .. });
-            if !(is_card && follows == Follows::Sentence) {
-                person.read(cue);
-            }
+            person.read(cue);
         }
         secs += 1e-9 * step_nanos as f64;
     }
@@ -224,9 +220,9 @@ fn what_is_shown_and_told_never_contradicts() {
 }
 
 #[test]
-fn the_card_or_the_sentence_alone_is_enough() {
+fn the_card_alone_is_enough() {
     let sessions = asked_for("BORESIGHT_SESSIONS").unwrap_or(3).min(20);
-    for follows in [Follows::Both, Follows::Card, Follows::Sentence] {
+    for follows in [Follows::Both, Follows::Card] {
         let (mut good, mut usable, mut times, mut views) = (0, 0, Vec::new(), 0);
         for seed in 1..=sessions {
             let who = (seed, Person::Usual.params());
