@@ -169,6 +169,22 @@ pub fn export(
     Ok(Exported { text, untrustworthy })
 }
 
+/// The lens of the result in `input`, as [`export`] reads it, and whether it must not be used.
+///
+/// # Errors
+///
+/// If it can't be read.
+#[cfg(feature = "bags")]
+pub(crate) fn result_of(
+    input: &Path,
+    announcer: &Announcer,
+) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
+    let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
+    let (text, file) = read_any(&path, announcer)?;
+    let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    Ok((exported_camera(&text, "camera", announcer)?, untrustworthy))
+}
+
 /// Converts the calibration in `text` into `format`. The file calls the camera `name`, or `camera` without it.
 ///
 /// # Errors
@@ -215,17 +231,21 @@ fn camera(
     name: &str,
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
+    let exported = exported_camera(text, name, announcer)?;
+    format.write(&exported).with_context(|| format!("{} can't hold this lens", format.label()))
+}
+
+fn exported_camera<'a>(
+    text: &str,
+    name: &'a str,
+    announcer: &Announcer,
+) -> anyhow::Result<ExportedCamera<'a>> {
     let old = import::read(text).context("could not use the calibration")?;
     if old.focal_varies {
         announcer.say(text::focal_is_a_mean());
     }
-    let exported = ExportedCamera {
-        name,
-        camera: old.camera,
-        image_size: old.image_size,
-        rms_px: old.rms_px.unwrap_or(0.0),
-    };
-    format.write(&exported).with_context(|| format!("{} can't hold this lens", format.label()))
+    let rms_px = old.rms_px.unwrap_or(0.0);
+    Ok(ExportedCamera { name, camera: old.camera, image_size: old.image_size, rms_px })
 }
 
 /// The corners of the accepted views, from the session's journal.

@@ -47,7 +47,7 @@ pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::mrcal_cameramodel;
 pub use opencv::opencv_yaml;
-pub use ros::ros_camera_info;
+pub use ros::{RosCameraInfo, ros_camera_info};
 
 use boresight_calibrate::{LensFamily, LensModel};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues, frame::ImageSize};
