@@ -11,6 +11,8 @@ WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 
 VIDEO_PACKAGES = ffmpeg
 # The RTSP server that the tests watch: it isn't ours, and isn't ffmpeg's.
 RTSP_PACKAGES = gir1.2-gst-rtsp-server-1.0 python3-gi gstreamer1.0-plugins-good
+# Machine-vision cameras in software and what writes into pipes: neither is ours.
+CAMERA_PACKAGES = aravis-tools gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good python3
 # What the tests on the kernel's own camera drivers need (tests/vm).
 VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
 
@@ -34,7 +36,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
+.PHONY: wheel test-python test-cloud test-bags release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -46,9 +48,10 @@ study: PACKAGES += $(WINDOW_PACKAGES)
 study: setup
 	cargo run --release -p boresight-study -- $(ARGS)
 
-test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(VM_PACKAGES)
+test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
 test: setup msrv lint surface-check features wasm doc
 	cargo test $(CRATES)
+	cargo test -p boresight-capture --features gige,bags --tests
 	tests/vm/run.sh
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
@@ -104,6 +107,17 @@ test-cloud:
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:
 	cargo check --quiet --target x86_64-pc-windows-gnu
+
+# Sessions from bags that others wrote, and the calibration in bags that others read. Not part of `make test`: they come
+# from PyPI.
+test-bags:
+	cargo build --release --no-default-features --features bags,live
+	$(PYTHON) -m venv $(TARGET)/bags-test
+	$(TARGET)/bags-test/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" numpy opencv-python-headless
+	$(TARGET)/bags-test/bin/python tests/bags/recorded_bags.py --boresight $(TARGET)/release/boresight
+
+# What has to hold before a release and takes long, or needs more than Debian.
+release-check: test-python test-cloud test-bags
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet

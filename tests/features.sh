@@ -33,13 +33,15 @@ limit 163 "headless with everything, a phone and history" --no-default-features 
 limit 316 "everything"
 # Not in the default features: GigE Vision and GenICam, its channels, its XML, and waits on sockets.
 limit 134 "headless with machine-vision cameras" --no-default-features --features gige
+# Not in the default features: MCAP and its two compressions, SQLite, and what describes MCAP's records.
+limit 144 "headless with recorded bags" --no-default-features --features bags
 # Not in the default features: Thrift, its schema language, and Snappy.
 limit 124 "a table of a batch in Parquet" --no-default-features --features parquet
 # Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
 limit 219 "a batch in object stores" --no-default-features --features cloud
 
-for features in "" live gige window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
+for features in "" live gige bags window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

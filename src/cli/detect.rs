@@ -1,31 +1,43 @@
 //! `boresight detect`.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    time::{Duration, Instant},
+};
 
 use anyhow::bail;
 use clap::Args;
+
+use image::GrayImage;
 
 use super::{
     board_args::BoardArguments,
     progress::{FINDING, Progress},
     stdin::Given,
-    terminal::print,
+    terminal::{announcer, print},
 };
-use boresight_app::{Exit, json::DetectedLine};
-use boresight_capture::read_picture;
+use boresight_app::{
+    Exit,
+    json::DetectedLine,
+    source::{SourceName, is_recording},
+};
+use boresight_capture::{Arrival, FrameSource, read_picture};
 use boresight_detect::{Detector, DetectorParams};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text;
 
 /// Detect the board's corners in pictures.
 ///
-/// Prints a corner table, or one JSON object per picture.
+/// Prints a corner table, or one JSON object per picture. A picture of a video or bag is called FILE#NUMBER.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures, PNG or JPEG; - reads one from standard input.
+    /// Pictures, PNG or JPEG, or video files and recorded bags; - reads one picture from standard input.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
+    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only one with pictures].
+    #[arg(long, value_name = "TOPIC")]
+    topic: Option<String>,
     #[command(flatten)]
     board: BoardArguments,
     /// Print one JSON object per picture instead of the table.
@@ -37,42 +49,57 @@ const EXAMPLES: &str = "\
 Examples:
   boresight detect pictures/*.png > corners.vnl
   boresight detect --board 9x6 pictures/*.png > corners.vnl
-  boresight detect --board 9x6 --json picture.png";
+  boresight detect --board 9x6 --json picture.png
+  boresight detect --board 9x6 drive.mcap --topic /camera/image_raw";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let given = Given::of(&self.images)?;
-        let board = self.board.config_for(&given.files)?.board()?;
+        let (recordings, pictures): (Vec<PathBuf>, Vec<PathBuf>) =
+            given.files.iter().cloned().partition(|path| is_recording(path));
+        let mut config = self.board.config_for(&pictures)?;
+        config.camera.topic = self.topic.clone().unwrap_or(config.camera.topic);
+        let board = config.board()?;
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
         let progress = Progress::new(FINDING, self.images.len());
-        for path in &given.files {
-            let image = match read_picture(path) {
-                Ok(image) => image,
-                Err(err) => {
-                    unreadable += 1;
-                    progress.say(&format!("boresight: {:#}", anyhow::Error::from(err)));
-                    progress.step();
-                    continue;
-                }
-            };
-            let name = given.name(path);
+        let mut look = |name: &str, image: &GrayImage| {
             let started = Instant::now();
-            let seen = detector.detect(&image, &board);
+            let seen = detector.detect(image, &board);
             let millis = started.elapsed().as_secs_f64() * 1e3;
             if let Err(miss) = &seen {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
             }
             let line = if self.json {
-                serde_json::to_string(&DetectedLine::of(&name, &board, &seen, millis))?
+                serde_json::to_string(&DetectedLine::of(name, &board, &seen, millis))?
             } else {
                 let corners = seen.as_ref().ok().map(|detection| detection.corners.as_slice());
-                corner_table::lines(&name, corners, Digits::FourDecimals)
+                corner_table::lines(name, corners, Digits::FourDecimals)
             };
-            progress.aside(|| print(line.trim_end()))?;
+            progress.aside(|| print(line.trim_end()))
+        };
+        for path in &given.files {
+            let name = given.name(path);
+            let read = if recordings.contains(path) {
+                let source = SourceName::parse(&name, &config, &announcer());
+                let source = source.and_then(|source| source.open(u64::MAX));
+                source.and_then(|open| in_turn(open.source, path, &mut look))
+            } else {
+                match read_picture(path) {
+                    Ok(image) => {
+                        look(&name, &image)?;
+                        Ok(())
+                    }
+                    Err(err) => Err(err.into()),
+                }
+            };
+            if let Err(err) = read {
+                unreadable += 1;
+                progress.say(&format!("boresight: {err:#}"));
+            }
             progress.step();
         }
         progress.finish();
@@ -80,5 +107,23 @@ impl Arguments {
             bail!("{unreadable} of {} files could not be read", self.images.len());
         }
         Ok(Exit::Good)
+    }
+}
+
+/// Hands each picture of the recording `path` to `look`, under its number.
+fn in_turn(
+    mut source: Box<dyn FrameSource>,
+    path: &Path,
+    look: &mut dyn FnMut(&str, &GrayImage) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    loop {
+        match source.next_frame(PATIENCE)? {
+            Arrival::Frame(frame) => {
+                look(&format!("{}#{}", path.display(), frame.id.0), &frame.image)?;
+            }
+            Arrival::End => return Ok(()),
+            Arrival::Event(_) | Arrival::NothingYet => {}
+        }
     }
 }

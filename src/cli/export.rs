@@ -12,7 +12,7 @@ use super::{
     terminal::{announcer, print, say},
 };
 use boresight_app::{
-    Exit,
+    BagCopy, Exit,
     export::{Format, export},
 };
 use boresight_files::{Overwrite, save};
@@ -39,6 +39,13 @@ pub(super) struct Arguments {
     /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
+    /// Write a copy of this recorded bag (MCAP, .db3) to FILE instead, with the calibration as
+    /// sensor_msgs/msg/CameraInfo beside each picture.
+    #[arg(long, value_name = "BAG", requires = "out", conflicts_with_all = ["format", "name", "force", "json"])]
+    bag: Option<PathBuf>,
+    /// Topic of the bag's pictures [default: the only one with pictures].
+    #[arg(long, value_name = "TOPIC", requires = "bag")]
+    topic: Option<String>,
     /// Same as --format json.
     #[arg(long)]
     json: bool,
@@ -54,10 +61,16 @@ pub(super) fn format_name() -> impl TypedValueParser<Value = Format> {
 const EXAMPLES: &str = "\
 Examples:
   boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml
-  boresight export calibration.json --format ros-yaml --name front > front.yaml";
+  boresight export calibration.json --format ros-yaml --name front > front.yaml
+  boresight export calibration.json --bag drive.mcap --out drive-calibrated.mcap";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        if let (Some(from), Some(to)) = (self.bag, self.out.clone()) {
+            let untrustworthy =
+                BagCopy { from, topic: self.topic, to }.write(&self.input, &announcer())?;
+            return Ok(ended(untrustworthy));
+        }
         let format = if self.json { Format::Json } else { self.format };
         written(&self.input, format, self.name.as_deref(), self.out.as_deref(), self.force)
     }
@@ -81,9 +94,13 @@ pub(super) fn written(
             say(&format!("Written: {}", path.display()));
         }
     }
-    if exported.untrustworthy {
+    Ok(ended(exported.untrustworthy))
+}
+
+fn ended(untrustworthy: bool) -> Exit {
+    if untrustworthy {
         say("This calibration is NOT TRUSTWORTHY; its findings say why.");
-        return Ok(Exit::NotTrustworthy);
+        return Exit::NotTrustworthy;
     }
-    Ok(Exit::Good)
+    Exit::Good
 }

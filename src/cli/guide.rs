@@ -36,9 +36,10 @@ use {super::window, boresight_app::AppHost};
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
     /// /dev/video0), gige:NAME for a machine-vision camera on the network, sim, sim:SCENE.toml, sim:random:SEED, a
-    /// recorded session, a folder of pictures, a video file, a stream such as rtsp://… or http://… (video files and
-    /// streams need ffmpeg), pipe:COMMAND for what another program writes, or - for standard input. auto, the default
-    /// without the start page: the only camera, or a simulation if there is none.
+    /// recorded session, a folder of pictures, a video file, a recorded bag (MCAP, .db3), a stream such as rtsp://… or
+    /// http://… (video files and streams need ffmpeg), pipe:COMMAND for what another
+    /// program writes, or - for standard input. auto, the default without the start page: the only camera, or a
+    /// simulation if there is none.
     #[arg(long, value_name = "SOURCE")]
     source: Option<String>,
     /// Camera backend [default: the first one below that this build has and that knows the camera].

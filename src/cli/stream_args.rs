@@ -12,12 +12,18 @@ pub(super) struct StreamArguments {
     /// in ffmpeg, GStreamer or ROS: gray, gray16le, rgb24, bgr24, yuv420p, nv12, yuyv422, uyvy422, bayer_rggb8, ….
     #[arg(long, value_name = "WxH:FORMAT@FPS", value_parser = raw)]
     raw: Option<String>,
+    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only one with pictures].
+    #[arg(long, value_name = "TOPIC")]
+    topic: Option<String>,
 }
 
 impl StreamArguments {
     pub(super) fn apply(&self, config: &mut Config) {
         if let Some(raw) = &self.raw {
             config.camera.raw.clone_from(raw);
+        }
+        if let Some(topic) = &self.topic {
+            config.camera.topic.clone_from(topic);
         }
     }
 }

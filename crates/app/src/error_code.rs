@@ -24,6 +24,7 @@ fn of_cause(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
         return Some(match err {
             CaptureError::Camera { fault, .. } => fault.code(),
             CaptureError::Read { .. } | CaptureError::Decode { .. } => "PICTURE-UNREADABLE",
+            CaptureError::Bag { .. } => "BAG",
             CaptureError::NoPictures { .. } => "NO-PICTURES",
         });
     }

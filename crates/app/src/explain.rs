@@ -1,7 +1,7 @@
 //! The next action for an error.
 
 use super::host::UserError;
-use boresight_capture::CaptureError;
+use boresight_capture::{BagFlaw, CaptureError};
 use boresight_files::FileError;
 use boresight_formats::import::NotImported;
 use boresight_present::text;
@@ -154,6 +154,20 @@ fn capture(err: &CaptureError) -> String {
         CaptureError::Decode { .. } => {
             "Remove the file, or replace it with an undamaged PNG or JPEG."
         }
+        CaptureError::Bag { flaw, .. } => match flaw {
+            BagFlaw::Unreadable(_) => {
+                "Check that it's an MCAP file or a bag of ROS 2, and that it was copied whole."
+            }
+            BagFlaw::NoPictures(_) => {
+                "Choose a bag with sensor_msgs/msg/Image or sensor_msgs/msg/CompressedImage of ROS 2."
+            }
+            BagFlaw::Several(_) => "Say which with --topic.",
+            BagFlaw::NoSuchTopic { .. } => "Name one of them with --topic.",
+            BagFlaw::NoPicture { .. } | BagFlaw::Silent(_) => "Choose another topic with --topic.",
+            BagFlaw::Damaged { .. } | BagFlaw::Torn { .. } => {
+                "The session holds what was read. Copy the bag again if there's a whole one."
+            }
+        },
         CaptureError::NoPictures { .. } => {
             "Choose a folder with PNG or JPEG pictures of the board."
         }

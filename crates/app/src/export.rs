@@ -212,6 +212,22 @@ fn mrcal_with_views(
     written.with_context(|| cannot_hold(CameraFormat::Mrcal))
 }
 
+/// The lens of the result in `input`, as [`export`] reads it, and whether it must not be used.
+///
+/// # Errors
+///
+/// If it can't be read.
+#[cfg(feature = "bags")]
+pub(crate) fn result_of(
+    input: &Path,
+    announcer: &Announcer,
+) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
+    let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
+    let (text, file) = read_any(&path, announcer)?;
+    let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
+}
+
 /// Converts the calibration in `text` into `format`. The file calls the camera `name`, or `camera` without it.
 ///
 /// # Errors

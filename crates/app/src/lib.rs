@@ -20,6 +20,7 @@
 //! | `device_entry`, `devices_file` | the cameras of a computer as a file |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `session_folders` | the sessions below a folder |
+//! | `bag_copy` | a calibration in a copy of a recorded bag |
 //! | `host` | what the window asks of the program |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
@@ -34,6 +35,7 @@
 #![forbid(unsafe_code)]
 
 mod announcer;
+mod bag_copy;
 pub mod board_from_code;
 pub mod board_sheet;
 pub mod calibration_views;
@@ -77,6 +79,7 @@ mod voice;
 pub mod watch;
 
 pub use announcer::Announcer;
+pub use bag_copy::BagCopy;
 pub use cue_link::PersonCues;
 pub use error_code::error_code;
 pub use explain::explain;

@@ -20,6 +20,8 @@ impl MissingFeature {
         Self { part: "live cameras, network streams or video files", feature: "live" };
     /// Machine-vision cameras on the network.
     pub const GIGE: Self = Self { part: "GigE Vision cameras", feature: "gige" };
+    /// Recorded bags.
+    pub const BAGS: Self = Self { part: "recorded bags (MCAP, .db3)", feature: "bags" };
     /// Shell completions and manual pages.
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.

@@ -7,17 +7,20 @@ use std::{
 
 use anyhow::{Context, bail};
 
-#[cfg(not(all(unix, feature = "live")))]
+#[cfg(not(all(unix, feature = "live", feature = "bags")))]
 use super::MissingFeature;
 use super::{
     Announcer,
     camera::{self, ChosenCamera},
     cue_link::cue_link,
 };
+#[cfg(feature = "bags")]
+use boresight_capture::Bag;
 #[cfg(all(unix, feature = "live"))]
 use boresight_capture::Ffmpeg;
 use boresight_capture::{
-    CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address, without_secrets,
+    CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address, is_bag,
+    without_secrets,
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 use boresight_guide::session::Input;
@@ -33,7 +36,7 @@ use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 const IN_FLIGHT: usize = 24;
 
 /// Hint on valid names.
-const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, a stream such as rtsp://…, pipe:COMMAND, or - for standard input";
+const SOURCES: &str = "try a name from `boresight devices`, sim, a session folder, a folder of pictures, a video file, a recorded bag, a stream such as rtsp://…, pipe:COMMAND, or - for standard input";
 
 /// Name of standard input as a source.
 const STDIN: &str = "pipe:-";
@@ -57,6 +60,8 @@ pub enum SourceName {
     Camera(Box<ChosenCamera>),
     /// A network stream or a video file.
     Video(String),
+    /// A recorded bag, and the topic of its pictures if it was named.
+    Bag(PathBuf, Option<String>),
     /// A recorded session.
     Session(PathBuf),
     /// A folder of pictures.
@@ -75,8 +80,8 @@ impl OpenSource {
 }
 
 impl SourceName {
-    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video file or
-    /// stream, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
+    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video file,
+    /// stream or bag, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
     /// simulated camera; it announces which.
     ///
     /// # Errors
@@ -123,6 +128,10 @@ impl SourceName {
         if path.join("session.toml").is_file() {
             return Ok(Self::Session(path));
         }
+        if is_bag(&path) {
+            let topic = &config.camera.topic;
+            return Ok(Self::Bag(path, (!topic.is_empty()).then(|| topic.clone())));
+        }
         if path.is_dir() {
             return Ok(Self::Folder(path));
         }
@@ -152,6 +161,10 @@ impl SourceName {
             Self::Video(name) => Box::new(Ffmpeg::open(name)?),
             #[cfg(not(all(unix, feature = "live")))]
             Self::Video(name) => unreadable(name)?,
+            #[cfg(feature = "bags")]
+            Self::Bag(path, topic) => Box::new(Bag::open(path, topic.as_deref())?),
+            #[cfg(not(feature = "bags"))]
+            Self::Bag(..) => bail!(MissingFeature::BAGS),
             Self::Session(path) => open_session(path)?,
             Self::Folder(path) => Box::new(ImageFolder::open(path)?),
         };
@@ -178,6 +191,11 @@ fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
         bail!(MissingFeature::LIVE);
     }
     bail!("network streams and video files are read on Linux and macOS only: {name:?}")
+}
+
+/// True if `path` is a recording of a camera: a video file or a bag.
+pub fn is_recording(path: &Path) -> bool {
+    is_video(path) || is_bag(path)
 }
 
 /// True if `path` is a file of moving pictures.

@@ -22,6 +22,7 @@
 //! | `gige` | machine-vision cameras on the network, with the feature `gige`, on Linux |
 //! | `pipe` | pictures that another program writes, or standard input, with the feature `live`, on Unix |
 //! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
+//! | `bag` | recorded bags of ROS 2 and MCAP files, with the feature `bags` |
 //! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
 //! | [`integrity`] | whether a frame is whole |
@@ -32,6 +33,7 @@
 
 mod adapted;
 mod address;
+mod bag;
 mod camera_mode;
 mod compressed;
 mod decoded;
@@ -59,6 +61,9 @@ pub mod v4l2;
 
 pub use adapted::{preceded, renumbered};
 pub use address::{is_address, is_command, without_secrets};
+#[cfg(feature = "bags")]
+pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
+pub use bag::{BagFlaw, is_bag};
 pub use camera_mode::{CameraMode, choose, layout};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, decoded};
@@ -171,6 +176,14 @@ pub enum CaptureError {
         fault: Fault,
         /// Details; may be empty.
         detail: String,
+    },
+    /// A recorded bag gives no pictures, or no more.
+    #[error("{flaw}: {path:?}")]
+    Bag {
+        /// Why.
+        flaw: BagFlaw,
+        /// The bag.
+        path: std::path::PathBuf,
     },
     /// A folder without a picture.
     #[error("there is no PNG or JPEG picture in {path:?}")]

@@ -39,6 +39,13 @@ pub struct RosHeader<'a> {
     pub frame_id: &'a str,
 }
 
+impl<'a> RosHeader<'a> {
+    /// The header with which the bytes of `message` begin; `None` if they have none.
+    pub fn of(message: &'a [u8]) -> Option<Self> {
+        Cdr::of(message)?.header()
+    }
+}
+
 /// Why a message gives no picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RosFlaw {

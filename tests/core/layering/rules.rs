@@ -46,8 +46,12 @@ pub(crate) const RULES: Rules = Rules {
                 "study",
             ],
         ),
-        // One place opens and writes files; sysfs, and the lock of a session, are other matters.
-        (Reach::Path("std::fs"), &["files", "capture/v4l2", "run/recording/folder.rs"]),
+        // One place opens and writes files; sysfs, the lock of a session, and a bag that its own library writes are other
+        // matters.
+        (
+            Reach::Path("std::fs"),
+            &["files", "capture/bag/copy.rs", "capture/v4l2", "run/recording/folder.rs"],
+        ),
         (Reach::Method("exists"), FILES),
         (Reach::Method("try_exists"), FILES),
         (Reach::Method("is_file"), FILES_AND_SOUND),

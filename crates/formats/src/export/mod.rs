@@ -51,7 +51,7 @@ pub use matlab::matlab_script;
 pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};
 pub use mrcal_inputs::SolvedView;
 pub use opencv::opencv_yaml;
-pub use ros::ros_camera_info;
+pub use ros::{RosCameraInfo, ros_camera_info};
 
 use boresight_calibrate::{LensFamily, LensModel};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues, frame::ImageSize};

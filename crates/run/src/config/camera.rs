@@ -16,6 +16,7 @@ pub struct CameraConfig {
     pub mode: String,
     pub backend: Backend,
     pub raw: String,
+    pub topic: String,
 }
 
 /// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
@@ -45,7 +46,12 @@ impl Default for Backend {
 
 impl Default for CameraConfig {
     fn default() -> Self {
-        Self { mode: "auto".into(), backend: Backend::default(), raw: String::new() }
+        Self {
+            mode: "auto".into(),
+            backend: Backend::default(),
+            raw: String::new(),
+            topic: String::new(),
+        }
     }
 }
 

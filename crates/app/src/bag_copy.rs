@@ -1,0 +1,73 @@
+//! A calibration in a copy of a recorded bag.
+
+use std::path::{Path, PathBuf};
+
+#[cfg(feature = "bags")]
+use anyhow::{Context, bail};
+
+use super::Announcer;
+#[cfg(not(feature = "bags"))]
+use super::MissingFeature;
+
+/// The bag that gets the calibration.
+#[derive(Clone, Debug)]
+pub struct BagCopy {
+    /// The bag.
+    pub from: PathBuf,
+    /// The topic of its pictures; `None` for the only one.
+    pub topic: Option<String>,
+    /// The copy, which doesn't exist yet.
+    pub to: PathBuf,
+}
+
+impl BagCopy {
+    /// Writes the copy with the result in `input`, a session folder or a calibration in any format that can be read, as a
+    /// `sensor_msgs/msg/CameraInfo` beside each picture. True if that calibration must not be used.
+    ///
+    /// # Errors
+    ///
+    /// If the result or the bag can't be read, if their pictures differ in size, or if the copy can't be written.
+    #[cfg(feature = "bags")]
+    pub fn write(&self, input: &Path, announcer: &Announcer) -> anyhow::Result<bool> {
+        use boresight_capture::{Bag, FrameSource, NotCopied, copy_with};
+        use boresight_formats::export::RosCameraInfo;
+
+        let (camera, untrustworthy) = super::export::result_of(input, announcer)?;
+        let topic = self.topic.as_deref();
+        let size = Bag::open(&self.from, topic)?.identity().image_size.context("no picture")?;
+        if size != camera.image_size {
+            bail!(
+                "the calibration is for {}x{} pixels, and the bag's pictures have {}x{}",
+                camera.image_size.width_px,
+                camera.image_size.height_px,
+                size.width_px,
+                size.height_px
+            );
+        }
+        let info = RosCameraInfo::of(&camera);
+        let copied = copy_with(&self.from, &self.to, topic, &mut |header| {
+            let message = info.message(header.stamp_nanos.unwrap_or(0), header.frame_id);
+            [RosCameraInfo::CDR_HEADER.as_slice(), &message].concat()
+        });
+        let copied = copied.map_err(|err| match err {
+            NotCopied::Bag(err) => anyhow::Error::from(err),
+            NotCopied::Write(err) => err.into(),
+        })?;
+        let (to, messages) = (self.to.display(), copied.messages);
+        announcer.say(&format!("Written: {to}, with {messages} messages on {}", copied.topic));
+        if let Some(how) = copied.left_out {
+            announcer.say(&format!("The end of the bag isn't in it ({how})."));
+        }
+        Ok(untrustworthy)
+    }
+
+    /// A build without bags writes none.
+    ///
+    /// # Errors
+    ///
+    /// [`MissingFeature::BAGS`].
+    #[cfg(not(feature = "bags"))]
+    pub fn write(&self, _: &Path, _: &Announcer) -> anyhow::Result<bool> {
+        Err(MissingFeature::BAGS.into())
+    }
+}

@@ -1,0 +1,95 @@
+//! Messages in the databases of ROS 2 (`.db3`), which SQLite reads.
+
+use std::path::Path;
+
+use rusqlite::{Connection, OpenFlags, OptionalExtension};
+use tempfile::TempPath;
+
+use super::files::{Message, Topic};
+
+/// A database.
+pub(super) struct Db3 {
+    db: Connection,
+    topic: i64,
+    /// Row of the newest message.
+    last: i64,
+    /// Keeps an unpacked file.
+    _unpacked: Option<TempPath>,
+}
+
+impl Db3 {
+    pub(super) fn open(path: &Path, unpacked: Option<TempPath>) -> Result<Self, String> {
+        let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let usual = Connection::open_with_flags(path, flags).and_then(usable);
+        // Another program's unfinished write stands beside it, and nobody may write here: read what is in the file.
+        let db = usual.or_else(|_| {
+            let flags = flags | OpenFlags::SQLITE_OPEN_URI;
+            Connection::open_with_flags(unchanging(path), flags).and_then(usable)
+        });
+        let db = db.map_err(|err| words(&err))?;
+        Ok(Self { db, topic: 0, last: i64::MIN, _unpacked: unpacked })
+    }
+
+    pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
+        let rows = || -> rusqlite::Result<Vec<Topic>> {
+            let mut rows =
+                self.db.prepare("SELECT name, type, serialization_format FROM topics")?;
+            let topic = |row: &rusqlite::Row<'_>| {
+                Ok(Topic::new(row.get(0)?, row.get(1)?, &row.get::<_, String>(2)?))
+            };
+            rows.query_map([], topic)?.collect()
+        };
+        rows().map_err(|err| words(&err))
+    }
+
+    pub(super) fn choose(&mut self, topic: &str) -> Result<(), String> {
+        let id =
+            self.db.query_row("SELECT id FROM topics WHERE name = ?1", [topic], |row| row.get(0));
+        // A file of a longer bag may lack the topic; then it has none of its messages.
+        self.topic = id.optional().map_err(|err| words(&err))?.unwrap_or(-1);
+        Ok(())
+    }
+
+    pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
+        // By row, which is the order of recording: an index may be missing at a broken end.
+        const NEXT: &str = "SELECT id, timestamp, data FROM messages NOT INDEXED \
+                            WHERE id > ?1 AND topic_id = ?2 ORDER BY id LIMIT 1";
+        let message = self.db.query_row(NEXT, (self.last, self.topic), |row| {
+            let log_nanos = u64::try_from(row.get::<_, i64>(1)?).unwrap_or(0);
+            Ok((row.get(0)?, Message { log_nanos, data: row.get(2)? }))
+        });
+        let Some((id, message)) = message.optional().map_err(|err| words(&err))? else {
+            return Ok(None);
+        };
+        self.last = id;
+        Ok(Some(message))
+    }
+}
+
+/// Lets SQLite read a file whose end is missing, and finds out whether it can read this one.
+fn usable(db: Connection) -> rusqlite::Result<Connection> {
+    db.pragma_update(None, "writable_schema", true)?;
+    db.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
+    Ok(db)
+}
+
+/// The address of a file that nobody changes.
+fn unchanging(path: &Path) -> String {
+    let mut address = String::from("file:");
+    for character in path.to_string_lossy().chars() {
+        match character {
+            '%' | '?' | '#' => address += &format!("%{:02X}", u32::from(character)),
+            other => address.push(other),
+        }
+    }
+    address + "?immutable=1"
+}
+
+/// What is wrong, for a person.
+pub(super) fn words(err: &rusqlite::Error) -> String {
+    match err.sqlite_error_code() {
+        Some(rusqlite::ErrorCode::DatabaseCorrupt) => "the file is cut off or damaged".into(),
+        Some(rusqlite::ErrorCode::NotADatabase) => "it isn't a database".into(),
+        _ => err.to_string(),
+    }
+}

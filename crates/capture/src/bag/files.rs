@@ -1,0 +1,177 @@
+//! The files of a bag.
+
+use std::{
+    io::{BufReader, Read},
+    path::{Path, PathBuf},
+};
+
+use tempfile::TempPath;
+
+use super::{db3::Db3, is_bag_file, mcap::Mcap};
+use crate::RosImageType;
+use boresight_files::{FileError, Links, open};
+
+const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
+const SQLITE: &[u8] = b"SQLite format 3\0";
+
+/// A topic of a bag.
+pub(super) struct Topic {
+    pub(super) name: String,
+    /// Type of its messages as the bag calls it.
+    pub(super) type_name: String,
+    /// Kind of its pictures; `None` if its messages aren't pictures in CDR.
+    pub(super) kind: Option<RosImageType>,
+}
+
+impl Topic {
+    pub(super) fn new(name: String, type_name: String, encoding: &str) -> Self {
+        let kind = RosImageType::named(&type_name).filter(|_| encoding == "cdr");
+        Self { name, type_name, kind }
+    }
+}
+
+/// A message of the chosen topic.
+pub(super) struct Message {
+    /// When it was recorded.
+    pub(super) log_nanos: u64,
+    pub(super) data: Vec<u8>,
+}
+
+/// A file of a bag.
+pub(super) enum Storage {
+    Mcap(Box<Mcap>),
+    Db3(Db3),
+}
+
+impl Storage {
+    /// Opens the file at `path` by its contents.
+    pub(super) fn open(path: &Path) -> Result<Self, String> {
+        let words = |err: FileError| err.to_string();
+        let (mut plain, mut unpacked) = (path.to_path_buf(), None);
+        let mut start = start_of(path).map_err(words)?;
+        if start.starts_with(ZSTD) {
+            let path = unpack(path).map_err(words)?;
+            start = start_of(&path).map_err(words)?;
+            plain = path.to_path_buf();
+            unpacked = Some(path);
+        }
+        if start == SQLITE {
+            if let Some(whole) = whole_pages(&plain).map_err(words)? {
+                plain = whole.to_path_buf();
+                unpacked = Some(whole);
+            }
+            return Db3::open(&plain, unpacked).map(Self::Db3);
+        }
+        Mcap::open(&plain, unpacked).map(|mcap| Self::Mcap(Box::new(mcap)))
+    }
+
+    /// All topics that can be found. `Err` if none can.
+    pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
+        match self {
+            Self::Mcap(mcap) => mcap.topics(),
+            Self::Db3(db) => db.topics(),
+        }
+    }
+
+    /// Chooses the topic whose messages are read.
+    pub(super) fn choose(&mut self, topic: &str) -> Result<(), String> {
+        match self {
+            Self::Mcap(mcap) => mcap.choose(topic),
+            Self::Db3(db) => return db.choose(topic),
+        }
+        Ok(())
+    }
+
+    /// The next message of the topic in the order of recording; `Ok(None)` at the end of a whole file.
+    pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
+        match self {
+            Self::Mcap(mcap) => mcap.next(),
+            Self::Db3(db) => db.next(),
+        }
+    }
+}
+
+/// The files of the bag at `path` in the order of their numbers.
+pub(super) fn files_of(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let mut files = Vec::new();
+    for entry in path.read_dir()? {
+        files.push(entry?.path());
+    }
+    files.retain(|file| is_bag_file(file));
+    // `bag_10` follows `bag_9`.
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    Ok(files)
+}
+
+/// The picture's message in a database of compressed messages, or as it is.
+pub(super) fn plain_message(data: Vec<u8>) -> Vec<u8> {
+    if !data.starts_with(ZSTD) {
+        return data;
+    }
+    // What can't be unpacked is no message, which the reader of messages says.
+    let mut plain = Vec::new();
+    let unpacked = zstd::Decoder::new(&*data)
+        .and_then(|decoder| decoder.take(MESSAGE_LIMIT).read_to_end(&mut plain));
+    if unpacked.is_ok() { plain } else { Vec::new() }
+}
+
+/// Most bytes of a message.
+const MESSAGE_LIMIT: u64 = 1 << 29;
+
+/// True if the file at `path` is packed as a whole.
+pub(super) fn is_packed(path: &Path) -> Result<bool, FileError> {
+    Ok(start_of(path)?.starts_with(ZSTD))
+}
+
+/// The first bytes of the file at `path`.
+fn start_of(path: &Path) -> Result<Vec<u8>, FileError> {
+    let mut start = Vec::new();
+    let read = open(path, Links::Followed)?.take(SQLITE.len() as u64).read_to_end(&mut start);
+    read.map_err(FileError::reading(path))?;
+    Ok(start)
+}
+
+/// A copy of the database at `path` without the page that its end cuts, if there is such: SQLite would take zeros for the rest
+/// of that page, and so of a picture.
+fn whole_pages(path: &Path) -> Result<Option<TempPath>, FileError> {
+    let reading = FileError::reading(path);
+    let mut database = open(path, Links::Followed)?;
+    let bytes = database.metadata().map_err(&reading)?.len();
+    let mut header = [0; 18];
+    if database.read_exact(&mut header).is_err() {
+        return Ok(None);
+    }
+    // 1 stands for 65536, and nothing below 512 is allowed.
+    let page_bytes = match u16::from_be_bytes([header[16], header[17]]) {
+        1 => 1 << 16,
+        bytes => u64::from(bytes).max(512),
+    };
+    if bytes % page_bytes == 0 {
+        return Ok(None);
+    }
+    let mut whole = tempfile::NamedTempFile::new().map_err(&reading)?;
+    let copied = std::io::copy(
+        &mut header.as_slice().chain(database).take(bytes / page_bytes * page_bytes),
+        &mut whole,
+    );
+    copied.map_err(&reading)?;
+    Ok(Some(whole.into_temp_path()))
+}
+
+/// Unpacks the file at `path` beside the system's temporary files, as far as it's whole.
+fn unpack(path: &Path) -> Result<TempPath, FileError> {
+    let reading = FileError::reading(path);
+    let mut plain = tempfile::NamedTempFile::new().map_err(&reading)?;
+    let packed = BufReader::new(open(path, Links::Followed)?);
+    let mut decoder = zstd::Decoder::with_buffer(packed).map_err(&reading)?;
+    match std::io::copy(&mut decoder, &mut plain) {
+        Ok(_) => {}
+        // A broken tail: what is missing shows in the file itself.
+        Err(err) if err.kind() == std::io::ErrorKind::UnexpectedEof => {}
+        Err(err) => return Err(reading(err)),
+    }
+    Ok(plain.into_temp_path())
+}

@@ -1,0 +1,202 @@
+//! Messages in MCAP, <https://mcap.dev/spec>.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    io::{BufReader, Read, Seek},
+    path::{Path, PathBuf},
+};
+
+use mcap::{
+    McapError,
+    records::Record,
+    sans_io::{
+        linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
+        summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
+    },
+};
+use tempfile::TempPath;
+
+use super::files::{Message, Topic};
+use boresight_files::{Links, open};
+
+/// Most bytes of a record, and of a chunk when it's unpacked.
+const RECORD_LIMIT: usize = 1 << 29;
+
+/// A file of MCAP.
+pub(super) struct Mcap {
+    path: PathBuf,
+    records: Records,
+    wanted: String,
+    /// Channels of the wanted topic.
+    channels: BTreeSet<u16>,
+    /// Messages that were delivered.
+    passed: u64,
+    /// Messages to pass by: they were delivered before.
+    skip: u64,
+    /// Whether the chunk that the file's end cuts is being read.
+    reads_cut_chunk: bool,
+    /// Keeps an unpacked file.
+    _unpacked: Option<TempPath>,
+}
+
+impl Mcap {
+    pub(super) fn open(path: &Path, unpacked: Option<TempPath>) -> Result<Self, String> {
+        Ok(Self {
+            path: path.into(),
+            records: Records::open(path, true)?,
+            wanted: String::new(),
+            channels: BTreeSet::new(),
+            passed: 0,
+            skip: 0,
+            reads_cut_chunk: false,
+            _unpacked: unpacked,
+        })
+    }
+
+    pub(super) fn choose(&mut self, topic: &str) {
+        self.wanted = topic.into();
+    }
+
+    pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
+        if let Some(topics) = self.listed() {
+            return Ok(topics);
+        }
+        // A file without its end, or without a list there.
+        let mut records = Records::open(&self.path, false)?;
+        let (mut schemas, mut topics) = (BTreeMap::new(), Vec::<Topic>::new());
+        loop {
+            match records.next() {
+                Ok(Some(Record::Schema { header, .. })) => {
+                    schemas.insert(header.id, header.name);
+                }
+                Ok(Some(Record::Channel(channel))) => {
+                    let type_name = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                    if !topics.iter().any(|topic| topic.name == channel.topic) {
+                        topics.push(Topic::new(
+                            channel.topic,
+                            type_name,
+                            &channel.message_encoding,
+                        ));
+                    }
+                }
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(topics),
+                Err(err) if topics.is_empty() => return Err(words(&err)),
+                Err(_) => return Ok(topics),
+            }
+        }
+    }
+
+    /// The topics in the list at the file's end.
+    fn listed(&self) -> Option<Vec<Topic>> {
+        let mut file = open(&self.path, Links::Followed).ok()?;
+        let size = file.metadata().ok()?.len();
+        let options = SummaryReaderOptions::default()
+            .with_file_size(size)
+            .with_record_length_limit(RECORD_LIMIT);
+        let mut reader = SummaryReader::new_with_options(options);
+        while let Some(event) = reader.next_event() {
+            match event.ok()? {
+                SummaryReadEvent::ReadRequest(count) => {
+                    let read = file.read(reader.insert(count)).ok()?;
+                    reader.notify_read(read);
+                }
+                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
+            }
+        }
+        let topics: BTreeMap<String, Topic> = reader
+            .finish()?
+            .channels
+            .into_values()
+            .map(|channel| {
+                let type_name = channel.schema.as_ref().map_or("", |schema| &schema.name);
+                let (name, encoding) = (channel.topic.clone(), &channel.message_encoding);
+                (name.clone(), Topic::new(name, type_name.into(), encoding))
+            })
+            .collect();
+        (!topics.is_empty()).then(|| topics.into_values().collect())
+    }
+
+    pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
+        loop {
+            let record = match self.records.next() {
+                // Messages of a chunk are read once its checksum is right, and a chunk that the file's end cuts has none
+                // to be compared with: its whole messages are good all the same.
+                Err(McapError::UnexpectedEof) if !self.reads_cut_chunk => {
+                    (self.reads_cut_chunk, self.skip) = (true, self.passed);
+                    self.records = Records::open(&self.path, false)?;
+                    continue;
+                }
+                record => record.map_err(|err| words(&err))?,
+            };
+            match record {
+                None => return Ok(None),
+                Some(Record::Channel(channel)) if channel.topic == self.wanted => {
+                    self.channels.insert(channel.id);
+                }
+                Some(Record::Message { header, data })
+                    if self.channels.contains(&header.channel_id) =>
+                {
+                    if self.skip > 0 {
+                        self.skip -= 1;
+                        continue;
+                    }
+                    self.passed += 1;
+                    let (log_nanos, data) = (header.log_time, data.into_owned());
+                    return Ok(Some(Message { log_nanos, data }));
+                }
+                // No message stands behind it.
+                Some(Record::DataEnd(_)) => return Ok(None),
+                Some(_) => {}
+            }
+        }
+    }
+}
+
+/// The records of a file, those of its chunks among them.
+pub(super) struct Records {
+    file: Box<dyn Read + Send>,
+    reader: LinearReader,
+}
+
+impl Records {
+    /// Records from the file's start; with `checks`, those of a chunk only once its checksum is right.
+    pub(super) fn open(path: &Path, checks: bool) -> Result<Self, String> {
+        let file = open(path, Links::Followed).map_err(|err| err.to_string())?;
+        let file = Box::new(BufReader::with_capacity(1 << 18, file));
+        let options = LinearReaderOptions::default()
+            .with_record_length_limit(RECORD_LIMIT)
+            .with_prevalidate_chunk_crcs(checks);
+        Ok(Self { file, reader: LinearReader::new_with_options(options) })
+    }
+
+    /// The next record; `None` at the end.
+    pub(super) fn next(&mut self) -> Result<Option<Record<'static>>, McapError> {
+        loop {
+            match self.reader.next_event() {
+                None => return Ok(None),
+                Some(Err(err)) => return Err(err),
+                Some(Ok(LinearReadEvent::ReadRequest(count))) => {
+                    let read = self.file.read(self.reader.insert(count))?;
+                    self.reader.notify_read(read);
+                }
+                Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    return mcap::parse_record(opcode, data)
+                        .map(|record| Some(record.into_owned()));
+                }
+            }
+        }
+    }
+}
+
+/// What is wrong, for a person.
+pub(super) fn words(err: &McapError) -> String {
+    match err {
+        McapError::UnexpectedEof => "the file is cut off".into(),
+        McapError::BadMagic => "it's neither MCAP nor a database of ROS 2".into(),
+        McapError::BadChunkCrc { .. } => "a checksum is wrong".into(),
+        McapError::Io(err) => err.to_string(),
+        McapError::UnsupportedCompression(how) => format!("its compression is {how:?}"),
+        _ => "its bytes make no sense".into(),
+    }
+}

@@ -1,0 +1,48 @@
+//! Recorded bags: MCAP files, and databases (`.db3`) of ROS 2, with pictures in messages of ROS 2.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `files` | which files a bag consists of, and of which kind they are |
+//! | `mcap`, `db3` | the messages of one topic in a file |
+//! | `source` | their pictures as a frame source |
+//! | `copy` | a copy of a bag with the calibration in it |
+//! | `flaw` | why a bag gives no pictures |
+
+#[cfg(feature = "bags")]
+mod copy;
+#[cfg(feature = "bags")]
+mod db3;
+#[cfg(feature = "bags")]
+mod files;
+mod flaw;
+#[cfg(feature = "bags")]
+mod mcap;
+#[cfg(feature = "bags")]
+mod source;
+
+use std::path::Path;
+
+#[cfg(feature = "bags")]
+pub use copy::{CopiedBag, NotCopied, copy_with};
+pub use flaw::BagFlaw;
+#[cfg(feature = "bags")]
+pub use source::Bag;
+
+/// Endings of a bag's files.
+const ENDINGS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
+/// File that makes a folder with such files a bag.
+const METADATA: &str = "metadata.yaml";
+
+fn is_bag_file(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).map(str::to_ascii_lowercase);
+    name.is_some_and(|name| ENDINGS.iter().any(|ending| name.ends_with(ending))) && path.is_file()
+}
+
+/// True if `path` is a bag by its name: a file, or the folder that ROS 2 makes.
+pub fn is_bag(path: &Path) -> bool {
+    let holds_one = || {
+        let mut entries = path.read_dir().into_iter().flatten().flatten();
+        entries.any(|entry| is_bag_file(&entry.path()))
+    };
+    is_bag_file(path) || (path.join(METADATA).is_file() && holds_one())
+}
