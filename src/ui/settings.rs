@@ -30,7 +30,7 @@ pub fn show(
 ) {
     CentralPanel::default().show(ui, |ui| {
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-            ui.set_max_width(MOST);
+            ui.set_max_width(ui.available_width().min(MOST));
             ui.columns_const(|[looks, new]| {
                 window(looks, preferences, no_voice, asks);
                 card(new, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));

@@ -95,7 +95,7 @@ fn wrong_usage_is_an_object_too() {
     assert_eq!(ended.code, 1);
     let events: Vec<Value> = ended.stderr.lines().map(json).collect();
     let error = events.iter().find(|event| event["event"] == "error").expect("an error");
-    assert_eq!(error["code"], "FILE-MISSING", "{error}");
+    assert_eq!(error["code"], "MANIFEST", "{error}");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use tempfile::TempPath;
 
-use super::files::{Message, Topic};
+use super::message::{Message, Topic};
 
 /// A database.
 pub(super) struct Db3 {

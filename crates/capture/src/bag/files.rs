@@ -7,35 +7,16 @@ use std::{
 
 use tempfile::TempPath;
 
-use super::{db3::Db3, is_bag_file, mcap::Mcap};
-use crate::RosImageType;
+use super::{
+    db3::Db3,
+    is_bag_file,
+    mcap::Mcap,
+    message::{Message, Topic},
+};
 use boresight_files::{FileError, Links, open};
 
 const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
 const SQLITE: &[u8] = b"SQLite format 3\0";
-
-/// A topic of a bag.
-pub(super) struct Topic {
-    pub(super) name: String,
-    /// Type of its messages as the bag calls it.
-    pub(super) type_name: String,
-    /// Kind of its pictures; `None` if its messages aren't pictures in CDR.
-    pub(super) kind: Option<RosImageType>,
-}
-
-impl Topic {
-    pub(super) fn new(name: String, type_name: String, encoding: &str) -> Self {
-        let kind = RosImageType::named(&type_name).filter(|_| encoding == "cdr");
-        Self { name, type_name, kind }
-    }
-}
-
-/// A message of the chosen topic.
-pub(super) struct Message {
-    /// When it was recorded.
-    pub(super) log_nanos: u64,
-    pub(super) data: Vec<u8>,
-}
 
 /// A file of a bag.
 pub(super) enum Storage {

@@ -16,7 +16,7 @@ use mcap::{
 };
 use tempfile::TempPath;
 
-use super::files::{Message, Topic};
+use super::message::{Message, Topic};
 use boresight_files::{Links, open};
 
 /// Most bytes of a record, and of a chunk when it's unpacked.

@@ -17,6 +17,7 @@ mod files;
 mod flaw;
 #[cfg(feature = "bags")]
 mod mcap;
+mod message;
 #[cfg(feature = "bags")]
 mod source;
 
