@@ -25,8 +25,11 @@ fn ffmpeg(place: &Path, arguments: &str) {
     assert!(made.expect("ffmpeg is installed").success(), "{arguments}");
 }
 
+/// Widths and heights of pictures, in pixels.
+type Sizes = Vec<(u32, u32)>;
+
 /// Sizes of the frames until the end, or what ended them.
-fn read(place: &Path, name: &str) -> (Vec<(u32, u32)>, Option<(Fault, String)>) {
+fn read(place: &Path, name: &str) -> (Sizes, Option<(Fault, String)>) {
     let mut sizes = Vec::new();
     let mut source = Ffmpeg::open(&place.join(name).display().to_string()).expect("opens");
     loop {

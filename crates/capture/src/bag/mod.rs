@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `files` | which files a bag consists of, and of which kind they are |
+//! | `message` | what a bag holds |
 //! | `mcap`, `db3` | the messages of one topic in a file |
 //! | `source` | their pictures as a frame source |
 //! | `copy` | a copy of a bag with the calibration in it |
@@ -17,6 +18,7 @@ mod files;
 mod flaw;
 #[cfg(feature = "bags")]
 mod mcap;
+#[cfg(feature = "bags")]
 mod message;
 #[cfg(feature = "bags")]
 mod source;

@@ -11,7 +11,8 @@ use image::GrayImage;
 
 use super::{
     BagFlaw,
-    files::{Message, Storage, files_of, plain_message},
+    files::{Storage, files_of, plain_message},
+    message::Message,
 };
 use crate::{Arrival, CaptureError, FrameSource, RosFlaw, RosImageType, RosImages, SourceIdentity};
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
