@@ -100,14 +100,14 @@ fn an_unchanged_camera_is_left_alone() {
 }
 
 #[test]
-fn six_pixels_are_seen() {
+fn eight_pixels_are_seen() {
     let count = CAMERAS;
     let (of_pp, ..) = told(count, |scene| {
         let angle = scene.rng.random_range(0.0..std::f64::consts::TAU);
-        scene.camera.pp_px += Vector2::new(angle.cos(), angle.sin()) * 6.0;
+        scene.camera.pp_px += Vector2::new(angle.cos(), angle.sin()) * 8.0;
     });
-    let (of_f, ..) = told(count, |scene| scene.camera.f_px += Vector2::repeat(6.0));
-    println!("6 px of PP told {of_pp}, 6 px of f told {of_f}, of {count}");
+    let (of_f, ..) = told(count, |scene| scene.camera.f_px += Vector2::repeat(8.0));
+    println!("8 px of PP told {of_pp}, 8 px of f told {of_f}, of {count}");
     assert!(f64::from(of_pp) >= 0.95 * count as f64, "{of_pp} of {count}");
     assert!(f64::from(of_f) >= 0.95 * count as f64, "{of_f} of {count}");
 }
