@@ -384,7 +384,7 @@ pub struct ViewEntry {
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub rms_px: Option<f64>,
     /// Factor on the variances of its corners, from its residuals; 1 on the whole.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub noise: Option<f64>,
     /// Principal line of the corners as seen; null if the board is too frontal to have one.
