@@ -96,7 +96,7 @@ fn the_program_reports_and_exports_the_recorded_views() {
     make_another_build(&path);
     let exported =
         boresight(place.path(), &["export", "session", "--format", "vnl", "--out", "corners.vnl"]);
-    says(&exported, 0, &["Recorded by another version"]);
+    says(&exported, 0, &["This version would decide differently"]);
     let table = fs::read_to_string(place.path().join("corners.vnl")).expect("written");
     for view in live.accepted() {
         let name = view.picture_name();
@@ -105,7 +105,7 @@ fn the_program_reports_and_exports_the_recorded_views() {
     }
     let reported = boresight(place.path(), &["report", "session"]);
     // Three views are too few.
-    says(&reported, 3, &["Recorded by another version", "UNFINISHED"]);
+    says(&reported, 3, &["This version would decide differently", "UNFINISHED"]);
     let page = fs::read_to_string(path.join("report.html")).expect("written");
     assert!(page.contains(&live.accepted()[0].picture_name()), "no first view in the report");
 }
