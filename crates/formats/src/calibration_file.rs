@@ -384,7 +384,7 @@ pub struct ViewEntry {
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub rms_px: Option<f64>,
     /// Factor on the variances of its corners, from its residuals; 1 on the whole.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
     pub noise: Option<f64>,
     /// Principal line of the corners as seen; null if the board is too frontal to have one.
@@ -647,7 +647,10 @@ impl Serialize for ViewEntry {
             map.serialize_entry("tilt_deg", &self.tilt_deg)?;
             map.serialize_entry("slot_deg", &self.slot_deg)?;
             map.serialize_entry("rms_px", &self.rms_px)?;
-            map.serialize_entry("noise", &self.noise)?;
+            // Earlier versions don't state it.
+            if let Some(noise) = self.noise {
+                map.serialize_entry("noise", &noise)?;
+            }
             map.serialize_entry("pl", &self.pl)?;
             map.serialize_entry("pl_residual_px", &self.pl_residual_px)?;
             map.serialize_entry("focal_px", &self.focal_px)?;
