@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 
-/// The terminal before keys were read; `None` while it's as it was.
+/// The terminal's settings from before keys were read; `None` while they're unchanged.
 static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
 
 /// From now on, the terminal at stdin hands over every key at once and shows none; Ctrl-C still ends the session. `None` if
@@ -19,7 +19,7 @@ pub(super) fn by_key() -> Option<()> {
     Some(())
 }
 
-/// Leaves the terminal as it was.
+/// Restores the terminal's settings.
 pub(super) fn restore() {
     if let Some(before) = BEFORE.lock().unwrap_or_else(PoisonError::into_inner).take() {
         tcsetattr(std::io::stdin(), OptionalActions::Now, &before).ok();

@@ -73,7 +73,7 @@ fn filling(scene: &mut Scene, count: usize) -> Vec<Vec<Corner>> {
     scene.views(&plan)
 }
 
-const CAMERAS: u64 = 150;
+const CAMERAS: u64 = 500;
 
 /// Of `count` cameras, the checks that told a change, and the mean of what they could have seen.
 fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
@@ -167,7 +167,7 @@ fn another_lens_is_told() {
 #[test]
 fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
     let (mut told, mut visible) = (0, 0);
-    for seed in 0..100 {
+    for seed in 0..200 {
         let mut installed = Installed::new(9000 + seed);
         let before = installed.scene.camera;
         let distortion = &mut installed.scene.camera.distortion;
@@ -184,7 +184,7 @@ fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
         }
     }
     println!("told {told} of {visible} visible ones");
-    assert!(visible >= 10, "{visible}");
+    assert!(visible >= 20, "{visible}");
     assert!(told * 10 >= visible * 9, "{told} of {visible}");
 }
 
@@ -332,7 +332,7 @@ impl Lens {
 /// least as often: either of two tests may tell it, and what is stated is what the second one sees.
 #[test]
 fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
-    let trials = asked_for("BORESIGHT_SESSIONS").unwrap_or(60);
+    let trials = asked_for("BORESIGHT_SESSIONS").unwrap_or(150);
     for lens in Lens::all() {
         let unchanged: Vec<Drift> =
             (0..trials).filter_map(|seed| lens.check(lens.camera, seed)).collect();
@@ -385,9 +385,9 @@ fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
             println!(
                 "  {kind}: {visible_px:.3} px stated; told {less:.3} at 0.9, {at:.3} at 1, {more:.3} at 1.1 of it"
             );
-            assert!(more > 0.9 && at > 0.85, "{kind}: {at} {more}");
+            assert!(0.95 < more && at > 0.905, "{kind}: {at} {more}");
             if kind != "distortion" {
-                assert!(less < 0.99, "{kind}: {less} {at}");
+                assert!(less < 0.95 && at < 0.995, "{kind}: {less} {at}");
             }
         }
     }

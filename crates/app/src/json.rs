@@ -10,7 +10,7 @@ use boresight_present::text;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DetectedLine {
-    /// The picture's file, as it was named.
+    /// Name of the picture's file, as the caller gave it.
     pub file: String,
     /// Whether the board was found, whole or in part.
     pub found: bool,

@@ -19,7 +19,7 @@ use super::{super::typing, lines::Lines};
 /// Longest wait for a key until it's asked whether the session is over.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
-/// Reads keys until it's dropped; the terminal is then as it was.
+/// Reads keys until it's dropped, then restores the terminal's settings.
 pub(super) struct Keys {
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
