@@ -112,6 +112,24 @@ fn eight_pixels_are_seen() {
     assert!(f64::from(of_f) >= 0.95 * count as f64, "{of_f} of {count}");
 }
 
+/// Some views tell less than others, and their check says so.
+#[test]
+fn a_change_of_f_is_told_where_the_check_could_see_it() {
+    let (mut told, mut visible) = (0, 0);
+    for seed in 0..200 {
+        let mut installed = Installed::new(9000 + seed);
+        installed.scene.camera.f_px += Vector2::repeat(5.0);
+        let found = installed.check().expect("a verdict");
+        if found.visible_f_px < 5.0 {
+            visible += 1;
+            told += u32::from(found.verdict != DriftVerdict::Ok);
+        }
+    }
+    println!("5 px of f told {told} of {visible} visible ones");
+    assert!(visible >= 100, "{visible}");
+    assert!(told * 20 >= visible * 19, "{told} of {visible}");
+}
+
 #[test]
 fn a_change_is_measured_within_its_uncertainty() {
     for seed in 0..20 {

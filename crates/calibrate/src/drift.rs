@@ -147,6 +147,16 @@ impl NoDrift {
 }
 
 impl DriftVerdict {
+    /// The verdict on a change that chance doesn't explain, or does, and that moves the image of a ray by up to
+    /// `displacement_px` where `matters_px` matter.
+    pub(super) fn of(is_significant: bool, displacement_px: f64, matters_px: f64) -> Self {
+        match is_significant {
+            true if displacement_px > matters_px => Self::Recalibrate,
+            true => Self::Watch,
+            false => Self::Ok,
+        }
+    }
+
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
@@ -253,11 +263,8 @@ pub fn drift(
     if let Some(lens) = lens.filter(|lens| lens.is_significant) {
         found.displacement_px = found.displacement_px.max(lens.displacement_px);
     }
-    let verdict = match lens_changed || statistic > limit {
-        true if found.displacement_px > found.matters_px => DriftVerdict::Recalibrate,
-        true => DriftVerdict::Watch,
-        false => DriftVerdict::Ok,
-    };
+    let is_significant = lens_changed || statistic > limit;
+    let verdict = DriftVerdict::of(is_significant, found.displacement_px, found.matters_px);
     Ok(Drift { verdict, ..found })
 }
 

@@ -53,8 +53,11 @@ impl Told {
         let left = self.freedom - dimensions as f64 + 1.0;
         let share_below = limit / (limit + self.freedom);
         let (mut log_weight, mut sum, mut total) = (-half, 0.0, 0.0);
-        for term in 0..(half + 10.0 * half.sqrt() + 20.0) as usize {
+        for term in 0.. {
             let weight = f64::exp(log_weight);
+            if term as f64 > half && weight < f64::EPSILON {
+                break;
+            }
             let count = (dimensions + 2 * term) as f64;
             sum += weight * beta_reg(count / 2.0, left / 2.0, share_below);
             total += weight;
@@ -89,10 +92,11 @@ pub(super) struct Change {
     pub(super) f_and_pp_covariance: Matrix3<f64>,
     /// Coefficients that either of the two may have.
     coefficients: Vec<LensParameter>,
-    /// Change of the coefficients along directions whose changes are independent with a standard deviation of 1, and those
-    /// directions, a column each.
-    along: DVector<f64>,
+    /// From a change of the coefficients to one along directions, of which each is known by itself with a standard deviation
+    /// of 1; those directions, a column each; and the change along them.
+    whitened: DMatrix<f64>,
     directions: DMatrix<f64>,
+    along: DVector<f64>,
 }
 
 /// The outcome of the tests of the distortion.
@@ -156,8 +160,9 @@ impl Change {
             f_and_pp_px: f_and_pp_px - explained,
             f_and_pp_covariance,
             coefficients,
-            along,
+            whitened,
             directions,
+            along,
         })
     }
 
@@ -187,8 +192,7 @@ impl Change {
         if displacement_px(&whole) < LEAST_DISTORTION_PX {
             whole = vector(&|coefficient| if coefficient == LensParameter::K1 { 0.1 } else { 0.0 });
         }
-        // In units of the directions, of which each is known with a standard deviation of 1.
-        let proportional = self.directions.clone().pseudo_inverse(0.0).ok()? * &whole;
+        let proportional = &self.whitened * &whole;
         let information = proportional.norm_squared();
         let share = proportional.dot(&self.along) / information;
         let limit = told.limit(1, UNCHANGED)?;

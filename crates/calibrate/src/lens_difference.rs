@@ -77,11 +77,7 @@ impl LensDifference {
             cell_centres_px(image_size).map(|px| displacement(px).norm()).fold(0.0, f64::max);
         let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
         let limit = Told::EXACTLY.limit(3, F_AND_PP_LIMIT)?;
-        let verdict = match statistic > limit {
-            true if displacement_px > matters_px => DriftVerdict::Recalibrate,
-            true => DriftVerdict::Watch,
-            false => DriftVerdict::Ok,
-        };
+        let verdict = DriftVerdict::of(statistic > limit, displacement_px, matters_px);
         let sd_px = covariance.diagonal().map(f64::sqrt);
         (statistic.is_finite() && displacement_px.is_finite()).then_some(Self {
             verdict,
