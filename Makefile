@@ -6,7 +6,7 @@ ARGS ?=
 # What the build needs from Debian besides the Rust toolchain.
 PACKAGES = gcc libc6-dev
 # What the window opens at run time.
-WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2
+WINDOW_PACKAGES = libgl1 libegl1 libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2 libglib2.0-bin
 # What reads network streams and video files.
 VIDEO_PACKAGES = ffmpeg
 # The RTSP server that the tests watch: it isn't ours, and isn't ffmpeg's.

@@ -246,10 +246,19 @@ impl AppHost for WindowHost {
     }
 
     fn delete(&mut self, folder: &Path) -> Result<(), UserError> {
-        trash::delete(folder).map_err(|err| UserError {
-            what: format!("{}: {err}", folder.display()),
+        let failed = |why: &str| UserError {
+            what: format!("{}: {why}", folder.display()),
             action: Some(text::sessions::DELETE_BY_HAND.into()),
-        })
+        };
+        // The desktop's own program knows the bin of every disk.
+        let mut gio = Command::new("gio");
+        let moved = gio.args(["trash", "--"]).arg(folder).stdin(Stdio::null()).output();
+        let moved = moved.map_err(|err| failed(&format!("gio: {err}")))?;
+        if moved.status.success() {
+            Ok(())
+        } else {
+            Err(failed(String::from_utf8_lossy(&moved.stderr).trim()))
+        }
     }
 
     fn dropped(&self, path: &Path) -> Dropped {
