@@ -53,8 +53,12 @@ impl Lens {
     fn new(text: &str) -> PyResult<Self> {
         let old = import::read(text).map_err(|err| raised(&err.into()))?;
         let camera = old.camera;
-        let certainty =
-            old.covariance.and_then(|c| Some((c, projection_jacobian(&camera, old.image_size)?)));
+        let covers = |px: &Point2<f64>| old.outlines.iter().any(|outline| outline.covers(px));
+        let certainty = old.covariance.and_then(|covariance| {
+            let whole = projection_jacobian(&camera, old.image_size)?;
+            // The turn that the file's own map has; of the whole picture if the file doesn't say where boards were.
+            Some((covariance, whole.turned_over(covers).unwrap_or(whole)))
+        });
         Ok(Self { camera, certainty })
     }
 

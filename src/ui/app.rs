@@ -135,6 +135,7 @@ impl App {
             speech: memory.speech.unwrap_or(usual.speech),
             panels: memory.panels.unwrap_or(usual.panels),
             full_screen: memory.full_screen.unwrap_or(usual.full_screen),
+            hint: memory.knows_guide != Some(true),
             ..usual
         };
         let mut start = StartPage::new(wish.clone());
@@ -296,6 +297,7 @@ impl App {
 
     /// Keeps the person's choices for the next window.
     fn keep(&mut self, ctx: &Context) {
+        self.screen.preferences.hint &= self.screen.taken_secs.is_none();
         let preferences = self.screen.preferences;
         let usual = Preferences::default();
         let changed = |now: bool, usual: bool, before: Option<bool>| {
@@ -309,6 +311,7 @@ impl App {
             speech: changed(preferences.speech, usual.speech, before.speech),
             panels: changed(preferences.panels, usual.panels, before.panels),
             full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
+            knows_guide: (!preferences.hint).then_some(true),
             zoom: Some(ctx.zoom_factor()).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
             ..before.clone()
         };

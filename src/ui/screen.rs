@@ -30,6 +30,8 @@ pub struct Preferences {
     pub lines: bool,
     /// Full screen while nobody is at the computer.
     pub full_screen: bool,
+    /// A word on the picture on how the guide works, until the first view is taken.
+    pub hint: bool,
 }
 
 impl Default for Preferences {
@@ -41,6 +43,7 @@ impl Default for Preferences {
             panels: true,
             lines: false,
             full_screen: false,
+            hint: false,
         }
     }
 }

@@ -145,6 +145,23 @@ fn the_page_has_the_numbers_of_the_file() {
             assert!(table.contains(&view[name].as_f64().expect("number")), "{name}");
         }
     }
+    // Drawings of the fit: a bar and a board for each view, each corner as a dot, a cell for each pair of parameters.
+    let shapes = |id: &str, shape: &str| {
+        let drawn = part(&document, id).descendants();
+        drawn.filter(|node| node.has_tag_name(shape)).count()
+    };
+    assert_eq!(shapes("chart-views", "polygon"), 6);
+    assert_eq!(shapes("chart-poses", "polygon"), 6 + 1);
+    let seen = text(part(&document, "chart-scatter"));
+    let corners: usize = seen
+        .split_whitespace()
+        .zip(seen.split_whitespace().skip(1))
+        .find_map(|(count, word)| (word == "corners,").then(|| count.parse().expect("a number")))
+        .expect("corners");
+    assert_eq!(shapes("chart-scatter", "circle"), corners);
+    assert_eq!(shapes("chart-distance", "polyline"), 2);
+    let cells = (shapes("chart-correlations", "polygon") as f64).sqrt();
+    assert!(cells >= 4.0 && cells.fract() == 0.0, "{cells}");
     // The verdict stands first, in words and in a sign, with the command to repeat it at the end.
     let verdict = text(part(&document, "verdict"));
     let word = ["GOOD", "USE WITH CARE", "NOT TRUSTWORTHY"][["good", "care", "untrustworthy"]

@@ -474,7 +474,9 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     });
     click(&mut window, Role::Button, words::GO);
     assert_eq!(app(&window).page(), Page::Guide);
+    assert!(app(&window).screen().preferences.hint, "a word on how the guide works");
     until(&mut window, "three views", |window| views(window) >= 3);
+    assert!(!app(&window).screen().preferences.hint, "it goes with the first view");
     let boards: Vec<[u16; 2]> = {
         let opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
         opened.iter().map(|wish| wish.board).collect()
@@ -509,6 +511,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     });
     let memory = remembered.lock().unwrap_or_else(PoisonError::into_inner).clone();
     assert_eq!(memory.board, Some([7, 5]), "remembered");
+    assert_eq!(memory.knows_guide, Some(true), "it doesn't come again");
     let second = folder.path().join("one-7x5");
     assert!(first.is_dir() && second.join("report.html").is_file(), "beside the first");
     let third = app(&window).screen().folder.clone().expect("a folder");

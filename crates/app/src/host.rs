@@ -325,6 +325,8 @@ pub struct Memory {
     pub panels: Option<bool>,
     /// Full screen while nobody is at the computer.
     pub full_screen: Option<bool>,
+    /// A view has been taken in this person's window: they know how the guide works.
+    pub knows_guide: Option<bool>,
     /// Name of the colour theme.
     pub theme: Option<String>,
     /// Size of the interface.

@@ -10,7 +10,7 @@ use super::{
         held_out, leave_out,
         limits::Limits,
         odd_corners::odd_corners,
-        projection_sd::projection_jacobian,
+        projection_sd::{ProjectionSd, projection_jacobian},
         trust_checks::{self, Evidence, ViewEvidence},
     },
     examined::Examined,
@@ -78,10 +78,13 @@ pub(super) fn assemble(
     };
     let Lens { model, camera, focal, covariance, covariance_all, noise_factor } = lens;
     let noise_px = noise_factor * typical_sigma_px(&inputs.views);
-    let jacobian = projection_jacobian(&camera, inputs.image_size)?;
-    let projection_sd = jacobian.sd(&covariance_all);
     let outlines = inputs.outlines();
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
+    let whole = projection_jacobian(&camera, inputs.image_size)?;
+    let where_seen = whole.turned_over(is_covered);
+    let jacobian = where_seen.as_ref().unwrap_or(&whole);
+    let projection_sd =
+        ProjectionSd { bound_px: whole.bound_px(&covariance_all), ..jacobian.sd(&covariance_all) };
     let covered_bound_px = jacobian.bound_px_inside(&covariance_all, is_covered);
     let goal = inputs.params.accept.map(|goal| {
         let scale_sd = inputs.params.board_scale_sd;

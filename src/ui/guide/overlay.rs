@@ -47,6 +47,11 @@ pub(super) fn paint(
         let size = (0.028 * placed.rect.height()).max(theme::BODY);
         shaded_text(painter, at, Align2::LEFT_TOP, text::window::SIMULATED_CAMERA, size);
     }
+    if screen.preferences.hint && instruction.card.is_some() {
+        let at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
+        let size = (0.032 * placed.rect.height()).max(theme::BODY);
+        shaded_text(painter, at, Align2::CENTER_BOTTOM, text::window::HINT, size);
+    }
     if let Some(hold) = instruction.hold {
         ring(painter, placed, instruction, hold as f32);
     }

@@ -80,7 +80,7 @@ pub(super) fn draw(
         painter.add(Shape::convex_polygon(points.clone(), face, Stroke::NONE));
         painter.add(Shape::closed_line(points, Stroke::new(1.5, color)));
     }
-    words::poses(boards.len(), nearest_m, farthest_m)
+    format!("{}; {}", words::poses(boards.len(), nearest_m, farthest_m), words::DRAG)
 }
 
 /// Where the rays of the picture's corners are at that depth, around the picture.

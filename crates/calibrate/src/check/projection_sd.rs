@@ -13,9 +13,9 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
 /// Derivatives of the image by the lens parameters, compensated for rotation of the camera, on a grid of pixels.
 ///
-/// `M = (I − R R⁺) J`, with `J` = d px / d lens of fixed rays and `R` = d px / d rotation of the camera. A rotation is
-/// compensated because the orientation of the camera isn't part of a calibration (as in
-/// mrcal's projection uncertainty).
+/// `M = J − R R_c⁺ J_c`, with `J` = d px / d lens of fixed rays, `R` = d px / d rotation of the camera, and `c` the points over
+/// which the rotation is the best ([`Self::turned_over`]). It's compensated because the orientation of the camera isn't part of
+/// a calibration (as in mrcal's projection uncertainty).
 #[derive(Clone, Debug)]
 pub struct ProjectionJacobian {
     /// Grid points inside the field of the lens model, in pixels.
@@ -25,6 +25,8 @@ pub struct ProjectionJacobian {
     /// Number of grid points beyond the fold of the lens model, which have no ray. Those outside the round picture of a
     /// fisheye lens aren't counted.
     pub unmapped: usize,
+    /// Two rows of `R` per grid point.
+    jac_rotation: Vec<SMatrix<f64, 2, 3>>,
     /// The rotation that compensates for each lens parameter, in radians.
     explained: SMatrix<f64, 3, LENS_PARAMETERS>,
 }
@@ -45,7 +47,9 @@ pub struct ProjectionSd {
     pub mean_px: f64,
     /// Maximum over the grid, in pixels.
     pub max_px: f64,
-    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels.
+    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels. A
+    /// [`Calibration`](crate::Calibration) states it after the best turn over the whole picture, all else after the best over
+    /// the covered part.
     pub bound_px: f64,
     /// Values of the mapped grid points, row by row.
     pub grid: Vec<GridSd>,
@@ -72,34 +76,43 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
         px: Vec::new(),
         jac_lens: Vec::new(),
         unmapped: 0,
+        jac_rotation: Vec::new(),
         explained: SMatrix::zeros(),
     };
-    let mut jac_rotation: Vec<SMatrix<f64, 2, 3>> = Vec::new();
     for px in cell_centres_px(image_size) {
         let Some(at) = camera.ray_from_px(&px).and_then(|ray| camera.project_ray(&ray)) else {
             jacobian.unmapped += usize::from(!camera.is_outside_field(&px));
             continue;
         };
-        jac_rotation.push(at.jac_rotation);
+        jacobian.jac_rotation.push(at.jac_rotation);
         jacobian.px.push(px);
         jacobian.jac_lens.push(at.jac_lens);
     }
-    // Subtracts what a rotation of the camera explains.
-    let mut turn_information = Matrix3::zeros();
-    let mut turn_by_lens = SMatrix::<f64, 3, LENS_PARAMETERS>::zeros();
-    for (turn, lens) in jac_rotation.iter().zip(&jacobian.jac_lens) {
-        turn_information += turn.transpose() * turn;
-        turn_by_lens += turn.transpose() * lens;
-    }
-    let explained = inverse(&turn_information)? * turn_by_lens;
-    for (turn, lens) in jac_rotation.iter().zip(&mut jacobian.jac_lens) {
-        *lens -= turn * explained;
-    }
-    jacobian.explained = explained;
-    Some(jacobian)
+    jacobian.turned_over(|_| true)
 }
 
 impl ProjectionJacobian {
+    /// The same derivatives, compensated by the best rotation over the grid points that `is_inside` selects. A bound over a
+    /// part of the picture takes the rotation over that part: what the lens does elsewhere doesn't turn the camera.
+    ///
+    /// `None` if too few points are selected to determine a rotation.
+    pub fn turned_over(&self, is_inside: impl Fn(&Point2<f64>) -> bool) -> Option<Self> {
+        let mut turned = self.clone();
+        let mut turn_information = Matrix3::zeros();
+        let mut turn_by_lens = SMatrix::<f64, 3, LENS_PARAMETERS>::zeros();
+        let all = self.px.iter().zip(&self.jac_rotation).zip(&self.jac_lens);
+        for ((_, turn), lens) in all.filter(|((px, _), _)| is_inside(px)) {
+            turn_information += turn.transpose() * turn;
+            turn_by_lens += turn.transpose() * lens;
+        }
+        let explained = inverse(&turn_information)? * turn_by_lens;
+        for (turn, lens) in turned.jac_rotation.iter().zip(&mut turned.jac_lens) {
+            *lens -= turn * explained;
+        }
+        turned.explained += explained;
+        Some(turned)
+    }
+
     /// `M` of the same `camera` at the image of a ray, which needn't be a grid point. Compensated by the rotation of the grid.
     pub fn at(&self, ray: &RayProjection) -> SMatrix<f64, 2, LENS_PARAMETERS> {
         ray.jac_lens - ray.jac_rotation * self.explained
@@ -128,7 +141,7 @@ impl ProjectionJacobian {
 
     /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`.
     /// Its quantile is taken from the gamma distribution with the same mean and variance (Satterthwaite 1946).
-    fn bound_px(&self, covariance: &LensMatrix) -> f64 {
+    pub(crate) fn bound_px(&self, covariance: &LensMatrix) -> f64 {
         Self::quantile_px(&self.weight(), covariance)
     }
 
@@ -187,7 +200,7 @@ mod tests {
     use nalgebra::{UnitQuaternion, Vector3};
 
     use super::*;
-    use boresight_geometry::{GRID_COLUMNS, GRID_ROWS};
+    use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, LensParameter};
 
     const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 
@@ -208,6 +221,22 @@ mod tests {
             jacobian.sd(&covariance).grid.iter().map(|p| p.sd_px.powi(2)).sum::<f64>()
                 / f64::from(GRID_COLUMNS * GRID_ROWS);
         assert!((weighted - mean_square).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_the_lens_does_elsewhere_doesnt_turn_the_camera() {
+        let camera = Camera::pinhole(500.0, SIZE.centre_px());
+        let whole = projection_jacobian(&camera, SIZE).expect("covers the picture");
+        let is_inside = |px: &Point2<f64>| (px - SIZE.centre_px()).norm() < 250.0;
+        let inside = whole.turned_over(is_inside).expect("covers the middle");
+        // Decentring grows with the square of the radius: the dark corners turn the camera more than the middle.
+        let mut covariance = LensMatrix::zeros();
+        covariance[(LensParameter::P2.index(), LensParameter::P2.index())] = 1e-6;
+        let bound_px = |by: &ProjectionJacobian| by.bound_px_inside(&covariance, is_inside);
+        let (of_whole, of_inside) = (bound_px(&whole), bound_px(&inside));
+        assert!(of_inside < of_whole.map(|px| 0.5 * px), "{of_inside:?} {of_whole:?}");
+        assert!(inside.bound_px(&covariance) > whole.bound_px(&covariance));
+        assert!(whole.turned_over(|_| false).is_none());
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Matrix2, Matrix3, Point2, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use boresight_geometry::{Corner, frame::CaptureTime};
 
@@ -27,7 +27,8 @@ const MEASURED: f64 = 1e-5;
 /// Foreseen frames count for about this long.
 const UNREST_SECS: f64 = 0.3;
 
-/// How a board moves in the picture: a field of velocities that is linear in the pixel.
+/// How a board moves in the picture: the field of velocities of a plane that moves and turns before a camera, which has eight
+/// numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Velocity {
     middle_px: Point2<f64>,
@@ -37,6 +38,10 @@ pub struct Velocity {
     px_per_s2: Vector2<f64>,
     /// Its change per pixel.
     by_px: Matrix2<f64>,
+    /// Of a board that tips: what it gains towards an edge that comes nearer, per pixel, as a share of the way there.
+    tip_per_px: Vector2<f64>,
+    /// Mean square of the corners' places about the middle, px².
+    spread_px2: Matrix2<f64>,
     /// Standard deviation of what it misses, per axis.
     unknown_px_per_s: f64,
 }
@@ -44,7 +49,7 @@ pub struct Velocity {
 impl Velocity {
     /// At a pixel, in pixels per second.
     pub fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
-        self.px_per_s + self.by_px * (px - self.middle_px)
+        field(&self.px_per_s, &self.by_px, &self.tip_per_px, &(px - self.middle_px))
     }
 
     /// How far the board has moved at a pixel `secs` later.
@@ -57,9 +62,9 @@ impl Velocity {
         self.unknown_px_per_s
     }
 
-    /// Speed at the middle.
+    /// Root mean square speed of the corners: a board that turns about its middle moves, too.
     pub fn speed_px_per_s(&self) -> f64 {
-        self.px_per_s.norm()
+        mean_square(&self.px_per_s, &self.by_px, &self.spread_px2).sqrt()
     }
 }
 
@@ -72,12 +77,30 @@ pub struct HandMotion {
     sway_px2: Option<f64>,
 }
 
-/// A motion from one frame to the next, linear in the pixel of the later one.
+/// A plane's motion from one frame to the next, by the pixel of the later one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Step {
     middle_px: Point2<f64>,
     px: Vector2<f64>,
     by_px: Matrix2<f64>,
+    tip_per_px: Vector2<f64>,
+    /// Mean square of the corners' places about the middle, px².
+    spread_px2: Matrix2<f64>,
+}
+
+/// A plane's field `off` from its middle, where it's `px`.
+fn field(
+    px: &Vector2<f64>,
+    by_px: &Matrix2<f64>,
+    tip_per_px: &Vector2<f64>,
+    off: &Vector2<f64>,
+) -> Vector2<f64> {
+    px + by_px * off + off * tip_per_px.dot(off)
+}
+
+/// Mean over the corners of the square of a field that is `px` at their middle and changes `by_px`.
+fn mean_square(px: &Vector2<f64>, by_px: &Matrix2<f64>, spread_px2: &Matrix2<f64>) -> f64 {
+    px.norm_squared() + (by_px * spread_px2 * by_px.transpose()).trace()
 }
 
 /// Times of frames, and what their places tell.
@@ -147,9 +170,9 @@ impl HandMotion {
         }
         let Some(window) = self.window(now) else { return };
         let newest = self.frames.len() - 1;
-        let (foreseen, variance) =
-            window.place(|index| self.step(newest, index, &step.middle_px).0);
-        let off = (step.px - foreseen).norm_squared() / (2.0 * variance);
+        let (foreseen, variance) = window.place(|index| self.step(newest, index, &step.middle_px));
+        let (px, by_px) = (step.px - foreseen.px, step.by_px - foreseen.by_px);
+        let off = mean_square(&px, &by_px, &step.spread_px2) / (2.0 * variance);
         let share = (passed_secs / UNREST_SECS).clamp(0.0, 1.0);
         let mean = self.sway_px2.get_or_insert(off);
         *mean += share * (off - *mean);
@@ -159,35 +182,44 @@ impl HandMotion {
         Window::of(self.frames.iter().map(|(time, _)| time.secs_since(now)))
     }
 
-    /// The step of the board at a pixel of the frame `from` to the frame `to`, with its change per pixel.
-    fn step(&self, from: usize, to: usize, px: &Point2<f64>) -> (Vector2<f64>, Matrix2<f64>) {
+    /// The step of the board from one frame to another, about a pixel.
+    fn step(&self, from: usize, to: usize, middle_px: &Point2<f64>) -> Step {
         let (first, last, sign) = if to < from { (to, from, -1.0) } else { (from, to, 1.0) };
-        let steps = || self.frames.iter().skip(first + 1).take(last - first).map(|(_, step)| step);
-        let moved: Vector2<f64> = steps().map(|step| step.at(px)).sum();
-        let turned: Matrix2<f64> = steps().map(|step| step.by_px).sum();
-        (sign * moved, sign * turned)
+        let steps = self.frames.iter().skip(first + 1).take(last - first).map(|(_, step)| step);
+        let none = Step { middle_px: *middle_px, ..Step::default() };
+        steps.fold(none, |sum, step| sum.plus(sign, step))
     }
 
     fn interpolated(&self, index: usize, window: &Window) -> Velocity {
         // The first frame has no step that leads to it.
         let step = self.frames.get(index.max(1)).map(|(_, step)| step);
-        let middle_px = step.map_or_else(Point2::origin, |step| step.middle_px);
+        let (middle_px, spread_px2) = step.map_or_else(
+            || (Point2::origin(), Matrix2::zeros()),
+            |step| (step.middle_px, step.spread_px2),
+        );
         let weights = window.weights(velocity_covariance);
         let bends = window.weights(acceleration_covariance);
-        let (mut px_per_s, mut px_per_s2) = (Vector2::zeros(), Vector2::zeros());
-        let mut by_px = Matrix2::zeros();
+        let (mut speed, mut px_per_s2) = (Step { middle_px, ..Step::default() }, Vector2::zeros());
         for j in 0..window.count {
-            let (moved, turned) = self.step(index, j, &middle_px);
-            px_per_s += moved * weights[j];
-            px_per_s2 += moved * bends[j];
-            by_px += turned * weights[j];
+            let moved = self.step(index, j, &middle_px);
+            speed = speed.plus(weights[j], &moved);
+            px_per_s2 += moved.px * bends[j];
         }
-        Velocity { middle_px, px_per_s, px_per_s2, by_px, unknown_px_per_s: 0.0 }
+        let Step { px: px_per_s, by_px, tip_per_px, .. } = speed;
+        Velocity {
+            middle_px,
+            px_per_s,
+            px_per_s2,
+            by_px,
+            tip_per_px,
+            spread_px2,
+            unknown_px_per_s: 0.0,
+        }
     }
 }
 
 impl Step {
-    /// From the corners that are seen at both ends, fitted to all of them. `None` with fewer than six.
+    /// From the corners that are seen at both ends, fitted to all of them. `None` with fewer than six, or all in a row.
     fn between(before: &[Corner], after: &[Corner]) -> Option<Self> {
         let both = || {
             let pairs = before.iter().zip(after);
@@ -199,23 +231,59 @@ impl Step {
         }
         let sum: Vector2<f64> = both().map(|(_, after)| after.px.coords).sum();
         let middle_px = Point2::from(sum / count as f64);
-        let (mut normal, mut right) = (Matrix3::zeros(), SMatrix::<f64, 3, 2>::zeros());
+        let spread_px2 = both()
+            .map(|(_, after)| after.px - middle_px)
+            .map(|off| off * off.transpose() / count as f64)
+            .sum::<Matrix2<f64>>();
+        // In units of the board's size, in which the eight numbers are of one order.
+        let size_px = spread_px2.trace().sqrt().max(f64::MIN_POSITIVE);
+        let (mut normal, mut right) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
         for (before, after) in both() {
-            let off = after.px - middle_px;
-            let row = Vector3::new(1.0, off.x, off.y);
-            normal += row * row.transpose();
-            right += row * (after.px - before.px).transpose();
+            let off = (after.px - middle_px) / size_px;
+            let (x, y) = (off.x, off.y);
+            let rows = SMatrix::<f64, 2, 8>::from_row_slice(&[
+                1.0,
+                0.0,
+                x,
+                y,
+                0.0,
+                0.0,
+                x * x,
+                x * y, //
+                0.0,
+                1.0,
+                0.0,
+                0.0,
+                x,
+                y,
+                x * y,
+                y * y,
+            ]);
+            normal += rows.transpose() * rows;
+            right += rows.transpose() * (after.px - before.px);
         }
         let fit = normal.cholesky()?.solve(&right);
         Some(Self {
             middle_px,
-            px: fit.row(0).transpose(),
-            by_px: Matrix2::from_columns(&[fit.row(1).transpose(), fit.row(2).transpose()]),
+            px: Vector2::new(fit[0], fit[1]),
+            by_px: Matrix2::new(fit[2], fit[3], fit[4], fit[5]) / size_px,
+            tip_per_px: Vector2::new(fit[6], fit[7]) / (size_px * size_px),
+            spread_px2,
         })
     }
 
-    fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
-        self.px + self.by_px * (px - self.middle_px)
+    /// The sum with `times` another step, about the middle of this one.
+    fn plus(self, times: f64, other: &Self) -> Self {
+        let off = self.middle_px - other.middle_px;
+        let tip = &other.tip_per_px;
+        Self {
+            px: self.px + times * field(&other.px, &other.by_px, tip, &off),
+            by_px: self.by_px
+                + times * (other.by_px + off * tip.transpose())
+                + Matrix2::from_diagonal_element(times * tip.dot(&off)),
+            tip_per_px: self.tip_per_px + times * tip,
+            ..self
+        }
     }
 }
 
@@ -249,10 +317,11 @@ impl Window {
     }
 
     /// Where the board is at time 0, and the variance of that for a sway of size 1.
-    fn place(&self, places: impl Fn(usize) -> Vector2<f64>) -> (Vector2<f64>, f64) {
+    fn place(&self, places: impl Fn(usize) -> Step) -> (Step, f64) {
         let with = self.with(|secs| place_covariance(0.0, secs));
         let weights = self.inverse * with;
-        let mean = (0..self.count).map(|j| places(j) * weights[j]).sum();
+        let none = Step { middle_px: places(0).middle_px, ..Step::default() };
+        let mean = (0..self.count).fold(none, |sum, j| sum.plus(weights[j], &places(j)));
         let variance = place_covariance(0.0, 0.0) + MEASURED - with.dot(&weights);
         (mean, variance.max(MEASURED))
     }

@@ -12,4 +12,5 @@
 /// | 3 | a frame is taken for its gain beside that of the pose asked for, the less the longer nothing came: tilt, size, place, blur and motion are prices; principal lines only need to differ significantly; a rolling shutter's shear is corrected; any pose of one grid is asked for, for 7 s |
 /// | 4 | the pose asked for counts as this hand would show it; a view that looks like an accepted one tells little; frames of one hold are alike within 2.5 % of the width |
 /// | 5 | only in the pose asked for, or a hand that has stopped, is asked to hold still; a hold outlasts the time after which another pose is asked for |
-pub const RULES: u32 = 5;
+/// | 6 | a board that turns about its middle moves, and a tipping one's corners are corrected by its plane's motion |
+pub const RULES: u32 = 6;

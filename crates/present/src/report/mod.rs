@@ -19,6 +19,7 @@
 mod certificate;
 mod drift;
 mod estimates;
+mod fit;
 mod history;
 mod lens_curve;
 mod line;

@@ -1,8 +1,8 @@
 //! The page as a whole.
 
 use super::{
-    Report, certificate, drift, estimates, lens_curve, picture_maps, projection_map, skip, summary,
-    unknown_sd, views,
+    Report, certificate, drift, estimates, fit, lens_curve, picture_maps, projection_map, skip,
+    summary, unknown_sd, views,
 };
 use crate::{
     chart::escaped,
@@ -105,6 +105,7 @@ pub fn page(report: &Report) -> String {
     html += &three(&[picture_maps::coverage(calibration), picture_maps::residuals(report), cloud]);
     html += &format!("<section class=\"two wide\">{skip_table}{skip_note}</section>\n");
     html += &views::views(report);
+    html += &fit::section(report);
     if let Some(check) = &report.check {
         html += &drift::html(check);
     }

@@ -85,7 +85,7 @@ pub(super) fn residuals(report: &Report) -> String {
 }
 
 /// Every corner with its offset from the predicted place.
-fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
+pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     let calibration = &report.calibration;
     let (Some(lens), Some(board)) = (&calibration.result, calibration.checkerboard()) else {
         return Vec::new();

@@ -1,4 +1,6 @@
-//! The words of the charts on the result page.
+//! The words of the charts on the result page and in the report.
+
+use crate::chart::Axes;
 
 /// A chart of the result page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,6 +61,23 @@ impl Chart {
         }
     }
 
+    /// Stable name, used as an anchor in a page.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Uncertainty => "chart-uncertainty",
+            Self::Residuals => "chart-residuals",
+            Self::Lines => "chart-lines",
+            Self::Skipped => "chart-skipped",
+            Self::Undistorted => "chart-undistorted",
+            Self::Change => "chart-change",
+            Self::Views => "chart-views",
+            Self::Poses => "chart-poses",
+            Self::Scatter => "chart-scatter",
+            Self::Distance => "chart-distance",
+            Self::Correlations => "chart-correlations",
+        }
+    }
+
     /// Explanation of the chart.
     pub fn tip(self) -> &'static str {
         match self {
@@ -84,10 +103,10 @@ impl Chart {
                 "How well each view fits: its corners are this far from where the calibration expects them (RMS, px)."
             }
             Self::Poses => {
-                "Where the board was, seen from the side: boards all over the camera's field, tipped in all directions, are best. Drag to turn."
+                "Where the board was, seen from above and the side: boards all over the camera's field, tipped in all directions, are best."
             }
             Self::Scatter => {
-                "Left: how far each corner is off. Right: how often. It should be a round cloud, and bars that follow the curve."
+                "How far each corner is off, and how often. It should be a round cloud, and bars that follow the curve."
             }
             Self::Distance => {
                 "How far a point at that distance may be beside where the camera says (1 sd), by the lens alone."
@@ -98,6 +117,21 @@ impl Chart {
         }
     }
 }
+
+/// Heading of the charts of a report that are for a screen.
+pub const FIT: &str = "How the views fit";
+/// Note in place of a chart of a report that the file has no numbers for.
+pub const NOT_KNOWN: &str = "Not shown: this file doesn't have its numbers.";
+
+/// Axes of the bars of the views.
+pub const VIEWS_AXES: Axes<'_> = Axes { x: "view", y: "RMS in px", pixels: false };
+/// Axes of the cloud of residuals.
+pub const OFF_AXES: Axes<'_> = Axes { x: "x off in px", y: "y off in px", pixels: true };
+/// Axes of the histogram of residuals.
+pub const OFTEN_AXES: Axes<'_> = Axes { x: "x or y off in px", y: "how often", pixels: false };
+/// Axes of the uncertainty at a distance.
+pub const DISTANCE_AXES: Axes<'_> =
+    Axes { x: "distance in m", y: "off to the side in mm", pixels: false };
 
 /// Heading of the charts for engineers.
 pub const MORE: &str = "Residuals and lines";
@@ -142,6 +176,9 @@ pub fn scatter(corners: usize, rms_px: f64) -> String {
 pub fn poses(views: usize, nearest_m: f64, farthest_m: f64) -> String {
     format!("{views} boards, {nearest_m:.2} to {farthest_m:.2} m away; grey: what the camera sees")
 }
+
+/// In the window, the drawing of the poses turns.
+pub const DRAG: &str = "drag to turn";
 
 /// Curve of the mean over the picture.
 pub const MEAN: &str = "on average";

@@ -20,6 +20,9 @@ pub fn title(source: &str) -> String {
 /// On the picture of a simulated camera.
 pub const SIMULATED_CAMERA: &str = "SIMULATED";
 
+/// On the picture until somebody's first view is taken.
+pub const HINT: &str = "Hold your board like the card. The camera takes each view by itself.";
+
 /// Shown before the first frame is processed.
 pub const STARTING: &str = "Starting";
 
