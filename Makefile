@@ -36,7 +36,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud test-bags release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
+.PHONY: test-drift wheel test-python test-cloud test-bags release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -116,8 +116,12 @@ test-bags:
 	$(TARGET)/bags-test/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" numpy opencv-python-headless
 	$(TARGET)/bags-test/bin/python tests/bags/recorded_bags.py --boresight $(TARGET)/release/boresight
 
+# What a check tells and what it could see, of 500 cameras and every kind of lens: about half an hour.
+test-drift: setup
+	BORESIGHT_SESSIONS=500 cargo test --release -p boresight --test core drift
+
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: test-python test-cloud test-bags
+release-check: test-drift test-python test-cloud test-bags
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet

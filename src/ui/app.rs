@@ -297,7 +297,6 @@ impl App {
 
     /// Keeps the person's choices for the next window.
     fn keep(&mut self, ctx: &Context) {
-        self.screen.preferences.hint &= self.screen.taken_secs.is_none();
         let preferences = self.screen.preferences;
         let usual = Preferences::default();
         let changed = |now: bool, usual: bool, before: Option<bool>| {
@@ -377,6 +376,10 @@ impl App {
                 let news = running.look(ctx, &mut self.screen);
                 if news.taken && self.screen.preferences.tone {
                     self.sound.play(Tone::Taken);
+                }
+                if news.taken && self.screen.preferences.hint {
+                    self.screen.preferences.hint = false;
+                    self.keep(ctx);
                 }
                 if news.over || self.host.phone_ends_session() {
                     self.end();

@@ -153,13 +153,13 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
 /// How far each corner is off, as a cloud, and how often, beside the normal distribution.
 fn scatter(report: &Report) -> Drawn {
     let offs: Vec<_> = arrows(report).into_iter().map(|(_, off_px)| off_px).collect();
-    let squares: f64 = offs.iter().map(|off| off.norm_squared()).sum();
+    let squares: f64 = offs.iter().map(nalgebra::Vector2::norm_squared).sum();
     let rms_px = (squares / (2.0 * offs.len() as f64)).sqrt();
     if !(rms_px > 0.0) {
         return None;
     }
     let reach_px = SPAN * rms_px;
-    let square = [-reach_px, reach_px].map(Point2::from_element);
+    let square = [-reach_px, reach_px].map(|px| Point2::new(px, px));
     let mut cloud = Canvas::chart(&square, words::OFF_AXES, Chart::Scatter.name());
     for off in offs.iter().step_by(offs.len().div_ceil(MOST_DOTS)) {
         cloud.dot(Point2::from(*off), 0.9);
