@@ -18,7 +18,7 @@ pub(super) fn is_cloud(path: &Path) -> bool {
 
 /// An error: nothing is at `path`.
 pub(super) fn missing(path: &Path) -> anyhow::Error {
-    FileError::reading(path)(Error::new(ErrorKind::NotFound, "there is no such file")).into()
+    FileError::reading(path)(Error::new(ErrorKind::NotFound, "nothing is there")).into()
 }
 
 /// Something that isn't an address.
