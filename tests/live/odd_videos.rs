@@ -79,8 +79,9 @@ fn pictures_without_times_are_said_to_have_none() {
     let place = TempDir::new().expect("folder");
     ffmpeg(
         place.path(),
-        "-f lavfi -i testsrc=size=320x240:rate=10:duration=4 -vf setpts=0 -fps_mode passthrough -c:v mjpeg still.mkv",
+        "-f lavfi -i testsrc=size=320x240:rate=10:duration=4 -c:v mjpeg moving.mkv",
     );
+    ffmpeg(place.path(), "-i moving.mkv -c copy -bsf:v setts=ts=0 still.mkv");
     let (_, end) = read(place.path(), "still.mkv");
     let (fault, detail) = end.expect("it stops");
     assert!(fault == Fault::ReaderFailed && detail.contains("the same time"), "{detail}");

@@ -1,7 +1,7 @@
 //! Which board to print for a camera: what each paper's board looks like where it will be held, and what it can measure.
 //!
 //! A board should fill the picture at the distance at which it's held, for that's what guidance asks for. What a smaller one
-//! can reach is forecast by the planner itself ([`reach`]), with the errors of corners that it expects.
+//! can reach is forecast by the planner itself ([`reach()`]), with the errors of corners that it expects.
 
 use serde::Serialize;
 

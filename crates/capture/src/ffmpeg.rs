@@ -45,11 +45,16 @@ const MESSAGES_KEPT: usize = 4096;
 /// Bytes taken from the pipe at once.
 const CHUNK: usize = 1 << 18;
 /// Filters that leave out pictures sooner than 1/31 s after the one before (they cost work and add no views), unless
-/// the stream's time starts again or stands still; then write one line with the stream's own time, in microseconds, for
-/// every picture that passes. Metadata of its own, such as a time code, would be written, too.
-const FILTERS: &str = "settb=1/1000000,\
-select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t)+eq(t\\,prev_t),\
-metadata=mode=delete,metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1";
+/// the stream's time starts again, or that of a stream with times stands still; then write one line with the stream's own
+/// time, in microseconds, for every picture that passes. Metadata of its own, such as a time code, would be written, too.
+fn filters(has_times: bool) -> String {
+    let stands_still = if has_times { "+eq(t\\,prev_t)" } else { "" };
+    format!(
+        "settb=1/1000000,\
+         select=isnan(prev_selected_t)+gte(t-prev_selected_t\\,1/31)+lt(t\\,prev_selected_t){stands_still},\
+         metadata=mode=delete,metadata=mode=add:key=boresight:value=1,metadata=mode=print:file=pipe\\\\:2:direct=1"
+    )
+}
 
 /// Most bytes that ffmpeg may ask for at once: a picture of the largest size with colours takes them. A stream that hides an
 /// endless picture otherwise fills the memory.
@@ -285,7 +290,7 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     ]);
     command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
     // Neither repeats pictures nor drops any, at every rate of the stream.
-    command.args(["-fps_mode", "passthrough", "-vf", FILTERS]);
+    command.args(["-fps_mode", "passthrough", "-vf", &filters(!has_no_times(name))]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     // What it starts is ended with it.
