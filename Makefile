@@ -36,7 +36,11 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
+<<<<<<< HEAD
 .PHONY: test-drift wheel test-python test-cloud test-bags release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
+=======
+.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
+>>>>>>> 068405037a9f018d49f85feb176392c32461a979
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -116,12 +120,40 @@ test-bags:
 	$(TARGET)/bags-test/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" numpy opencv-python-headless
 	$(TARGET)/bags-test/bin/python tests/bags/recorded_bags.py --boresight $(TARGET)/release/boresight
 
+<<<<<<< HEAD
 # What a check tells and what it could see, of 500 cameras and every kind of lens: about half an hour.
 test-drift: setup
 	BORESIGHT_SESSIONS=500 cargo test --release -p boresight --test core drift
 
 # What has to hold before a release and takes long, or needs more than Debian.
 release-check: test-drift test-python test-cloud test-bags
+=======
+# Every format with every kind of lens there and back, read by the programs that it's for: mrcal is Debian's, and needs
+# Debian's numpy; the others come from PyPI. Not part of `make test`.
+CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml
+test-consumers: PACKAGES += $(CONSUMER_PACKAGES)
+test-consumers: setup
+	cargo build --release --no-default-features --features report
+	/usr/bin/python3 tests/consumers/every_format.py --boresight $(TARGET)/release/boresight --session fixtures/recordings/v1/good
+	$(PYTHON) -m venv $(TARGET)/consumers-test
+	$(TARGET)/consumers-test/bin/pip install --quiet numpy opencv-python-headless PyYAML pycolmap open3d
+	$(TARGET)/consumers-test/bin/python tests/consumers/every_format.py --boresight $(TARGET)/release/boresight
+
+# 500 sessions by one runner, by two that share a folder, and by one that's killed; 1,000 items in a process pool, on Dask
+# and on Ray; a job array under Slurm, whose only node is this computer. Not part of `make test`: it takes long.
+FLEET_PACKAGES = slurmctld slurmd slurm-client munge
+test-fleet: PACKAGES += $(FLEET_PACKAGES)
+test-fleet: setup wheel
+	cargo build --release --no-default-features --features report
+	$(PYTHON) tests/fleet/two_runners.py --boresight $(TARGET)/release/boresight
+	$(PYTHON) -m venv $(TARGET)/fleet-test
+	$(TARGET)/fleet-test/bin/pip install --quiet "dask[distributed]" ray opencv-python-headless python/dist/boresight-*.whl
+	$(TARGET)/fleet-test/bin/python tests/fleet/python_pools.py fixtures/recordings/v1/good/frames
+	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
+
+# What has to hold before a release and takes long, or needs more than Debian.
+release-check: test-python test-cloud test-bags test-consumers test-fleet
+>>>>>>> 068405037a9f018d49f85feb176392c32461a979
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet

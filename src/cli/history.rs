@@ -186,7 +186,13 @@ fn add(roots: &[PathBuf], common: &Common) -> anyhow::Result<Exit> {
 }
 
 fn list(common: &Common) -> anyhow::Result<Exit> {
-    for history in histories(&common.open()?.all()) {
+    let all = histories(&common.open()?.all());
+    if all.is_empty() {
+        say(
+            "This index holds no calibration yet. To add those of sessions: boresight history add FOLDER",
+        );
+    }
+    for history in all {
         if common.json {
             print(&serde_json::to_string(&HistoryFile::of(&history, false))?)?;
         } else {

@@ -44,7 +44,10 @@ mod watch;
 #[cfg(feature = "window")]
 mod window;
 
-use std::process::ExitCode;
+use std::{
+    io::{ErrorKind, Write},
+    process::ExitCode,
+};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
@@ -134,15 +137,10 @@ pub fn main() -> ExitCode {
     let read = command_line().try_get_matches().and_then(|matches| {
         CommandLine::from_arg_matches(&matches).map_err(|err| err.format(&mut command_line()))
     });
-    let arguments = read.unwrap_or_else(|err| {
-        if err.use_stderr() {
-            // The first paragraph says what's wrong; usage and hints follow.
-            let words = err.to_string();
-            let cause = words.split("\n\n").next().unwrap_or_default();
-            tell_program("USAGE", cause.trim_start_matches("error: "), Some(HELP));
-        }
-        err.exit()
-    });
+    let arguments = match read {
+        Ok(arguments) => arguments,
+        Err(err) => return not_run(&err),
+    };
     let result = match arguments.command {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
@@ -189,6 +187,26 @@ pub fn main() -> ExitCode {
             }
             Exit::Failed.into()
         }
+    }
+}
+
+/// Shows the help that was asked for, or says why the arguments can't be read.
+fn not_run(err: &clap::Error) -> ExitCode {
+    if err.use_stderr() {
+        // The first paragraph says what's wrong; usage and hints follow.
+        let words = err.to_string();
+        let cause = words.split("\n\n").next().unwrap_or_default();
+        tell_program("USAGE", cause.trim_start_matches("error: "), Some(HELP));
+        // Where it can't be shown, the exit code says it.
+        let _ = err.print();
+        return ExitCode::from(WRONG_USAGE);
+    }
+    match err.print().and_then(|()| std::io::stdout().flush()) {
+        Err(err) if err.kind() != ErrorKind::BrokenPipe => {
+            terminal::say(&format!("boresight: could not write to stdout: {err}"));
+            Exit::Failed.into()
+        }
+        _ => Exit::Good.into(),
     }
 }
 

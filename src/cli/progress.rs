@@ -141,7 +141,7 @@ fn left(done: u64, total: u64, elapsed: Duration, last_step: Duration) -> String
     }
     let at_step = last_step.as_secs_f64() * total.saturating_sub(done) as f64 / done as f64;
     let left_secs = at_step - elapsed.saturating_sub(last_step).as_secs_f64();
-    if left_secs <= 0.0 && done < total {
+    if left_secs < 0.5 {
         return String::new();
     }
     if left_secs < 90.0 {
@@ -165,6 +165,9 @@ mod tests {
         // Nothing stands still: less is left as time goes by, and then it isn't known.
         assert_eq!(line(100, 25, 10), "replaying: 100 of 400, about 15 s left");
         assert_eq!(line(100, 41, 10), "replaying: 100 of 400");
+        // At the end, nothing is left.
+        assert_eq!(line(400, 10, 10), "replaying: 400 of 400");
+        assert_eq!(line(400, 11, 10), "replaying: 400 of 400");
     }
 
     #[test]

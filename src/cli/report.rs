@@ -58,7 +58,7 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   boresight report sessions/2026-11-21T08-00-00Z
-  boresight report sessions/2026-11-21T08-00-00Z --config firm.toml --set certificate.customer=\"Mill Ltd\"
+  boresight report sessions/front --config firm.toml --set certificate.customer=\"Mill Ltd\"
   boresight report calibration.json --out site-12.html";
 
 impl Arguments {

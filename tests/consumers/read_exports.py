@@ -72,7 +72,7 @@ def main():
     failed = []
 
     def tell(kind, reader, numbers, projected, offset=0.0):
-        worst = max(abs(a - b) for a, b in zip(numbers, lens[: len(numbers)]))
+        worst = max((abs(a - b) for a, b in zip(numbers, lens[: len(numbers)])), default=0.0)
         off = float(np.abs(projected - offset - truth).max())
         ok = worst == 0 and off < 1e-6
         failed.extend([] if ok else [kind])
@@ -89,7 +89,7 @@ def main():
         store = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY)
         m, d = store.getNode("camera_matrix").mat(), store.getNode("distortion_coefficients").mat().ravel()
         tell(kind, f"cv2.FileStorage {cv2.__version__}", [m[0, 0], m[1, 1], m[0, 2], m[1, 2], *d], project(m, d, points))
-    read_named(arguments, export, tell, project, points, fisheye, rational, (w, h), failed)
+    read_named(arguments, export, tell, project, points, k, fisheye, rational, (w, h), failed)
 
     text, _ = export(arguments.boresight, arguments.calibration, "ros-yaml")
     info = yaml.safe_load(text)
@@ -126,7 +126,7 @@ def main():
         import pycolmap
 
         camera = pycolmap.Camera(model=line[1], width=w, height=h, params=p)
-        tell("colmap", "pycolmap", numbers, np.array([camera.img_from_cam(point) for point in points]).reshape(-1, 2), 0.5)
+        tell("colmap", f"pycolmap {pycolmap.__version__}", numbers, np.array([camera.img_from_cam(point) for point in points]).reshape(-1, 2), 0.5)
     except ImportError:
         pass
 
@@ -146,7 +146,7 @@ def main():
     raise SystemExit(f"failed: {failed}" if failed else 0)
 
 
-def read_named(arguments, export, tell, project, points, fisheye, rational, size, failed):
+def read_named(arguments, export, tell, project, points, k, fisheye, rational, size, failed):
     """Formats that name each number; those of programs that read with cv::FileStorage are read with it."""
     from xml.etree import ElementTree
 
@@ -197,7 +197,7 @@ def read_named(arguments, export, tell, project, points, fisheye, rational, size
         d = [v(n) for n in four] if fisheye else [v("k1"), v("k2"), v("p2"), v("p1"), v("k3")]
         off = flat(f, d) - 0.5
         tell("metashape", "ElementTree, its manual's rules", [f[0], f[1]], off)
-    if text := written("realitycapture", fisheye or rational):
+    if text := written("realitycapture", fisheye or rational or k["fx"] != k["fy"]):
         # As its article on the XMP's mathematics says: in longer sides, from the middle; t1 and t2 the other way round.
         t = next(e for e in ElementTree.fromstring(text).iter() if e.tag.endswith("Description"))
         v = lambda n: float(t.attrib["{http://www.capturingreality.com/ns/xcr/1.1#}" + n])
@@ -247,11 +247,14 @@ def read_mrcal(text, tell, points, size):
     try:
         import mrcal, os, tempfile
 
+        # It doesn't say its version.
+        asked = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "python3-mrcal"], capture_output=True, text=True)
+        version = asked.stdout or "from elsewhere"
         with tempfile.NamedTemporaryFile("w", suffix=".cameramodel", delete=False) as file:
             file.write(text)
         model = mrcal.cameramodel(file.name)
         os.unlink(file.name)
-        tell("mrcal", "mrcal.cameramodel", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
+        tell("mrcal", f"mrcal {version}", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
         if (inputs := model.optimization_inputs()) is not None:
             # What mrcal makes of the session's views: residuals, and its own uncertainty in the picture's middle.
             x = mrcal.optimizer_callback(**inputs, no_jacobian=True, no_factorization=True)[1]

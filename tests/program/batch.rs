@@ -635,5 +635,5 @@ fn nonsense_is_refused_with_what_to_do() {
     says(&run(place, "out", &["--shard", "0/4"]), 2, &["from 1 to N"]);
     says(&run(place, "out", &["--against", "x"]), 1, &["--action check"]);
     says(&run(place, "out", &["--set", "guidance.nonsense=1"]), 2, &["nonsense"]);
-    says(&boresight(place, &["batch", "gather", "out"]), 1, &["batch.json"]);
+    says(&boresight(place, &["batch", "gather", "out"]), 1, &["batch.json", "nothing is there"]);
 }

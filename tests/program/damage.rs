@@ -279,13 +279,17 @@ fn a_reader_that_has_gone_changes_no_exit_code() {
     }
     let full = fs::OpenOptions::new().write(true).open("/dev/full");
     let Ok(full) = full else { return println!("SKIPPED: there is no /dev/full") };
-    let output = program(place.path(), &["detect", "--board", "9x6", "pictures/0.png"])
-        .stdout(full)
-        .output()
-        .expect("started");
-    let stderr = String::from_utf8(output.stderr).expect("text");
-    assert_eq!(output.status.code(), Some(1), "{stderr}");
-    assert!(stderr.contains("stdout"), "{stderr}");
+    for arguments in [
+        &["detect", "--board", "9x6", "pictures/0.png"][..],
+        &["--help"],
+        &["batch", "run", "--help"],
+    ] {
+        let full = full.try_clone().expect("open");
+        let output = program(place.path(), arguments).stdout(full).output().expect("started");
+        let stderr = String::from_utf8(output.stderr).expect("text");
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {stderr}");
+        assert!(stderr.contains("stdout"), "{arguments:?}: {stderr}");
+    }
 }
 
 #[test]

@@ -39,6 +39,50 @@ fn bash_completes_commands_and_options() {
     says(&boresight(folder.path(), &["completions", "tcsh"]), 2, &["bash", "zsh"]);
 }
 
+/// What an example types: without what it's piped into, where its output goes, and what's said behind it.
+fn typed(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    let ends = ["  ", " | ", " > ", " \\"];
+    let end = ends.iter().filter_map(|end| line.find(end)).min().unwrap_or(line.len());
+    line.starts_with("boresight ").then(|| &line[..end])
+}
+
+#[test]
+fn every_example_can_be_typed() {
+    let folder = TempDir::new().expect("folder");
+    let help = |command: &str| {
+        let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
+        boresight(folder.path(), &words).stdout
+    };
+    let mut commands = vec![String::new()];
+    let (mut at, mut count) = (0, 0);
+    while let Some(command) = commands.get(at).cloned() {
+        at += 1;
+        let help = help(&command);
+        let named = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+        let named = named
+            .take_while(|line| !line.is_empty())
+            .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
+            .filter(|name| !name.is_empty() && *name != "help");
+        commands.extend(named.map(|name| format!("{command} {name}")));
+        for example in help.lines().skip_while(|line| *line != "Examples:").filter_map(typed) {
+            // With --help behind it, what stands before is read, and nothing is done.
+            let program = std::path::Path::new(env!("CARGO_BIN_EXE_boresight"));
+            let script = format!(
+                "PATH={}:$PATH; {example} --help",
+                program.parent().expect("a folder").display()
+            );
+            let ended =
+                Command::new("sh").arg("-c").arg(script).current_dir(folder.path()).output();
+            let ended = ended.expect("sh runs");
+            let said = String::from_utf8_lossy(&ended.stderr);
+            assert!(ended.status.success(), "{command}: {example}: {said}");
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count} examples");
+}
+
 #[test]
 fn every_command_has_a_page() {
     let folder = TempDir::new().expect("folder");

@@ -261,6 +261,8 @@ fn sessions_that_are_gone_or_damaged_leave_the_index() {
     assert_eq!(ended.code, 1);
     fs::write(place.join("history.jsonl"), "not JSON\n").expect("written");
     says(&boresight(place, &["history"]), 1, &["delete it", "history add"]);
+    fs::write(place.join("history.jsonl"), "").expect("written");
+    says(&boresight(place, &["history"]), 0, &["no calibration yet", "history add"]);
 }
 
 #[test]

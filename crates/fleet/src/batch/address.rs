@@ -1,6 +1,9 @@
 //! Addresses of object stores, `s3://BUCKET/PREFIX`.
 
-use std::{io::ErrorKind, path::Path};
+use std::{
+    io::{Error, ErrorKind},
+    path::Path,
+};
 
 use boresight_files::FileError;
 
@@ -15,7 +18,7 @@ pub(super) fn is_cloud(path: &Path) -> bool {
 
 /// An error: nothing is at `path`.
 pub(super) fn missing(path: &Path) -> anyhow::Error {
-    FileError::reading(path)(ErrorKind::NotFound.into()).into()
+    FileError::reading(path)(Error::new(ErrorKind::NotFound, "nothing is there")).into()
 }
 
 /// Something that isn't an address.
