@@ -36,11 +36,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-<<<<<<< HEAD
-.PHONY: test-drift wheel test-python test-cloud test-bags release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
-=======
-.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
->>>>>>> 068405037a9f018d49f85feb176392c32461a979
+.PHONY: test-drift wheel test-python test-cloud test-bags test-consumers test-fleet release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -120,14 +116,6 @@ test-bags:
 	$(TARGET)/bags-test/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" numpy opencv-python-headless
 	$(TARGET)/bags-test/bin/python tests/bags/recorded_bags.py --boresight $(TARGET)/release/boresight
 
-<<<<<<< HEAD
-# What a check tells and what it could see, of 500 cameras and every kind of lens: about half an hour.
-test-drift: setup
-	BORESIGHT_SESSIONS=500 cargo test --release -p boresight --test core drift
-
-# What has to hold before a release and takes long, or needs more than Debian.
-release-check: test-drift test-python test-cloud test-bags
-=======
 # Every format with every kind of lens there and back, read by the programs that it's for: mrcal is Debian's, and needs
 # Debian's numpy; the others come from PyPI. Not part of `make test`.
 CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml
@@ -152,8 +140,7 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: test-python test-cloud test-bags test-consumers test-fleet
->>>>>>> 068405037a9f018d49f85feb176392c32461a979
+release-check: test-drift test-python test-cloud test-bags test-consumers test-fleet
 
 doc: setup
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet
