@@ -139,6 +139,10 @@ test-fleet: setup wheel
 	$(TARGET)/fleet-test/bin/python tests/fleet/python_pools.py fixtures/recordings/v1/good/frames
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
+# What a check tells and what it could see, of 500 cameras and every kind of lens: about half an hour.
+test-drift: setup
+	BORESIGHT_SESSIONS=500 cargo test --release -p boresight --test core drift
+
 # What has to hold before a release and takes long, or needs more than Debian.
 release-check: test-drift test-python test-cloud test-bags test-consumers test-fleet
 
