@@ -27,21 +27,13 @@ const MEASURED: f64 = 1e-5;
 /// Foreseen frames count for about this long.
 const UNREST_SECS: f64 = 0.3;
 
-/// How a board moves in the picture: the field of velocities of a plane that moves and turns before a camera, which has eight
-/// numbers.
+/// How a board moves in the picture: the field of velocities of a plane that moves and turns before a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Velocity {
-    middle_px: Point2<f64>,
-    /// At the middle.
-    px_per_s: Vector2<f64>,
-    /// Its change per second.
+    /// The motion in a second.
+    per_sec: Step,
+    /// Change of the velocity per second, at the middle.
     px_per_s2: Vector2<f64>,
-    /// Its change per pixel.
-    by_px: Matrix2<f64>,
-    /// Of a board that tips: what it gains towards an edge that comes nearer, per pixel, as a share of the way there.
-    tip_per_px: Vector2<f64>,
-    /// Mean square of the corners' places about the middle, px².
-    spread_px2: Matrix2<f64>,
     /// Standard deviation of what it misses, per axis.
     unknown_px_per_s: f64,
 }
@@ -49,7 +41,7 @@ pub struct Velocity {
 impl Velocity {
     /// At a pixel, in pixels per second.
     pub fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
-        field(&self.px_per_s, &self.by_px, &self.tip_per_px, &(px - self.middle_px))
+        self.per_sec.at(px)
     }
 
     /// How far the board has moved at a pixel `secs` later.
@@ -64,7 +56,7 @@ impl Velocity {
 
     /// Root mean square speed of the corners: a board that turns about its middle moves, too.
     pub fn speed_px_per_s(&self) -> f64 {
-        mean_square(&self.px_per_s, &self.by_px, &self.spread_px2).sqrt()
+        self.per_sec.mean_square_px2().sqrt()
     }
 }
 
@@ -77,30 +69,16 @@ pub struct HandMotion {
     sway_px2: Option<f64>,
 }
 
-/// A plane's motion from one frame to the next, by the pixel of the later one.
+/// A plane's motion by the pixel of the later frame, eight numbers: `px + by_px d + d (tip_per_px · d)` at `d` from the middle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Step {
     middle_px: Point2<f64>,
     px: Vector2<f64>,
     by_px: Matrix2<f64>,
+    /// Of a plane that tips: how much faster it moves towards an edge that comes nearer, per pixel of the way there.
     tip_per_px: Vector2<f64>,
     /// Mean square of the corners' places about the middle, px².
     spread_px2: Matrix2<f64>,
-}
-
-/// A plane's field `off` from its middle, where it's `px`.
-fn field(
-    px: &Vector2<f64>,
-    by_px: &Matrix2<f64>,
-    tip_per_px: &Vector2<f64>,
-    off: &Vector2<f64>,
-) -> Vector2<f64> {
-    px + by_px * off + off * tip_per_px.dot(off)
-}
-
-/// Mean over the corners of the square of a field that is `px` at their middle and changes `by_px`.
-fn mean_square(px: &Vector2<f64>, by_px: &Matrix2<f64>, spread_px2: &Matrix2<f64>) -> f64 {
-    px.norm_squared() + (by_px * spread_px2 * by_px.transpose()).trace()
 }
 
 /// Times of frames, and what their places tell.
@@ -171,8 +149,7 @@ impl HandMotion {
         let Some(window) = self.window(now) else { return };
         let newest = self.frames.len() - 1;
         let (foreseen, variance) = window.place(|index| self.step(newest, index, &step.middle_px));
-        let (px, by_px) = (step.px - foreseen.px, step.by_px - foreseen.by_px);
-        let off = mean_square(&px, &by_px, &step.spread_px2) / (2.0 * variance);
+        let off = step.plus(-1.0, &foreseen).mean_square_px2() / (2.0 * variance);
         let share = (passed_secs / UNREST_SECS).clamp(0.0, 1.0);
         let mean = self.sway_px2.get_or_insert(off);
         *mean += share * (off - *mean);
@@ -193,28 +170,17 @@ impl HandMotion {
     fn interpolated(&self, index: usize, window: &Window) -> Velocity {
         // The first frame has no step that leads to it.
         let step = self.frames.get(index.max(1)).map(|(_, step)| step);
-        let (middle_px, spread_px2) = step.map_or_else(
-            || (Point2::origin(), Matrix2::zeros()),
-            |step| (step.middle_px, step.spread_px2),
-        );
+        let none = step.map_or_else(Step::default, Step::at_rest);
+        let middle_px = none.middle_px;
         let weights = window.weights(velocity_covariance);
         let bends = window.weights(acceleration_covariance);
-        let (mut speed, mut px_per_s2) = (Step { middle_px, ..Step::default() }, Vector2::zeros());
+        let (mut per_sec, mut px_per_s2) = (none, Vector2::zeros());
         for j in 0..window.count {
             let moved = self.step(index, j, &middle_px);
-            speed = speed.plus(weights[j], &moved);
+            per_sec = per_sec.plus(weights[j], &moved);
             px_per_s2 += moved.px * bends[j];
         }
-        let Step { px: px_per_s, by_px, tip_per_px, .. } = speed;
-        Velocity {
-            middle_px,
-            px_per_s,
-            px_per_s2,
-            by_px,
-            tip_per_px,
-            spread_px2,
-            unknown_px_per_s: 0.0,
-        }
+        Velocity { per_sec, px_per_s2, unknown_px_per_s: 0.0 }
     }
 }
 
@@ -241,23 +207,9 @@ impl Step {
         for (before, after) in both() {
             let off = (after.px - middle_px) / size_px;
             let (x, y) = (off.x, off.y);
-            let rows = SMatrix::<f64, 2, 8>::from_row_slice(&[
-                1.0,
-                0.0,
-                x,
-                y,
-                0.0,
-                0.0,
-                x * x,
-                x * y, //
-                0.0,
-                1.0,
-                0.0,
-                0.0,
-                x,
-                y,
-                x * y,
-                y * y,
+            let rows = SMatrix::<f64, 2, 8>::from_rows(&[
+                [1.0, 0.0, x, y, 0.0, 0.0, x * x, x * y].into(),
+                [0.0, 1.0, 0.0, 0.0, x, y, x * y, y * y].into(),
             ]);
             normal += rows.transpose() * rows;
             right += rows.transpose() * (after.px - before.px);
@@ -272,16 +224,31 @@ impl Step {
         })
     }
 
+    /// None, of the same corners.
+    fn at_rest(&self) -> Self {
+        Self { middle_px: self.middle_px, spread_px2: self.spread_px2, ..Self::default() }
+    }
+
+    fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
+        let off = px - self.middle_px;
+        self.px + self.by_px * off + off * self.tip_per_px.dot(&off)
+    }
+
+    /// Mean square over the corners, without what tipping adds.
+    fn mean_square_px2(&self) -> f64 {
+        self.px.norm_squared() + (self.by_px * self.spread_px2 * self.by_px.transpose()).trace()
+    }
+
     /// The sum with `times` another step, about the middle of this one.
     fn plus(self, times: f64, other: &Self) -> Self {
         let off = self.middle_px - other.middle_px;
-        let tip = &other.tip_per_px;
+        let tip = other.tip_per_px;
+        let by_px =
+            other.by_px + off * tip.transpose() + Matrix2::from_diagonal_element(tip.dot(&off));
         Self {
-            px: self.px + times * field(&other.px, &other.by_px, tip, &off),
-            by_px: self.by_px
-                + times * (other.by_px + off * tip.transpose())
-                + Matrix2::from_diagonal_element(times * tip.dot(&off)),
-            tip_per_px: self.tip_per_px + times * tip,
+            px: self.px + other.at(&self.middle_px) * times,
+            by_px: self.by_px + by_px * times,
+            tip_per_px: self.tip_per_px + tip * times,
             ..self
         }
     }
