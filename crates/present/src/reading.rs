@@ -1,4 +1,6 @@
-//! What the newest frame measures, beside what the pose asked for has.
+//! What the newest frame measures, beside what the pose asked for has; and what a fit's drawings show.
+
+pub mod fit;
 
 use nalgebra::Point2;
 

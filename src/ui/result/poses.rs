@@ -1,18 +1,18 @@
 //! The boards as they were held before the camera, and the camera's field of view.
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, vec2};
-use nalgebra::{Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use super::super::theme;
 use boresight_calibrate::Calibration;
 use boresight_guide::session::Snapshot;
-use boresight_present::text::charts as words;
+use boresight_present::{
+    reading::fit::{field, from_aside},
+    text::charts as words,
+};
 
 /// Room around the drawing, in points.
 const MARGIN: f32 = 14.0;
-/// How far the usual point of view is above the camera's axis, rad.
-const ABOVE_RAD: f64 = 0.45;
-
 /// Draws the scene as seen from `turn_rad` to the side, and the words below.
 pub(super) fn draw(
     painter: &Painter,
@@ -40,9 +40,10 @@ pub(super) fn draw(
     if farthest_m <= 0.0 {
         return words::TOO_FEW.into();
     }
-    let field = field(calibration, farthest_m);
-    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), ABOVE_RAD)
-        * Rotation3::from_axis_angle(&Vector3::y_axis(), f64::from(turn_rad));
+    let size = calibration.image_size;
+    let size_px = (f64::from(size.width_px), f64::from(size.height_px));
+    let field = field(&calibration.camera, size_px, farthest_m);
+    let turn = from_aside(f64::from(turn_rad));
     // Seen from far away: no perspective, so that sizes compare.
     let seen = |point: &Point3<f64>| {
         let at = turn * (point - Vector3::new(0.0, 0.0, 0.5 * farthest_m));
@@ -81,17 +82,4 @@ pub(super) fn draw(
         painter.add(Shape::closed_line(points, Stroke::new(1.5, color)));
     }
     format!("{}; {}", words::poses(boards.len(), nearest_m, farthest_m), words::DRAG)
-}
-
-/// Where the rays of the picture's corners are at that depth, around the picture.
-fn field(calibration: &Calibration, depth_m: f64) -> Vec<Point3<f64>> {
-    let size = calibration.image_size;
-    let (right, bottom) = (f64::from(size.width_px) - 0.5, f64::from(size.height_px) - 0.5);
-    [(-0.5, -0.5), (right, -0.5), (right, bottom), (-0.5, bottom)]
-        .into_iter()
-        .filter_map(|(x, y)| {
-            let at = calibration.camera.normalized_from_px(&Point2::new(x, y))?;
-            Some(Point3::new(at.x * depth_m, at.y * depth_m, depth_m))
-        })
-        .collect()
 }

@@ -6,12 +6,10 @@ use nalgebra::{Point2, Point3, Vector2};
 use super::super::theme;
 use boresight_calibrate::Calibration;
 use boresight_guide::session::Snapshot;
-use boresight_present::text::charts as words;
-
-/// Bars of the histogram.
-const BARS: usize = 25;
-/// Half the width of both drawings, in standard deviations.
-const SPAN: f64 = 4.0;
+use boresight_present::{
+    reading::fit::{BARS, Histogram, SPAN},
+    text::charts as words,
+};
 
 /// Corners of view `index` as they should be, and how far off they were seen, px.
 pub(super) fn residuals_of(
@@ -80,20 +78,11 @@ pub(super) fn draw(
 
 /// How often each size of a residual's component occurs, beside the normal distribution.
 fn bars(painter: &Painter, area: Rect, offs: &[Vector2<f64>], rms_px: f64) {
-    let mut counts = [0_u32; BARS];
-    for value in offs.iter().flat_map(|off| [off.x, off.y]) {
-        let place = (value / rms_px + SPAN) / (2.0 * SPAN) * BARS as f64;
-        if (0.0..BARS as f64).contains(&place) {
-            counts[place as usize] += 1;
-        }
-    }
-    let all = 2.0 * offs.len() as f64;
-    let step = 2.0 * SPAN / BARS as f64;
-    let normal = |sds: f64| all * step * (-0.5 * sds * sds).exp() / std::f64::consts::TAU.sqrt();
-    let most = counts.iter().map(|count| f64::from(*count)).fold(normal(0.0), f64::max);
+    let histogram = Histogram::of(offs, rms_px);
+    let most = histogram.most();
     let wide = area.width() / BARS as f32;
     let up = |count: f64| area.bottom() - area.height() * (count / most) as f32;
-    for (index, count) in counts.iter().enumerate() {
+    for (index, count) in histogram.counts.iter().enumerate() {
         let left = area.left() + index as f32 * wide;
         let bar =
             Rect::from_min_max(pos2(left, up(f64::from(*count))), pos2(left + wide, area.bottom()));
@@ -101,7 +90,7 @@ fn bars(painter: &Painter, area: Rect, offs: &[Vector2<f64>], rms_px: f64) {
     }
     let curve = (0..=80).map(|i| {
         let sds = SPAN * (f64::from(i) / 40.0 - 1.0);
-        pos2(area.center().x + (sds / SPAN) as f32 * 0.5 * area.width(), up(normal(sds)))
+        pos2(area.center().x + (sds / SPAN) as f32 * 0.5 * area.width(), up(histogram.normal(sds)))
     });
     painter.add(Shape::line(curve.collect(), Stroke::new(1.5, theme::AMBER)));
     let font = FontId::proportional(theme::SMALL);

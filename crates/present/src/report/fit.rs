@@ -1,10 +1,16 @@
 //! How the views fit, and what the lens's uncertainty means: drawings for a screen.
 
-use nalgebra::{Point2, Point3, Rotation3, Vector3};
+use nalgebra::{Point2, Point3};
 
-use super::{Report, number::brief, picture_maps::arrows, section::missing};
+use super::{
+    Report,
+    number::brief,
+    picture_maps::{LABELS, MOST_ARROWS, arrows},
+    section::missing,
+};
 use crate::{
     chart::{COLOURS, Canvas, Stroke},
+    reading::fit::{BARS, Histogram, SPAN, field, from_aside},
     text::charts::{self as words, Chart},
 };
 use boresight_formats::{CalibrationFile, LensEntry};
@@ -13,19 +19,11 @@ use boresight_geometry::LensParameter;
 /// Size of a drawing without axes, in its own units.
 const SIZE: (f64, f64) = (300.0, 204.0);
 /// Colour of the views that don't stand out, and of what is behind the data.
-const USUAL: &str = "#56b4e9";
+const USUAL: &str = COLOURS[5];
 const GREY: &str = "#999";
 /// Colour of what stands out.
-const WORST: &str = "#d55e00";
-/// Most views whose bars have room for their numbers.
-const NUMBERED: usize = 30;
-/// Bars of the histogram, and half its width in standard deviations.
-const BARS: usize = 25;
-const SPAN: f64 = 4.0;
-/// Most dots of the cloud: more hide each other.
-const MOST_DOTS: usize = 1500;
-/// Where the boards are seen from: above the camera's axis and to its side, rad.
-const ABOVE_RAD: f64 = 0.45;
+const WORST: &str = COLOURS[1];
+/// How far the boards are seen from the side, rad.
 const ASIDE_RAD: f64 = 0.7;
 /// Farthest distance of the uncertainty's curve, metres.
 const FAR_M: f64 = 10.0;
@@ -35,17 +33,16 @@ pub(super) fn section(report: &Report) -> String {
     let calibration = &report.calibration;
     let Some(lens) = &calibration.result else { return String::new() };
     let charts = [
-        (Chart::Views, bars(calibration)),
-        (Chart::Poses, poses(calibration, lens)),
-        (Chart::Scatter, scatter(report)),
-        (Chart::Distance, distance(calibration, lens)),
-        (Chart::Correlations, correlations(lens)),
+        ("chart-views", Chart::Views, bars(calibration)),
+        ("chart-poses", Chart::Poses, poses(calibration, lens)),
+        ("chart-scatter", Chart::Scatter, scatter(report)),
+        ("chart-distance", Chart::Distance, distance(calibration, lens)),
+        ("chart-correlations", Chart::Correlations, correlations(lens)),
     ];
-    let figures = charts.map(|(chart, drawn)| {
+    let figures = charts.map(|(id, chart, drawn)| {
         let (drawing, note) = drawn.unwrap_or_else(|| (missing(words::NOT_KNOWN), String::new()));
         format!(
-            "<figure id=\"{}\"><h2>{}</h2>\n{drawing}<p class=\"note\">{note} {}</p></figure>\n",
-            chart.id(),
+            "<figure id=\"{id}\"><h2>{}</h2>\n{drawing}<p class=\"note\">{note} {}</p></figure>\n",
             chart.name(),
             chart.tip()
         )
@@ -75,7 +72,7 @@ fn bars(calibration: &CalibrationFile) -> Drawn {
         let (x, fill) = (*number as f64, if *number == worst { WORST } else { USUAL });
         let bar = [(-0.4, 0.0), (0.4, 0.0), (0.4, *rms_px), (-0.4, *rms_px)];
         canvas.area(&bar.map(|(off, y)| Point2::new(x + off, y)), fill, Stroke::thin("none"));
-        if views.len() <= NUMBERED || *number == worst {
+        if views.len() <= LABELS || *number == worst {
             canvas.number(Point2::new(x, *rms_px), "#111", &number.to_string());
         }
     }
@@ -107,15 +104,8 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     if boards.is_empty() || farthest_m <= 0.0 {
         return None;
     }
-    let (width, height) = calibration.size_px();
-    let camera = lens.camera();
-    let field: Vec<Point3<f64>> = [(0.0, 0.0), (width, 0.0), (width, height), (0.0, height)]
-        .into_iter()
-        .filter_map(|(x, y)| camera.normalized_from_px(&Point2::new(x - 0.5, y - 0.5)))
-        .map(|at| Point3::new(at.x * farthest_m, at.y * farthest_m, farthest_m))
-        .collect();
-    let turn = Rotation3::from_axis_angle(&Vector3::x_axis(), ABOVE_RAD)
-        * Rotation3::from_axis_angle(&Vector3::y_axis(), ASIDE_RAD);
+    let field = field(&lens.camera(), calibration.size_px(), farthest_m);
+    let turn = from_aside(ASIDE_RAD);
     // Without perspective, so that sizes compare.
     let seen = |point: &Point3<f64>| (turn * point).xy();
     let all = boards.iter().flat_map(|(_, corners)| corners).chain(&field);
@@ -143,7 +133,7 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
         let colour = COLOURS[number % COLOURS.len()];
         let points = corners.map(|corner| on_page(&corner));
         canvas.area(&points, &format!("{colour}30"), Stroke { colour, width: 1.1, dash: 0 });
-        if boards.len() <= NUMBERED {
+        if boards.len() <= LABELS {
             canvas.number(points[0], "#111", &number.to_string());
         }
     }
@@ -161,7 +151,7 @@ fn scatter(report: &Report) -> Drawn {
     let reach_px = SPAN * rms_px;
     let square = [-reach_px, reach_px].map(|px| Point2::new(px, px));
     let mut cloud = Canvas::chart(&square, words::OFF_AXES, Chart::Scatter.name());
-    for off in offs.iter().step_by(offs.len().div_ceil(MOST_DOTS)) {
+    for off in offs.iter().step_by(offs.len().div_ceil(MOST_ARROWS)) {
         cloud.dot(Point2::from(*off), 0.9);
     }
     for sds in [1.0, 2.0] {
@@ -169,21 +159,11 @@ fn scatter(report: &Report) -> Drawn {
         let ring = Canvas::ellipse_points(Point2::origin(), &variance, 1.0);
         cloud.area(&ring, "none", Stroke::thin(WORST));
     }
-    let mut counts = [0_u32; BARS];
-    for value in offs.iter().flat_map(|off| [off.x, off.y]) {
-        let place = (value / rms_px + SPAN) / (2.0 * SPAN) * BARS as f64;
-        if (0.0..BARS as f64).contains(&place) {
-            counts[place as usize] += 1;
-        }
-    }
-    let step = 2.0 * SPAN / BARS as f64;
-    let normal = |sds: f64| {
-        2.0 * offs.len() as f64 * step * (-0.5 * sds * sds).exp() / std::f64::consts::TAU.sqrt()
-    };
-    let most = counts.iter().map(|count| f64::from(*count)).fold(normal(0.0), f64::max);
-    let corners = [Point2::new(-reach_px, 0.0), Point2::new(reach_px, most)];
+    let histogram = Histogram::of(&offs, rms_px);
+    let corners = [Point2::new(-reach_px, 0.0), Point2::new(reach_px, histogram.most())];
     let mut often = Canvas::chart(&corners, words::OFTEN_AXES, Chart::Scatter.name());
-    for (i, count) in counts.iter().enumerate() {
+    let step = 2.0 * SPAN / BARS as f64;
+    for (i, count) in histogram.counts.iter().enumerate() {
         let (left, count) = (step * i as f64 - SPAN, f64::from(*count));
         let bar = [(left, 0.0), (left + step, 0.0), (left + step, count), (left, count)];
         let bar = bar.map(|(sds, y)| Point2::new(sds * rms_px, y));
@@ -191,7 +171,7 @@ fn scatter(report: &Report) -> Drawn {
     }
     let curve: Vec<Point2<f64>> = (-40..=40)
         .map(|i| SPAN * f64::from(i) / 40.0)
-        .map(|sds| Point2::new(sds * rms_px, normal(sds)))
+        .map(|sds| Point2::new(sds * rms_px, histogram.normal(sds)))
         .collect();
     often.curve(&curve, Stroke { colour: WORST, width: 1.4, dash: 0 });
     Some((cloud.svg() + &often.svg(), format!("{}.", words::scatter(offs.len(), rms_px))))

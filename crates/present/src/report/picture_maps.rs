@@ -16,9 +16,9 @@ use boresight_formats::CalibrationFile;
 use boresight_geometry::{BoardOutline, frame::ImageSize};
 
 /// Most labels: more would hide the outlines.
-const LABELS: usize = 24;
+pub(super) const LABELS: usize = 24;
 /// Most arrows: more can't be told apart.
-const MOST_ARROWS: usize = 1200;
+pub(super) const MOST_ARROWS: usize = 1200;
 /// Length of a typical arrow as share of the picture's width.
 const ARROW: f64 = 0.02;
 

@@ -61,23 +61,6 @@ impl Chart {
         }
     }
 
-    /// Stable name, used as an anchor in a page.
-    pub fn id(self) -> &'static str {
-        match self {
-            Self::Uncertainty => "chart-uncertainty",
-            Self::Residuals => "chart-residuals",
-            Self::Lines => "chart-lines",
-            Self::Skipped => "chart-skipped",
-            Self::Undistorted => "chart-undistorted",
-            Self::Change => "chart-change",
-            Self::Views => "chart-views",
-            Self::Poses => "chart-poses",
-            Self::Scatter => "chart-scatter",
-            Self::Distance => "chart-distance",
-            Self::Correlations => "chart-correlations",
-        }
-    }
-
     /// Explanation of the chart.
     pub fn tip(self) -> &'static str {
         match self {
