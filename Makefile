@@ -29,6 +29,8 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 
 # Every crate but the Python package, which maturin builds.
 CRATES = --workspace --exclude boresight-python
+# What the tests compile: with the cameras and recordings that aren't in the default features. One build serves all of them.
+TESTED = $(CRATES) --features boresight-capture/gige,boresight-capture/bags
 # Those that are for others to build on.
 CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
@@ -36,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check run study test test-vm setup lint surface surface-check wasm features windows doc msrv package bench dist dist-check
+.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -50,18 +52,17 @@ study: setup
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
 test: setup msrv lint surface-check features wasm doc
-	cargo test $(CRATES)
-	cargo test -p boresight-capture --features gige,bags --tests
-	tests/vm/run.sh
+	cargo test $(TESTED)
+	tests/vm/run.sh $(TESTED)
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
 test-vm: PACKAGES += $(VM_PACKAGES)
 test-vm: setup
-	tests/vm/run.sh
+	tests/vm/run.sh $(TESTED)
 
 lint: setup
 	cargo fmt --check
-	cargo clippy $(CRATES) --all-targets --quiet -- -D warnings
+	cargo clippy $(CRATES) --all-targets --all-features --quiet -- -D warnings
 
 # The public items of the core, listed in docs/surface: the check fails if the sources have others.
 surface surface-check: PACKAGES += python3
@@ -77,9 +78,12 @@ wasm: setup
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
 	cargo check --quiet --target $(WASM) $(CORE) -p boresight-watch
 
-# Every combination of features compiles without a warning, and brings no more crates than it may.
+# No combination of features brings more crates than it may; features-each also compiles each without a warning.
 features: setup
 	tests/features.sh
+
+features-each: setup
+	tests/features.sh --each
 
 # The Python package as a wheel, without window and cameras: python/dist.
 wheel: setup $(VENV)/bin/maturin
@@ -140,10 +144,15 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: test-python test-cloud test-bags test-consumers test-fleet
+release-check: features-each long-tests test-python test-cloud test-bags test-consumers test-fleet
+
+# Statistics over many simulated cameras and people, and other tests of minutes.
+long-tests: PACKAGES += $(VIDEO_PACKAGES)
+long-tests: setup
+	cargo test $(TESTED) -- --ignored long_
 
 doc: setup
-	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --no-deps --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --all-features --no-deps --quiet
 
 # The oldest toolchain that Cargo.toml promises compiles everything.
 msrv: setup

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs the camera tests on the kernel's own drivers, in a small virtual machine.
+# Runs the camera tests on the kernel's own drivers, in a small virtual machine. Its arguments say what `cargo test` builds;
+# without any, it's the program with its default features.
 #
 # Where the machine cannot run, it says so; in continuous integration (CI is set) that is a failure.
 #
@@ -9,8 +10,9 @@ set -u
 cd "$(dirname "$0")/../.."
 vm=tests/vm/vm.sh
 target=${CARGO_TARGET_DIR:-target}
-cargo build --quiet --example uvcsim --bin boresight || exit 1
-built=$(cargo test --no-run --message-format=json --test driver 2>/dev/null)
+[ $# -gt 0 ] || set -- --package boresight
+# `cargo test` builds the program and the examples, too.
+built=$(cargo test --no-run --message-format=json "$@" 2>/dev/null)
 tests=$(sed -n 's/.*"executable":"\([^"]*\/driver-[^"]*\)".*/\1/p' <<<"$built" | tail -1)
 [ -n "$tests" ] || exit 1
 uvcsim=$(realpath "$target/debug/examples/uvcsim")

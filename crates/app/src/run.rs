@@ -297,7 +297,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         }
         if !knows_goal
             && snapshot.views.len() >= LEAST_FOR_NOISE
-            && let Some(sentence) = text::session_news::corner_goal(snapshot)
+            && let Some(sentence) = text::session_news::coarser_goals(snapshot)
         {
             knows_goal = true;
             announcer.say(&sentence);

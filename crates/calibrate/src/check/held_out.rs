@@ -17,8 +17,9 @@ pub(crate) struct HeldOutView {
 /// Predicts each of the last views, a fifth of all, from the lens of the other views. Returns the one with the largest
 /// ratio of observed to expected residual.
 ///
-/// The lens without a view is computed to first order; only the pose of the view is fitted. The expected residual comes
-/// from the noise and the uncertainty of the lens without the view.
+/// The lens without a view is computed to first order; only the pose of the view is fitted. The residual is expected to be that
+/// of the same view in the adjustment, so that a view which is only noisier is predicted, and what the uncertainty of the lens
+/// without it adds.
 pub(crate) fn check(
     observations: &Observations,
     bundle: &Bundle,
@@ -37,13 +38,13 @@ pub(crate) fn check(
             let camera = bundle.state.camera.with_lens_parameters(&lens);
             let fit = fit_pose(&camera, observations.board_m(), &views[view]).ok()?;
             let (information, _) = bundle.view_information().get(view)?;
+            let pose = bundle.state.cam_from_board.get(view)?;
+            let own_px = observations.view_residual_rms_px(view, &bundle.state.camera, pose);
             let seen = || views[view].iter().filter(|corner| corner.is_seen());
             let corners = seen().count() as f64;
             let sigma2 = seen().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
-            // Expected sum of whitened squares: noise of 2n coordinates less 6 for the pose, and the error of the lens.
-            let squares = noise_factor * noise_factor * (2.0 * corners - 6.0)
-                + (information * covariance).trace();
-            let expected_px = (squares * sigma2 / (2.0 * corners)).sqrt();
+            let of_lens_px2 = (information * covariance).trace() * sigma2 / (2.0 * corners);
+            let expected_px = (own_px * own_px + of_lens_px2).sqrt();
             let rms_px = fit.rms_px / std::f64::consts::SQRT_2;
             Some(HeldOutView { view, rms_px, expected_px })
         })

@@ -49,11 +49,9 @@ const LEAST_MEDIAN_PX: f64 = 0.02;
 /// Tilts of 10° and 20°: below 20° the focal length can hardly be separated from the distance, `docs/method.md`, section 0.
 const TILT_NONE_RAD: f64 = 0.17;
 const TILT_USEFUL_RAD: f64 = 0.35;
-/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2.
-const DIRECTIONS_WANTED: f64 = 0.7;
-/// Least singular value of two pairs whose tilt axes are 20° apart: with less, the board was tipped about one axis
-/// only.
-const DIRECTIONS_ONE: f64 = 0.35;
+/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2: that of two pairs
+/// whose tilt axes are 20° apart. With less, the board was tipped about one axis only.
+const DIRECTIONS_WANTED: f64 = 0.35;
 /// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
 const NOISE_BAD_PX: f64 = 3.0;
 /// Evidence about one view for the checks.
@@ -198,8 +196,7 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
     if distinct >= 2 && spread < DIRECTIONS_WANTED {
         let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
-        let is_one_axis = spread < DIRECTIONS_ONE;
-        report(Some(if is_one_axis { Severity::Care } else { Severity::Info }), code);
+        report(Some(Severity::Care), code);
     }
     if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
         report(Some(Severity::Care), FindingCode::Mirrored { view });

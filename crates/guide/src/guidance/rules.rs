@@ -13,4 +13,5 @@
 /// | 4 | the pose asked for counts as this hand would show it; a view that looks like an accepted one tells little; frames of one hold are alike within 2.5 % of the width |
 /// | 5 | only in the pose asked for, or a hand that has stopped, is asked to hold still; a hold outlasts the time after which another pose is asked for |
 /// | 6 | a board that turns about its middle moves, and a tipping one's corners are corrected by its plane's motion |
-pub const RULES: u32 = 6;
+/// | 7 | the goals for the principal point and the picture's corners give way to the error of this camera's corners |
+pub const RULES: u32 = 7;

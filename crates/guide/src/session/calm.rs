@@ -10,8 +10,8 @@ use boresight_geometry::frame::CaptureTime;
 const PERSIST_SECS: f64 = 0.4;
 /// Age up to which frames count.
 const RECENT_SECS: f64 = 0.8;
-/// Time for which a prompt that was shown stays.
-const DWELL_SECS: f64 = 1.2;
+/// Time for which a prompt that was shown stays, be it two words.
+const DWELL_SECS: f64 = 0.6;
 /// Time without a frame that asks for a prompt, after which it gives way to the commonest one, however short.
 const OUTDATED_SECS: f64 = 1.2;
 /// Time without a frame that asks to hold still, after which "Hold still" goes: the pose is really lost.
@@ -258,9 +258,9 @@ mod tests {
         let mut calm = Calm::default();
         shown(&mut calm, 0.0, &frames(Prompt::HoldStill, 2.0));
         shown(&mut calm, 2.0, &[Prompt::Taken]);
-        let next = shown(&mut calm, 2.1, &frames(Prompt::Tip(Edge::Left), 1.05));
+        let next = shown(&mut calm, 2.1, &frames(Prompt::Tip(Edge::Left), 0.45));
         assert!(next.iter().all(|prompt| *prompt == Prompt::Taken));
-        shown(&mut calm, 3.15, &frames(Prompt::Tip(Edge::Left), 0.2));
+        shown(&mut calm, 2.55, &frames(Prompt::Tip(Edge::Left), 0.2));
         assert_eq!(calm.shown().prompt, Prompt::Tip(Edge::Left));
     }
 

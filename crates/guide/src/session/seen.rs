@@ -16,8 +16,11 @@ const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const FOCAL_SIGMA: f64 = 0.12;
 /// … and that differs from the guess by more than this share draws ghosts from then on.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Projection in the picture's corners needn't be known better than this many times the error of a measured corner.
-const CORNER_TO_NOISE: f64 = 3.0;
+/// No goal is asked for that this camera's corners can't reach: projection in the picture's corners needn't be known better
+/// than this many times the error of a measured corner …
+const CORNER_TO_NOISE: f64 = 5.0;
+/// … and the principal point no better than this many times.
+const PP_TO_NOISE: f64 = 20.0;
 /// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
@@ -77,14 +80,12 @@ impl Seen {
             || self.tells_parts
             || self.followed > 0;
         let may_leave = tells_parts && !self.stays_inside;
+        let within = within_reach(guidance, noise_px);
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),
             pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(beyond_edge),
-            stop_corner_sigma_px: guidance
-                .stop_corner_sigma_px
-                .filter(|_| may_leave)
-                .map(|limit_px| limit_px.max(CORNER_TO_NOISE * noise_px.unwrap_or(0.0))),
-            ..*guidance
+            stop_corner_sigma_px: within.stop_corner_sigma_px.filter(|_| may_leave),
+            ..within
         }
     }
 
@@ -95,10 +96,7 @@ impl Seen {
         precision: Option<&Precision>,
         noise_px: Option<f64>,
     ) -> bool {
-        let coarse = guidance
-            .stop_corner_sigma_px
-            .map(|limit_px| limit_px.max(CORNER_TO_NOISE * noise_px.unwrap_or(0.0)));
-        let wanted = GuidanceParams { stop_corner_sigma_px: coarse, ..*guidance };
+        let wanted = within_reach(guidance, noise_px);
         precision.is_some_and(|precision| precision.lacks_corners(&wanted))
     }
 
@@ -210,6 +208,17 @@ impl Seen {
         } else if self.span_cap.is_some_and(|cap| TOO_SMALL * span_fraction > cap) {
             self.span_cap = None;
         }
+    }
+}
+
+/// The goals that a camera can reach whose corners are measured with errors of `noise_px`; those set, while that isn't known.
+fn within_reach(guidance: &GuidanceParams, noise_px: Option<f64>) -> GuidanceParams {
+    let noise_px = noise_px.unwrap_or(0.0);
+    let coarse = |limit_px: f64| limit_px.max(CORNER_TO_NOISE * noise_px);
+    GuidanceParams {
+        stop_pp_sigma_px: guidance.stop_pp_sigma_px.max(PP_TO_NOISE * noise_px),
+        stop_corner_sigma_px: guidance.stop_corner_sigma_px.map(coarse),
+        ..*guidance
     }
 }
 

@@ -19,13 +19,26 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
-/// The goal for the picture's corners, if this camera's corners can't reach the one that was set; `None` if they can.
-pub fn corner_goal(snapshot: &Snapshot) -> Option<String> {
-    let goal_px = snapshot.limits.stop_corner_sigma_px?;
-    let is_coarser = snapshot.setup.guidance.stop_corner_sigma_px.is_some_and(|set| goal_px > set);
-    is_coarser.then(|| {
-        format!("This camera measures corners too coarsely for the goal that was set: in the picture's corners it's {} now.", px(goal_px))
-    })
+/// The goals that apply, if this camera's corners can't reach those that were set; `None` if they can.
+pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
+    let (set, now) = (&snapshot.setup.guidance, &snapshot.limits);
+    let coarser_px = |set_px: f64, now_px: f64| (now_px > set_px).then(|| px(now_px));
+    let pp = coarser_px(set.stop_pp_sigma_px, now.stop_pp_sigma_px);
+    let corners = set.stop_corner_sigma_px.zip(now.stop_corner_sigma_px);
+    let corners = corners.and_then(|(set_px, now_px)| coarser_px(set_px, now_px));
+    let goals = match (pp, corners) {
+        (None, None) => return None,
+        (Some(pp), None) => format!("the principal point's is {pp}"),
+        (None, Some(corners)) => format!("the one for the picture's corners is {corners}"),
+        (Some(pp), Some(corners)) => {
+            format!(
+                "the principal point's is {pp}, and the one for the picture's corners {corners}"
+            )
+        }
+    };
+    Some(format!(
+        "This camera measures corners too coarsely for the goals that were set. From now on, {goals}."
+    ))
 }
 
 /// Error with which the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".

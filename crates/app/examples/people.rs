@@ -1,0 +1,363 @@
+//! Guided sessions of simulated people with ordinary cameras, as one table: how long they take, what they end with, and
+//! whether the truth lies within what is stated. Corners are projected row by row through a rolling shutter; no picture is
+//! drawn.
+//!
+//! ```text
+//! people SEEDS [ROW]
+//! ```
+
+use std::{collections::VecDeque, sync::Mutex, thread};
+
+use boresight_app::PersonCues;
+use boresight_calibrate::{Calibration, CalibrationParams, Verdict};
+use boresight_detect::{Detection, Miss, Quality};
+use boresight_geometry::{
+    Camera, Corner, cell_centres_px,
+    frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+};
+use boresight_guide::{
+    guidance::{GuidanceParams, Progress},
+    session::{Input, Observation, Outcome, Session, SessionSetup},
+};
+use boresight_sim::{
+    Scene,
+    technician::{Person, Technician, TechnicianParams},
+};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// Whoever isn't done after this long gives up.
+const PATIENCE_SECS: f64 = 120.0;
+/// Corners nearer to the picture's edge can't be measured.
+const EDGE_PX: f64 = 4.0;
+
+/// A person with a camera: times in milliseconds, the noise of a corner in pixels, the board's bend in millimetres.
+struct Row {
+    name: &'static str,
+    person: Person,
+    habit: fn(TechnicianParams) -> TechnicianParams,
+    size: (u32, u32),
+    per_sec: f64,
+    exposure_ms: f64,
+    readout_ms: f64,
+    noise_px: f64,
+    bend_mm: f64,
+}
+
+fn rows() -> Vec<Row> {
+    let same = |habit| habit;
+    let row =
+        |name, person, size, per_sec, [exposure_ms, readout_ms, noise_px, bend_mm]: [f64; 4]| Row {
+            name,
+            person,
+            habit: same,
+            size,
+            per_sec,
+            exposure_ms,
+            readout_ms,
+            noise_px,
+            bend_mm,
+        };
+    let (hd, vga, usual) = ((1280, 720), (640, 480), Person::Usual);
+    vec![
+        row("usual 1280, 8 ms", usual, hd, 30.0, [8.0, 0.0, 0.05, 0.0]),
+        row("usual 1280, 25 ms, readout 15 ms", usual, hd, 30.0, [25.0, 15.0, 0.1, 0.3]),
+        row("usual 1280, 33 ms, readout 25 ms", usual, hd, 30.0, [33.0, 25.0, 0.1, 0.3]),
+        row("usual 640, 8 ms, readout 10 ms", usual, vga, 15.0, [8.0, 10.0, 0.05, 0.0]),
+        row("usual 640, 60 ms, readout 25 ms", usual, vga, 15.0, [60.0, 25.0, 0.1, 0.5]),
+        row("usual 640, 33 ms, readout 30 ms", usual, vga, 10.0, [33.0, 30.0, 0.3, 1.0]),
+        row("portrait 720", usual, (720, 1280), 30.0, [16.0, 15.0, 0.1, 0.0]),
+        row("shaky 1280", Person::Shaky, hd, 30.0, [16.0, 15.0, 0.1, 0.3]),
+        row("tired 640", Person::Tired, vga, 30.0, [16.0, 15.0, 0.1, 0.0]),
+        row("steady 1920", Person::Steady, (1920, 1080), 60.0, [5.0, 5.0, 0.05, 0.0]),
+        Row {
+            habit: |habit| TechnicianParams { wanders: true, ..habit },
+            ..row("doesn't look, 1280", usual, hd, 30.0, [25.0, 15.0, 0.1, 0.0])
+        },
+        Row {
+            habit: |habit| TechnicianParams { wanders: true, ..habit },
+            ..row("doesn't look, 640", usual, vga, 15.0, [33.0, 15.0, 0.1, 0.0])
+        },
+        Row {
+            habit: |habit| TechnicianParams { leaves_for_secs: 30.0, ..habit },
+            ..row("walks away for 30 s", usual, hd, 30.0, [16.0, 15.0, 0.1, 0.0])
+        },
+        Row {
+            habit: |habit| TechnicianParams { covers_every_secs: 8.0, ..habit },
+            ..row("covers the board", usual, hd, 30.0, [16.0, 15.0, 0.1, 0.0])
+        },
+    ]
+}
+
+/// What came of one session.
+struct Came {
+    secs: f64,
+    views: usize,
+    longest_wait_secs: f64,
+    complete: bool,
+    verdict: Option<Verdict>,
+    inside: bool,
+    /// Of f and the principal point.
+    z: Option<[f64; 3]>,
+    sentences_per_sec: f64,
+}
+
+/// The person's board, millisecond by millisecond, for rows of one picture are read while the next one is exposed.
+struct Poses {
+    person: Technician,
+    known: VecDeque<(u64, Isometry3<f64>)>,
+}
+
+impl Poses {
+    fn at(&mut self, secs: f64) -> Isometry3<f64> {
+        let ms = (1e3 * secs).max(0.0);
+        let first = ms.floor() as u64;
+        while self.known.back().is_none_or(|(last, _)| *last <= first) {
+            let next = self.known.back().map_or(0, |(last, _)| last + 1);
+            let pose = self.person.pose_at(CaptureTime { nanos: next * 1_000_000 });
+            self.known.push_back((next, pose));
+            if self.known.len() > 400 {
+                self.known.pop_front();
+            }
+        }
+        let from = self.known.front().map_or(0, |(ms, _)| *ms);
+        let index = first.saturating_sub(from) as usize;
+        let (a, b) = (self.known[index].1, self.known[index + 1].1);
+        a.try_lerp_slerp(&b, ms - first as f64, 1e-12).unwrap_or(a)
+    }
+}
+
+fn session_of(row: &Row, seed: u64) -> Came {
+    let (width_px, height_px) = row.size;
+    let image_size = ImageSize { width_px, height_px };
+    let random = Scene::random(seed);
+    // The same lens for a picture of another size.
+    let scale = f64::from(width_px.max(height_px)) / f64::from(random.image_size.width_px);
+    let off_px = (random.camera.pp_px - random.image_size.centre_px()) * scale;
+    let camera = Camera {
+        f_px: random.camera.f_px * scale,
+        pp_px: image_size.centre_px() + off_px,
+        ..random.camera
+    };
+    let scene = Scene {
+        image_size,
+        camera,
+        bend_m: 1e-3 * row.bend_mm,
+        frame_interval_nanos: (1e9 / row.per_sec) as u64,
+        technician: (row.habit)(row.person.params()),
+        ..random
+    };
+    let corners_m = scene.corners_as_bent_m();
+    let mut poses = Poses { person: Technician::new(&scene), known: VecDeque::new() };
+    let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x5eed);
+    let mut session = Session::new(SessionSetup {
+        board: scene.board,
+        image_size,
+        guidance: GuidanceParams::default(),
+        calibration: CalibrationParams::default(),
+    });
+    let (mut cues, mut frame, mut last_view_secs, mut longest_wait_secs) =
+        (PersonCues::default(), 0, 0.0_f64, 0.0_f64);
+    let (mut sentences, mut sentence) = (0, None);
+    let mut secs = 0.1;
+    while session.progress() == Progress::Collecting && secs < PATIENCE_SECS {
+        frame += 1;
+        let captured_at = CaptureTime { nanos: (1e9 * secs) as u64 };
+        let seen = look(row, &scene, &corners_m, &mut poses, secs, &mut rng);
+        let observation = Observation {
+            frame_id: FrameId(frame),
+            captured_at,
+            kind: FrameKind::Video,
+            name: String::new(),
+            image_size,
+            seen,
+        };
+        let decision = session.handle(&Input::Observed(observation));
+        if matches!(decision.outcome, Outcome::Accepted { .. }) {
+            longest_wait_secs = longest_wait_secs.max(secs - last_view_secs);
+            last_view_secs = secs;
+        }
+        let snapshot = session.snapshot(decision);
+        if sentence.replace(snapshot.shown.prompt) != Some(snapshot.shown.prompt) {
+            sentences += 1;
+        }
+        for cue in cues.after(captured_at, &snapshot) {
+            poses.person.read(cue);
+        }
+        secs += 1.0 / row.per_sec;
+    }
+    let result = session.calibration();
+    let z = result.map(|result| {
+        let sd = result.sd();
+        let pp_px = result.camera.pp_px - camera.pp_px;
+        [(result.camera.f_px.x - camera.f_px.x) / sd[0], pp_px.x / sd[2], pp_px.y / sd[3]]
+    });
+    let inside = result.is_some_and(|result| {
+        result.picture_bound_px().is_some_and(|bound_px| error_px(result, &camera) <= bound_px)
+    });
+    Came {
+        secs,
+        views: session.accepted().len(),
+        longest_wait_secs: longest_wait_secs.max(secs - last_view_secs),
+        complete: session.progress() == Progress::Complete,
+        verdict: result.map(|result| result.verdict),
+        inside,
+        z,
+        sentences_per_sec: f64::from(sentences) / secs,
+    }
+}
+
+/// What the detector finds in the picture whose middle row is exposed at `secs`.
+fn look(
+    row: &Row,
+    scene: &Scene,
+    corners_m: &[Point3<f64>],
+    poses: &mut Poses,
+    secs: f64,
+    rng: &mut ChaCha8Rng,
+) -> Result<Detection, Miss> {
+    let (width, height) = (f64::from(row.size.0), f64::from(row.size.1));
+    let shown = |poses: &mut Poses, point: &Point3<f64>| -> Option<Point2<f64>> {
+        let mut row_secs = secs;
+        let mut px = Point2::origin();
+        for _ in 0..2 {
+            let exposed = [-0.4, 0.0, 0.4].map(|part| row_secs + 1e-3 * row.exposure_ms * part);
+            let mut sum = Vector2::zeros();
+            for at in exposed {
+                let seen = poses.at(at).transform_point(point);
+                sum += scene.camera.project(&seen)?.coords / 3.0;
+            }
+            px = Point2::from(sum);
+            let part = (px.y / height - 0.5).clamp(-0.5, 0.5);
+            row_secs = secs + 1e-3 * row.readout_ms * part;
+        }
+        Some(px)
+    };
+    let hand = poses.person.hand_at(CaptureTime { nanos: (1e9 * secs) as u64 });
+    let mut normal = || -> f64 { row.noise_px * Distribution::<f64>::sample(&StandardNormal, rng) };
+    let corners: Vec<Corner> = corners_m
+        .iter()
+        .map(|point| {
+            let Some(px) = shown(poses, point) else { return Corner::unseen(Point2::origin()) };
+            let px = px + Vector2::new(normal(), normal());
+            let inside = |at: f64, end: f64| at > EDGE_PX && at < end - EDGE_PX;
+            let covered = hand.is_some_and(|hand| hand.distance_m(&point.xy()) < 0.0);
+            if inside(px.x, width) && inside(px.y, height) && !covered {
+                Corner::isotropic(px, row.noise_px)
+            } else {
+                Corner::unseen(px)
+            }
+        })
+        .collect();
+    let (found, wanted) = (corners.iter().filter(|corner| corner.is_seen()).count(), corners.len());
+    let quality = Quality { blur_px: 0.8, contrast: 80.0, glare: 0.0, motion_px: 0.0 };
+    match found {
+        0 => Err(Miss::NoBoard),
+        _ if 2 * found >= wanted => Ok(Detection { corners, quality }),
+        _ => Err(Miss::PartialBoard { found, wanted, cut_off_by: None }),
+    }
+}
+
+/// Root mean square error of projection over the picture, the best turn of the camera taken out.
+fn error_px(found: &Calibration, truth: &Camera) -> f64 {
+    let rays: Vec<(Point2<f64>, Vector3<f64>)> = cell_centres_px(found.image_size)
+        .filter_map(|px| Some((px, truth.ray_from_px(&px)?)))
+        .collect();
+    let mut turn = UnitQuaternion::identity();
+    let error = |turn: &UnitQuaternion<f64>, px: &Point2<f64>, ray: &Vector3<f64>| {
+        found.camera.project(&Point3::from(turn * ray)).map(|at| at - px)
+    };
+    for _ in 0..4 {
+        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+        for (px, ray) in &rays {
+            let Some(off) = error(&turn, px, ray) else { continue };
+            let step = 1e-6;
+            let by = |axis: Vector3<f64>| {
+                let turned = UnitQuaternion::from_scaled_axis(axis * step) * turn;
+                error(&turned, px, ray).map_or(Vector2::zeros(), |it| (it - off) / step)
+            };
+            let columns = [by(Vector3::x()), by(Vector3::y()), by(Vector3::z())];
+            for i in 0..3 {
+                right[i] -= columns[i].dot(&off);
+                for j in 0..3 {
+                    normal[(i, j)] += columns[i].dot(&columns[j]);
+                }
+            }
+        }
+        let Some(step) = normal.lu().solve(&right) else { break };
+        turn = UnitQuaternion::from_scaled_axis(step) * turn;
+    }
+    let squares =
+        rays.iter().filter_map(|(px, ray)| error(&turn, px, ray)).map(|e| e.norm_squared());
+    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), it| (sum + it, count + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
+
+fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    let last = values.len().saturating_sub(1) as f64;
+    values.get((part * last).round() as usize).copied().unwrap_or(f64::NAN)
+}
+
+fn print(name: &str, all: &[Came]) {
+    let count = |is: &dyn Fn(&Came) -> bool| all.iter().filter(|came| is(came)).count();
+    let z = |i: usize| {
+        let squares: Vec<f64> = all.iter().filter_map(|came| Some(came.z?[i].powi(2))).collect();
+        (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    };
+    let secs = |part| quantile(all.iter().map(|came| came.secs), part);
+    let wait = |part| quantile(all.iter().map(|came| came.longest_wait_secs), part);
+    println!(
+        "| {name} | {:.1} / {:.1} | {:.0} | {:.1} / {:.1} | {} of {} | {} / {} / {} | {} | {:.2} {:.2} {:.2} | {:.2} |",
+        secs(0.5),
+        secs(0.95),
+        quantile(all.iter().map(|came| came.views as f64), 0.5),
+        wait(0.5),
+        wait(0.95),
+        count(&|came| came.complete),
+        all.len(),
+        count(&|came| came.verdict == Some(Verdict::Good)),
+        count(&|came| came.verdict == Some(Verdict::Care)),
+        count(&|came| !matches!(came.verdict, Some(Verdict::Good | Verdict::Care))),
+        count(&|came| came.inside),
+        z(0),
+        z(1),
+        z(2),
+        quantile(all.iter().map(|came| came.sentences_per_sec), 0.5),
+    );
+}
+
+fn main() -> anyhow::Result<()> {
+    let mut arguments = std::env::args().skip(1);
+    let seeds: u64 = arguments.next().map_or(Ok(10), |seeds| seeds.parse())?;
+    let only = arguments.next();
+    println!(
+        "| person, camera | s: median / 95 % | views | longest wait: median / 95 % | complete | GOOD / CARE / other | inside | z of f, cx, cy | sentences per s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let mut everything = Vec::new();
+    for row in rows().iter().filter(|row| only.as_ref().is_none_or(|only| row.name.contains(only)))
+    {
+        let (next, came) = (Mutex::new(1..=seeds), Mutex::new(Vec::new()));
+        let work = || loop {
+            let Some(seed) = next.lock().ok().and_then(|mut seeds| seeds.next()) else { break };
+            let of_seed = session_of(row, seed);
+            if let Ok(mut came) = came.lock() {
+                came.push(of_seed);
+            }
+        };
+        thread::scope(|scope| {
+            let other = thread::Builder::new().name("people".into()).spawn_scoped(scope, work);
+            work();
+            drop(other);
+        });
+        let came = came.into_inner().unwrap_or_default();
+        print(row.name, &came);
+        everything.extend(came);
+    }
+    print("all", &everything);
+    Ok(())
+}
