@@ -252,7 +252,8 @@ fn trials(noise: Noise, count: u64) -> Vec<Trial> {
 type Belongs<'a> = &'a dyn Fn(&Trial) -> bool;
 
 #[test]
-fn printed_intervals_cover_the_true_error() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_printed_intervals_cover_the_true_error() {
     let count: u64 =
         std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(64);
     let mut wrong = Vec::new();
@@ -305,7 +306,8 @@ fn noise_codes(noise: Noise, count: u64) -> Vec<Vec<&'static str>> {
 }
 
 #[test]
-fn correlated_noise_is_told_for_what_it_is() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_correlated_noise_is_told_for_what_it_is() {
     let says = |noise: Noise, code: &str| {
         let codes = noise_codes(noise, 24);
         codes.iter().filter(|codes| codes.contains(&code)).count()

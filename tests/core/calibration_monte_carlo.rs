@@ -111,7 +111,8 @@ fn trials(count: u32, truth: &Camera, params: &CalibrationParams) -> Trials {
 }
 
 #[test]
-fn stated_uncertainty_is_the_observed_spread() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_stated_uncertainty_is_the_observed_spread() {
     let truth = camera(Distortion { k1: -0.1, k2: -0.02, ..Distortion::default() });
     let params =
         CalibrationParams { models: vec![LensModel::K1K2], ..CalibrationParams::default() };
@@ -129,7 +130,8 @@ fn stated_uncertainty_is_the_observed_spread() {
 }
 
 #[test]
-fn the_chosen_model_covers_the_truth() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_the_chosen_model_covers_the_truth() {
     let lenses = [
         ("none", Distortion::default()),
         ("k1k2", Distortion { k1: -0.1, k2: -0.02, ..Distortion::default() }),

@@ -349,7 +349,8 @@ impl Lens {
 /// times of 100, one a tenth smaller less often, and one a tenth larger more often. That of the distortion is told at
 /// least as often: either of two tests may tell it, and what is stated is what the second one sees.
 #[test]
-fn the_smallest_change_that_is_stated_is_the_one_that_is_told() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_the_smallest_change_that_is_stated_is_the_one_that_is_told() {
     let trials = asked_for("BORESIGHT_SESSIONS").unwrap_or(150);
     for lens in Lens::all() {
         let unchanged: Vec<Drift> =

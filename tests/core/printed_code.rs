@@ -380,8 +380,8 @@ fn the_code_says_which_part_of_a_board_is_seen() {
 
 /// The table of the documentation: `cargo test --test core printed_code -- --ignored --nocapture`.
 #[test]
-#[ignore = "takes minutes"]
-fn ten_thousand_pictures() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_ten_thousand_pictures() {
     let mut total = Survey::default();
     let surveys = std::thread::scope(|scope| {
         let halves = [100, 101].map(|seed| scope.spawn(move || survey(1_800, seed)));

@@ -437,6 +437,10 @@ fn opening(place: &Path) -> Opening {
 #[test]
 fn no_power_cut_costs_a_view_or_a_session() {
     let place = place();
+    // Every state is opened and decided again: few pictures a second make short journals.
+    let scene = place.path().join("scene.toml");
+    let quick = fs::read_to_string(&scene).expect("there");
+    fs::write(&scene, format!("fps = 5.0\n{quick}")).expect("written");
     let log = Arc::new(DiskLog::of(place.path()));
     let start = Disk::holding(place.path());
 
@@ -445,7 +449,7 @@ fn no_power_cut_costs_a_view_or_a_session() {
     let changes = log.changes();
     let mut checks = Checks::of("session");
     checks.try_all(start, &changes, &promises, chances());
-    checks.must_hold("start to end", 500);
+    checks.must_hold("start to end", 200);
 
     // Going on with a session whose run was cut off after two views.
     let session = place.path().join("session");
@@ -484,7 +488,7 @@ fn no_power_cut_costs_a_view_or_a_session() {
     let promises = Promises([vec![(0, Promise::Taken(2))], promises.0].concat());
     let mut checks = Checks::of("session");
     checks.try_all(start, &log.changes()[before..], &promises, chances());
-    checks.must_hold("going on", 300);
+    checks.must_hold("going on", 100);
 
     // A view is taken back, and comes again.
     let start = Disk::holding(place.path());

@@ -291,6 +291,8 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     command.args(["-an", "-sn", "-dn", "-map", "0:v:0"]);
     // Neither repeats pictures nor drops any, at every rate of the stream.
     command.args(["-fps_mode", "passthrough", "-vf", &filters(!has_no_times(name))]);
+    // In units of the frame rate, two pictures may have one time; that would be an error.
+    command.args(["-enc_time_base", "1:1000000"]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     // What it starts is ended with it.
