@@ -65,6 +65,39 @@ fn a_session_that_this_build_decides_alike_is_not_restored() {
 }
 
 #[test]
+fn a_moving_boards_corners_are_those_of_its_calibration() {
+    let place = TempDir::new().expect("folder");
+    let scene =
+        "name = \"rolling\"\nseed = 3\nf_px = 520\nimage_size_px = [640, 480]\nreadout_ms = 25\n";
+    fs::write(place.path().join("rolling.toml"), scene).expect("written");
+    let guide = ["guide", "--headless", "--source", "sim:rolling.toml", "--out", "session"];
+    boresight(place.path(), &[&guide[..], &["--set", "guidance.plan=quick"]].concat());
+    let path = place.path().join("session");
+    let live = SavedSession::open(&path).expect("whole").session;
+    let found = live.calibration().expect("calibrated");
+    // The board moved while the rows were read: where its corners were seen isn't where they were at one instant.
+    let seen = live.accepted().iter().flat_map(|view| &view.seen);
+    let moved = seen.zip(live.corners_at_one_instant().iter().flatten());
+    let farthest_px = moved.map(|(seen, moved)| (seen.px - moved.px).norm()).fold(0.0, f64::max);
+    assert!(farthest_px > 0.05, "{farthest_px} px");
+    let again = boresight(place.path(), &["calibrate", "session", "--json"]);
+    let again: serde_json::Value = serde_json::from_str(&again.stdout).expect("JSON");
+    let number = |name: &str| again.pointer(name).and_then(serde_json::Value::as_f64).expect("one");
+    for (name, live) in [
+        ("/result/f_px/0", found.camera.f_px.x),
+        ("/result/pp_px/1", found.camera.pp_px.y),
+        ("/result/rms_px", found.rms_px),
+    ] {
+        assert!((number(name) / live - 1.0).abs() < 1e-9, "{name}: {} {live}", number(name));
+    }
+    boresight(place.path(), &["report", "session"]);
+    let page = fs::read_to_string(path.join("report.html")).expect("written");
+    let (before, _) = page.split_once(" px RMS; rings").expect("the cloud of residuals");
+    let drawn_px: f64 = before.rsplit(' ').next().and_then(|n| n.parse().ok()).expect("a number");
+    assert!((drawn_px / found.rms_px - 1.0).abs() < 0.1, "{drawn_px} px drawn of {}", found.rms_px);
+}
+
+#[test]
 fn recorded_views_stand_where_this_build_decides_otherwise() {
     let place = TempDir::new().expect("folder");
     let path = place.path().join("session");

@@ -137,8 +137,9 @@ pub fn from_session(
 ) -> anyhow::Result<(CalibrationViews, Config, Option<f64>)> {
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
-    let taken = saved.session.accepted().iter();
-    let given = taken.map(|taken| (taken.picture_name(), Ok(taken.view.corners.to_vec())));
+    let corners = saved.session.corners_at_one_instant();
+    let taken = saved.session.accepted().iter().zip(corners);
+    let given = taken.map(|(taken, corners)| (taken.picture_name(), Ok(corners.clone())));
     let config = saved.header.config.clone();
     let views = CalibrationViews::of(given, saved.header.image_size(), &config.board()?);
     let noise_px = saved.session.calibration().and_then(|found| found.noise_floor_px);

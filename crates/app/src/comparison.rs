@@ -12,7 +12,7 @@ use boresight_formats::{
     CheckFile,
     import::{self, OldCalibration},
 };
-use boresight_geometry::{Corner, frame::ImageSize};
+use boresight_geometry::frame::ImageSize;
 use boresight_guide::session::Session;
 use boresight_present::text;
 
@@ -109,8 +109,6 @@ pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
     if old.focal_varies {
         return Err(NoVerdict::FocalVaries);
     }
-    let views: Vec<Vec<Corner>> =
-        session.accepted().iter().map(|accepted| accepted.view.corners.clone()).collect();
     let lens = OldLens {
         camera: old.camera,
         covariance: old.covariance,
@@ -118,7 +116,8 @@ pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
         image_size: old.image_size,
     };
     let setup = session.setup();
-    drift(&views, &setup.board, setup.image_size, &lens).map_err(NoVerdict::NoDrift)
+    drift(session.corners_at_one_instant(), &setup.board, setup.image_size, &lens)
+        .map_err(NoVerdict::NoDrift)
 }
 
 /// The result in words, and the next action.

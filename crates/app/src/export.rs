@@ -192,12 +192,7 @@ fn mrcal_with_views(
 ) -> anyhow::Result<String> {
     let saved = SavedSession::open(folder)?;
     let board = saved.header.config.board()?;
-    let taken: BTreeMap<String, &[Corner]> = saved
-        .session
-        .accepted()
-        .iter()
-        .map(|taken| (taken.picture_name(), taken.view.corners.as_slice()))
-        .collect();
+    let taken: BTreeMap<String, &[Corner]> = named_corners(&saved.session).collect();
     let solved = file.used().map(|(_, view)| {
         let pose = view.cam_from_board?;
         let [w, x, y, z] = pose.rotation_wxyz;
@@ -312,8 +307,12 @@ fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
 
 /// The corners of the views that `session` took.
 pub(crate) fn corners_of(session: &Session) -> String {
-    let taken = session.accepted().iter();
-    let views: Vec<(String, &[Corner])> =
-        taken.map(|view| (view.picture_name(), view.view.corners.as_slice())).collect();
+    let views: Vec<(String, &[Corner])> = named_corners(session).collect();
     corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners))))
+}
+
+/// Name and corners of each accepted view, as its calibration has them.
+fn named_corners(session: &Session) -> impl Iterator<Item = (String, &[Corner])> {
+    let taken = session.accepted().iter().zip(session.corners_at_one_instant());
+    taken.map(|(taken, corners)| (taken.picture_name(), corners.as_slice()))
 }

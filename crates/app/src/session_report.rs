@@ -149,7 +149,7 @@ fn compose(
             simulated: text::is_simulated(&header.source),
             changes,
         },
-        corners: accepted.iter().map(|taken| taken.view.corners.clone()).collect(),
+        corners: session.corners_at_one_instant().to_vec(),
         pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
         check,
         refused,

@@ -67,6 +67,8 @@ pub(super) struct Ground {
 #[derive(Clone, Debug)]
 pub(super) struct Derived {
     pub(super) lens_estimate: LensEstimate,
+    /// See [`Session::corners_at_one_instant`].
+    pub(super) corners: Vec<Vec<Corner>>,
     /// `None` without a view.
     pub(super) calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
     /// The accepted views, measured through the lens estimate.
@@ -207,6 +209,7 @@ impl Derived {
             views,
             pairs,
             calibration,
+            corners,
         }
     }
 
@@ -314,6 +317,12 @@ impl Session {
     /// The accepted views in the order in which they stand in the calibration.
     pub fn accepted(&self) -> &[AcceptedView] {
         &self.ground.accepted
+    }
+
+    /// The corners of each accepted view as the calibration has them: where they were at one instant, as far as the readout
+    /// is known now. Those of [`AcceptedView::seen`] are sheared if the board moved.
+    pub fn corners_at_one_instant(&self) -> &[Vec<Corner>] {
+        &self.derived.corners
     }
 
     /// The calibration from the accepted views, if there is one.
