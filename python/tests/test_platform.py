@@ -50,6 +50,7 @@ def test_a_board_is_planned(program):
     assert plan["smallest"] in ("A4", "A3", "Letter")
     far = boresight.plan_board(8, fov_deg=60)
     assert far["smallest"] is None and far["filling"]["square_mm"] > plan["filling"]["square_mm"]
+    assert plan["enough"]["square_mm"] < far["enough"]["square_mm"] < far["filling"]["square_mm"]
     for wrong in ({}, {"fov_deg": 60, "f_px": 900}, {"fov_deg": 170}, {"f_px": -1.0}):
         with pytest.raises(boresight.ArgumentError):
             boresight.plan_board(1, **wrong)

@@ -116,6 +116,8 @@ fn a_board_is_planned_from_distance_and_view() {
     says(&boresight(place.path(), &words), 0, &["Written"]);
     let (far, said) = plan("8m");
     assert!(far["smallest"].is_null() && said.contains("Have a board of"), "{said}");
+    let enough = |plan: &Value| plan["enough"]["square_mm"].as_f64().expect("mm");
+    assert!(said.contains(&format!("({} mm squares) made", enough(&far))), "{said}");
     let square = |plan: &Value| plan["filling"]["square_mm"].as_f64().expect("mm");
     assert!((square(&far) / square(&near) - 20.0).abs() < 0.6);
 }

@@ -3,6 +3,8 @@
 //! A board should fill the picture at the distance at which it's held, for that's what guidance asks for. What a smaller one
 //! can reach is forecast by the planner itself ([`reach()`]), with the errors of corners that it expects.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::board_sheet::BoardSheet;
@@ -43,9 +45,12 @@ pub struct BoardPlan {
     pub filling: PlannedBoard,
     /// The largest board on each paper, the smallest paper first.
     pub papers: Vec<PlannedBoard>,
-    /// Name of the smallest paper whose board is expected to meet the goals of precision; null if none is: print the
-    /// filling board.
+    /// Name of the smallest paper whose board is expected to meet the goals of precision; null if none is: have one made
+    /// of the size of `enough`.
     pub smallest: Option<String>,
+    /// The smallest board that is expected to meet the goals, in whole millimetres a square, on whatever it's printed;
+    /// null if none does that fits into the picture.
+    pub enough: Option<PlannedBoard>,
 }
 
 /// A board, and what it's expected to measure.
@@ -96,16 +101,51 @@ pub fn plan_board(board: BoardChoice, place: &Place, params: &GuidanceParams) ->
         })
         .collect();
     let smallest = papers.iter().find(|paper| paper.meets_goals);
+    let of_square = |square_mm: f64| planned(board, square_mm, seen_mm, place, params);
+    let filling = of_square(filling_mm);
     BoardPlan {
         schema: BOARD_PLAN_SCHEMA.into(),
         image_size: [width_px, height_px],
         f_px: place.f_px,
         distance_m: place.distance_m,
         seen_mm,
-        filling: planned(board, filling_mm, seen_mm, place, params),
+        enough: enough(&filling, of_square, params),
+        filling,
         smallest: smallest.and_then(|planned| planned.paper.clone()),
         papers,
     }
+}
+
+/// The smallest of the boards that `of_square` makes, up to the `filling` one, that meets the goals. Those that stay small have
+/// goals of their own, so they're looked at first.
+fn enough(
+    filling: &PlannedBoard,
+    of_square: impl Fn(f64) -> PlannedBoard,
+    params: &GuidanceParams,
+) -> Option<PlannedBoard> {
+    let filling_mm = filling.square_mm as u32;
+    let is_far = |square_mm: u32| {
+        let share = filling.share * f64::from(square_mm) / filling.square_mm;
+        GuidanceParams { target_span_fraction: share, ..*params }.is_far()
+    };
+    let first_near_mm = first(1..filling_mm, |square_mm| !is_far(square_mm)).unwrap_or(filling_mm);
+    let meets = |square_mm: u32| of_square(f64::from(square_mm)).meets_goals;
+    let square_mm =
+        first(1..first_near_mm, meets).or_else(|| first(first_near_mm..filling_mm + 1, meets))?;
+    Some(of_square(f64::from(square_mm)))
+}
+
+/// The first number in `range` that `is_enough`, as all after it are; `None` if the last one isn't.
+fn first(range: Range<u32>, is_enough: impl Fn(u32) -> bool) -> Option<u32> {
+    let (mut from, mut to) = (range.start, range.end.checked_sub(1)?);
+    if from > to || !is_enough(to) {
+        return None;
+    }
+    while from < to {
+        let middle = from + (to - from) / 2;
+        if is_enough(middle) { to = middle } else { from = middle + 1 }
+    }
+    Some(to)
 }
 
 /// The larger of what `of` gives for the board's inner corners across and down, either way round.
@@ -163,18 +203,25 @@ impl BoardPlan {
         )];
         let every = self.papers.iter().chain([&self.filling]);
         lines.extend(every.map(PlannedBoard::line));
+        let enough = self.enough.as_ref().map(|enough| {
+            let ([width_mm, height_mm], square_mm) = (enough.board_mm, enough.square_mm);
+            format!("{width_mm:.0} x {height_mm:.0} mm ({square_mm:.0} mm squares)")
+        });
+        lines.extend(
+            enough.as_ref().map(|size| {
+                format!("The smallest board that is expected to be enough has {size}.")
+            }),
+        );
         let board = &self.filling.board;
-        lines.push(match &self.smallest {
-            Some(paper) => format!(
+        lines.push(match (&self.smallest, enough) {
+            (Some(paper), _) => format!(
                 "{paper} is enough: boresight target --board {board} --paper {}",
                 paper.to_ascii_lowercase()
             ),
-            None => {
-                let [width_mm, height_mm] = self.filling.board_mm;
-                format!(
-                    "No paper's board is expected to be enough. Have a board of {width_mm:.0} x {height_mm:.0} mm made, come nearer, or accept less."
-                )
+            (None, Some(size)) => {
+                format!("No paper is large enough. Have a board of {size} made, or come nearer.")
             }
+            (None, None) => "No board that fits into the picture is expected to be enough: accept less, or use a camera with more pixels.".into(),
         });
         lines
     }
@@ -220,7 +267,11 @@ mod tests {
         assert!((far.filling.square_mm / near.filling.square_mm - 10.0).abs() < 0.2);
         for plan in [&near, &far] {
             assert!((0.85..1.0).contains(&plan.filling.share) && plan.filling.meets_goals);
+            let enough = plan.enough.as_ref().expect("the filling one is");
+            assert!(enough.meets_goals && enough.square_mm < plan.filling.square_mm, "{plan:#?}");
         }
+        let enough = |plan: &BoardPlan| plan.enough.as_ref().expect("one").square_mm;
+        assert!((enough(&far) / enough(&near) - 10.0).abs() < 1.0, "{near:#?} {far:#?}");
     }
 
     #[test]
@@ -233,6 +284,14 @@ mod tests {
             assert!(near.meets_goals && !far.meets_goals);
             assert!((near.square_px / far.square_px - 5.0 / 0.3).abs() < 1e-9);
         }
+        // A board of one millimetre less isn't enough.
+        let (image_size, f_px, distance_m) =
+            (ImageSize { width_px: 1280, height_px: 720 }, 1000.0, 5.0);
+        let place = Place { image_size, f_px, distance_m };
+        let board = BoardChoice { columns: 9, rows: 6, markers: None };
+        let square_mm = far.enough.expect("one").square_mm - 1.0;
+        let less = planned(board, square_mm, far.seen_mm, &place, &GuidanceParams::default());
+        assert!(!less.meets_goals, "{less:#?}");
         // Larger paper, larger squares.
         assert!(far.papers.windows(2).all(|pair| pair[0].square_mm <= pair[1].square_mm));
     }
