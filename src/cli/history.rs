@@ -199,8 +199,9 @@ fn list(common: &Common) -> anyhow::Result<Exit> {
             let count = history.entries.len();
             let newest = history.newest().unwrap_or("never usable");
             print(&format!(
-                "{}  {count} calibrations, newest {newest}: {}",
+                "{}  {count} calibration{}, newest {newest}: {}",
                 name(&history),
+                if count == 1 { "" } else { "s" },
                 trend(&history)
             ))?;
         }
@@ -290,7 +291,12 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
             print(&of_source(camera, &format!("{camera}  {newest}")))?;
         }
     }
-    say(&format!("{} cameras have no usable calibration of the last {older} days", due.len()));
+    let count = match due.len() {
+        0 => "No camera lacks".to_owned(),
+        1 => "1 camera lacks".to_owned(),
+        count => format!("{count} cameras lack"),
+    };
+    say(&format!("{count} a usable calibration from the last {older} days"));
     Ok(Exit::Good)
 }
 

@@ -47,8 +47,17 @@ fn typed(line: &str) -> Option<&str> {
     line.starts_with("boresight ").then(|| &line[..end])
 }
 
+/// The long name of the option that a line of a help describes.
+fn option(line: &str) -> Option<&str> {
+    let line = line.trim_start();
+    let line = line.split_once(", ").filter(|(short, _)| short.len() == 2).map_or(line, |it| it.1);
+    let end = |c: char| !(c.is_ascii_alphanumeric() || c == '-');
+    line.starts_with("--").then(|| line.split(end).next()).flatten()
+}
+
 #[test]
-fn every_example_can_be_typed() {
+fn every_example_can_be_typed_and_every_option_is_in_the_documentation() {
+    let documented = include_str!("../../docs/commands.md");
     let folder = TempDir::new().expect("folder");
     let help = |command: &str| {
         let words: Vec<&str> = command.split_whitespace().chain(["--help"]).collect();
@@ -65,6 +74,10 @@ fn every_example_can_be_typed() {
             .filter_map(|line| line.strip_prefix("  ")?.split(' ').next())
             .filter(|name| !name.is_empty() && *name != "help");
         commands.extend(named.map(|name| format!("{command} {name}")));
+        let options = help.lines().filter_map(option).filter(|name| *name != "--version");
+        for name in options {
+            assert!(documented.contains(name), "{command} {name} isn't in docs/commands.md");
+        }
         for example in help.lines().skip_while(|line| *line != "Examples:").filter_map(typed) {
             // With --help behind it, what stands before is read, and nothing is done.
             let program = std::path::Path::new(env!("CARGO_BIN_EXE_boresight"));

@@ -26,7 +26,7 @@ pub enum IndexError {
     #[error("could not write the index")]
     Row(#[from] serde_json::Error),
     /// A line of another program, or a damaged one.
-    #[error("line {line} of this file is none of an index ({reason}): {path:?}")]
+    #[error("line {line} isn't a line of an index ({reason}): {path:?}")]
     Line {
         /// Number of the line, from 1.
         line: usize,
