@@ -165,6 +165,23 @@ fn a_silent_stream_is_lost_and_its_program_ended() {
 }
 
 #[test]
+fn a_file_that_falls_silent_is_no_camera_to_unplug() {
+    let place = TempDir::new().expect("folder");
+    let stands_in = stand_in(place.path(), &format!("{PICTURE}; exec sleep 1000"));
+    let mut source = Ffmpeg::open_with(&stands_in, "clip.mp4").expect("opens");
+    let loss = loop {
+        match source.next_frame(PATIENCE) {
+            Ok(Arrival::Frame(_) | Arrival::NothingYet) => {}
+            Err(CaptureError::Camera { fault, detail }) => break (fault, detail),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(loss, (Fault::ReaderFailed, "nothing for 5 s".into()));
+    drop(source);
+    assert!(!runs(place.path()));
+}
+
+#[test]
 fn a_stream_that_ends_is_asked_for_until_it_is_back() {
     let place = TempDir::new().expect("folder");
     let refused = "echo 'Connection refused' >&2; exit 1";

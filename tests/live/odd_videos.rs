@@ -77,10 +77,7 @@ fn a_size_that_changes_in_the_stream_is_not_stretched() {
 #[test]
 fn pictures_nearer_in_time_than_the_frame_rate_says_are_all_read() {
     let place = TempDir::new().expect("folder");
-    ffmpeg(
-        place.path(),
-        "-f lavfi -i testsrc=size=320x240:rate=10:duration=2 -c:v mpeg4 slow.mkv",
-    );
+    ffmpeg(place.path(), "-f lavfi -i testsrc=size=320x240:rate=10:duration=2 -c:v mpeg4 slow.mkv");
     ffmpeg(place.path(), "-itsscale 0.5 -i slow.mkv -c copy fast.mkv");
     let (sizes, end) = read(place.path(), "fast.mkv");
     assert_eq!((sizes.len(), end), (20, None));

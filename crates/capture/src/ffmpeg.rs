@@ -597,7 +597,7 @@ impl FrameSource for Ffmpeg {
                 if self.waited < limit {
                     return Ok(Arrival::NothingYet);
                 }
-                let fault = if self.is_live { Fault::StreamLost } else { Fault::Stalled };
+                let fault = if self.is_live { Fault::StreamLost } else { Fault::ReaderFailed };
                 let detail = format!("nothing for {} s", limit.as_secs());
                 return self.broken((fault, detail));
             }
