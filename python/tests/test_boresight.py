@@ -241,8 +241,14 @@ def test_the_examples_of_the_readme_run(good, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     readme = (REPOSITORY / "python/README.md").read_text()
     blocks = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
-    assert len(blocks) == 2
-    for block in blocks:
-        exec(compile(block, "README.md", "exec"), {})
+    assert len(blocks) == 4
+    names: list[dict] = [{} for _ in blocks]
+    for block, named in zip(blocks, names, strict=True):
+        exec(compile(block, "README.md", "exec"), named)
     said = capsys.readouterr().out
+    # Before and after are the same camera, and the same picture without its distortion.
+    before, after = names[1:3]
+    assert np.abs(before["mtx"] - after["mtx"]).max() < 3
+    assert before["flat"].shape == after["flat"].shape and len(before["rvecs"]) <= len(after["rvecs"])
+    assert np.median(np.abs(before["flat"].astype(int) - after["flat"])) <= 2
     assert "camera_matrix" in said and ("good" in said or "care" in said)
