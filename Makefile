@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package bench dist dist-check
+.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -177,6 +177,12 @@ DIST_FLAGS = --remap-path-prefix=$(CARGO_HOME)=/cargo --remap-path-prefix=$(CURD
 	--remap-path-prefix=$(abspath $(TARGET))=/target
 dist: setup
 	RUSTFLAGS="$(strip $(RUSTFLAGS) $(DIST_FLAGS))" cargo build --profile dist --locked $(DIST_FEATURES)
+
+# Every package, with its sum, into target/packages: packaging/release.sh says which. PARTS="deb tar" makes some.
+PACKAGING_PACKAGES = dpkg-dev python3 python3-yaml
+packages: PACKAGES += $(PACKAGING_PACKAGES)
+packages: setup
+	HOMEPAGE="$(HOMEPAGE)" packaging/release.sh $(PARTS)
 
 # Two builds of the last commit in two folders give the same bytes. Takes as long as two builds.
 dist-check: setup

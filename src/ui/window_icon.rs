@@ -1,4 +1,4 @@
-//! The window's icon: a card in space inside the outline of a board, as in `packaging/boresight.svg`.
+//! The window's icon: a card in space inside the outline of a board, as in `packaging/linux/boresight.svg`.
 
 use egui::{Color32, IconData, Pos2, Rect, pos2};
 
