@@ -47,7 +47,12 @@ pub fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> Result<GrayIm
 
 #[cfg(test)]
 mod tests {
-    use std::io::Cursor;
+    use std::{
+        io::{BufReader, Cursor, Read},
+        sync::Barrier,
+        thread,
+        time::Duration,
+    };
 
     use super::*;
 
@@ -56,6 +61,54 @@ mod tests {
         let body = [kind, data].concat();
         let crc32 = crc32fast::hash(&body).to_be_bytes();
         [&(data.len() as u32).to_be_bytes()[..], &body, &crc32].concat()
+    }
+
+    /// A picture's bytes, and who has read the last of them: its number is noted at each read but the first.
+    struct Noted<'a> {
+        bytes: Cursor<&'a [u8]>,
+        number: usize,
+        notes: &'a Mutex<Vec<usize>>,
+    }
+
+    impl Read for Noted<'_> {
+        fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+            if self.bytes.position() > 0 {
+                self.notes.lock().expect("no panic").push(self.number);
+                // Time for the other one to come between.
+                thread::sleep(Duration::from_millis(20));
+            }
+            self.bytes.read(into)
+        }
+    }
+
+    impl Seek for Noted<'_> {
+        fn seek(&mut self, to: std::io::SeekFrom) -> std::io::Result<u64> {
+            self.bytes.seek(to)
+        }
+    }
+
+    #[test]
+    fn large_pictures_are_decoded_one_at_a_time() {
+        // More than `LARGE` bytes.
+        let (width, height) = (PICTURE_LIMIT_PX, 8200);
+        let mut png = Vec::new();
+        let grey = GrayImage::new(width, height);
+        grey.write_to(&mut Cursor::new(&mut png), ImageFormat::Png).expect("encodes");
+        let (notes, start) = (Mutex::new(Vec::new()), Barrier::new(2));
+        thread::scope(|scope| {
+            for number in 0..2 {
+                let bytes = Noted { bytes: Cursor::new(png.as_slice()), number, notes: &notes };
+                let start = &start;
+                scope.spawn(move || {
+                    start.wait();
+                    let read = decoded(BufReader::new(bytes), ImageFormat::Png).expect("a picture");
+                    assert_eq!(read.dimensions(), (width, height));
+                });
+            }
+        });
+        let notes = notes.into_inner().expect("no panic");
+        let turns = notes.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(notes.len() > 4 && turns == 1, "{notes:?}");
     }
 
     #[test]

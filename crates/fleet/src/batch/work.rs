@@ -81,9 +81,7 @@ fn next_action(err: &anyhow::Error) -> Option<String> {
 
 fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
     let path = Path::new(&item.session);
-    let is_same = || Item::of(path).is_some_and(|now| now.content == item.content);
-    // What can't be read just now hasn't changed by that: a second look tells a passing error from a change.
-    if !is_same() && !is_same() {
+    if has_changed(item, || Item::of(path)) {
         SessionFolder::read(path)?;
         return Err(NotWorked::Changed.into());
     }
@@ -133,6 +131,13 @@ fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<
     Ok(())
 }
 
+/// Whether what `look` finds isn't `item`. What can't be read just now hasn't changed by that: a second look tells a passing
+/// error from a change.
+fn has_changed(item: &Item, mut look: impl FnMut() -> Option<Item>) -> bool {
+    let mut differs = || look().is_none_or(|now| now.content != item.content);
+    differs() && differs()
+}
+
 fn compared(replayed: &Replayed, count: usize) -> DecisionsEntry {
     let mut kinds = BTreeMap::new();
     for difference in &replayed.differences {
@@ -172,4 +177,27 @@ fn report(job: &Job, store: &Store, session: &Path, id: &str) -> anyhow::Result<
 #[cfg(not(feature = "report"))]
 fn report(_: &Job, _: &Store, _: &Path, _: &str) -> anyhow::Result<String> {
     Err(MissingFeature::REPORT.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::batch::item::Content;
+
+    #[test]
+    fn a_read_error_that_passes_is_no_change() {
+        let looks_like = |header: Result<Vec<u8>, &'static str>| {
+            let content = Content { header, journal: Ok((3, [7; 32])), result: Ok(Vec::new()) };
+            content.item("session".into())
+        };
+        let item = looks_like(Ok(vec![1]));
+        let looks = |looks: [Result<Vec<u8>, &'static str>; 2]| {
+            let mut looks = looks.into_iter();
+            has_changed(&item, || looks.next().map(looks_like))
+        };
+        assert!(!looks([Ok(vec![1]), Err("FILE-UNREADABLE")]));
+        assert!(!looks([Err("FILE-UNREADABLE"), Ok(vec![1])]));
+        assert!(looks([Err("FILE-UNREADABLE"), Err("FILE-UNREADABLE")]));
+        assert!(looks([Ok(vec![2]), Ok(vec![2])]));
+    }
 }
