@@ -5,8 +5,15 @@ use crate::{
     gallery::Gallery,
     level::View,
     measure::{FEWEST_FOUND, Measured, NEAREST, NoAnswer, credible, spread},
+    reference::Reference,
     turn::Lens,
 };
+
+/// Patches of `view` that agree with one reference picture alone, if that's credible: whether both show the same place.
+pub fn agreeing(reference: &Reference, view: &View, lens: &Lens) -> Option<usize> {
+    let gallery = Gallery { references: vec![reference.clone()] };
+    gallery.measure(view, lens).ok().map(|measured| measured.inliers)
+}
 
 impl Gallery {
     /// Measures a picture of a camera that points about where it did. Slow searches are left to [`Self::measure_far`].
@@ -40,8 +47,7 @@ impl Gallery {
     }
 
     fn sought(&self, view: &View) -> usize {
-        let alive = |i: usize| self.references[i].landmarks.iter().filter(|l| l.is_alive).count();
-        self.nearest(view).into_iter().map(alive).sum()
+        self.nearest(view).into_iter().map(|i| self.references[i].landmarks.len()).sum()
     }
 
     /// The fit against the nearest references, credible or not.

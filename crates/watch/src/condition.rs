@@ -2,21 +2,21 @@
 
 use std::collections::VecDeque;
 
-use crate::{fit::median, glass::CELLS, input::Answer};
+use crate::{
+    fit::{SIGMA_OF_MEDIAN, median},
+    glass::CELLS,
+    input::Answer,
+    measure::FEWEST_FOUND,
+    slot::{DAY_SECS, SLOT_SECS},
+};
 
-const HOUR_SECS: f64 = 3600.0;
-const DAY_SECS: f64 = 24.0 * HOUR_SECS;
-/// Logarithm of sharpness that is blur: three standard deviations of a day's median. Fog unsharpens, too, but takes
-/// contrast with it.
+/// Logarithm of sharpness that is blur, if the camera's pictures don't scatter more by themselves.
 const BLUR: f64 = -0.15;
-const FOG: f64 = -0.5;
-/// Logarithm of a cell's contrast that is dirt, after a day and a night.
-const DIRT: f64 = -0.5;
-/// Logarithm of contrast that is haze, after two days.
-const HAZE: f64 = -0.7;
-/// Fewest answers of a day that are judged, and their least time.
-const FEWEST: usize = 8;
-const LEAST_SECS: f64 = 18.0 * HOUR_SECS;
+/// Logarithm of contrast whose loss matters, two fifths: in a cell for a day and a night it's dirt, everywhere for two days
+/// it's haze.
+const LOST: f64 = -0.5;
+/// Least time of a day's answers.
+const LEAST_SECS: f64 = DAY_SECS - SLOT_SECS;
 
 #[derive(Clone, Debug)]
 struct Look {
@@ -31,6 +31,8 @@ struct Look {
 pub(crate) struct Condition {
     looks: VecDeque<Look>,
     usual: Option<Look>,
+    /// Logarithm of sharpness against the usual that is blur.
+    blur: f64,
 }
 
 impl Condition {
@@ -50,9 +52,13 @@ impl Condition {
         let cells = (0..CELLS[0] * CELLS[1]).map(|cell| of_cell(&all, cell));
         let of =
             |value: fn(&Look) -> f64| median(&mut all.iter().map(|l| value(l)).collect::<Vec<_>>());
+        let sharp = of(|l| l.sharp).unwrap_or(0.0);
+        let mut away: Vec<f64> = all.iter().map(|l| (l.sharp - sharp).abs()).collect();
+        let scatter = SIGMA_OF_MEDIAN * median(&mut away).unwrap_or(0.0);
+        self.blur = BLUR.min(-3.0 * scatter);
         self.usual = Some(Look {
             at_secs: all.last().map_or(0.0, |look| look.at_secs),
-            sharp: of(|l| l.sharp).unwrap_or(0.0),
+            sharp,
             contrast: of(|l| l.contrast).unwrap_or(0.0),
             cells: cells.collect(),
         });
@@ -63,7 +69,7 @@ impl Condition {
         let newest = self.looks.back()?.at_secs;
         let looks: Vec<&Look> = self.looks.iter().filter(|l| newest - l.at_secs <= secs).collect();
         let is_long = newest - looks.first()?.at_secs >= least_secs;
-        (looks.len() >= FEWEST && is_long).then_some(looks)
+        (looks.len() >= FEWEST_FOUND && is_long).then_some(looks)
     }
 
     pub(crate) fn is_blurred(&self) -> bool {
@@ -73,13 +79,14 @@ impl Condition {
         let sharp = median(&mut looks.iter().map(|l| l.sharp - usual.sharp).collect::<Vec<_>>());
         let contrast =
             median(&mut looks.iter().map(|l| l.contrast - usual.contrast).collect::<Vec<_>>());
-        sharp.is_some_and(|s| s < BLUR) && contrast.is_some_and(|c| c > FOG)
+        // Fog unsharpens, too, but takes more of the contrast.
+        sharp.zip(contrast).is_some_and(|(s, c)| s < self.blur && s < c)
     }
 
     /// Since when looks have been blurred one after the other.
     pub(crate) fn blurred_since(&self) -> Option<f64> {
         let usual = self.usual.as_ref()?;
-        let blurred = self.looks.iter().rev().take_while(|l| l.sharp - usual.sharp < BLUR);
+        let blurred = self.looks.iter().rev().take_while(|l| l.sharp - usual.sharp < self.blur);
         blurred.last().map(|look| look.at_secs)
     }
 
@@ -91,7 +98,7 @@ impl Condition {
         };
         let contrast =
             median(&mut looks.iter().map(|l| l.contrast - usual.contrast).collect::<Vec<_>>());
-        contrast.is_some_and(|c| c < HAZE)
+        contrast.is_some_and(|c| c < LOST)
     }
 
     /// The cell that has lost most contrast in both halves of the last day.
@@ -106,7 +113,7 @@ impl Condition {
             Some(of(&before)?.max(of(&after)?))
         };
         let cells = (0..CELLS[0] * CELLS[1]).filter_map(|cell| Some((cell, lost(cell)?)));
-        let darkest = cells.filter(|(_, lost)| *lost < DIRT).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let darkest = cells.filter(|(_, lost)| *lost < LOST).min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some([darkest.0 % CELLS[0], darkest.0 / CELLS[0]])
     }
 }

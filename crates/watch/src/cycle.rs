@@ -3,11 +3,11 @@
 use nalgebra::{SMatrix, SVector, Vector4};
 
 use crate::{
+    fit::SIGMA_OF_MEDIAN,
     sequential::quiet_scatter,
-    slot::{SLOT_SECS, median4},
+    slot::{DAY_SECS, SLOT_SECS, median4},
 };
 
-const DAY_SECS: f64 = 86_400.0;
 /// Least scatter, as a share of the picture's width: estimates of a camera that stands still scatter by less.
 const LEAST_SCATTER: f64 = 0.15 / 1024.0;
 /// Weight of the least scatter, in slots: a day.
@@ -78,7 +78,7 @@ impl Cycle {
                 .collect();
             let scale = Vector4::from_fn(|i, _| {
                 let mut all: Vec<f64> = off.iter().map(|o| o[i].abs()).collect();
-                1.4826 * crate::fit::median(&mut all).unwrap_or(0.0) + 1e-9
+                SIGMA_OF_MEDIAN * crate::fit::median(&mut all).unwrap_or(0.0) + 1e-9
             });
             for (weight, off) in weights.iter_mut().zip(&off) {
                 *weight = 1.0 / (1.0 + off.component_div(&scale).amax().powi(2) / 9.0);

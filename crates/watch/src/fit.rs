@@ -15,9 +15,11 @@ const STEPS: usize = 14;
 const NEAR: f64 = 9.0;
 /// Weight from which on a patch agrees with the fit.
 pub(crate) const AGREES: f64 = 0.5;
+/// From the median distance to the standard deviation of a normal distribution.
+pub const SIGMA_OF_MEDIAN: f64 = 1.4826;
 /// Patches share shadows, so the covariance of independent ones is too small: pictures of a camera that stood still
 /// scattered twice as much as stated.
-const SHARED: f64 = 4.0;
+pub(crate) const SHARED: f64 = 4.0;
 
 /// A patch that was found: the ray it was seen along at the reference, and where it is now.
 #[derive(Clone, Copy, Debug)]

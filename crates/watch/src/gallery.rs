@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
 use crate::{
-    fit::{fit, median, offsets_px},
+    fit::{SIGMA_OF_MEDIAN, fit, median, offsets_px},
     level::{Thumb, View},
-    measure::{Measured, NEAREST},
+    measure::{FEWEST_FOUND, Measured, NEAREST},
     overlay::Mask,
     reference::{Reference, UNKNOWN_SIGMA_PX},
     turn::{Lens, Turn},
@@ -22,8 +22,6 @@ const BEST_SIGMA_PX: f64 = 0.1;
 const WORST_SIGMA_PX: f64 = 1.5;
 /// Fewest agreeing patches for a pair of reference and picture that ties references together.
 const FEWEST_TYING: usize = 15;
-/// From the median distance in a plane to the standard deviation along an axis, about.
-const SIGMA_OF_MEDIAN: f64 = 1.4826;
 
 /// References, in no order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,6 +126,7 @@ impl Gallery {
             track.weigh(reference);
         }
         gallery.set_offsets(&ties, glances.len());
+        gallery.set_modes();
         gallery
     }
 
@@ -168,6 +167,37 @@ impl Gallery {
             reference.turn = Turn::from_vector(&turn);
         }
     }
+
+    /// A camera that switches to infrared at night changes its focus a little each time: its references fall into two groups
+    /// by focal length, and each group's is its own zero. They are two if more lies between them than within either, and the
+    /// camera went there and came back: one that was touched while it was learned doesn't return.
+    fn set_modes(&mut self) {
+        let mut by_focal: Vec<usize> = (0..self.references.len()).collect();
+        let focal = |i: usize| self.references[i].turn.log_focal;
+        by_focal.sort_by(|a, b| focal(*a).total_cmp(&focal(*b)));
+        let gap = |k: usize| focal(by_focal[k]) - focal(by_focal[k - 1]);
+        let Some(split) = (1..by_focal.len()).max_by(|a, b| gap(*a).total_cmp(&gap(*b))) else {
+            return;
+        };
+        let modes = by_focal.split_at(split);
+        let range = |mode: &[usize]| focal(mode[mode.len() - 1]) - focal(mode[0]);
+        let mut by_time: Vec<usize> = (0..self.references.len()).collect();
+        by_time.sort_by(|a, b| {
+            self.references[*a].taken_secs.total_cmp(&self.references[*b].taken_secs)
+        });
+        let switches =
+            by_time.windows(2).filter(|w| modes.0.contains(&w[0]) != modes.0.contains(&w[1]));
+        let is_apart = gap(split) > range(modes.0).max(range(modes.1));
+        if !is_apart || modes.0.len().min(modes.1.len()) < FEWEST_TRIES || switches.count() < 2 {
+            return;
+        }
+        for mode in [modes.0, modes.1] {
+            let sum: f64 = mode.iter().map(|i| self.references[*i].turn.log_focal).sum();
+            for i in mode {
+                self.references[*i].turn.log_focal -= sum / mode.len() as f64;
+            }
+        }
+    }
 }
 
 /// What became of the patches of one reference in the pictures that resemble it.
@@ -194,7 +224,7 @@ impl Track {
         let found = reference.find(view, lens, &reference.locate(view, lens));
         let sightings: Vec<_> = found.iter().map(|(_, sighting)| *sighting).collect();
         self.tries += 1;
-        if sightings.len() < 8 {
+        if sightings.len() < FEWEST_FOUND {
             return None;
         }
         let fitted = fit(lens, &sightings, None)?;
@@ -231,14 +261,50 @@ impl Track {
         self.tries += usize::from(was_found);
     }
 
-    /// Gives each patch its standard deviation, and leaves out those that are found too rarely or scatter too much.
+    /// Gives each patch its standard deviation, and leaves out those that are found too rarely or scatter too much: what stands
+    /// on people, clouds or shadows.
     pub(crate) fn weigh(&mut self, reference: &mut Reference) {
-        for (landmark, off_px) in reference.landmarks.iter_mut().zip(&mut self.off_px) {
-            let fewest = (LEAST_FOUND * self.tries as f64).max(2.0);
+        let fewest = (LEAST_FOUND * self.tries as f64).max(2.0);
+        let mut off_px = std::mem::take(&mut self.off_px).into_iter();
+        reference.landmarks.retain_mut(|landmark| {
+            let mut off_px = off_px.next().unwrap_or_default();
             let is_found = self.tries < FEWEST_TRIES || off_px.len() as f64 >= fewest;
-            let sigma_px = median(off_px).map_or(UNKNOWN_SIGMA_PX, |m| SIGMA_OF_MEDIAN * m);
+            let sigma_px = median(&mut off_px).map_or(UNKNOWN_SIGMA_PX, |m| SIGMA_OF_MEDIAN * m);
             landmark.sigma_px = sigma_px.max(BEST_SIGMA_PX);
-            landmark.is_alive = is_found && sigma_px < WORST_SIGMA_PX;
+            is_found && sigma_px < WORST_SIGMA_PX
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use boresight_geometry::{Camera, frame::ImageSize};
+    use image::GrayImage;
+
+    use super::*;
+
+    /// References an hour apart with these focal lengths, per cent.
+    fn with_focals(percent: &[f64]) -> Vec<f64> {
+        let grey = GrayImage::new(64, 48);
+        let size = ImageSize::of(&grey);
+        let lens = Lens::new(Camera::pinhole(60.0, size.centre_px()), None, size);
+        let view = View::of(grey);
+        let of = |(hour, percent): (usize, &f64)| Reference {
+            turn: Turn { log_focal: percent / 100.0, ..Turn::default() },
+            ..Reference::of(&view, hour as f64 * 3600.0, &lens, &Mask::default())
+        };
+        let mut gallery = Gallery { references: percent.iter().enumerate().map(of).collect() };
+        gallery.set_modes();
+        gallery.references.iter().map(|r| (r.turn.log_focal * 1e6).round() / 1e4).collect()
+    }
+
+    #[test]
+    fn a_camera_that_switches_to_infrared_and_back_has_two_zeros() {
+        let switching = [0.01, -0.01, 0.31, 0.29, 0.30, 0.0];
+        assert_eq!(with_focals(&switching), [0.01, -0.01, 0.01, -0.01, 0.0, 0.0]);
+        // One whose zoom was touched while it was learned doesn't come back; one that drifts has no groups.
+        for single in [[0.01, -0.01, 0.0, 0.31, 0.29, 0.30], [0.0, 0.3, 0.1, 0.4, 0.2, 0.5]] {
+            assert_eq!(with_focals(&single), single);
         }
     }
 }

@@ -4,15 +4,14 @@ use crate::{
     fit::{AGREES, median},
     gallery::Gallery,
     level::View,
-    measure::Measured,
+    measure::{FEWEST_FOUND, Measured},
     texture::Texture,
     turn::Lens,
 };
 
 /// Columns and rows of the map of the glass.
 pub const CELLS: [usize; 2] = [8, 6];
-/// Fewest patches for a statement about the whole glass, and about a cell.
-const FEWEST: usize = 8;
+/// Fewest patches for a statement about a cell.
 const FEWEST_IN_CELL: usize = 2;
 
 /// The glass against the references: logarithms, 0 as it was.
@@ -54,7 +53,7 @@ impl Glass {
                 (cell(px[0], CELLS[0], size.width_px), cell(px[1], CELLS[1], size.height_px));
             by_cell[row * CELLS[0] + column].push(now.contrast - then.contrast);
         }
-        if sharpness.len() < FEWEST {
+        if sharpness.len() < FEWEST_FOUND {
             return None;
         }
         let sharpness = median(&mut sharpness)?;

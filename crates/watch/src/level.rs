@@ -2,6 +2,8 @@
 
 use image::GrayImage;
 
+use crate::fit::SIGMA_OF_MEDIAN;
+
 /// Level of a pixel that equals the mean around it.
 pub(crate) const MEAN_LEVEL: u8 = 127;
 /// Levels per local standard deviation: three of them stay within 8 bits.
@@ -174,7 +176,7 @@ fn noise(grey: &GrayImage) -> f64 {
     }
     let middle = differences.len() / 2;
     // From the median of its size to the standard deviation of a normal variable; the weights' root sum of squares is 6.
-    let sd = 1.4826 * f64::from(*differences.select_nth_unstable(middle).1) / 6.0;
+    let sd = SIGMA_OF_MEDIAN * f64::from(*differences.select_nth_unstable(middle).1) / 6.0;
     sd.max(ROUNDING)
 }
 

@@ -48,9 +48,10 @@ mod turn;
 mod watch;
 
 pub use adjust::{Adjust, Advice, Axis};
+pub use compare::agreeing;
 pub use cycle::{Cycle, Sample};
 pub use far::turn_back;
-pub use fit::{Fit, Sighting, fit, lens_covariance};
+pub use fit::{Fit, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance};
 pub use gallery::{Gallery, Glance, SIZE, choose};
 pub use glass::{CELLS, Glass};
 pub use input::{Answer, Input, LearnedSample, Picture, turn_of};

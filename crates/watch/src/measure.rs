@@ -72,6 +72,8 @@ pub enum NoAnswer {
     OtherSize,
     /// No picture came.
     NoPicture,
+    /// The camera looks somewhere between its presets.
+    BetweenPresets,
 }
 
 /// Judges a fit.

@@ -18,11 +18,11 @@ impl Reference {
     pub fn outline(&self, lens: &Lens, turn: &Turn) -> Vec<Point2<f64>> {
         let rotation = turn.rotation();
         let mut points = Vec::new();
-        for landmark in self.landmarks.iter().filter(|landmark| landmark.is_alive) {
+        for landmark in &self.landmarks {
             let Some(centre) = turn.project_by(lens, &rotation, &landmark.ray) else { continue };
             let half = FINE_HALF as f64;
             points.extend(
-                edges(&landmark.fine.bytes())
+                edges(landmark.fine.bytes())
                     .into_iter()
                     .map(|[x, y]| Point2::new(centre.x - half + x, centre.y - half + y)),
             );

@@ -27,8 +27,8 @@ const LEAST_CURVATURE: f32 = 0.002;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     half: usize,
-    /// Rows of `2·half + 2` values; the last of each is 0, so that rows are even.
-    levels: Vec<i16>,
+    /// Levels, row by row.
+    bytes: Vec<u8>,
     sum: i64,
     /// Root of the summed squares about the mean.
     norm: f32,
@@ -55,24 +55,17 @@ impl Patch {
         if side.is_multiple_of(2) || bytes.len() != side * side {
             return None;
         }
-        let mut levels = vec![0_i16; side * (side + 1)];
-        for (row, from) in levels.chunks_exact_mut(side + 1).zip(bytes.chunks_exact(side)) {
-            for (to, &from) in row.iter_mut().zip(from) {
-                *to = i16::from(from) - i16::from(MEAN_LEVEL);
-            }
-        }
-        let sum: i64 = levels.iter().map(|&v| i64::from(v)).sum();
-        let squares: i64 = levels.iter().map(|&v| i64::from(v) * i64::from(v)).sum();
+        let level = |v: &u8| i64::from(*v) - i64::from(MEAN_LEVEL);
+        let sum: i64 = bytes.iter().map(level).sum();
+        let squares: i64 = bytes.iter().map(|v| level(v).pow(2)).sum();
         let norm =
             (squares as f64 - (sum * sum) as f64 / bytes.len() as f64).max(0.0).sqrt() as f32;
-        Some(Self { half: side / 2, levels, sum, norm })
+        Some(Self { half: side / 2, bytes: bytes.to_vec(), sum, norm })
     }
 
     /// The levels, row by row.
-    pub fn bytes(&self) -> Vec<u8> {
-        let side = 2 * self.half + 1;
-        let rows = self.levels.chunks_exact(side + 1).flat_map(|row| &row[..side]);
-        rows.map(|&v| (v + i16::from(MEAN_LEVEL)) as u8).collect()
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     /// Finds the patch at most `search` px around `guess`. `None` if the area isn't inside the picture, or nothing there
@@ -81,20 +74,16 @@ impl Patch {
         let (side, window) = (2 * self.half + 1, 2 * search + 1);
         let area = square(image, guess, self.half + search)?;
         let wide = side + window - 1;
-        // One more column, which meets the zeros of the patch.
-        let mut levels = vec![0_i16; wide * (wide + 1)];
-        for (row, from) in levels.chunks_exact_mut(wide + 1).zip(area.chunks_exact(wide)) {
-            for (to, &from) in row.iter_mut().zip(from) {
-                *to = i16::from(from) - i16::from(MEAN_LEVEL);
-            }
-        }
+        // One more column of zeros in the patch, so that rows are even.
+        let own = padded(&self.bytes, side);
+        let levels = padded(&area, wide);
         let sums = Sums::of(&levels, wide);
         let count = (side * side) as f64;
         let mut surface = vec![0.0_f32; window * window];
         for y in 0..window {
             for x in 0..window {
                 let mut cross = 0_i32;
-                for (row, own) in self.levels.chunks_exact(side + 1).enumerate() {
+                for (row, own) in own.chunks_exact(side + 1).enumerate() {
                     let other = &levels[(y + row) * (wide + 1) + x..][..side + 1];
                     cross += own
                         .iter()
@@ -116,6 +105,17 @@ impl Patch {
             correlation: peak,
         })
     }
+}
+
+/// Rows of `side` levels about the mean level, and a zero after each.
+fn padded(bytes: &[u8], side: usize) -> Vec<i16> {
+    let mut levels = vec![0_i16; bytes.len() + side];
+    for (row, from) in levels.chunks_exact_mut(side + 1).zip(bytes.chunks_exact(side)) {
+        for (to, &from) in row.iter_mut().zip(from) {
+            *to = i16::from(from) - i16::from(MEAN_LEVEL);
+        }
+    }
+    levels
 }
 
 /// Sums of levels and squares over rectangles.
@@ -278,7 +278,7 @@ mod tests {
             assert!(found.correlation > 0.98);
         }
         assert_eq!(patch.find(&wave(0.0, 0.0), [18, 60], FINE_SEARCH), None);
-        assert_eq!(Patch::from_bytes(&patch.bytes(), 31), Some(patch));
+        assert_eq!(Patch::from_bytes(patch.bytes(), 31), Some(patch));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use nalgebra::{Point2, Vector3};
 use crate::{
     fit::{Fit, Sighting, fit},
     level::{Thumb, View},
+    measure::FEWEST_FOUND,
     overlay::Mask,
     patches::{
         COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, Patch, corners, full_px, reduced_px,
@@ -18,8 +19,6 @@ use crate::{
 pub(crate) const UNKNOWN_SIGMA_PX: f64 = 0.3;
 /// Standard deviation of a patch of the reduced picture, px of the full one.
 const COARSE_SIGMA_PX: f64 = 1.5;
-/// Fewest patches for a first fit.
-const FEWEST_COARSE: usize = 8;
 
 /// A patch of a reference picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,8 +35,6 @@ pub struct Landmark {
     pub texture: Texture,
     /// Standard deviation of where it's found, px.
     pub sigma_px: f64,
-    /// False for patches on what moves: people, clouds, shadows.
-    pub is_alive: bool,
 }
 
 /// A reference picture.
@@ -72,7 +69,6 @@ impl Reference {
                 coarse: Patch::at(&view.coarse, coarse_px, COARSE_HALF),
                 texture: Texture::at(&view.grey, px)?,
                 sigma_px: UNKNOWN_SIGMA_PX,
-                is_alive: true,
             })
         });
         Self {
@@ -101,11 +97,7 @@ impl Reference {
             Some(levels) => Some(Patch::from_bytes(levels, 2 * COARSE_HALF + 1)?),
         };
         let is_sound = sigma_px > 0.0 && sigma_px.is_finite();
-        is_sound.then_some(Landmark { px, ray, fine, coarse, texture, sigma_px, is_alive: true })
-    }
-
-    fn alive(&self) -> impl Iterator<Item = (usize, &Landmark)> {
-        self.landmarks.iter().enumerate().filter(|(_, landmark)| landmark.is_alive)
+        is_sound.then_some(Landmark { px, ray, fine, coarse, texture, sigma_px })
     }
 
     /// Looks for the patches where `turn`, since this reference, shows them.
@@ -128,14 +120,14 @@ impl Reference {
                 },
             ))
         };
-        self.alive().filter_map(find).collect()
+        self.landmarks.iter().enumerate().filter_map(find).collect()
     }
 
     /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`. `None` for too few
     /// patches.
     pub fn coarse_fit(&self, view: &View, lens: &Lens, start: &Turn) -> Option<(Fit, usize)> {
         let rotation = start.rotation();
-        let find = |(_, landmark): (usize, &Landmark)| {
+        let find = |landmark: &Landmark| {
             let guess = start.project_by(lens, &rotation, &landmark.ray)?;
             let guess = [guess.x, guess.y].map(|v| reduced_px(v).round() as i64);
             let found = landmark.coarse.as_ref()?.find(&view.coarse, guess, COARSE_SEARCH)?;
@@ -151,8 +143,8 @@ impl Reference {
                 sigma_px: COARSE_SIGMA_PX,
             })
         };
-        let sightings: Vec<Sighting> = self.alive().filter_map(find).collect();
-        if sightings.len() < FEWEST_COARSE {
+        let sightings: Vec<Sighting> = self.landmarks.iter().filter_map(find).collect();
+        if sightings.len() < FEWEST_FOUND {
             return None;
         }
         let fit = fit(lens, &sightings, None)?;
@@ -164,7 +156,7 @@ impl Reference {
     pub fn locate(&self, view: &View, lens: &Lens) -> Turn {
         let first = self.coarse_fit(view, lens, &Turn::default());
         if let Some((fit, found)) = &first
-            && fit.inliers() >= FEWEST_COARSE.max(found / 2)
+            && fit.inliers() >= FEWEST_FOUND.max(found / 2)
         {
             return fit.turn;
         }

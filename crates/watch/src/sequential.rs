@@ -15,13 +15,8 @@ const CAP: f64 = 1.2 * LIMIT;
 const CLIP: f64 = 6.0;
 /// A persistent change of so many standard deviations is found within two days.
 const VISIBLE: f64 = ALLOWANCE + LIMIT / 8.0 + 0.5;
-/// Share of a slot for which the first picture counts.
-const FIRST_SHARE: f64 = 0.1;
-/// A jump: so many answers in a row within this time, all on the same side and this far out.
-const JUMP_ANSWERS: usize = 3;
-const JUMP_SECS: f64 = 1.6 * 3600.0;
-const JUMP_SCATTERS: f64 = 6.0;
-const JUMP_RELEVANT: f64 = 2.0;
+/// So many answers in a row aren't chance: within a slot, all on the same side and beyond the clip, they're a jump.
+pub(crate) const IN_A_ROW: usize = 3;
 
 /// A sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
 #[derive(Clone, Debug)]
@@ -53,13 +48,12 @@ pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
                 quiet = middle;
             }
         }
-        let jumps =
-            known.windows(JUMP_ANSWERS).filter(|w| w[JUMP_ANSWERS - 1].0 - w[0].0 < JUMP_SECS);
+        let jumps = known.windows(IN_A_ROW).filter(|w| w[IN_A_ROW - 1].0 - w[0].0 < SLOT_SECS);
         let jump = jumps.map(|w| {
             let side = w[0].1[i].signum();
             w.iter().map(|(_, off)| side * off[i]).fold(f64::INFINITY, f64::min)
         });
-        quiet.max(jump.fold(0.0, f64::max) * MARGIN / JUMP_SCATTERS)
+        quiet.max(jump.fold(0.0, f64::max) * MARGIN / CLIP)
     })
 }
 
@@ -67,7 +61,7 @@ pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
 fn highest_sum(known: &[(f64, Vector4<f64>)], i: usize, scatter_px: f64) -> f64 {
     let (mut sums, mut highest, mut last) = ([0.0_f64; 2], 0.0_f64, None);
     for (at_secs, off) in known {
-        let share = last.map_or(FIRST_SHARE, |last: f64| share_of(at_secs - last));
+        let share = last.map_or(0.0, |last: f64| share_of(at_secs - last));
         last = Some(*at_secs);
         let z = (off[i] / scatter_px.max(1e-9)).clamp(-CLIP, CLIP);
         sums = [
@@ -125,9 +119,10 @@ impl Sequential {
         off_px: &Vector4<f64>,
         scatter_px: &Vector4<f64>,
     ) -> Verdict {
-        let share = self.last_secs.map_or(FIRST_SHARE, |last| share_of(at_secs - last));
+        let share = self.last_secs.map_or(0.0, |last| share_of(at_secs - last));
         self.last_secs = Some(at_secs);
-        let z = off_px.component_div(&self.scale_px(scatter_px)).map(|z| z.clamp(-CLIP, CLIP));
+        let scale_px = self.scale_px(scatter_px);
+        let z = off_px.component_div(&scale_px).map(|z| z.clamp(-CLIP, CLIP));
         for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
             for i in 0..4 {
                 let sum = &mut self.sums[side][i];
@@ -139,16 +134,16 @@ impl Sequential {
         }
         self.recent.retain(|(at, _)| at_secs - at < SLOT_SECS);
         self.recent.push((at_secs, *off_px));
-        let jumped = self.jumped(at_secs, scatter_px);
+        let jumped = self.jumped(&scale_px);
         self.alarms = std::array::from_fn(|i| {
             self.sums[0][i] > LIMIT || self.sums[1][i] > LIMIT || jumped[i]
         });
         // After a jump, the hours before it say nothing of where the camera points.
-        let newest = if jumped.contains(&true) { JUMP_ANSWERS } else { self.recent.len() };
+        let newest = if jumped.contains(&true) { IN_A_ROW } else { self.recent.len() };
         let values: Vec<Vector4<f64>> =
             self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
         let level_px = median4(&values);
-        let jump_secs = self.recent.iter().rev().nth(JUMP_ANSWERS - 1).map(|(at, _)| *at);
+        let jump_secs = self.recent.iter().rev().nth(IN_A_ROW - 1).map(|(at, _)| *at);
         let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {
             let summed = (0..2)
                 .filter(|side| self.sums[*side][i] > 0.0)
@@ -160,18 +155,12 @@ impl Sequential {
     }
 
     /// Parameters whose newest answers are all far out on the same side.
-    fn jumped(&self, at_secs: f64, scatter_px: &Vector4<f64>) -> [bool; 4] {
-        let newest: Vec<&Vector4<f64>> = self
-            .recent
-            .iter()
-            .rev()
-            .take_while(|(at, _)| at_secs - at < JUMP_SECS)
-            .map(|(_, off)| off)
-            .collect();
-        let Some(newest) = newest.get(..JUMP_ANSWERS) else { return [false; 4] };
+    fn jumped(&self, scale_px: &Vector4<f64>) -> [bool; 4] {
+        let Some(newest) = self.recent.rchunks(IN_A_ROW).next() else { return [false; 4] };
         std::array::from_fn(|i| {
-            let far = (JUMP_SCATTERS * scatter_px[i]).max(JUMP_RELEVANT * RELEVANT * self.width_px);
-            [1.0, -1.0].into_iter().any(|side| newest.iter().all(|off| side * off[i] > far))
+            let is_far =
+                |side: f64| newest.iter().all(|(_, off)| side * off[i] > CLIP * scale_px[i]);
+            newest.len() == IN_A_ROW && (is_far(1.0) || is_far(-1.0))
         })
     }
 }
@@ -238,7 +227,8 @@ mod tests {
         }
         assert!(moved.alarms[0]);
         assert!((moved.level_px[0] - 3.0).abs() < 1e-12);
-        assert_eq!(moved.since_secs, Some(0.0));
+        // The first estimate stands for no time yet.
+        assert_eq!(moved.since_secs, Some(900.0));
         let back = (192..320).find(|i| !step(*i, 0.0).alarms[0]).expect("back");
         assert!(f64::from(back - 192) * 900.0 < 30.0 * HOUR_SECS);
     }

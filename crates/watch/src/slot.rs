@@ -1,9 +1,11 @@
-//! Estimates of a few hours, which count as one.
+//! Times: an hour, a day, and a slot, whose estimates count as one.
 
 use nalgebra::Vector4;
 
+pub(crate) const HOUR_SECS: f64 = 3600.0;
+pub(crate) const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 /// Estimates closer than this aren't independent: a camera's sway lasts for hours.
-pub(crate) const SLOT_SECS: f64 = 6.0 * 3600.0;
+pub(crate) const SLOT_SECS: f64 = DAY_SECS / 4.0;
 
 /// The median of each part; zero without values.
 pub(crate) fn median4(values: &[Vector4<f64>]) -> Vector4<f64> {

@@ -3,6 +3,7 @@
 use image::GrayImage;
 
 use crate::{
+    compare::agreeing,
     gallery::{Gallery, Glance, SIZE, Track},
     glass::Glass,
     input::{Answer, Input, LearnedSample, Picture, line_turn},
@@ -10,19 +11,17 @@ use crate::{
     measure::{Measured, NoAnswer},
     overlay::Mask,
     reference::Reference,
+    slot::DAY_SECS,
     state::{Decision, State},
     turn::Lens,
-    watch::Watch,
+    watch::{SETTLED_SECS, Watch},
 };
 
-const DAY_SECS: f64 = 86_400.0;
 /// Pictures that are kept for learning. When there are more, every second is dropped, and from then on only every second
 /// is taken, so that they stay evenly spread.
 const POOL: usize = 160;
 /// References are first learned from so many pictures, and again whenever their number has doubled.
 const FIRST_POOL: usize = 6;
-/// Learning ends after three days: day and night, seen twice and more.
-const LEARNED_SECS: f64 = 3.0 * DAY_SECS;
 /// Pictures of different light among which text is looked for.
 const MASK_PICTURES: usize = 24;
 /// References that a day may add, and the most that are kept beyond those learned.
@@ -75,6 +74,8 @@ pub struct Station {
     candidates: Vec<(f64, Reference)>,
     day: Option<i64>,
     was_ok_all_day: bool,
+    /// The newest picture while it learns.
+    newest: Option<Reference>,
 }
 
 impl Station {
@@ -94,6 +95,7 @@ impl Station {
             candidates: Vec::new(),
             day: None,
             was_ok_all_day: true,
+            newest: None,
         }
     }
 
@@ -161,6 +163,13 @@ impl Station {
         }
     }
 
+    /// Patches of a picture that agree with what this camera looks at, if that's credible: by its references, or while it learns
+    /// by its newest picture. A camera that points elsewhere isn't looked for.
+    pub fn agreeing(&self, view: &View) -> Option<usize> {
+        let by_newest = self.newest.as_ref().and_then(|newest| agreeing(newest, view, &self.lens));
+        by_newest.max(self.gallery.measure(view, &self.lens).ok().map(|measured| measured.inliers))
+    }
+
     /// What is recorded of a measured picture.
     pub fn answer(&self, view: &View, measured: &Measured) -> Answer {
         let glass = Glass::of(measured, &self.gallery, view, &self.lens);
@@ -212,7 +221,7 @@ impl Station {
             self.shelve(view, at_secs, shelf);
         }
         let began = self.pool.first().map_or(at_secs, |(_, glance)| glance.taken_secs);
-        let is_over = at_secs - began >= LEARNED_SECS && !has_moved;
+        let is_over = at_secs - began >= SETTLED_SECS && !has_moved;
         if self.pool.len() >= self.next_learning || (is_over && self.pool.len() >= FIRST_POOL) {
             self.next_learning = 2 * self.next_learning.clamp(FIRST_POOL, usize::MAX / 2);
             let samples = self.learn(shelf);
@@ -222,6 +231,7 @@ impl Station {
         }
         if is_over {
             self.is_learned = true;
+            self.newest = None;
             for (number, _) in std::mem::take(&mut self.pool) {
                 shelf.drop(number);
             }
@@ -230,6 +240,7 @@ impl Station {
     }
 
     fn shelve(&mut self, view: &View, at_secs: f64, shelf: &mut dyn Shelf) {
+        self.newest = Some(Reference::of(view, at_secs, &self.lens, &self.mask));
         let number = self.seen;
         self.seen += 1;
         if !number.is_multiple_of(self.stride) {

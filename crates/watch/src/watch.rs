@@ -7,40 +7,37 @@ use nalgebra::Vector4;
 use crate::{
     condition::Condition,
     cycle::{Cycle, Sample},
+    fit::SHARED,
     input::{Answer, Input, Picture, turn_of},
     measure::NoAnswer,
-    sequential::{RELEVANT, Sequential},
-    slot::median4,
+    sequential::{IN_A_ROW, RELEVANT, Sequential},
+    slot::{DAY_SECS, HOUR_SECS, median4},
     state::{Cause, Decision, Finding, State},
     turn::{Lens, px_per_turn},
 };
 
-const HOUR_SECS: f64 = 3600.0;
-const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 /// Fewest answers and hours before anything is said: a day's light, nearly whole.
 const LEARNING_ANSWERS: usize = 60;
 const LEARNING_HOURS: f64 = 20.0;
-/// Until when limits are wider, and by how much: one day can't show what repeats daily.
-const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
+/// Until when references and cycle are learned, day and night seen twice and more, and how much wider limits are meanwhile: one
+/// day can't show what repeats daily.
+pub(crate) const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
 const UNSETTLED: f64 = 3.0;
-/// The cycle follows the season over these days.
-const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
+/// The cycle follows the season over so many days, in which a creep shows, too.
+const FOLLOWED_DAYS: usize = 14;
+const FOLLOWED_SECS: f64 = FOLLOWED_DAYS as f64 * DAY_SECS;
 /// Answers younger than this don't teach the cycle: so long may a change stay unseen.
 const UNVOUCHED_SECS: f64 = 2.0 * DAY_SECS;
-/// Time without an answer after which nothing can be told: a day, or sooner if such a gap is unusual.
-const LONGEST_SILENCE_SECS: f64 = DAY_SECS;
-const SHORTEST_SILENCE_SECS: f64 = HOUR_SECS;
+/// Nothing can be told after a day without an answer, or after so many times the longest gap of these days, at least an hour.
 const UNUSUAL_GAP: f64 = 2.0;
 /// Standard deviations beyond which a focal length has changed, the lens's own error included.
 const FOCAL_SIGMAS: f64 = 3.0;
 /// A slope of so many of its standard deviations is a creep.
 const CREEP_SIGMAS: f64 = 4.0;
-const CREEP_DAYS: usize = 14;
-/// Logarithm of how much likelier a cause must be than the other, for patches that share shadows: see [`Causes`].
+/// Logarithm of how much likelier a cause must be than the other: see [`Causes`].
 ///
 /// [`Causes`]: crate::Causes
 const SURE: f64 = 6.0;
-const SHARED: f64 = 4.0;
 /// Share of the width by which a knocked lens may shift the picture.
 const FARTHEST_KNOCK: f64 = 0.05;
 /// Share of the patches' usual agreement below which part of the scene no longer agrees.
@@ -174,12 +171,10 @@ impl Watch {
     }
 
     fn unanswered(&mut self, at_secs: f64, count: usize, reason: NoAnswer) {
-        /// Answers that may be missing one after the other without meaning anything.
-        const FEW: usize = 3;
         let since = self.decision.answered_secs.unwrap_or(at_secs);
         let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
-        let patience = (UNUSUAL_GAP * usual).clamp(SHORTEST_SILENCE_SECS, LONGEST_SILENCE_SECS);
-        if self.cycle.is_some() && count >= FEW && at_secs - since > patience {
+        let patience = (UNUSUAL_GAP * usual).clamp(HOUR_SECS, DAY_SECS);
+        if self.cycle.is_some() && count >= IN_A_ROW && at_secs - since > patience {
             self.enter(State::CannotTell(reason), since);
         }
     }
@@ -212,12 +207,7 @@ impl Watch {
             return;
         };
         let widened = if self.is_settled(at_secs) { 1.0 } else { UNSETTLED };
-        let scatter_px = cycle.scatter_px * widened;
-        let wide_px = if widened > 1.0 {
-            Vector4::repeat(widened * RELEVANT * self.width_px / 3.0).sup(&scatter_px)
-        } else {
-            scatter_px
-        };
+        let wide_px = self.test.scale_px(&cycle.scatter_px) * widened;
         let off_px = cycle.residual(&sample);
         let verdict = self.test.step(at_secs, &off_px, &wide_px);
         self.decision.off_px = verdict.level_px;
@@ -303,21 +293,19 @@ impl Watch {
             }
         }
         // The day that goes on isn't a whole one.
-        let first = self.days.len().saturating_sub(CREEP_DAYS + 1);
+        let first = self.days.len().saturating_sub(FOLLOWED_DAYS + 1);
         self.days.drain(..first);
     }
 
     fn cause(&self) -> Cause {
-        /// Answers that must be there before a cause is told.
-        const ENOUGH: usize = 3;
         // A lens that is knocked so far no longer fills the picture.
         if self.decision.off_px.fixed_rows::<2>(0).norm() > FARTHEST_KNOCK * self.width_px {
             return Cause::Turned;
         }
-        if self.causes.len() < ENOUGH {
+        if self.causes.len() < IN_A_ROW {
             return Cause::Either;
         }
-        let evidence = self.causes.iter().rev().take(ENOUGH).sum::<f64>() / ENOUGH as f64;
+        let evidence = self.causes.iter().rev().take(IN_A_ROW).sum::<f64>() / IN_A_ROW as f64;
         match evidence {
             e if e > SURE => Cause::Turned,
             e if e < -SURE => Cause::Knocked,
@@ -349,7 +337,7 @@ impl Watch {
 
     /// The largest slope of the daily medians, if it's beyond doubt: asked when a day is over.
     fn creep(&self, at_secs: f64) -> Option<Finding> {
-        if self.days.len() < CREEP_DAYS {
+        if self.days.len() < FOLLOWED_DAYS {
             return None;
         }
         let medians: Vec<(f64, Vector4<f64>)> =

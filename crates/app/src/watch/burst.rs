@@ -3,12 +3,12 @@
 use image::GrayImage;
 use nalgebra::{Matrix4, Vector4};
 
-use boresight_watch::{Looked, NoAnswer, Picture, Shelf, Station, Turn, View, Watch, px_per_turn};
+use boresight_watch::{
+    Looked, NoAnswer, Picture, SIGMA_OF_MEDIAN, Shelf, Station, Turn, View, Watch, px_per_turn,
+};
 
 /// Shake beyond which a burst tells nothing, px.
 const TOO_MUCH_PX: f64 = 2.0;
-/// From the median distance to the standard deviation of a normal distribution.
-const SIGMA_OF_MEDIAN: f64 = 1.4826;
 
 /// Looks at a burst. Its middle picture is the one that is learned from.
 pub(super) fn of_burst(

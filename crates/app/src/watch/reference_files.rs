@@ -58,9 +58,9 @@ impl<'a> ReferenceFiles<'a> {
         let mut names = Vec::new();
         let mut pictures = 0;
         for reference in &gallery.references {
-            // Alive patches tell versions of one reference apart: an adopted one is judged later.
-            let alive = reference.landmarks.iter().filter(|l| l.is_alive).count();
-            let name = format!("{:04}-{}-{alive}", self.learned, reference.taken_secs);
+            // The number of patches tells versions of one reference apart: an adopted one is judged later.
+            let patches = reference.landmarks.len();
+            let name = format!("{:04}-{}-{patches}", self.learned, reference.taken_secs);
             let path = self.folder.join(format!("{name}.json"));
             if !path.is_file() {
                 let (file, patches) = written(reference);
@@ -87,16 +87,16 @@ impl<'a> ReferenceFiles<'a> {
 }
 
 fn written(reference: &Reference) -> (ReferenceFile, GrayImage) {
-    let alive: Vec<&Landmark> = reference.landmarks.iter().filter(|l| l.is_alive).collect();
-    let mut picture = GrayImage::new(FINE + COARSE, FINE * alive.len().max(1) as u32);
-    for (n, landmark) in alive.iter().enumerate() {
+    let landmarks = &reference.landmarks;
+    let mut picture = GrayImage::new(FINE + COARSE, FINE * landmarks.len().max(1) as u32);
+    for (n, landmark) in landmarks.iter().enumerate() {
         let top = n as u32 * FINE;
-        put(&mut picture, [0, top], FINE, &landmark.fine.bytes());
+        put(&mut picture, [0, top], FINE, landmark.fine.bytes());
         if let Some(coarse) = &landmark.coarse {
-            put(&mut picture, [FINE, top], COARSE, &coarse.bytes());
+            put(&mut picture, [FINE, top], COARSE, coarse.bytes());
         }
     }
-    let patches = alive.iter().map(|l| PatchLine {
+    let patches = landmarks.iter().map(|l| PatchLine {
         px: l.px,
         sigma_px: l.sigma_px,
         texture: [l.texture.sharpness, l.texture.contrast],

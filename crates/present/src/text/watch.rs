@@ -1,5 +1,6 @@
 //! What is said of an installed camera that is watched. Left and right are those of someone who stands behind it.
 
+use boresight_guide::session::Gravity;
 use boresight_watch::{Advice, Axis, Cause, Decision, Finding, NoAnswer, State};
 
 /// What turns pixels of the picture into degrees, and seconds into dates.
@@ -159,6 +160,9 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
             "the pictures have another size than the calibration".into(),
             "Set the camera to the size it was calibrated in.",
         ),
+        NoAnswer::BetweenPresets => {
+            ("the camera doesn't look there".into(), "Look whether it still visits this preset.")
+        }
         NoAnswer::NoPicture => {
             ("no picture comes".into(), "Look after the camera and its connection.")
         }
@@ -290,6 +294,18 @@ pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
         Advice::Right => say("●", String::new(), "It's tight, and it still points right."),
     }
 }
+
+/// How the words of an advice look.
+pub fn gravity(advice: &Advice) -> Gravity {
+    match advice {
+        Advice::Lost(_) => Gravity::Careful,
+        Advice::Push { .. } => Gravity::Plain,
+        Advice::Hold { .. } | Advice::Tighten { .. } | Advice::Right => Gravity::Good,
+    }
+}
+
+/// The box to tick for who stands before the camera, not behind it.
+pub const FACES: &str = "I face the camera";
 
 /// A few words to say aloud, without numbers; nothing while the camera can't be told where it points.
 pub fn aloud(advice: &Advice) -> Option<&'static str> {

@@ -31,6 +31,9 @@ const SWAY_ROLL_DEG: f64 = 0.04;
 /// What doesn't repeat from day to day, px: it changes over six hours.
 const RESTLESS_PX: f64 = 0.08;
 
+/// The pan of the outermost presets: the panorama ends a little beyond.
+const WIDEST_PRESET_RAD: f64 = 0.4;
+
 /// A fixed camera over a street.
 #[derive(Clone, Debug)]
 pub struct Street {
@@ -46,6 +49,8 @@ pub struct Street {
     pub has_text: bool,
     /// How much larger the sway is than an ordinary mast's.
     pub sway: f64,
+    /// Directions that it looks to in turn, from picture to picture.
+    pub presets: u32,
     /// Moves and changes of the glass.
     pub planted: Vec<Planted>,
     seed: u64,
@@ -75,6 +80,7 @@ impl Street {
             days: 10.0,
             has_text: false,
             sway: 1.0,
+            presets: 1,
             planted: Vec::new(),
             seed,
             panorama: Panorama::new(seed),
@@ -96,10 +102,21 @@ impl Street {
                 What::Tilt => tilt_px += amount,
                 What::Roll => roll_rad += amount.to_radians(),
                 What::Focal => log_focal += (amount / 100.0).ln_1p(),
-                What::Blur | What::Dirt | What::Fog | What::Cover => {}
+                What::Infrared if Panorama::is_dark(self.hour_of(at_secs)) => {
+                    log_focal += (amount / 100.0).ln_1p();
+                }
+                What::Blur | What::Dirt | What::Fog | What::Cover | What::Infrared => {}
             }
         }
-        Stand { rotation_rad: Vector3::new(tilt_px / f, pan_px / f, roll_rad), log_focal }
+        let pan_rad = pan_px / f + self.preset_rad(at_secs);
+        Stand { rotation_rad: Vector3::new(tilt_px / f, pan_rad, roll_rad), log_focal }
+    }
+
+    /// The pan of the preset that it looks to: another one each hour.
+    fn preset_rad(&self, at_secs: f64) -> f64 {
+        let number = (at_secs / HOUR_SECS).rem_euclid(f64::from(self.presets)).floor();
+        let last = f64::from(self.presets - 1);
+        WIDEST_PRESET_RAD * (2.0 * number - last) / last.max(1.0)
     }
 
     /// Days since the first picture.
@@ -126,7 +143,10 @@ impl Street {
             (self.image_size.width_px as usize, self.image_size.height_px as usize);
         let seed = self.seed.wrapping_mul(31).wrapping_add(at_secs.round() as u64);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let light = self.panorama.light(self.hour_of(at_secs), &mut rng);
+        let mut light = self.panorama.light(self.hour_of(at_secs), &mut rng);
+        if self.planted.iter().any(|p| p.what == What::Infrared) {
+            light.switch_to_infrared();
+        }
         let mut levels = self
             .seen(at_secs, |azimuth, elevation| self.panorama.level(&light, azimuth, elevation));
         let amount = |what: What| -> f64 {
@@ -237,6 +257,8 @@ impl Street {
                 street.days = number(days, 4000.0)?;
             } else if let Some(sway) = part.strip_prefix("sway=") {
                 street.sway = number(sway, 100.0)?;
+            } else if let Some(presets) = part.strip_prefix("presets=") {
+                street.presets = number(presets, 4.0)?.max(1.0) as u32;
             } else {
                 let mut planted = Planted::parse(part)?;
                 if planted.what == What::Tilt {
@@ -337,6 +359,10 @@ mod tests {
         assert_eq!((street.days, street.has_text, street.planted.len()), (4.0, true, 2));
         assert_eq!(street.planted[1].amount_at(3.1), 0.7);
         assert_eq!(street.planted[1].amount_at(3.3), 0.0);
+        let around = Street::parse("presets=3").expect("a street");
+        let pans =
+            [0.0, 1.0, 2.0].map(|hour| around.preset_rad(around.began_secs + hour * HOUR_SECS));
+        assert_eq!(pans, [-0.4, 0.0, 0.4]);
         for wrong in ["pan=5px", "pan=x@1d", "zoom=1@1d", "days=-1", "sway=NaN"] {
             assert!(Street::parse(wrong).is_err(), "{wrong}");
         }

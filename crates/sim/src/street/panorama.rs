@@ -14,6 +14,8 @@ const HORIZON: f64 = 0.02;
 const NIGHT: f64 = 0.012;
 const AMBIENT: f64 = 0.35;
 const SUN: f64 = 0.9;
+/// Daylight below which lamps are lit.
+const DARK: f64 = 0.3;
 /// A passer-by's width and height, rad.
 const PERSON: [f64; 2] = [0.02, 0.055];
 const PEOPLE: usize = 9;
@@ -46,8 +48,19 @@ pub(super) struct Light {
     /// Azimuth of the sun in terms of a day, −1 in the morning to 1 in the evening.
     side: f64,
     lamps: f64,
+    /// Light from the camera itself.
+    torch: f64,
     people: Vec<[f64; 3]>,
     clouds: [f64; 4],
+}
+
+impl Light {
+    /// In the dark the camera sees by its own infrared light, in which street lamps are weak.
+    pub(super) fn switch_to_infrared(&mut self) {
+        if self.lamps > 0.0 {
+            (self.lamps, self.torch) = (0.1 * self.lamps, 0.3);
+        }
+    }
 }
 
 impl Panorama {
@@ -110,10 +123,20 @@ impl Panorama {
         Self { columns, rows, albedo, kinds, lamps, slant }
     }
 
+    /// How high the sun stands at an hour, and how light the day is, 0 to 1.
+    fn sun(hour: f64) -> (f64, f64) {
+        let height = ((hour - 12.0) * std::f64::consts::PI / 12.0).cos();
+        (height, (4.0 * height + 0.5).clamp(0.0, 1.0))
+    }
+
+    /// Whether the lamps are on.
+    pub(super) fn is_dark(hour: f64) -> bool {
+        Self::sun(hour).1 < DARK
+    }
+
     /// The light of an hour, with its clouds and people.
     pub(super) fn light(&self, hour: f64, rng: &mut ChaCha8Rng) -> Light {
-        let height = ((hour - 12.0) * std::f64::consts::PI / 12.0).cos();
-        let day = (4.0 * height + 0.5).clamp(0.0, 1.0);
+        let (height, day) = Self::sun(hour);
         let cloud: f64 = rng.random_range(0.0..1.0);
         let people = (0..PEOPLE).map(|_| {
             let at = [rng.random_range(-1.0..1.0), rng.random_range(0.10..0.6_f64)];
@@ -123,7 +146,8 @@ impl Panorama {
             ambient: NIGHT + AMBIENT * day,
             sun: SUN * height.max(0.0).sqrt() * (1.0 - 0.8 * cloud),
             side: ((hour - 12.0) / 6.0).clamp(-1.0, 1.0),
-            lamps: if day < 0.3 { 0.25 } else { 0.0 },
+            lamps: if day < DARK { 0.25 } else { 0.0 },
+            torch: 0.0,
             people: people.collect(),
             clouds: std::array::from_fn(|_| rng.random_range(0.0..6.3)),
         }
@@ -153,7 +177,8 @@ impl Panorama {
             })
             .sum::<f64>()
             * light.lamps;
-        let ambient = light.ambient + lamp;
+        let torch = light.torch * (-(azimuth.powi(2) + elevation.powi(2)) / 0.5).exp();
+        let ambient = light.ambient + lamp + torch;
         match self.kinds[at] {
             Kind::Sky => {
                 let wave = |i: usize, a: f64, b: f64| {

@@ -19,6 +19,8 @@ pub enum What {
     Fog,
     /// The lens is covered.
     Cover,
+    /// In the dark, the camera switches to infrared and lights the street itself; everything becomes larger, per cent.
+    Infrared,
 }
 
 /// A change from one day to another.
@@ -35,7 +37,7 @@ pub struct Planted {
 /// Why a text is no street.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is none of a seed, days=N, sway=N, text, or a change such as pan=2px@5d, tilt, roll=0.1deg@5d, focal=0.3%@5d, blur=1px@5d, dirt=0.9@5d, fog=0.7@5d..6d, cover=1@5d"
+    "{0:?} is none of a seed, days=N, sway=N, presets=N, text, or a change such as pan=2px@5d, tilt, roll=0.1deg@5d, focal=0.3%@5d, blur=1px@5d, dirt=0.9@5d, fog=0.7@5d..6d, cover=1@5d, infrared=0.3%@0d"
 )]
 pub struct NoStreet(pub(super) String);
 
@@ -58,6 +60,7 @@ impl Planted {
             "dirt" => What::Dirt,
             "fog" => What::Fog,
             "cover" => What::Cover,
+            "infrared" => What::Infrared,
             _ => return Err(wrong()),
         };
         let number = |text: &str| {
