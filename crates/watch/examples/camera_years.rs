@@ -35,6 +35,7 @@ fn main() -> Result<(), Failed> {
     }
     let days = Days::of(&answers, &lens).ok_or("no answers")?;
     println!("{} answers on {} days to draw from", answers.len(), days.days.len());
+    describe(&answers, &lens, &days.cycle);
     let years: usize = years.parse()?;
     let times = options.iter().position(|o| o == "--times").and_then(|at| options.get(at + 1));
     for times in times.map_or("1", String::as_str).split(',') {
@@ -79,6 +80,50 @@ fn main() -> Result<(), Failed> {
         steps(&days, &lens, years);
     }
     Ok(())
+}
+
+/// What the camera does by itself, to compare a simulated one with a real one.
+fn describe(answers: &[(f64, Answer)], lens: &Lens, cycle: &Cycle) {
+    let px = px_per_turn(lens);
+    let spread = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let centre = values.get(values.len() / 2).copied().unwrap_or(f64::NAN);
+        let mut away: Vec<f64> = values.iter().map(|v| (v - centre).abs()).collect();
+        away.sort_by(f64::total_cmp);
+        1.4826 * away.get(away.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let value = |a: &Answer| a.turn().vector().component_mul(&px);
+    let near = |w: &&[(f64, Answer)]| w[1].0 - w[0].0 < 3600.0;
+    let steps: Vec<Vector4<f64>> =
+        answers.windows(2).filter(near).map(|w| value(&w[1].1) - value(&w[0].1)).collect();
+    let each = |of: &dyn Fn(usize) -> f64| -> Vec<String> {
+        (0..4).map(|i| format!("{:.3}", of(i))).collect()
+    };
+    let neighbours = each(&|i| spread(steps.iter().map(|s| s[i]).collect()) / 2_f64.sqrt());
+    let hours: Vec<Vector4<f64>> = (0..24).map(|hour| cycle.at(f64::from(hour) * 3600.0)).collect();
+    let swing = each(&|i| {
+        let of = hours.iter().map(|at| at[i]);
+        of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min)
+    });
+    let of = |value: fn(&Answer) -> Option<f64>| {
+        spread(answers.iter().filter_map(|(_, a)| value(a)).collect())
+    };
+    let mean = |i: usize| {
+        answers.iter().map(|(_, a)| f64::from(a.patches[i])).sum::<f64>() / answers.len() as f64
+    };
+    println!(
+        "px for pan, tilt, roll, focal length: neighbours {}; daily cycle {}; scatter about it {}",
+        neighbours.join(" "),
+        swing.join(" "),
+        each(&|i| cycle.scatter_px[i]).join(" ")
+    );
+    println!(
+        "sharpness ± {:.2}, contrast ± {:.2}; {:.0} patches found, {:.0} agree",
+        of(|a| a.sharp),
+        of(|a| a.contrast),
+        mean(0),
+        mean(1)
+    );
 }
 
 /// Days of residuals, and the cycle that they are put on.

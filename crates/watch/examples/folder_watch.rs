@@ -7,11 +7,11 @@
 
 mod common;
 
-use std::{path::PathBuf, time::Instant};
+use std::path::PathBuf;
 
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Gallery, Glass, Lens, SIZE, Turn, View};
-use common::{Failed, answer, learned, lens, middle, pictures, read, turn_by, units};
+use common::{Failed, answer, learned, lens, middle, pictures, read, spent_secs, turn_by, units};
 use nalgebra::Vector4;
 
 fn main() -> Result<(), Failed> {
@@ -27,27 +27,26 @@ fn main() -> Result<(), Failed> {
     let learn: usize = learn.parse()?;
     let first = read(&files[0])?;
     let lens = lens(numbers, ImageSize::of(&first))?;
-    let began = Instant::now();
+    let began = spent_secs();
     let (gallery, masked) = learned(&lens, &files[..learn], option("--references", SIZE))?;
     println!("text masked: {:.2} %", 100.0 * masked.share(first.width(), first.height()));
-    let alive = |r: &boresight_watch::Reference| r.landmarks.iter().filter(|l| l.is_alive).count();
-    let alive: usize = gallery.references.iter().map(alive).sum();
+    let patches: usize = gallery.references.iter().map(|r| r.landmarks.len()).sum();
     println!(
         "learned {} references in {:.1} s, {:.0} patches each",
         gallery.references.len(),
-        began.elapsed().as_secs_f64(),
-        alive as f64 / gallery.references.len() as f64
+        spent_secs() - began,
+        patches as f64 / gallery.references.len() as f64
     );
     let tested: Vec<&PathBuf> = files[learn..].iter().step_by(option("--every", 1)).collect();
     let (mut answers, mut spent) = (Vec::new(), 0.0);
     let (mut sharpness, mut contrast, mut darkest) = (Vec::new(), Vec::new(), Vec::new());
     for file in &tested {
         let grey = read(file)?;
-        let began = Instant::now();
+        let began = spent_secs();
         let view = View::of(grey);
         let measured = gallery.measure(&view, &lens);
         let glass = measured.as_ref().ok().and_then(|m| Glass::of(m, &gallery, &view, &lens));
-        spent += began.elapsed().as_secs_f64();
+        spent += spent_secs() - began;
         if let Some(glass) = glass {
             sharpness.push(glass.sharpness);
             contrast.push(glass.contrast);
@@ -128,9 +127,9 @@ fn plant(lens: &Lens, gallery: &Gallery, files: &[&PathBuf]) -> Result<(), Faile
         let (mut errors, mut spent) = (Vec::new(), 0.0);
         for (grey, own) in &usable {
             let view = View::of(turn_by(grey, lens, &planted));
-            let began = Instant::now();
+            let began = spent_secs();
             let found = answer(gallery, &view, lens);
-            spent += began.elapsed().as_secs_f64();
+            spent += spent_secs() - began;
             if let Ok(found) = found {
                 // First the camera's own turn, then the planted one.
                 let truth = own.then(&planted);

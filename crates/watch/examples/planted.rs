@@ -8,7 +8,10 @@ mod common;
 
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Gallery, Glass, Lens, Mask, Turn, View};
-use common::{Failed, answer, learned, lens, masks, middle, pictures, read, turn_by, units};
+use common::{
+    Failed, answer, blurred, dirty, foggy, learned, lens, masks, middle, noisy, pictures, read,
+    turn_by, units, veiled,
+};
 use image::{GrayImage, imageops};
 use nalgebra::Vector4;
 use rand::{RngExt, SeedableRng};
@@ -235,59 +238,6 @@ fn no_answers(
         println!("row 9, {name}: {answered} of {} answered", pictures.len());
     }
     Ok(())
-}
-
-fn blurred(grey: &GrayImage) -> GrayImage {
-    imageops::blur(grey, 1.0)
-}
-
-fn foggy(grey: &GrayImage) -> GrayImage {
-    let mean = mean(grey).max(40.0);
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let mut out = blurred(grey);
-    for level in out.iter_mut() {
-        *level = (0.3 * f64::from(*level) + 0.7 * mean + rng.random_range(-2.6..2.6)).round() as u8;
-    }
-    out
-}
-
-fn dirty(grey: &GrayImage) -> GrayImage {
-    let (x0, y0, radius) = (
-        0.63 * f64::from(grey.width()),
-        0.5 * f64::from(grey.height()),
-        0.08 * f64::from(grey.width()),
-    );
-    let light = 60.0 / 128.0 * mean(grey).max(20.0);
-    GrayImage::from_fn(grey.width(), grey.height(), |x, y| {
-        let away = (f64::from(x) - x0).hypot(f64::from(y) - y0) / radius;
-        let opacity = 0.9 * (1.0 - (away - 0.75) / 0.5).clamp(0.0, 1.0);
-        let level = f64::from(grey.get_pixel(x, y).0[0]);
-        image::Luma([((1.0 - opacity) * level + opacity * light) as u8])
-    })
-}
-
-fn veiled(grey: &GrayImage) -> GrayImage {
-    let mean = mean(grey);
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let mut out = grey.clone();
-    for level in out.iter_mut() {
-        *level = (0.03 * f64::from(*level) + 0.97 * mean + rng.random_range(-2.0..2.0))
-            .clamp(0.0, 255.0) as u8;
-    }
-    out
-}
-
-fn noisy(grey: &GrayImage, gain: f64) -> GrayImage {
-    let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let mut out = grey.clone();
-    for level in out.iter_mut() {
-        *level = (gain * f64::from(*level) + rng.random_range(0.0..2.0)) as u8;
-    }
-    out
-}
-
-fn mean(grey: &GrayImage) -> f64 {
-    grey.iter().map(|v| f64::from(*v)).sum::<f64>() / grey.len() as f64
 }
 
 /// The pixels of a text of 16 letters and a logo.

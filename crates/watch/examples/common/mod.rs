@@ -1,4 +1,5 @@
-//! What the examples share: reading pictures and lenses, planting turns, and robust numbers.
+//! What the examples share: reading pictures and lenses, planting turns and glass, and robust numbers.
+#![allow(dead_code, reason = "each example uses its part")]
 
 use std::path::PathBuf;
 
@@ -6,10 +7,19 @@ use boresight_geometry::{Camera, frame::ImageSize};
 use boresight_watch::{
     Gallery, Glance, Lens, Mask, Measured, NoAnswer, SIZE, Turn, View, px_per_turn,
 };
-use image::GrayImage;
+use image::{GrayImage, imageops};
 use nalgebra::{Point2, Vector2, Vector4};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 pub(crate) type Failed = Box<dyn std::error::Error>;
+
+/// Time for which this thread has had the processor, seconds; how busy the machine is doesn't count.
+pub(crate) fn spent_secs() -> f64 {
+    let status = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanos = status.split(' ').next().and_then(|n| n.parse::<f64>().ok());
+    nanos.map_or(f64::NAN, |nanos| nanos * 1e-9)
+}
 
 pub(crate) fn read(file: &PathBuf) -> Result<GrayImage, Failed> {
     Ok(image::open(file)?.into_luma8())
@@ -115,4 +125,57 @@ pub(crate) fn learned(
     let mask = masks(files)?;
     let load = |i: usize| read(&files[i]).ok().map(View::of);
     Ok((Gallery::learn(lens, &glances, references.min(SIZE), &mask, load), mask))
+}
+
+pub(crate) fn blurred(grey: &GrayImage) -> GrayImage {
+    imageops::blur(grey, 1.0)
+}
+
+pub(crate) fn foggy(grey: &GrayImage) -> GrayImage {
+    let mean = mean(grey).max(40.0);
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut out = blurred(grey);
+    for level in out.iter_mut() {
+        *level = (0.3 * f64::from(*level) + 0.7 * mean + rng.random_range(-2.6..2.6)).round() as u8;
+    }
+    out
+}
+
+pub(crate) fn dirty(grey: &GrayImage) -> GrayImage {
+    let (x0, y0, radius) = (
+        0.63 * f64::from(grey.width()),
+        0.5 * f64::from(grey.height()),
+        0.08 * f64::from(grey.width()),
+    );
+    let light = 60.0 / 128.0 * mean(grey).max(20.0);
+    GrayImage::from_fn(grey.width(), grey.height(), |x, y| {
+        let away = (f64::from(x) - x0).hypot(f64::from(y) - y0) / radius;
+        let opacity = 0.9 * (1.0 - (away - 0.75) / 0.5).clamp(0.0, 1.0);
+        let level = f64::from(grey.get_pixel(x, y).0[0]);
+        image::Luma([((1.0 - opacity) * level + opacity * light) as u8])
+    })
+}
+
+pub(crate) fn veiled(grey: &GrayImage) -> GrayImage {
+    let mean = mean(grey);
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut out = grey.clone();
+    for level in out.iter_mut() {
+        *level = (0.03 * f64::from(*level) + 0.97 * mean + rng.random_range(-2.0..2.0))
+            .clamp(0.0, 255.0) as u8;
+    }
+    out
+}
+
+pub(crate) fn noisy(grey: &GrayImage, gain: f64) -> GrayImage {
+    let mut rng = ChaCha8Rng::seed_from_u64(2);
+    let mut out = grey.clone();
+    for level in out.iter_mut() {
+        *level = (gain * f64::from(*level) + rng.random_range(0.0..2.0)) as u8;
+    }
+    out
+}
+
+pub(crate) fn mean(grey: &GrayImage) -> f64 {
+    grey.iter().map(|v| f64::from(*v)).sum::<f64>() / grey.len() as f64
 }

@@ -1,0 +1,156 @@
+//! Runs a folder through station and watch as the program does: learning, adopting, cycle, test. From a picture on, something
+//! is planted. Prints each change of state; writes the lines.
+//!
+//! ```text
+//! series FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]] [--lines FILE.jsonl]
+//! ```
+//!
+//! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`.
+//! Times are in the names: `2023-06-13T03_11_46`, or seconds since 1970.
+
+mod common;
+
+use std::{collections::BTreeMap, io::Write, path::Path};
+
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::{Input, NoAnswer, Shelf, Station, Turn, Watch};
+use common::{Failed, blurred, dirty, foggy, lens, noisy, pictures, read, turn_by, veiled};
+use image::GrayImage;
+
+fn main() -> Result<(), Failed> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [folder, numbers, options @ ..] = arguments.as_slice() else {
+        return Err(
+            "FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]] [--lines FILE]".into()
+        );
+    };
+    let option = |name: &str| {
+        options
+            .iter()
+            .position(|o| o == name)
+            .and_then(|at| options.get(at + 1))
+            .map(String::as_str)
+    };
+    let files = pictures(folder)?;
+    let lens = lens(numbers, ImageSize::of(&read(&files[0])?))?;
+    let (mut station, mut watch) = (Station::new(lens.clone()), Watch::new(&lens));
+    let mut shelf = InMemory::default();
+    let mut lines = option("--lines").map(std::fs::File::create).transpose()?;
+    let planted = option("--plant").map(Planted::parse).transpose()?;
+    let (mut before, mut none, mut findings) = ("", BTreeMap::new(), BTreeMap::new());
+    for (number, file) in files.iter().enumerate() {
+        let at = seconds(file).ok_or("no time in a name")?;
+        let grey = read(file)?;
+        let grey = match &planted {
+            Some(planted) if (planted.from..planted.until).contains(&number) => {
+                planted.apply(&grey, &lens)
+            }
+            _ => grey,
+        };
+        for input in station.look(grey, at, &watch, &mut shelf).inputs {
+            if let Some(lines) = &mut lines {
+                writeln!(lines, "{}", serde_json::to_string(&input)?)?;
+            }
+            if let Input::Picture(picture) = &input
+                && let Some(reason) = picture.none
+                && !matches!(reason, NoAnswer::NoReferences)
+            {
+                *none
+                    .entry(format!("{reason:?}").split(' ').next().unwrap_or("").to_owned())
+                    .or_insert(0) += 1;
+            }
+            let decision = watch.handle(&input);
+            for finding in &decision.findings {
+                *findings.entry(finding.code()).or_insert(0) += 1;
+            }
+            let code = decision.state.code();
+            if code != before {
+                let hours = (at - decision.since_secs) / 3600.0;
+                let name = file.file_stem().unwrap_or_default().to_string_lossy();
+                println!(
+                    "{number} {name} {code}, off {:.2?} px, since {hours:.1} h; visible {:.2?} px; findings {:?}",
+                    decision.off_px.as_slice(),
+                    decision.smallest_visible_px.as_slice(),
+                    decision.findings
+                );
+                before = code;
+            }
+        }
+    }
+    println!(
+        "{} pictures; without an answer {none:?}; pictures with findings {findings:?}; at the end {before}",
+        files.len()
+    );
+    Ok(())
+}
+
+struct Planted {
+    what: String,
+    amount: f64,
+    from: usize,
+    until: usize,
+}
+
+impl Planted {
+    fn parse(text: &str) -> Result<Self, Failed> {
+        let (what, when) = text.split_once('@').ok_or("WHAT@NUMBER")?;
+        let (what, amount) = what.split_once('=').unwrap_or((what, "0"));
+        let (from, until) = when.split_once("..").unwrap_or((when, "999999"));
+        Ok(Self {
+            what: what.into(),
+            amount: amount.parse()?,
+            from: from.parse()?,
+            until: until.parse()?,
+        })
+    }
+
+    fn apply(&self, grey: &GrayImage, lens: &boresight_watch::Lens) -> GrayImage {
+        let (f, amount) = (lens.camera.f_px, self.amount);
+        let turn = match self.what.as_str() {
+            "pan" => Turn { pan_rad: amount / f.x, ..Turn::default() },
+            "tilt" => Turn { tilt_rad: amount / f.y, ..Turn::default() },
+            "roll" => Turn { roll_rad: amount.to_radians(), ..Turn::default() },
+            "focal" => Turn { log_focal: (amount / 100.0).ln_1p(), ..Turn::default() },
+            "blur" => return blurred(grey),
+            "dirt" => return dirty(grey),
+            "fog" => return foggy(grey),
+            "veil" => return veiled(grey),
+            "dark" => return noisy(grey, 0.02),
+            _ => return GrayImage::from_pixel(grey.width(), grey.height(), image::Luma([30])),
+        };
+        turn_by(grey, lens, &turn)
+    }
+}
+
+/// Learning pictures in memory.
+#[derive(Default)]
+struct InMemory(BTreeMap<u64, GrayImage>);
+
+impl Shelf for InMemory {
+    fn put(&mut self, number: u64, _: f64, grey: &GrayImage) {
+        self.0.insert(number, grey.clone());
+    }
+
+    fn take(&mut self, number: u64) -> Option<GrayImage> {
+        self.0.get(&number).cloned()
+    }
+
+    fn drop(&mut self, number: u64) {
+        self.0.remove(&number);
+    }
+}
+
+/// Seconds since 1970 from a name.
+fn seconds(file: &Path) -> Option<f64> {
+    let name = file.file_stem()?.to_str()?;
+    if let Ok(secs) = name.parse::<f64>() {
+        return Some(secs);
+    }
+    let parts: Vec<i64> =
+        name.split(['-', 'T', '_']).map(str::parse).collect::<Result<_, _>>().ok()?;
+    let [year, month, day, hour, minute, second] = parts.try_into().ok()?;
+    // Days since 1970 of a civil date (Hinnant 2013).
+    let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719_468;
+    Some((((days * 24 + hour) * 60 + minute) * 60 + second) as f64)
+}
