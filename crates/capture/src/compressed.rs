@@ -43,3 +43,42 @@ impl Decompressor {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn jpeg(number: u32) -> Vec<u8> {
+        let image = GrayImage::from_fn(96, 64, |x, y| {
+            image::Luma([((x * 7 + y * 13 + number * 29) % 251) as u8])
+        });
+        let mut bytes = Vec::new();
+        image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Jpeg).expect("encodes");
+        bytes
+    }
+
+    /// The JPEG without its Huffman tables, which cameras leave out as everybody knows them.
+    fn without_tables(bytes: &[u8]) -> Vec<u8> {
+        let mut rest = bytes.to_vec();
+        while let Some(at) = rest.windows(2).position(|pair| pair == [0xFF, 0xC4]) {
+            let length = usize::from(rest[at + 2]) << 8 | usize::from(rest[at + 3]);
+            rest.drain(at..at + 2 + length);
+        }
+        rest
+    }
+
+    #[test]
+    fn a_jpeg_counts_if_it_is_whole_and_one_picture() {
+        let (one, other) = (jpeg(1), jpeg(2));
+        let mut reader = Decompressor::default();
+        let whole = reader.picture(&one).expect("whole");
+        let plain = without_tables(&one);
+        assert!(plain.len() < one.len());
+        assert_eq!(reader.picture(&plain), Ok(whole));
+        assert!(reader.picture(&one[..one.len() * 2 / 3]).is_err(), "cut");
+        let half = one.len().min(other.len()) / 2;
+        let joined = [&one[..half], &other[half..]].concat();
+        assert!(reader.picture(&joined).is_err(), "two in one");
+        assert!(reader.picture(&[]).is_err());
+    }
+}

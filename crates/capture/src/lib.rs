@@ -29,7 +29,8 @@
 //! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
 //! | `pixels`, `compressed`, `decoded`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG in memory and in files, from messages of ROS 2 |
 //! | `address` | names of network streams, with and without secrets |
-//! | `health`, `reader_words` | whether pictures keep coming; what ffmpeg says |
+//! | `health`, `stream_report` | how pictures look; what is heard of a stream that nobody controls |
+//! | `reader_words` | what ffmpeg says |
 
 mod adapted;
 mod address;
@@ -56,6 +57,8 @@ mod raw_form;
 mod reader_words;
 mod recorded;
 mod ros_image;
+#[cfg(all(unix, feature = "live"))]
+mod stream_report;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 

@@ -98,6 +98,7 @@ pub(crate) const RULES: Rules = Rules {
                 "capture/nokhwa",
                 "capture/ffmpeg",
                 "capture/pipe",
+                "capture/stream_report.rs",
                 "run/pipeline",
                 "app",
                 "phone",

@@ -10,6 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use crate::stream_report::Loss;
 use boresight_geometry::device::Fault;
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
@@ -25,9 +26,6 @@ const LETTERS_SHOWN: usize = 160;
 /// Time for a command to end once its output has ended, or once it was asked to.
 const ENDING: Duration = Duration::from_secs(1);
 const ENDING_LOOK: Duration = Duration::from_millis(10);
-
-/// Why there are no pictures, and details.
-pub(super) type Loss = (Fault, String);
 
 /// An open pipe.
 pub(super) enum Feed {

@@ -5,40 +5,30 @@
 //! standard input waits for whoever looks at its pictures; another program there is a live camera that nobody can start
 //! again.
 
-use std::{
-    collections::VecDeque,
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use image::GrayImage;
 use rustix::event::poll;
 
 use super::{
     cutter::{Cut, Cutter, Packed},
-    feed::{Feed, Got, Loss, timespec},
+    feed::{Feed, Got, timespec},
 };
 use crate::{
     Arrival, CaptureError, Decompressor, FrameSource, RawForm, SourceIdentity,
     address::{addresses_without_secrets, without_secrets},
-    health::Health,
+    stream_report::{Loss, START_PATIENCE, STEADY_PATIENCE, StreamReport},
 };
 use boresight_geometry::{
-    device::{CameraEvent, CameraInfo, Fault, Mode, PixelLayout},
-    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
+    device::{CameraInfo, Fault, Mode, PixelLayout},
+    frame::ImageSize,
 };
 
-/// Longest wait for the first picture: cameras take their time, and a command may log in somewhere.
-const START_PATIENCE: Duration = Duration::from_secs(15);
-/// Longest wait for a later picture.
-const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 /// Time without bytes after which a picture is whole: what belongs to it is sent at once.
 const REST: Duration = Duration::from_millis(5);
 /// Shortest and longest pause before a lost command is started again.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Time between two reports of counts.
-const COUNTING: Duration = Duration::from_secs(1);
 /// Interval of a file's pictures if it states none, in nanoseconds.
 const USUAL_NANOS: u64 = 33_333_333;
 
@@ -50,29 +40,12 @@ pub struct Pipe {
     words: Vec<String>,
     raw: Option<RawForm>,
     is_live: bool,
-    mode: Mode,
     /// `None` while a lost command isn't started.
     run: Option<Run>,
     decompressor: Decompressor,
-    /// A picture that came and was not yet handed over.
-    in_hand: Option<GrayImage>,
-    health: Health,
-    events: VecDeque<CameraEvent>,
-    began: Instant,
-    last_nanos: u64,
-    /// Time of the last whole picture, or of the start of the run.
-    last_came: Instant,
-    /// Pictures in a row that have another size.
-    resized: u32,
-    /// Why the pictures are lost, as last reported.
-    lost: Option<Fault>,
+    report: StreamReport,
     next_start: Instant,
     pause: Duration,
-    delivered: u64,
-    dropped: u64,
-    rejected: u64,
-    told: (u64, u64),
-    next_count: Instant,
 }
 
 impl Pipe {
@@ -104,58 +77,29 @@ impl Pipe {
         let (image, layout) = first.map_err(|loss| failed(shown(loss, name)))?;
         let mode =
             Mode { size: ImageSize::of(&image), layout, interval_secs: run.cutter.interval_secs() };
-        let now = Instant::now();
         let mut source = Self {
             name: name.into(),
             words,
             raw,
             is_live: !is_file,
-            mode,
             run: Some(run),
             decompressor,
-            in_hand: Some(image),
-            health: Health::default(),
-            events: VecDeque::new(),
-            began: now,
-            last_nanos: 0,
-            last_came: now,
-            resized: 0,
-            lost: None,
-            next_start: now,
+            report: StreamReport::new(mode, !is_file),
+            next_start: Instant::now(),
             pause: SHORTEST_PAUSE,
-            delivered: 0,
-            dropped: 0,
-            rejected: 0,
-            told: (0, 0),
-            next_count: now + COUNTING,
         };
-        if source.is_live {
-            source.events.push_back(CameraEvent::Started { mode });
-            source.doubt_unwatched();
-        }
+        source.take(image)?;
         Ok(source)
     }
 
-    fn doubt_unwatched(&mut self) {
-        let (fault, detail) = (Fault::Unwatched, String::new());
-        self.events.push_back(CameraEvent::Doubtful { fault, detail });
-    }
-
-    /// Gives up the run and says that the pictures are lost, once for each reason.
+    /// Gives up the run and says that the pictures are lost.
     fn lose(&mut self, loss: Loss) {
-        let (fault, detail) = shown(loss, &self.name);
-        let restarts = !self.words.is_empty();
-        if restarts {
+        if !self.words.is_empty() {
             self.run = None;
         }
-        let now = Instant::now();
-        if self.lost != Some(fault) {
-            self.lost = Some(fault);
-            self.events.push_back(CameraEvent::Lost { fault, detail });
-        } else {
-            self.pause = (2 * self.pause).min(LONGEST_PAUSE);
-        }
-        (self.next_start, self.last_came) = (now + self.pause, now);
+        let was_lost = self.report.lose(shown(loss, &self.name));
+        self.pause = if was_lost { (2 * self.pause).min(LONGEST_PAUSE) } else { SHORTEST_PAUSE };
+        self.next_start = Instant::now() + self.pause;
     }
 
     /// Waits at most `patience`, then starts the lost command if it's time.
@@ -170,134 +114,54 @@ impl Pipe {
             Ok(feed) => {
                 self.run = Some(Run::new(feed, self.raw.as_ref()));
                 self.decompressor = Decompressor::default();
-                (self.last_came, self.resized) = (Instant::now(), 0);
+                self.report.wait_again();
             }
             Err(loss) => self.lose(loss),
         }
     }
 
-    /// Takes a whole picture; `None` if it isn't to be delivered.
-    fn take(&mut self, image: GrayImage) -> Option<Frame> {
-        let now = Instant::now();
-        if ImageSize::of(&image) != self.mode.size {
-            self.resized += 1;
-            self.rejected += 1;
-            // A single one may be what a torn stream looks like.
-            if self.resized > 1 {
-                let size = image.dimensions();
-                self.lose((Fault::OtherSize, format!("{}x{}", size.0, size.1)));
-            }
-            return None;
-        }
-        (self.resized, self.last_came) = (0, now);
+    /// Takes a whole picture.
+    fn take(&mut self, image: GrayImage) -> Result<(), CaptureError> {
         let nanos = if self.is_live {
-            (now - self.began).as_nanos() as u64
+            self.report.now_nanos()
         } else {
-            let interval = self.mode.interval_secs;
+            let interval = self.report.mode().interval_secs;
             let interval = interval.map(|(n, d)| u64::from(n) * 1_000_000_000 / u64::from(d));
-            self.delivered * interval.unwrap_or(USUAL_NANOS)
+            self.report.delivered() * interval.unwrap_or(USUAL_NANOS)
         };
-        self.last_nanos = nanos.max(self.last_nanos + 1);
-        let captured_at = CaptureTime { nanos: self.last_nanos };
-        if self.lost.take().is_some() {
-            self.pause = SHORTEST_PAUSE;
-            self.health = Health::default();
-            self.in_hand = Some(image);
-            self.events
-                .push_back(CameraEvent::Returned { mode: self.mode, good_from: captured_at });
-            self.doubt_unwatched();
-            return None;
-        }
-        if self.is_live && !self.is_new(&image) {
-            return None;
-        }
-        let id = FrameId(self.delivered + self.dropped + self.rejected);
-        self.delivered += 1;
-        let (kind, name) = (FrameKind::Video, String::new());
-        Some(Frame { id, captured_at, kind, name, image })
-    }
-
-    /// Judges how the picture looks; false if it's the one before again, for a sensor has noise.
-    fn is_new(&mut self, image: &GrayImage) -> bool {
-        let repeats = self.health.repeats(crc32fast::hash(image.as_raw()), self.last_nanos);
-        if !repeats {
-            self.health.look(image, self.last_nanos);
-        }
-        !repeats
-    }
-
-    fn count(&mut self, came: u64, torn: u64) {
-        self.rejected += torn;
-        let rate_hz = self.mode.rate_hz().filter(|_| self.is_live);
-        let torn = u32::try_from(torn).unwrap_or(u32::MAX);
-        self.health.count(came, torn, rate_hz, (Instant::now() - self.began).as_nanos() as u64);
-        let changes = self.health.changes();
-        self.events.extend(changes.into_iter().map(|(fault, detail)| match detail {
-            Some(detail) => CameraEvent::Doubtful { fault, detail },
-            None => CameraEvent::Dispelled { fault },
-        }));
-        let counts = (self.dropped, self.rejected);
-        if counts != self.told && Instant::now() >= self.next_count {
-            let (dropped, rejected) = counts;
-            self.events.push_back(CameraEvent::Counted { dropped, rejected });
-            (self.told, self.next_count) = (counts, Instant::now() + COUNTING);
+        match self.report.take(image, nanos) {
+            Ok(()) => Ok(()),
+            Err(loss) => self.broken(loss),
         }
     }
 
     /// Asks the running pipe.
-    fn listen(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        let Some(run) = &mut self.run else { return Ok(Arrival::NothingYet) };
+    fn listen(&mut self, patience: Duration) -> Result<(), CaptureError> {
+        let Some(run) = &mut self.run else { return Ok(()) };
         let next = run.next(patience, self.is_live);
         let (replaced, torn) = std::mem::take(&mut run.counts);
-        self.dropped += replaced;
-        let (mut came, mut damaged) = (replaced + torn, torn);
-        let arrival = match next {
-            Ok(Next::Picture(packed)) => {
-                came += 1;
-                match packed.unpack(&mut self.decompressor) {
-                    Ok(image) => self
-                        .take(image)
-                        .map_or(Arrival::NothingYet, |frame| Arrival::Frame(Arc::new(frame))),
-                    Err(_) => {
-                        damaged += 1;
-                        Arrival::NothingYet
-                    }
-                }
-            }
+        self.report.count(replaced, torn);
+        match next {
+            Ok(Next::Picture(packed)) => match packed.unpack(&mut self.decompressor) {
+                Ok(image) => self.take(image)?,
+                Err(_) => self.report.count(0, 1),
+            },
             Ok(Next::Nothing) => {
-                let limit = if run.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
-                if self.last_came.elapsed() >= limit {
-                    self.broken((Fault::NoPictures, format!("nothing for {} s", limit.as_secs())))?;
-                }
-                Arrival::NothingYet
-            }
-            Ok(Next::End) => {
-                let has_sent = run.count > 0;
-                match run.feed.failure() {
-                    None if has_sent => Arrival::End,
-                    None => {
-                        self.broken((Fault::CommandEnded, "without a picture".into()))?;
-                        Arrival::NothingYet
-                    }
-                    Some(how) => {
-                        self.broken((Fault::CommandEnded, how))?;
-                        Arrival::NothingYet
-                    }
+                let patience = if run.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
+                if self.report.is_silent(patience) {
+                    let detail = format!("nothing for {} s", patience.as_secs());
+                    self.broken((Fault::NoPictures, detail))?;
                 }
             }
-            Ok(Next::Foreign(what)) => {
-                self.broken((Fault::NotPictures, what))?;
-                Arrival::NothingYet
-            }
-            Err(err) => {
-                self.broken((Fault::CommandEnded, err.to_string()))?;
-                Arrival::NothingYet
-            }
-        };
-        if came > 0 {
-            self.count(came, damaged);
+            Ok(Next::End) => match (run.feed.failure(), run.count) {
+                (None, 0) => self.broken((Fault::CommandEnded, "without a picture".into()))?,
+                (None, _) => self.report.end(),
+                (Some(how), _) => self.broken((Fault::CommandEnded, how))?,
+            },
+            Ok(Next::Foreign(what)) => self.broken((Fault::NotPictures, what))?,
+            Err(err) => self.broken((Fault::CommandEnded, err.to_string()))?,
         }
-        Ok(arrival)
+        Ok(())
     }
 
     /// Handles the lack of a next picture: a camera is lost, a file is broken.
@@ -446,7 +310,10 @@ const DAMAGED: &str = "every picture is damaged, or in a kind of JPEG that no ca
 
 impl FrameSource for Pipe {
     fn identity(&self) -> SourceIdentity {
-        SourceIdentity { name: without_secrets(&self.name), image_size: Some(self.mode.size) }
+        SourceIdentity {
+            name: without_secrets(&self.name),
+            image_size: Some(self.report.mode().size),
+        }
     }
 
     fn waits(&self) -> bool {
@@ -454,31 +321,17 @@ impl FrameSource for Pipe {
     }
 
     fn camera_facts(&self) -> Option<CameraInfo> {
-        self.is_live.then(|| CameraInfo {
-            name: without_secrets(&self.name),
-            usb_id: None,
-            serial: String::new(),
-            place: String::new(),
-            backend: "pipe",
-            mode: self.mode,
-            controls: Vec::new(),
-        })
+        self.report.facts(&without_secrets(&self.name), "pipe")
     }
 
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError> {
-        if let Some(event) = self.events.pop_front() {
-            return Ok(Arrival::Event(event));
+        if let Some(arrival) = self.report.next() {
+            return Ok(arrival);
         }
-        if let Some(image) = self.in_hand.take() {
-            self.count(1, 0);
-            return Ok(self
-                .take(image)
-                .map_or(Arrival::NothingYet, |frame| Arrival::Frame(Arc::new(frame))));
+        match self.run {
+            Some(_) => self.listen(patience)?,
+            None => self.start_again(patience),
         }
-        if self.run.is_none() {
-            self.start_again(patience);
-            return Ok(Arrival::NothingYet);
-        }
-        self.listen(patience)
+        Ok(self.report.next().unwrap_or(Arrival::NothingYet))
     }
 }

@@ -297,6 +297,21 @@ esac",
 }
 
 #[test]
+fn a_command_that_falls_silent_is_started_again() {
+    let place = tempfile::tempdir().expect("a folder");
+    fs::write(place.path().join("a.y4m"), y4m(&[picture(0, 64, 48)])).expect("written");
+    let name = script(
+        place.path(),
+        "echo >> $D/starts; cat $D/a.y4m; [ $(wc -l < $D/starts) = 2 ] || exec sleep 1000",
+    );
+    let mut source = Pipe::open(&name, None).expect("opens");
+    let (seen, error) = until(&mut source, place.path(), |_| false);
+    assert!(error.is_none() && seen.iter().any(is_return));
+    assert_eq!(lost(&seen), [(Fault::NoPictures, "nothing for 5 s".into())]);
+    assert_eq!(frames(&seen).len(), 2);
+}
+
+#[test]
 fn another_size_is_never_taken_for_the_session_s() {
     let place = tempfile::tempdir().expect("a folder");
     let small: Vec<GrayImage> = (0..3).map(|number| picture(number, 32, 24)).collect();
