@@ -29,13 +29,15 @@
 //! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
 //! | `pixels`, `compressed`, `decoded`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG in memory and in files, from messages of ROS 2 |
 //! | `address` | names of network streams, with and without secrets |
-//! | `health`, `stream_report` | how pictures look; what is heard of a stream that nobody controls |
+//! | `health`, `stream_report`, `camera_time` | how pictures look; what is heard of a stream that nobody controls; a camera's clock on this computer's |
 //! | `reader_words` | what ffmpeg says |
 
 mod adapted;
 mod address;
 mod bag;
 mod camera_mode;
+#[cfg(all(target_os = "linux", feature = "gige"))]
+mod camera_time;
 mod compressed;
 mod decoded;
 #[cfg(all(unix, feature = "live"))]

@@ -5,9 +5,10 @@
 #![cfg(target_os = "linux")]
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::{
-    io::{BufRead, BufReader, Write},
-    process::{Child, ChildStdin, ChildStdout, Command, Stdio},
+    process::{Child, Command},
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -21,66 +22,15 @@ use boresight_geometry::{
     device::{CameraEvent, Control, Fault, Lock, Locks, PixelLayout, Wanted},
     frame::{Frame, ImageSize},
 };
+use common::{
+    Fake, LONGEST, PATIENCE, event, frame, frames, is_pattern, skipped, until, until_back,
+    until_lost,
+};
 
-const PATIENCE: Duration = Duration::from_millis(100);
-/// Time for anything that is waited for: the computer may be busy.
-const LONGEST: Duration = Duration::from_secs(60);
-
-/// A camera in another process.
-struct Fake {
-    child: Child,
-    commands: ChildStdin,
-    lines: BufReader<ChildStdout>,
-}
-
-impl Fake {
-    /// `None` if there is no Python.
-    fn start(address: &str, serial: &str, more: &[&str]) -> Option<Self> {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gige_camera.py");
-        let child = Command::new("python3")
-            .args([script, "--address", address, "--serial", serial])
-            .args(more)
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn();
-        let Ok(mut child) = child else {
-            skipped("python3");
-            return None;
-        };
-        let commands = child.stdin.take().expect("piped");
-        let lines = BufReader::new(child.stdout.take().expect("piped"));
-        let mut fake = Self { child, commands, lines };
-        fake.wait_for("ready");
-        Some(fake)
-    }
-
-    fn wait_for(&mut self, word: &str) -> String {
-        loop {
-            let mut line = String::new();
-            let read = self.lines.read_line(&mut line).expect("it speaks");
-            assert!(read > 0, "it ended before {word:?}");
-            if line.starts_with(word) {
-                return line;
-            }
-        }
-    }
-
-    fn say(&mut self, command: &str) -> String {
-        writeln!(self.commands, "{command}").expect("it listens");
-        self.wait_for(command.split(' ').next().unwrap_or_default())
-    }
-}
-
-impl Drop for Fake {
-    fn drop(&mut self) {
-        self.child.kill().ok();
-        self.child.wait().ok();
-    }
-}
-
-fn skipped(what: &str) {
-    assert!(std::env::var_os("CI").is_none(), "{what} is missing");
-    eprintln!("skipped: {what} is missing");
+/// A camera of `gige_camera.py`; `None` if there is no Python.
+fn started(address: &str, serial: &str, more: &[&str]) -> Option<Fake> {
+    let named = ["--address", address, "--serial", serial];
+    Fake::script("python3", "gige_camera.py", &[&named[..], more].concat())
 }
 
 type Source = LiveCamera<Network>;
@@ -98,43 +48,6 @@ fn open(name: &str, wanted: &Wanted) -> Source {
     opened(name, wanted).unwrap_or_else(|(fault, detail)| panic!("{name}: {fault:?}, {detail}"))
 }
 
-/// Arrivals until one is as wanted.
-fn until(source: &mut Source, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
-    let began = Instant::now();
-    let mut seen = Vec::new();
-    while began.elapsed() < LONGEST {
-        seen.push(source.next_frame(PATIENCE).expect("a camera never breaks"));
-        if seen.last().is_some_and(&wanted) {
-            return seen;
-        }
-    }
-    let events: Vec<_> = seen.iter().filter_map(event).collect();
-    panic!("never; {} arrivals, of them {events:?}", seen.len())
-}
-
-fn event(arrival: &Arrival) -> Option<&CameraEvent> {
-    match arrival {
-        Arrival::Event(event) => Some(event),
-        _ => None,
-    }
-}
-
-fn frame(arrival: &Arrival) -> Option<&Arc<Frame>> {
-    match arrival {
-        Arrival::Frame(frame) => Some(frame),
-        _ => None,
-    }
-}
-
-fn frames(source: &mut Source, count: usize) -> Vec<Arc<Frame>> {
-    let mut all = Vec::new();
-    while all.len() < count {
-        let seen = until(source, |arrival| frame(arrival).is_some());
-        all.extend(seen.last().and_then(frame).cloned());
-    }
-    all
-}
-
 fn locked(source: &mut Source) -> Locks {
     let is_locked = |arrival: &Arrival| matches!(event(arrival), Some(CameraEvent::Locked { .. }));
     match until(source, is_locked).last().and_then(event) {
@@ -143,30 +56,9 @@ fn locked(source: &mut Source) -> Locks {
     }
 }
 
-/// True if the picture is one of the fake camera's pattern, every pixel.
-fn is_pattern(frame: &Frame) -> bool {
-    let first = frame.image.get_pixel(0, 0).0[0];
-    first.is_multiple_of(16)
-        && frame
-            .image
-            .enumerate_pixels()
-            .all(|(x, y, value)| u32::from(value.0[0]) == (x + y + u32::from(first)) & 255)
-}
-
-fn lost(arrival: &Arrival) -> Option<Fault> {
-    match event(arrival) {
-        Some(CameraEvent::Lost { fault, .. }) => Some(*fault),
-        _ => None,
-    }
-}
-
-fn is_back(arrival: &Arrival) -> bool {
-    matches!(event(arrival), Some(CameraEvent::Returned { .. }))
-}
-
 #[test]
 fn pictures_in_every_depth_and_packing_are_as_they_were_sent() {
-    let Some(_fake) = Fake::start("127.0.0.11", "PIXELS", &[]) else { return };
+    let Some(_fake) = started("127.0.0.11", "PIXELS", &[]) else { return };
     for layout in [PixelLayout::Grey, PixelLayout::Y10, PixelLayout::Y12, PixelLayout::Y16] {
         let wanted = Wanted { layout: Some(layout), ..Wanted::default() };
         let mut source = open("gige:127.0.0.11", &wanted);
@@ -184,7 +76,7 @@ fn pictures_in_every_depth_and_packing_are_as_they_were_sent() {
 /// Pictures, and how many were rejected, of a camera that loses this share of its packets.
 fn lossy(address: &str, loss: &str, more: &[&str]) -> Option<(Vec<Arc<Frame>>, u64, String)> {
     let more: Vec<&str> = more.iter().copied().chain(["--loss", loss]).collect();
-    let mut fake = Fake::start(address, "LOSSY", &more)?;
+    let mut fake = started(address, "LOSSY", &more)?;
     let mut source = open(&format!("gige:{address}"), &Wanted::default());
     let frames = frames(&mut source, 60);
     let mut rejected = 0;
@@ -220,7 +112,7 @@ fn a_picture_with_a_hole_never_becomes_a_picture() {
 
 #[test]
 fn automatics_are_switched_off_and_what_changes_behind_the_back_is_told_and_put_right() {
-    let Some(mut fake) = Fake::start("127.0.0.13", "LOCKED", &[]) else { return };
+    let Some(mut fake) = started("127.0.0.13", "LOCKED", &[]) else { return };
     let mut source = open("gige:127.0.0.13", &Wanted::default());
     let locks = locked(&mut source);
     let Lock::Locked { value: exposure } = locks.exposure else { panic!("{locks:?}") };
@@ -262,19 +154,18 @@ fn automatics_are_switched_off_and_what_changes_behind_the_back_is_told_and_put_
 
 #[test]
 fn a_camera_that_is_unplugged_comes_back_as_it_was_locked() {
-    let Some(mut fake) = Fake::start("127.0.0.14", "GONE", &[]) else { return };
+    let Some(mut fake) = started("127.0.0.14", "GONE", &[]) else { return };
     let mut source = open("gige:GONE", &Wanted::default());
     let Lock::Locked { value: exposure } = locked(&mut source).exposure else {
         panic!("not locked")
     };
     frames(&mut source, 3);
     fake.say("silent");
-    let seen = until(&mut source, |arrival| lost(arrival).is_some());
-    assert_eq!(seen.last().and_then(lost), Some(Fault::Unplugged));
+    assert_eq!(until_lost(&mut source), Some(Fault::Unplugged));
     // Power-up: every setting is forgotten.
     fake.say("reset");
     fake.say("speaking");
-    until(&mut source, is_back);
+    until_back(&mut source);
     assert!(frames(&mut source, 3).iter().all(|frame| is_pattern(frame)));
     let changed = source.next_frame(PATIENCE).expect("goes on");
     assert!(
@@ -283,22 +174,74 @@ fn a_camera_that_is_unplugged_comes_back_as_it_was_locked() {
     );
     // The plug out and in at once: nothing was silent, but the stream is gone.
     fake.say("reset");
-    let seen = until(&mut source, |arrival| lost(arrival).is_some());
-    assert_eq!(seen.last().and_then(lost), Some(Fault::Unplugged));
-    until(&mut source, is_back);
+    assert_eq!(until_lost(&mut source), Some(Fault::Unplugged));
+    until_back(&mut source);
     frames(&mut source, 1);
     // Killed, and another one of the same serial number at another address.
     drop(fake);
-    until(&mut source, |arrival| lost(arrival).is_some());
-    let _again = Fake::start("127.0.0.15", "GONE", &[]);
-    until(&mut source, is_back);
+    until_lost(&mut source);
+    let _again = started("127.0.0.15", "GONE", &[]);
+    until_back(&mut source);
+    frames(&mut source, 1);
+}
+
+#[test]
+fn what_is_wrong_with_pictures_is_told_until_it_is_over() {
+    let Some(mut fake) = started("127.0.0.21", "LOOKS", &[]) else { return };
+    let mut source = open("gige:LOOKS", &Wanted::default());
+    locked(&mut source);
+    frames(&mut source, 1);
+    for (look, doubt) in [
+        ("frozen", Fault::Frozen),
+        ("black", Fault::Dark),
+        ("blinking", Fault::Infrared),
+        ("slow", Fault::Slow),
+        ("cut", Fault::DamagedFrames),
+    ] {
+        fake.say(&format!("look {look}"));
+        until(
+            &mut source,
+            |arrival| matches!(event(arrival), Some(CameraEvent::Doubtful { fault, .. }) if *fault == doubt),
+        );
+        fake.say("look usual");
+        until(
+            &mut source,
+            |arrival| matches!(event(arrival), Some(CameraEvent::Dispelled { fault }) if *fault == doubt),
+        );
+    }
+    assert!(frames(&mut source, 3).iter().all(|frame| is_pattern(frame)));
+    // It answers, and sends nothing.
+    fake.say("look none");
+    assert_eq!(until_lost(&mut source), Some(Fault::Stalled));
+    fake.say("look usual");
+    until_back(&mut source);
+    frames(&mut source, 1);
+}
+
+#[test]
+fn a_camera_without_pictures_and_another_in_its_place_are_not_used() {
+    let Some(mut fake) = started("127.0.0.22", "FIRST", &[]) else { return };
+    fake.say("look none");
+    let mut source = open("gige:FIRST", &Wanted::default());
+    assert_eq!(until_lost(&mut source), Some(Fault::NoFirstFrame));
+    fake.say("look usual");
+    until_back(&mut source);
+    frames(&mut source, 1);
+    drop(fake);
+    assert_eq!(until_lost(&mut source), Some(Fault::Unplugged));
+    // At an address is whoever was given it: the first camera is waited for, wherever it is.
+    let _other = started("127.0.0.22", "OTHER", &[]);
+    let _first = started("127.0.0.23", "FIRST", &[]);
+    let away = until_back(&mut source);
+    assert!(away.iter().all(|arrival| frame(arrival).is_none()));
+    assert_eq!(source.identity().name, "gige:FIRST");
     frames(&mut source, 1);
 }
 
 #[test]
 fn cameras_are_told_apart_by_every_name_and_one_in_use_says_so() {
-    let Some(mut one) = Fake::start("127.0.0.16", "TWO-1", &["--name", "left"]) else { return };
-    let Some(_two) = Fake::start("127.0.0.17", "TWO-2", &["--size", "160x120", "--packet", "1500"])
+    let Some(mut one) = started("127.0.0.16", "TWO-1", &["--name", "left"]) else { return };
+    let Some(_two) = started("127.0.0.17", "TWO-2", &["--size", "160x120", "--packet", "1500"])
     else {
         return;
     };
@@ -323,8 +266,22 @@ fn cameras_are_told_apart_by_every_name_and_one_in_use_says_so() {
 }
 
 #[test]
+fn pictures_that_the_link_carries_too_slowly_are_not_taken_unasked() {
+    let more = ["--size", "640x480", "--sensor", "4096x4096"];
+    let Some(_fake) = started("127.0.0.20", "LARGE", &more) else { return };
+    // A gigabit has 7 pictures of 16 megabytes a second, and 15 are wanted.
+    let camera = find("gige:LARGE").expect("it's there");
+    let large = ImageSize { width_px: 4096, height_px: 4096 };
+    let intervals = camera.offers.iter().filter(|offer| offer.size == large).map(|it| it.interval);
+    let rates: Vec<f64> = intervals.flatten().map(|(n, d)| f64::from(d) / f64::from(n)).collect();
+    assert!(!rates.is_empty() && rates.iter().all(|rate| *rate < 7.5), "{rates:?}");
+    let source = open("gige:LARGE", &Wanted::default());
+    assert_eq!(source.mode().size, ImageSize { width_px: 640, height_px: 480 });
+}
+
+#[test]
 fn times_are_the_cameras_own() {
-    let Some(_fake) = Fake::start("127.0.0.19", "TIMES", &[]) else { return };
+    let Some(_fake) = started("127.0.0.19", "TIMES", &[]) else { return };
     let wanted = Wanted { rate_hz: Some(20.0), ..Wanted::default() };
     let frames = frames(&mut open("gige:127.0.0.19", &wanted), 60);
     let times: Vec<u64> = frames.iter().map(|frame| frame.captured_at.nanos).collect();

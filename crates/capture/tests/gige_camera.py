@@ -1,13 +1,14 @@
 """A GigE Vision camera in software, written from the standard and independent of the program's client.
 
-    gige_camera.py --address 127.0.0.1 --serial A1 [--size WxH] [--loss 0.01] [--no-resend] [FILE.raw ...]
+    gige_camera.py --address 127.0.0.1 --serial A1 [--size WxH] [--sensor WxH] [--loss 0.01] [--no-resend] [FILE.raw ...]
 
 Without files it sends a pattern: pixel (x, y) of picture n is (x + y + 16 n) mod 256, in any pixel format with the same
 brightness over its whole range; a Bayer mosaic is (16 n) mod 256 all over. Files are pictures of one byte a pixel, shown
 one after the other for --each seconds; the lowest bit alternates, as noise would have it.
 
 Commands on standard input: `loss SHARE`, `set FEATURE VALUE` (behind the client's back), `silent`, `speaking`,
-`reset` (as if the plug had been pulled: registers, stream and owner are forgotten), `stats`. It says on standard output
+`reset` (as if the plug had been pulled: registers, stream and owner are forgotten), `look NAME` (the pictures: frozen, black,
+blinking, cut to their first half, slow, none, or usual), `stats`. It says on standard output
 what happens, a line each.
 """
 
@@ -123,6 +124,7 @@ class Camera:
         self.random = random.Random(1)
         self.loss = options.loss
         self.silent = False
+        self.look, self.frozen = "usual", 0
         self.width, self.height = (int(n) for n in options.size.split("x"))
         self.files = [open(name, "rb").read() for name in options.files]
         formats = list(FORMATS) if not self.files else ["Mono8"]
@@ -168,9 +170,10 @@ class Camera:
         self.set32(0x0D04, 1400)
         for name, (_, _, value) in REGISTERS.items():
             self.feature(name, value)
-        for name, value in (("Width", self.width), ("Height", self.height)):
+        sensor = (int(n) for n in (self.options.sensor or self.options.size).split("x"))
+        for name, value, most in zip(("Width", "Height"), (self.width, self.height), sensor):
             self.feature(name, value)
-            self.feature(name + "Max", value)
+            self.feature(name + "Max", most)
         self.payload()
 
     def set32(self, at, value):
@@ -272,6 +275,13 @@ class Camera:
     # Pictures
 
     def picture(self, number):
+        if self.look in ("black", "blinking"):
+            light = 4 if self.look == "black" else 40 if number % 2 else 160
+            # Noise, so that no two are the same.
+            count = self.feature("Width") * self.feature("Height")
+            return bytes(light + (at + number) % 5 for at in range(5)) * (count // 5 + 1)
+        if self.look == "frozen":
+            number = self.frozen
         if self.files:
             turn = int((time.monotonic() - self.began) / self.options.each) % len(self.files)
             key = (turn, number % 2)
@@ -298,7 +308,9 @@ class Camera:
         number = self.block
         if self.feature("ExposureAuto"):
             self.feature("ExposureTime", 8000 + 100 * (number % 3))
-        data = self.picture(number)
+        data = self.picture(number)[:self.feature("PayloadSize")]
+        if self.look == "cut":
+            data = data[:len(data) // 2]
         stamp = int((at - self.began) * 1e9 / 8)
         width, height = self.feature("Width"), self.feature("Height")
         leader = struct.pack(">HHQIIIIIHH", 0, 1, stamp, self.feature("PixelFormat"), width, height, 0, 0, 0, 0)
@@ -342,6 +354,8 @@ class Camera:
             self.silent = word == "silent"
         elif word == "reset":
             self.reset()
+        elif word == "look":
+            self.look, self.frozen = rest[0], self.block
         if word:
             said = f"stats {self.stats}" if word == "stats" else line.strip()
             print(said, flush=True)
@@ -372,8 +386,9 @@ class Camera:
                 late = int((now - self.next) / between)
                 self.block = (self.block + late) % 65535
                 self.next += late * between
-                self.take(self.next)
-                self.next += between
+                if self.look != "none":
+                    self.take(self.next)
+                self.next += between * (4 if self.look == "slow" else 1)
 
 
 def main():
@@ -382,6 +397,7 @@ def main():
     parser.add_argument("--serial", default="A1")
     parser.add_argument("--name", default="")
     parser.add_argument("--size", default="320x240")
+    parser.add_argument("--sensor", help="if it is larger than the pictures")
     parser.add_argument("--loss", type=float, default=0.0)
     parser.add_argument("--packet", type=int, default=9000, help="largest packet that its network carries")
     parser.add_argument("--no-resend", action="store_true")

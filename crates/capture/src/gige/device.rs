@@ -12,16 +12,23 @@ use telegenic::{
 };
 
 use super::{
-    camera_time::CameraTime,
     features::{errno, present},
     pixels::Format as Pixels,
 };
-use crate::v4l2::kernel::Errno;
+use crate::{
+    camera_time::CameraTime,
+    v4l2::kernel::{Errno, FourCc},
+};
 
 /// Time that a camera has to let go.
 const LET_GO: Duration = Duration::from_millis(200);
 /// Memory for pictures under way and such as nobody has taken yet.
 const PICTURES: usize = 6;
+/// Bytes per second of the usual link.
+const GIGABIT: f64 = 125e6;
+/// The names under which a camera states what its link carries, and the bytes per second of one unit.
+const LINKS: [(&str, f64); 3] =
+    [("DeviceLinkThroughputLimit", 1.0), ("DeviceLinkSpeed", 1.0), ("GevLinkSpeed", 125e3)];
 /// Most bytes that a camera may send with a picture.
 const LARGEST_ADDITION: usize = 1 << 20;
 
@@ -93,6 +100,27 @@ impl Device {
         let (name, _) = present(&self.camera, &names)?;
         let (_, most) = self.camera.float_bounds(name).ok()?;
         Some((name, most))
+    }
+
+    /// The fastest rate of pictures of this format and size: the camera's own, as far as its link carries them.
+    pub(super) fn most_hz(&mut self, (fourcc, width, height): (FourCc, u32, u32)) -> Option<f64> {
+        let (_, most_hz) = self.rate()?;
+        let pixels = self.formats.iter().find(|pixels| pixels.fourcc == fourcc)?;
+        let bytes = pixels.bytes_sent(width as usize, height as usize, 0).max(1);
+        Some(most_hz.min(self.link_bytes_hz() / bytes as f64))
+    }
+
+    /// Bytes per second that the camera's link carries, by its own word.
+    fn link_bytes_hz(&mut self) -> f64 {
+        let camera = &mut self.camera;
+        let stated = LINKS.iter().find_map(|(name, bytes)| {
+            let value = match present(camera, &[*name])? {
+                (_, true) => camera.get_float(name).ok()?,
+                (_, false) => camera.get_integer(name).ok()? as f64,
+            };
+            (value > 0.0).then_some(value * bytes)
+        });
+        stated.unwrap_or(GIGABIT)
     }
 
     pub(super) fn set_size(&mut self, width: u32, height: u32) -> Result<(), GenicamError> {

@@ -12,12 +12,10 @@
 //! | `meant` | the camera that a name means |
 //! | `features` | exposure, gain and white balance among the camera's features, and their automatics |
 //! | `pixels` | the camera's pixel formats, packed ones too, as the layouts that are read elsewhere |
-//! | `camera_time` | the camera's time stamps on this computer's clock |
 //!
 //! Packets, resends and the heartbeat are the library's (telegenic). A frame that it couldn't complete is marked as bad
 //! and never becomes a picture.
 
-mod camera_time;
 mod device;
 mod discovery;
 mod features;

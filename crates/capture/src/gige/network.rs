@@ -151,10 +151,10 @@ impl Kernel for Network {
     fn frame_interval(
         &mut self,
         device: Handle,
-        _: (FourCc, u32, u32),
+        of: (FourCc, u32, u32),
         index: u32,
     ) -> Result<Fraction, Errno> {
-        let (_, most_hz) = self.device(device)?.rate().ok_or(NONE)?;
+        let most_hz = self.device(device)?.most_hz(of).ok_or(NONE)?;
         let usual = USUAL_RATES_HZ.into_iter().filter(|rate| f64::from(*rate) < most_hz);
         let mut rates = std::iter::once(fraction(most_hz)).chain(usual.map(|rate| (1, rate)));
         rates.nth(index as usize).ok_or(NONE)

@@ -1,11 +1,11 @@
-//! The camera's time stamps on this computer's clock.
+//! A camera's time stamps on this computer's clock.
 
 /// Most that the two clocks may drift apart, in parts of the time that passes: far above what their crystals do.
 const DRIFT: f64 = 200e-6;
 
 /// Finds the time between the clocks from pictures that come late: none comes before it was taken, so the smallest
 /// difference seen is the nearest to it. What remains is the shortest way of a picture, a few milliseconds and always
-/// the same.
+/// the same. A camera's clock that goes back was set: its time is found again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CameraTime {
     /// This computer's time less the camera's, and the camera's time when it was found, in nanoseconds.
@@ -16,9 +16,9 @@ impl CameraTime {
     /// The camera's time `camera_nanos` on this computer's clock, where the picture has come by `now_nanos`.
     pub(super) fn here(&mut self, camera_nanos: u64, now_nanos: u64) -> u64 {
         let difference = now_nanos as f64 - camera_nanos as f64;
-        let found = self.found.map_or(difference, |(known, then)| {
-            let passed = camera_nanos.saturating_sub(then) as f64;
-            difference.min(known + DRIFT * passed)
+        let known = self.found.filter(|(_, then)| camera_nanos >= *then);
+        let found = known.map_or(difference, |(known, then)| {
+            difference.min(known + DRIFT * (camera_nanos - then) as f64)
         });
         self.found = Some((found, camera_nanos));
         ((camera_nanos as f64 + found).max(0.0) as u64).min(now_nanos)
@@ -48,5 +48,12 @@ mod tests {
             }
         }
         assert!(worst < MILLISECOND / 10, "{worst} ns");
+    }
+
+    #[test]
+    fn a_clock_that_was_set_back_goes_on() {
+        let mut clock = CameraTime::default();
+        assert_eq!(clock.here(1000 * MILLISECOND, 50 * MILLISECOND), 50 * MILLISECOND);
+        assert_eq!(clock.here(400 * MILLISECOND, 90 * MILLISECOND), 90 * MILLISECOND);
     }
 }
