@@ -342,11 +342,12 @@ fn main() -> anyhow::Result<()> {
     for row in rows().iter().filter(|row| only.as_ref().is_none_or(|only| row.name.contains(only)))
     {
         let (next, came) = (Mutex::new(1..=seeds), Mutex::new(Vec::new()));
-        let work = || loop {
-            let Some(seed) = next.lock().ok().and_then(|mut seeds| seeds.next()) else { break };
-            let of_seed = session_of(row, seed);
-            if let Ok(mut came) = came.lock() {
-                came.push(of_seed);
+        let work = || {
+            while let Some(seed) = next.lock().ok().and_then(|mut seeds| seeds.next()) {
+                let of_seed = session_of(row, seed);
+                if let Ok(mut came) = came.lock() {
+                    came.push(of_seed);
+                }
             }
         };
         thread::scope(|scope| {

@@ -197,13 +197,14 @@ fn main() -> anyhow::Result<()> {
         .collect::<anyhow::Result<_>>()?;
     let params = CalibrationParams::default();
     let (next, rows) = (Mutex::new(sets.iter()), Mutex::new(Vec::new()));
-    let work = || loop {
-        let Some(set) = next.lock().ok().and_then(|mut sets| sets.next()) else { break };
-        let whole = result_of(set, &set.views, &params);
-        let halves: Vec<Halves> =
-            (0..splits).filter_map(|split| halves_of(set, split, &params)).collect();
-        if let Ok(mut rows) = rows.lock() {
-            rows.push((set, whole, halves));
+    let work = || {
+        while let Some(set) = next.lock().ok().and_then(|mut sets| sets.next()) {
+            let whole = result_of(set, &set.views, &params);
+            let halves: Vec<Halves> =
+                (0..splits).filter_map(|split| halves_of(set, split, &params)).collect();
+            if let Ok(mut rows) = rows.lock() {
+                rows.push((set, whole, halves));
+            }
         }
     };
     thread::scope(|scope| {
