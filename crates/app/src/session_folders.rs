@@ -1,7 +1,8 @@
-//! The sessions in and below a folder.
+//! The sessions, and the recorded bags, in and below a folder.
 
 use std::{io::ErrorKind, path::Path};
 
+use boresight_capture::is_bag;
 use boresight_files::{FileError, entries, is_own_folder};
 
 const HEADER: &str = "session.toml";
@@ -16,19 +17,48 @@ pub fn session_folders(
     root: &Path,
     found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
-    if !root.is_dir() {
+    recordings(root, &is_session, found)
+}
+
+/// Finds the sessions and the recorded bags in and below `root`, as [`session_folders`] does; `root` may be a bag itself.
+///
+/// # Errors
+///
+/// As there.
+pub fn sessions_and_bags(
+    root: &Path,
+    found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let is_one = |path: &Path| is_session(path) || (!path.is_symlink() && is_bag(path));
+    recordings(root, &is_one, found)
+}
+
+fn is_session(path: &Path) -> bool {
+    path.join(HEADER).symlink_metadata().is_ok()
+}
+
+fn recordings(
+    root: &Path,
+    is_one: &dyn Fn(&Path) -> bool,
+    found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    if !root.is_dir() && !is_one(root) {
         let kind = if root.exists() { ErrorKind::NotADirectory } else { ErrorKind::NotFound };
         return Err(FileError::reading(root)(kind.into()).into());
     }
-    walk(&std::path::absolute(root)?, found)
+    walk(&std::path::absolute(root)?, is_one, found)
 }
 
-fn walk(folder: &Path, found: &mut dyn FnMut(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
-    if folder.join(HEADER).symlink_metadata().is_ok() {
-        return found(folder);
+fn walk(
+    path: &Path,
+    is_one: &dyn Fn(&Path) -> bool,
+    found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    if is_one(path) {
+        return found(path);
     }
-    entries(folder)
-        .iter()
-        .filter(|entry| is_own_folder(entry))
-        .try_for_each(|entry| walk(entry, found))
+    if !is_own_folder(path) {
+        return Ok(());
+    }
+    entries(path).iter().try_for_each(|entry| walk(entry, is_one, found))
 }

@@ -68,7 +68,7 @@ pub use adapted::{preceded, renumbered};
 pub use address::{is_address, is_command, without_secrets};
 #[cfg(feature = "bags")]
 pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
-pub use bag::{BagFlaw, is_bag};
+pub use bag::{BagFlaw, bag_files, is_bag};
 pub use camera_mode::{CameraMode, choose, layout};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, decoded};

@@ -12,13 +12,13 @@ use crate::cli::terminal::say;
 use boresight_app::Exit;
 use boresight_fleet::batch::plan;
 
-/// List the sessions in and below folders, one a line, for `batch run`.
+/// List the sessions and recorded bags in and below folders, one a line, for `batch run`.
 ///
-/// Every folder with a session.toml is listed, damaged ones, too. Links aren't followed. The list holds absolute paths:
+/// Every folder with a session.toml is listed, damaged ones, too, and every bag (MCAP, .db3). Links aren't followed. The list holds absolute paths:
 /// all workers must see the sessions under the same names.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
-    /// Folders of sessions, or sessions; in an object store: s3://BUCKET/PREFIX.
+    /// Folders of sessions and bags, or one of them; in an object store: s3://BUCKET/PREFIX.
     #[arg(required = true, value_name = "ROOT")]
     roots: Vec<PathBuf>,
 }
@@ -39,11 +39,11 @@ impl Arguments {
         }
         if count == 0 {
             say(
-                "There is no session in or below these folders: a session is a folder with a session.toml.",
+                "There is no session and no recorded bag in or below these folders: a session is a folder with a session.toml.",
             );
             return Ok(Exit::Failed);
         }
-        say(&format!("{count} sessions, journals of {:.1} MB", bytes as f64 / 1e6));
+        say(&format!("{count} sessions and bags of {:.1} MB", bytes as f64 / 1e6));
         Ok(if left_out.is_empty() { Exit::Good } else { Exit::Failed })
     }
 }

@@ -39,6 +39,9 @@ const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUIL
 ///   report     write each session's report
 ///   export     write each session's result for another program
 ///
+/// A recorded bag becomes a session first, with the board and all else from --set. A topic is chosen by
+/// --set camera.topic=/TOPIC.
+///
 /// Nothing is written into a session.
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
@@ -215,9 +218,6 @@ impl Arguments {
         }
         if self.format.is_some() && action != Action::Export {
             anyhow::bail!("--format is for --action export");
-        }
-        if !self.settings.is_empty() && action == Action::Export {
-            anyhow::bail!("--set changes nothing about --action export");
         }
         // Better known now than from every row.
         loaded(None, &self.settings)?;

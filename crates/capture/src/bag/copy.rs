@@ -14,8 +14,8 @@ use mcap::{
 };
 
 use super::{
-    BagFlaw,
-    files::{Storage, files_of, is_packed, plain_message},
+    BagFlaw, bag_files,
+    files::{Storage, is_packed, plain_message},
     mcap::{Records, words},
     source::chosen,
 };
@@ -71,7 +71,7 @@ pub fn copy_with(
             _ => FileError::Write { source, path },
         })
     };
-    let files = files_of(from).map_err(unread)?;
+    let files = bag_files(from).map_err(unread)?;
     let [file] = files.as_slice() else {
         return Err(unreadable(format!("it has {} files: name one of them", files.len())));
     };

@@ -72,21 +72,6 @@ impl Storage {
     }
 }
 
-/// The files of the bag at `path` in the order of their numbers.
-pub(super) fn files_of(path: &Path) -> std::io::Result<Vec<PathBuf>> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_path_buf()]);
-    }
-    let mut files = Vec::new();
-    for entry in path.read_dir()? {
-        files.push(entry?.path());
-    }
-    files.retain(|file| is_bag_file(file));
-    // `bag_10` follows `bag_9`.
-    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    Ok(files)
-}
-
 /// The picture's message in a database of compressed messages, or as it is.
 pub(super) fn plain_message(data: Vec<u8>) -> Vec<u8> {
     if !data.starts_with(ZSTD) {

@@ -23,7 +23,7 @@ mod message;
 #[cfg(feature = "bags")]
 mod source;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[cfg(feature = "bags")]
 pub use copy::{CopiedBag, NotCopied, copy_with};
@@ -48,4 +48,23 @@ pub fn is_bag(path: &Path) -> bool {
         entries.any(|entry| is_bag_file(&entry.path()))
     };
     is_bag_file(path) || (path.join(METADATA).is_file() && holds_one())
+}
+
+/// The files of the bag at `path` in the order of their numbers.
+///
+/// # Errors
+///
+/// If the folder can't be listed.
+pub fn bag_files(path: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let mut files = Vec::new();
+    for entry in path.read_dir()? {
+        files.push(entry?.path());
+    }
+    files.retain(|file| is_bag_file(file));
+    // `bag_10` follows `bag_9`.
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    Ok(files)
 }

@@ -10,8 +10,8 @@ use std::{
 use image::GrayImage;
 
 use super::{
-    BagFlaw,
-    files::{Storage, files_of, plain_message},
+    BagFlaw, bag_files,
+    files::{Storage, plain_message},
     message::Message,
 };
 use crate::{Arrival, CaptureError, FrameSource, RosFlaw, RosImageType, RosImages, SourceIdentity};
@@ -52,7 +52,7 @@ impl Bag {
     pub fn open(path: &Path, topic: Option<&str>) -> Result<Self, CaptureError> {
         let failed = |flaw| CaptureError::Bag { flaw, path: path.into() };
         let files =
-            files_of(path).map_err(|source| CaptureError::Read { source, path: path.into() })?;
+            bag_files(path).map_err(|source| CaptureError::Read { source, path: path.into() })?;
         let (topic, kind) = chosen(&files, topic).map_err(failed)?;
         let mut bag = Self {
             path: path.into(),

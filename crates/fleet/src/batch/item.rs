@@ -1,10 +1,11 @@
-//! A session as a line of a manifest.
+//! A session or recorded bag as a line of a manifest.
 
 use std::{io::Read, path::Path};
 
 use serde::{Deserialize, Serialize};
 
 use boresight_app::RESULT_FILE;
+use boresight_capture::{bag_files, is_bag};
 use boresight_files::{FileError, Links, TEXT_LIMIT, open, read};
 
 /// File whose presence makes a folder a session.
@@ -16,16 +17,16 @@ pub(super) const HEADER_LIMIT: u64 = 1 << 20;
 /// Bytes of a journal that enter the hash at most; of a longer one, the first. No session of a day has as many.
 pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 
-/// A line of a manifest: one session.
+/// A line of a manifest: one session, or a recorded bag that becomes one.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Item {
-    /// The session's folder: an absolute path, or `s3://BUCKET/PREFIX`.
+    /// The session's folder or the bag: an absolute path, or `s3://BUCKET/PREFIX`.
     pub session: String,
     /// Hash of what the session holds: `session.toml`, the journal, whose lines hold the checksums of the pictures, and the
-    /// result.
+    /// result; of a bag, its files.
     pub content: String,
-    /// Length of the journal.
+    /// Length of the journal, or of the bag.
     pub bytes: u64,
 }
 
@@ -67,10 +68,13 @@ impl Content {
 }
 
 impl Item {
-    /// The session in the folder `session`, as it is now; `None` if the name isn't UTF-8. An unreadable file counts by
+    /// The session in the folder `session`, or the bag of that path, as it is now; `None` if the name isn't UTF-8. An unreadable file counts by
     /// its error, so that every session becomes a row.
     pub fn of(session: &Path) -> Option<Self> {
         let name = session.to_str()?.to_owned();
+        if is_bag(session) {
+            return Some(of_bag(session, name));
+        }
         let header = read(&session.join(HEADER), HEADER_LIMIT, Links::Refused);
         let result = read(&session.join(RESULT_FILE), TEXT_LIMIT, Links::Refused);
         let content = Content {
@@ -80,6 +84,22 @@ impl Item {
         };
         Some(content.item(name))
     }
+}
+
+/// The bag at `path`, with that name. A file that can't be read counts by its error.
+fn of_bag(path: &Path, session: String) -> Item {
+    let (mut hash, mut bytes) = (hmac_sha256::Hash::new(), 0);
+    for file in bag_files(path).unwrap_or_default() {
+        match hash_of(&file) {
+            Ok((length, all)) => {
+                bytes += length;
+                hash.update(length.to_le_bytes());
+                hash.update(all);
+            }
+            Err(err) => hash.update(err.code()),
+        }
+    }
+    Item { session, content: hex(&hash.finalize()[..16]), bytes }
 }
 
 /// Length of the file at `path`, and its hash.

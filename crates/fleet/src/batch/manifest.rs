@@ -7,7 +7,7 @@ use super::{
     buckets::Prefix,
     item::Item,
 };
-use boresight_app::session_folders::session_folders;
+use boresight_app::session_folders::sessions_and_bags;
 use boresight_files::{FileError, LineReader, Links, Scratch};
 
 /// The longest line of a manifest.
@@ -33,13 +33,13 @@ pub enum ManifestError {
     },
 }
 
-/// Finds the sessions in and below each of `roots`, in the order of their paths, and hands each to `found`. Links below
-/// a root aren't followed; a root may be `s3://BUCKET/PREFIX`. Returns the folders that were left out because their
-/// names aren't UTF-8.
+/// Finds the sessions and recorded bags in and below each of `roots`, in the order of their paths, and hands each to
+/// `found`. Links below a root aren't followed; a root may be `s3://BUCKET/PREFIX`, where sessions alone are found. Returns
+/// what was left out because its name isn't UTF-8.
 ///
 /// # Errors
 ///
-/// If a root is no folder, a store doesn't answer, or `found` fails.
+/// If a root is neither, a store doesn't answer, or `found` fails.
 pub fn plan(
     roots: &[PathBuf],
     found: &mut dyn FnMut(&Item) -> anyhow::Result<()>,
@@ -50,7 +50,7 @@ pub fn plan(
             Prefix::open(root)?.sessions(found)?;
             continue;
         }
-        session_folders(root, &mut |folder| match Item::of(folder) {
+        sessions_and_bags(root, &mut |folder| match Item::of(folder) {
             Some(item) => found(&item),
             None => {
                 left_out.push(folder.to_path_buf());

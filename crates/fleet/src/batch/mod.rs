@@ -1,20 +1,20 @@
 //! Many sessions at once, by anything that runs programs in parallel: a plan, shards, and one table of results.
 //!
-//! [`plan`] lists sessions as a manifest. [`run`] applies one [`Action`] to the items of a [`Shard`]; each result is a
+//! [`plan`] lists sessions and recorded bags as a manifest. [`run`] applies one [`Action`] to the items of a [`Shard`]; each result is a
 //! [`Row`] in its own file, named by what determines it. [`gather`] reads the rows back in one order. A row that is
 //! there is done, so a shard may be run twice, interrupted, or run by two machines at once: the rows are the same.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `address` | the address of something in an object store |
-//! | `item` | a session as a line of a manifest, and what counts of it |
+//! | `item` | a session or bag as a line of a manifest, and what counts of it |
 //! | `cloud` | object stores, with the feature of that name; `no_cloud` without; both are called `buckets` |
 //! | `place` | a folder, or a prefix in an object store |
 //! | `manifest` | the sessions below some folders, one a line |
 //! | `job` | what is done with each item, and the name of its result |
 //! | `row` | one result |
 //! | `recorded` | the row of a session's own result, without a batch |
-//! | `work` | one item, from its session to its row |
+//! | `work`, `taken` | one item, from its session to its row; the session that is taken from a bag |
 //! | `shard` | a worker's part of the manifest, from an argument or a scheduler's variables |
 //! | `store` | the results of a batch |
 //! | `child` | the process that works, and that may crash or hang |
@@ -46,6 +46,7 @@ mod row;
 mod run;
 mod shard;
 mod store;
+mod taken;
 mod work;
 
 #[cfg(feature = "cloud")]

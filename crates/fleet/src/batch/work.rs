@@ -15,6 +15,7 @@ use super::{
     recorded::{describe, recorded},
     row::{DecisionsEntry, Row},
     store::Store,
+    taken::TakenSession,
 };
 #[cfg(not(feature = "report"))]
 use boresight_app::MissingFeature;
@@ -24,6 +25,7 @@ use boresight_app::{
     redetect::{kind, redetect},
     result::calibration_file,
 };
+use boresight_capture::is_bag;
 use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
 use boresight_run::recording::{Replayed, SessionFolder};
@@ -38,6 +40,8 @@ enum NotWorked {
     Changed,
     #[error("the session names no older calibration to be compared with")]
     NoOldCalibration,
+    #[error("{0}")]
+    BrokenBag(String),
 }
 
 /// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every error becomes a row:
@@ -67,6 +71,7 @@ fn code(err: &anyhow::Error) -> &'static str {
     match err.downcast_ref::<NotWorked>() {
         Some(NotWorked::Changed) => "SESSION-CHANGED",
         Some(NotWorked::NoOldCalibration) => "NO-OLD-CALIBRATION",
+        Some(NotWorked::BrokenBag(_)) => "BAG",
         None => error_code(err),
     }
 }
@@ -75,6 +80,9 @@ fn next_action(err: &anyhow::Error) -> Option<String> {
     let action = match err.downcast_ref::<NotWorked>()? {
         NotWorked::Changed => "Plan again: boresight batch plan",
         NotWorked::NoOldCalibration => "Name the older calibration: --against FILE",
+        NotWorked::BrokenBag(_) => {
+            "The row holds what comes of the pictures before; record the bag again for more."
+        }
     };
     Some(action.into())
 }
@@ -82,9 +90,22 @@ fn next_action(err: &anyhow::Error) -> Option<String> {
 fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
     let path = Path::new(&item.session);
     if has_changed(item, || Item::of(path)) {
-        SessionFolder::read(path)?;
+        if !is_bag(path) {
+            SessionFolder::read(path)?;
+        }
         return Err(NotWorked::Changed.into());
     }
+    if is_bag(path) {
+        let (taken, broken) = TakenSession::from_bag(path, &job.settings)?;
+        on_session(row, job, store, taken.path())?;
+        row.recorded_verdict = None;
+        return broken.map_or(Ok(()), |how| Err(NotWorked::BrokenBag(how).into()));
+    }
+    on_session(row, job, store, path)
+}
+
+/// Does the work on the session in the folder `path`.
+fn on_session(row: &mut Row, job: &Job, store: &Store, path: &Path) -> anyhow::Result<()> {
     row.recorded_verdict = recorded_verdict(path);
     let mut journal = JournalReading::of(path)?;
     describe(row, &journal.header);

@@ -1,0 +1,50 @@
+//! A session taken from a recorded bag, for as long as it's worked on.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::AtomicBool,
+};
+
+use anyhow::Context;
+
+use boresight_app::{Announcer, Opening};
+use boresight_files::Scratch;
+use boresight_run::config::Config;
+
+/// A session in a folder of its own, which goes with this value.
+#[derive(Debug)]
+pub(super) struct TakenSession {
+    path: PathBuf,
+    _folder: Scratch,
+}
+
+impl TakenSession {
+    /// Guides through the pictures of the bag at `path`, with `settings` for the board and all else; and how the bag broke off,
+    /// if it did.
+    ///
+    /// # Errors
+    ///
+    /// If the settings are wrong, or the bag has no picture that can be read.
+    pub(super) fn from_bag(
+        path: &Path,
+        settings: &[String],
+    ) -> anyhow::Result<(Self, Option<String>)> {
+        let folder = Scratch::new()?;
+        let silent = Announcer::silent();
+        let source = path.to_str().context("its name isn't UTF-8")?;
+        let session = folder.path().join("session");
+        let opening = Opening {
+            out: Some(session.clone()),
+            ..Opening::new(source, Config::load(None, settings)?)
+        };
+        let finished = opening.open(&silent)?.carry_out(&AtomicBool::new(false), &silent)?;
+        let broken = finished.session.failures().first().map(|(_, how)| how.clone());
+        finished.conclude(&silent)?;
+        Ok((Self { path: session, _folder: folder }, broken))
+    }
+
+    /// The session's folder.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+}
