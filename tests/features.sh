@@ -33,6 +33,9 @@ limit 163 "headless with everything, a phone and history" --no-default-features 
 limit 316 "everything"
 # Not in the default features: GigE Vision and GenICam, its channels, its XML, and waits on sockets.
 limit 134 "headless with machine-vision cameras" --no-default-features --features gige
+# Not in the default features: DDS and what it's made of: async streams (futures), the names of network cards (netlink), a clock
+# and a calendar (chrono), two libraries for bytes.
+limit 165 "headless with cameras of ROS 2" --no-default-features --features ros2
 # Not in the default features: MCAP and its two compressions, SQLite, and what describes MCAP's records.
 limit 144 "headless with recorded bags" --no-default-features --features bags
 # Not in the default features: Thrift, its schema language, and Snappy.
@@ -42,7 +45,7 @@ limit 124 "a table of a batch in Parquet" --no-default-features --features parqu
 limit 219 "a batch in object stores" --no-default-features --features cloud
 
 [ "${1:-}" = --each ] || exit $failed
-for features in "" live gige bags window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
+for features in "" live gige ros2 bags window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

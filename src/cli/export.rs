@@ -14,6 +14,7 @@ use super::{
 use boresight_app::{
     BagCopy, Exit,
     export::{Format, export},
+    set_camera_info,
 };
 use boresight_files::{Overwrite, save};
 use boresight_formats::export::CameraFormat;
@@ -46,6 +47,10 @@ pub(super) struct Arguments {
     /// Topic of the bag's pictures [default: the only one with pictures].
     #[arg(long, value_name = "TOPIC", requires = "bag")]
     topic: Option<String>,
+    /// Give the calibration to the driver of this ROS 2 camera instead: its service set_camera_info keeps and publishes it.
+    /// A calibration that's untrustworthy is kept back.
+    #[arg(long, value_name = "ros2:/TOPIC", conflicts_with_all = ["format", "name", "out", "force", "bag", "json"])]
+    set_camera_info: Option<String>,
     /// Same as --format json.
     #[arg(long)]
     json: bool,
@@ -62,7 +67,8 @@ const EXAMPLES: &str = "\
 Examples:
   boresight export sessions/2026-11-21T08-00-00Z --format opencv-yaml --out camera.yaml
   boresight export calibration.json --format ros-yaml --name front > front.yaml
-  boresight export calibration.json --bag drive.mcap --out drive-calibrated.mcap";
+  boresight export calibration.json --bag drive.mcap --out drive-calibrated.mcap
+  boresight export calibration.json --set-camera-info ros2:/camera/image_raw";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -70,6 +76,9 @@ impl Arguments {
             let untrustworthy =
                 BagCopy { from, topic: self.topic, to }.write(&self.input, &announcer())?;
             return Ok(ended(untrustworthy));
+        }
+        if let Some(source) = &self.set_camera_info {
+            return Ok(ended(set_camera_info(&self.input, source, &announcer())?));
         }
         let format = if self.json { Format::Json } else { self.format };
         written(&self.input, format, self.name.as_deref(), self.out.as_deref(), self.force)

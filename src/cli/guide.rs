@@ -35,7 +35,7 @@ use {super::window, boresight_app::AppHost};
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
-    /// /dev/video0), gige:NAME for a machine-vision camera on the network, sim, sim:SCENE.toml, sim:random:SEED, a
+    /// /dev/video0), gige:NAME for a machine-vision camera on the network, ros2:/TOPIC for a camera of ROS 2, sim, sim:SCENE.toml, sim:random:SEED, a
     /// recorded session, a folder of pictures, a video file, a recorded bag (MCAP, .db3), a stream such as rtsp://… or
     /// http://… (video files and streams need ffmpeg), pipe:COMMAND for what another
     /// program writes, or - for standard input. auto, the default without the start page: the only camera, or a
@@ -77,6 +77,10 @@ pub(super) struct Arguments {
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
+    /// Give the result to the driver of a ROS 2 camera at the end: its service set_camera_info keeps and publishes it. A
+    /// result that's untrustworthy is kept back.
+    #[arg(long, conflicts_with = "session")]
+    set_camera_info: bool,
     #[command(flatten)]
     beside: BesideArguments,
     #[command(flatten)]
@@ -154,6 +158,7 @@ impl Arguments {
         self.goal.apply(&mut config);
         self.stream.apply(&mut config);
         self.lens.apply(&mut config);
+        config.camera.set_camera_info |= self.set_camera_info;
         Ok(Opening {
             source: self.source.clone().unwrap_or_else(|| "auto".into()),
             backend: self.backend.clone(),

@@ -212,7 +212,7 @@ fn mrcal_with_views(
 /// # Errors
 ///
 /// If it can't be read.
-#[cfg(feature = "bags")]
+#[cfg(any(feature = "bags", all(target_os = "linux", feature = "ros2")))]
 pub(crate) fn result_of(
     input: &Path,
     announcer: &Announcer,

@@ -20,7 +20,7 @@
 //! | `device_entry`, `devices_file` | the cameras of a computer as a file |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `session_folders` | the sessions below a folder |
-//! | `bag_copy` | a calibration in a copy of a recorded bag |
+//! | `bag_copy`, `camera_driver` | a calibration in a copy of a recorded bag, and for the camera's own driver |
 //! | `host` | what the window asks of the program |
 //! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
 //! | `board_from_code` | the board that a code in its margin names |
@@ -41,6 +41,7 @@ pub mod board_sheet;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
+mod camera_driver;
 #[cfg(feature = "report")]
 pub mod certificate;
 pub mod comparison;
@@ -80,6 +81,7 @@ pub mod watch;
 
 pub use announcer::Announcer;
 pub use bag_copy::BagCopy;
+pub use camera_driver::set_camera_info;
 pub use cue_link::PersonCues;
 pub use error_code::error_code;
 pub use explain::explain;

@@ -20,6 +20,8 @@ impl MissingFeature {
         Self { part: "live cameras, network streams or video files", feature: "live" };
     /// Machine-vision cameras on the network.
     pub const GIGE: Self = Self { part: "GigE Vision cameras", feature: "gige" };
+    /// Image topics of ROS 2.
+    pub const ROS2: Self = Self { part: "topics of ROS 2", feature: "ros2" };
     /// Recorded bags.
     pub const BAGS: Self = Self { part: "recorded bags (MCAP, .db3)", feature: "bags" };
     /// Shell completions and manual pages.

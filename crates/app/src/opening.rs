@@ -10,7 +10,7 @@ use super::{
     comparison,
     source::{OpenSource, SourceName},
 };
-use boresight_capture::{is_address, is_command};
+use boresight_capture::{is_address, is_command, is_topic};
 use boresight_formats::import::OldCalibration;
 use boresight_guide::session::{Command, Session};
 use boresight_present::text;
@@ -109,6 +109,9 @@ impl Opening {
     /// A new session, held to the lens of `known` if that is given.
     fn begin(&self, known: Option<&OldCalibration>, announcer: &Announcer) -> anyhow::Result<Run> {
         let mut config = self.with_backend(&self.config);
+        if config.camera.set_camera_info && !is_topic(&self.source) {
+            bail!("only a driver of ROS 2 takes a calibration: --source ros2:/TOPIC");
+        }
         let name = SourceName::parse(&self.source, &config, announcer)?;
         let mut open = name.open(self.max_frames)?;
         if self.board_code != BoardFromCode::Nothing {

@@ -260,6 +260,12 @@ impl FinishedRun {
         if let Some(Err(err)) = &compared {
             announcer.say(&format!("{} ({err:#})", text::NOT_COMPARED));
         }
+        if header.config.camera.set_camera_info {
+            let told = super::set_camera_info(&path, &header.source, announcer);
+            if let Err(err) = told {
+                announcer.say(&text::source::driver_lacks_it(&format!("{err:#}"), &path));
+            }
+        }
         #[cfg(feature = "report")]
         super::session_report::write_and_announce(&path, &session, announcer);
         // Last: the result counts more than the simulation's truth.

@@ -11,6 +11,8 @@ const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];
 const SECRET_OPTIONS: [&str; 6] = ["pass", "pwd", "token", "secret", "user-pw", "key="];
 /// Beginning of the name of a command.
 const COMMAND: &str = "pipe:";
+/// Beginning of the name of a topic of ROS 2.
+pub(super) const TOPIC: &str = "ros2:";
 
 /// True if `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
 pub fn is_address(name: &str) -> bool {
@@ -23,6 +25,11 @@ pub fn is_address(name: &str) -> bool {
 /// It may do anything, so only the person at this computer may give it: never a phone, never a recorded session.
 pub fn is_command(name: &str) -> bool {
     name.starts_with(COMMAND)
+}
+
+/// True if `name` is a topic of ROS 2, such as `ros2:/camera/image_raw`.
+pub fn is_topic(name: &str) -> bool {
+    name.starts_with(TOPIC)
 }
 
 /// `name` for storing and showing: an address without user, password, query and fragment; a command without those of its

@@ -22,6 +22,7 @@
 //! | `gige` | machine-vision cameras on the network, with the feature `gige`, on Linux |
 //! | `pipe` | pictures that another program writes, or standard input, with the feature `live`, on Unix |
 //! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
+//! | `ros2` | image topics of ROS 2, with the feature `ros2`, on Linux |
 //! | `bag` | recorded bags of ROS 2 and MCAP files, with the feature `bags` |
 //! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
 //! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
@@ -36,7 +37,7 @@ mod adapted;
 mod address;
 mod bag;
 mod camera_mode;
-#[cfg(all(target_os = "linux", feature = "gige"))]
+#[cfg(all(target_os = "linux", any(feature = "gige", feature = "ros2")))]
 mod camera_time;
 mod compressed;
 mod decoded;
@@ -58,6 +59,8 @@ mod raw_form;
 #[cfg(all(unix, feature = "live"))]
 mod reader_words;
 mod recorded;
+#[cfg(all(target_os = "linux", feature = "ros2"))]
+pub mod ros2;
 mod ros_image;
 #[cfg(all(unix, feature = "live"))]
 mod stream_report;
@@ -65,7 +68,7 @@ mod stream_report;
 pub mod v4l2;
 
 pub use adapted::{preceded, renumbered};
-pub use address::{is_address, is_command, without_secrets};
+pub use address::{is_address, is_command, is_topic, without_secrets};
 #[cfg(feature = "bags")]
 pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
 pub use bag::{BagFlaw, bag_files, is_bag};

@@ -28,6 +28,22 @@ impl RosImageType {
             _ => None,
         }
     }
+
+    /// Name of the type in ROS 2.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Image => "sensor_msgs/msg/Image",
+            Self::Compressed => "sensor_msgs/msg/CompressedImage",
+        }
+    }
+
+    /// Name of the type in DDS.
+    pub fn dds_name(self) -> &'static str {
+        match self {
+            Self::Image => "sensor_msgs::msg::dds_::Image_",
+            Self::Compressed => "sensor_msgs::msg::dds_::CompressedImage_",
+        }
+    }
 }
 
 /// What a message says beside its picture.
@@ -128,14 +144,14 @@ fn image(message: &[u8]) -> Result<(RosHeader<'_>, GrayImage), RosFlaw> {
 }
 
 /// Bytes in the Common Data Representation: numbers stand at multiples of their size.
-struct Cdr<'a> {
+pub(super) struct Cdr<'a> {
     bytes: &'a [u8],
     at: usize,
     higher_first: bool,
 }
 
 impl<'a> Cdr<'a> {
-    fn of(message: &'a [u8]) -> Option<Self> {
+    pub(super) fn of(message: &'a [u8]) -> Option<Self> {
         let ([0, kind, ..], bytes) = message.split_first_chunk::<4>()? else { return None };
         // Plain, of the first and second version, which only differ for numbers of eight bytes.
         let higher_first = match kind {
@@ -146,13 +162,13 @@ impl<'a> Cdr<'a> {
         Some(Self { bytes, at: 0, higher_first })
     }
 
-    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+    pub(super) fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let taken = self.bytes.get(self.at..self.at.checked_add(count)?)?;
         self.at += count;
         Some(taken)
     }
 
-    fn byte(&mut self) -> Option<u8> {
+    pub(super) fn byte(&mut self) -> Option<u8> {
         self.take(1).map(|byte| byte[0])
     }
 
@@ -168,7 +184,7 @@ impl<'a> Cdr<'a> {
     }
 
     /// A text, which ends with a byte 0 that its length counts.
-    fn text(&mut self) -> Option<&'a str> {
+    pub(super) fn text(&mut self) -> Option<&'a str> {
         let bytes = self.bytes()?;
         std::str::from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes)).ok()
     }

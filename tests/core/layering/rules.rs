@@ -30,12 +30,13 @@ pub(crate) const RULES: Rules = Rules {
     // Whose libraries a crate uses is said by its `Cargo.toml`; here is what can't be said there.
     only_in: &[
         // Decisions are a pure fold: no threads, channels, files, clocks, chance or printing below.
-        // nokhwa's calls may never return: it has a thread that can be left behind.
+        // nokhwa's calls may never return: it has a thread that can be left behind. DDS has threads, which wake ours.
         (
             Reach::Path("std::thread"),
             &[
                 "geometry/parallel",
                 "capture/nokhwa",
+                "capture/ros2",
                 "run/pipeline",
                 "app",
                 "phone/server.rs",
@@ -86,7 +87,7 @@ pub(crate) const RULES: Rules = Rules {
                 "study/main",
             ],
         ),
-        (Reach::Path("std::net"), &["phone", "capture/gige"]),
+        (Reach::Path("std::net"), &["phone", "capture/gige", "capture/ros2"]),
         (Reach::Path("std::os"), &["capture", "files"]),
         (Reach::Path("std::io::stdin"), &["boresight/cli", "capture/pipe"]),
         (Reach::Path("std::io::stdout"), &["boresight/cli"]),
@@ -98,6 +99,7 @@ pub(crate) const RULES: Rules = Rules {
                 "capture/nokhwa",
                 "capture/ffmpeg",
                 "capture/pipe",
+                "capture/ros2",
                 "capture/stream_report.rs",
                 "run/pipeline",
                 "app",

@@ -9,24 +9,29 @@
 //! | `v4l2` | cameras of Linux, with the feature `live` |
 //! | `gige` | machine-vision cameras on the network, with the feature `gige` |
 //! | `pipe` | what another program writes, with the feature `live` |
+//! | `ros2` | image topics of ROS 2, with the feature `ros2` |
 //! | `nokhwa` | cameras of other systems, and a second way to those of Linux, with the feature `nokhwa` |
 
 mod backend;
 mod gige;
 mod nokhwa;
 mod pipe;
+mod ros2;
 mod v4l2;
 
 use anyhow::{Context, bail};
 
 pub use backend::{Backend, ChosenCamera, Devices, Driver, Near, NearCamera, Purpose, Unusable};
+#[cfg(all(target_os = "linux", feature = "ros2"))]
+pub(crate) use ros2::built::domain as ros2_domain;
 
 use super::Announcer;
 use boresight_capture::is_command;
 use boresight_run::config::{self, Config};
 
 /// Every backend that boresight knows, the usual one first.
-pub const BACKENDS: [Backend; 4] = [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, nokhwa::BACKEND];
+pub const BACKENDS: [Backend; 5] =
+    [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, ros2::BACKEND, nokhwa::BACKEND];
 
 impl Backend {
     /// The backend that the settings ask for; `None` for `auto`.
@@ -172,7 +177,7 @@ mod tests {
         }
         assert!(Backend::asked(&config::Backend::default()).expect("auto").is_none());
         let unknown = ChosenCamera::named("/dev/video0", &with("gstreamer")).expect_err("none");
-        let all = "auto, or one of v4l, gige, pipe, nokhwa";
+        let all = "auto, or one of v4l, gige, pipe, ros2, nokhwa";
         assert!(unknown.to_string().contains(all), "{unknown}");
     }
 

@@ -75,11 +75,13 @@ pub enum Fault {
     OtherSize,
     /// A picture of a folder can't be read, and is left out.
     BrokenPicture,
+    /// Nobody publishes pictures on this topic of ROS 2.
+    NoSuchTopic,
 }
 
 impl Fault {
     /// Every fault.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 37] = [
         Self::NotFound,
         Self::NotPermitted,
         Self::Busy,
@@ -116,6 +118,7 @@ impl Fault {
         Self::NotPictures,
         Self::OtherSize,
         Self::BrokenPicture,
+        Self::NoSuchTopic,
     ];
 
     /// Stable name, for recordings, machines and support.
@@ -157,6 +160,7 @@ impl Fault {
             Self::NotPictures => "PIPE-FORMAT",
             Self::OtherSize => "PIPE-SIZE",
             Self::BrokenPicture => "PIC-BAD",
+            Self::NoSuchTopic => "ROS-TOPIC",
         }
     }
 

@@ -148,6 +148,10 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "A picture can't be read and is left out",
             "Remove the file, or replace it with an undamaged PNG or JPEG.",
         ),
+        Fault::NoSuchTopic => (
+            "No pictures are published on this ROS 2 topic",
+            "Start the camera's driver. `boresight devices` lists the image topics; ROS_DOMAIN_ID must be the driver's.",
+        ),
     }
 }
 

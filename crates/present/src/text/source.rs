@@ -25,3 +25,21 @@ pub fn command_is_asked_for(command: &str, session: &Path) -> String {
 
 /// A phone names no command.
 pub const NO_COMMAND_BY_PHONE: &str = "a command can only be given on the computer that runs boresight: boresight serve --source 'pipe:COMMAND'";
+
+/// An untrustworthy result isn't given to a camera's driver.
+pub const NOT_FOR_THE_DRIVER: &str =
+    "The camera's driver keeps its old calibration: the result is NOT TRUSTWORTHY.";
+
+/// The camera's driver took the result, and said `words`, which may be empty.
+pub fn driver_has_it(service: &str, words: &str) -> String {
+    let words = if words.is_empty() { String::new() } else { format!(" ({words})") };
+    format!("{service} took the calibration{words}.")
+}
+
+/// The camera's driver didn't get the result of `session`.
+pub fn driver_lacks_it(why: &str, session: &Path) -> String {
+    format!(
+        "The camera's driver keeps its old calibration: {why}. To try again: boresight export {} --set-camera-info ros2:/TOPIC",
+        session.display()
+    )
+}

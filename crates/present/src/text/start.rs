@@ -30,7 +30,7 @@ pub const RECORDINGS_TIP: &str = "Step through a session you recorded before.";
 /// The field for any other source.
 pub const OTHER: &str = "Stream or file";
 /// See [`OTHER`].
-pub const OTHER_TIP: &str = "An address such as rtsp://…, pipe: and a command that sends pictures, a video file, a folder of pictures, or sim:SCENE.toml.";
+pub const OTHER_TIP: &str = "An address such as rtsp://…, pipe: and a command that sends pictures, ros2: and a topic, gige: and a camera's address, a video file, a recorded bag, a folder of pictures, or sim:SCENE.toml.";
 /// A stream that was used before.
 pub const RECENT_TIP: &str = "Used before. Passwords aren't stored: add yours again.";
 /// The mode of the chosen camera.

@@ -17,6 +17,7 @@ pub struct CameraConfig {
     pub backend: Backend,
     pub raw: String,
     pub topic: String,
+    pub set_camera_info: bool,
 }
 
 /// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
@@ -51,6 +52,7 @@ impl Default for CameraConfig {
             backend: Backend::default(),
             raw: String::new(),
             topic: String::new(),
+            set_camera_info: false,
         }
     }
 }

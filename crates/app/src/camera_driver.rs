@@ -1,0 +1,48 @@
+//! A calibration for the camera's own driver: `set_camera_info` of ROS 2.
+
+use std::path::Path;
+
+use super::Announcer;
+#[cfg(not(all(target_os = "linux", feature = "ros2")))]
+use super::MissingFeature;
+
+/// Asks the driver behind `source`, `ros2:/TOPIC`, to take the result in `input`, a session folder or a calibration in any
+/// format that can be read, and announces its answer. True if that calibration must not be used: then no driver gets it.
+///
+/// # Errors
+///
+/// If the result can't be read, or if no driver took it.
+#[cfg(all(target_os = "linux", feature = "ros2"))]
+pub fn set_camera_info(input: &Path, source: &str, announcer: &Announcer) -> anyhow::Result<bool> {
+    use anyhow::bail;
+
+    use super::{camera::ros2_domain, export::result_of};
+    use boresight_capture::ros2::{Answer, set_camera_info};
+    use boresight_formats::export::RosCameraInfo;
+    use boresight_present::text::{camera::printable, source as said};
+
+    let (camera, untrustworthy) = result_of(input, announcer)?;
+    if untrustworthy {
+        announcer.say(said::NOT_FOR_THE_DRIVER);
+        return Ok(true);
+    }
+    // The camera's driver states stamp and frame itself.
+    let info = RosCameraInfo::of(&camera).message(0, "");
+    let Answer { service, is_taken, words } = set_camera_info(source, ros2_domain()?, &info)?;
+    let words = printable(&words);
+    if !is_taken {
+        bail!("{service} refuses the calibration: {words}");
+    }
+    announcer.say(&said::driver_has_it(&service, &words));
+    Ok(false)
+}
+
+/// A build without ROS 2 asks no driver.
+///
+/// # Errors
+///
+/// [`MissingFeature::ROS2`].
+#[cfg(not(all(target_os = "linux", feature = "ros2")))]
+pub fn set_camera_info(_: &Path, _: &str, _: &Announcer) -> anyhow::Result<bool> {
+    Err(MissingFeature::ROS2.into())
+}

@@ -1,0 +1,19 @@
+//! Image topics of ROS 2, without ROS: its usual middleware is DDS, which a library speaks.
+//!
+//! | file | is |
+//! |---|---|
+//! | `node` | this program on the network: joining, and which topics there are |
+//! | `raw` | messages as bytes, and waiting for them |
+//! | `source` | the pictures of one topic as a frame source |
+//! | `driver` | the service with which a camera's driver takes a calibration |
+//!
+//! Names of topics and types in DDS: <https://design.ros2.org/articles/topic_and_service_names.html>.
+
+mod driver;
+mod node;
+mod raw;
+mod source;
+
+pub use driver::{Answer, NotSet, set_camera_info};
+pub use node::{Domain, ImageTopic, topics};
+pub use source::Ros2;

@@ -1,0 +1,134 @@
+//! This program on the network of ROS 2: it joins a domain once, for others need a second to see it, and stays until it ends.
+
+use std::{
+    collections::BTreeMap,
+    net::Ipv4Addr,
+    sync::{Mutex, PoisonError},
+    thread,
+    time::{Duration, Instant},
+};
+
+use rustdds::{DomainParticipant, DomainParticipantBuilder};
+
+use crate::{CaptureError, RosImageType};
+use boresight_geometry::device::Fault;
+
+/// Time in which others have said what they offer: they answer a newcomer at once, unless a packet gets lost.
+pub(super) const DISCOVERED_WITHIN: Duration = Duration::from_secs(5);
+const LOOK: Duration = Duration::from_millis(20);
+/// What stands before the names of topics in DDS.
+const TOPIC: &str = "rt";
+
+/// A part of the network: nodes see each other only within one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Domain {
+    number: u16,
+    /// True if only nodes on this computer count.
+    is_local: bool,
+}
+
+impl Domain {
+    /// The domain that the environment's variables name, as ROS 2 has it: `ROS_DOMAIN_ID`, 0 by default, and
+    /// `ROS_LOCALHOST_ONLY`.
+    ///
+    /// # Errors
+    ///
+    /// [`CaptureError::Camera`] if that's no number of a domain.
+    pub fn of(variable: impl Fn(&str) -> Option<String>) -> Result<Self, CaptureError> {
+        let value = |name| variable(name).filter(|value| !value.is_empty());
+        let number = value("ROS_DOMAIN_ID").map_or(Ok(0), |id| match id.parse() {
+            Ok(id @ 0..=232) => Ok(id),
+            _ => Err(CaptureError::Camera {
+                fault: Fault::NoSuchTopic,
+                detail: format!("ROS_DOMAIN_ID is {id:?}, and must be 0 to 232"),
+            }),
+        })?;
+        Ok(Self { number, is_local: value("ROS_LOCALHOST_ONLY").is_some_and(|is| is == "1") })
+    }
+}
+
+/// An image topic that somebody publishes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageTopic {
+    /// Its name in ROS, such as `/camera/image_raw`.
+    pub name: String,
+    /// Type of its messages.
+    pub kind: RosImageType,
+    /// How many publish it.
+    pub publishers: usize,
+}
+
+/// The program among the others.
+#[derive(Clone)]
+pub(super) struct Node {
+    pub(super) participant: DomainParticipant,
+    since: Instant,
+}
+
+static JOINED: Mutex<BTreeMap<Domain, Node>> = Mutex::new(BTreeMap::new());
+
+impl Node {
+    /// The program in `domain`.
+    ///
+    /// # Errors
+    ///
+    /// What kept it from joining.
+    pub(super) fn joined(domain: Domain) -> Result<Self, String> {
+        let mut joined = JOINED.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(node) = joined.get(&domain) {
+            return Ok(node.clone());
+        }
+        let mut builder = DomainParticipantBuilder::new(domain.number);
+        if domain.is_local {
+            builder = builder.with_only_networks([Ipv4Addr::LOCALHOST]);
+        }
+        let participant = builder.build().map_err(|err| err.to_string())?;
+        let node = Self { participant, since: Instant::now() };
+        joined.insert(domain, node.clone());
+        Ok(node)
+    }
+
+    /// Waits until `found` finds something; `None` if it doesn't until `patience` after joining.
+    pub(super) fn wait_for<T>(
+        &self,
+        patience: Duration,
+        found: impl Fn(&Self) -> Option<T>,
+    ) -> Option<T> {
+        loop {
+            if let Some(what) = found(self) {
+                return Some(what);
+            }
+            if self.since.elapsed() >= patience {
+                return None;
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    /// The image topics that are published now, by name.
+    pub(super) fn topics(&self) -> Vec<ImageTopic> {
+        let mut topics = BTreeMap::new();
+        for writer in self.participant.discovered_writers() {
+            let data = writer.publication_topic_data;
+            let name = data.topic_name.strip_prefix(TOPIC).filter(|name| name.starts_with('/'));
+            if let (Some(name), Some(kind)) = (name, RosImageType::named(&data.type_name)) {
+                let topic = ImageTopic { name: name.into(), kind, publishers: 0 };
+                topics.entry(name.to_owned()).or_insert(topic).publishers += 1;
+            }
+        }
+        topics.into_values().collect()
+    }
+}
+
+/// The image topics that are published in `domain` now, by name, as far as others have said so until `patience` after the first
+/// call: that's a second, on a good network.
+pub fn topics(domain: Domain, patience: Duration) -> Vec<ImageTopic> {
+    let Ok(node) = Node::joined(domain) else { return Vec::new() };
+    node.wait_for(patience, |_| None::<()>);
+    node.topics()
+}
+
+/// Name in DDS of the topic called `name` in ROS.
+pub(super) fn dds_name(name: &str) -> String {
+    format!("{TOPIC}{name}")
+}
