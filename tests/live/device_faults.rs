@@ -535,6 +535,53 @@ fn fifty_faults_are_survived_and_named() {
     assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
 }
 
+/// The tables of docs/cameras.md: each fault has a row; each answer has a test, which exists.
+#[test]
+fn the_tables_of_sources_have_every_fault_and_a_test_for_every_answer() {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| {
+        std::fs::read_to_string(root.join(file)).unwrap_or_else(|err| panic!("{file}: {err}"))
+    };
+    let page = read("docs/cameras.md");
+    let rows = |from: &str| -> Vec<Vec<String>> {
+        let lines = page.lines().skip_while(|line| !line.starts_with(from)).skip(2);
+        let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect();
+        lines.take_while(|line| line.starts_with('|')).map(cells).collect()
+    };
+    let faults = rows("| | fault |");
+    let names: Vec<&str> = [opening(), negotiation(), starting(), running(), losing(), controls()]
+        .iter()
+        .flatten()
+        .map(|case| case.name)
+        .collect();
+    assert_eq!(faults.iter().map(|row| row[2].as_str()).collect::<Vec<_>>(), names);
+    let head = page.lines().find(|line| line.starts_with("| | fault |")).expect("a table");
+    let sources: Vec<&str> =
+        head.split('|').skip(3).map(str::trim).filter(|cell| !cell.is_empty()).collect();
+    let mut tested = vec![std::collections::BTreeSet::new(); sources.len()];
+    for row in rows("| source | test | faults |") {
+        let quoted: Vec<&str> = row[2].split('`').skip(1).step_by(2).collect();
+        let [file, name] = quoted[..] else { panic!("{row:?}") };
+        assert!(read(file).contains(&format!("fn {name}(")), "{file} has no test {name}");
+        let source = sources.iter().position(|source| source.starts_with(&row[1])).expect("known");
+        let numbers = row[3].split(", ").flat_map(|part| match part.split_once(" to ") {
+            Some((first, last)) => number_of(first)..=number_of(last),
+            None => number_of(part)..=number_of(part),
+        });
+        tested[source].extend(numbers);
+    }
+    for (at, row) in faults.iter().enumerate() {
+        for (source, tested) in tested.iter().enumerate() {
+            let is_answered = !row[3 + source].starts_with('–');
+            assert_eq!(tested.contains(&(at + 1)), is_answered, "{}: {}", row[2], sources[source]);
+        }
+    }
+}
+
+fn number_of(text: &str) -> usize {
+    text.parse().unwrap_or_else(|_| panic!("{text:?} is no row"))
+}
+
 #[test]
 fn unplugging_is_noticed_within_two_seconds_and_the_camera_streams_within_five() {
     let kernel = SimKernel::new(vec![grey(0)]);
