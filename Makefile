@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud test-bags test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
+.PHONY: wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -112,13 +112,17 @@ test-cloud:
 windows:
 	cargo check --quiet --target x86_64-pc-windows-gnu
 
-# Sessions from bags that others wrote, and the calibration in bags that others read. Not part of `make test`: they come
-# from PyPI.
-test-bags:
-	cargo build --release --no-default-features --features bags,live
-	$(PYTHON) -m venv $(TARGET)/bags-test
-	$(TARGET)/bags-test/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" numpy opencv-python-headless
-	$(TARGET)/bags-test/bin/python tests/bags/recorded_bags.py --boresight $(TARGET)/release/boresight
+# Whole sessions from cameras, topics and bags that aren't ours. Not part of `make test`: most of the other side comes from
+# PyPI.
+SOURCES_TEST = $(abspath $(TARGET))/sources-test
+test-sources: PACKAGES += aravis-tools g++ libfastrtps-dev
+test-sources: setup
+	cargo build --release --no-default-features --features live,bags,gige,ros2
+	$(PYTHON) -m venv $(SOURCES_TEST)
+	$(SOURCES_TEST)/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" "cyclonedds>=11" "viva-genicam>=0.10" numpy opencv-python-headless
+	g++ -std=c++17 -O1 crates/capture/tests/fastdds_camera.cpp -lfastrtps -lfastcdr -o $(SOURCES_TEST)/fastdds_camera
+	BORESIGHT_PYTHON=$(SOURCES_TEST)/bin/python BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera cargo test -p boresight-capture --features ros2 --test ros2
+	for source in bags ros2 gige; do $(SOURCES_TEST)/bin/python tests/sources/$$source.py --boresight $(TARGET)/release/boresight || exit 1; done
 
 # Every format with every kind of lens there and back, read by the programs that it's for: mrcal is Debian's, and needs
 # Debian's numpy; the others come from PyPI. Not part of `make test`.
@@ -144,7 +148,7 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-python test-cloud test-bags test-consumers test-fleet
+release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)

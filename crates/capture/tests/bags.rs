@@ -1,4 +1,4 @@
-//! Bags that others wrote (tests/bags/write_bags.py), whole and broken: each picture that is delivered is the one that was
+//! Bags that others wrote (tests/sources/write_bags.py), whole and broken: each picture that is delivered is the one that was
 //! recorded.
 
 use std::{

@@ -143,7 +143,7 @@ mod tests {
         }
     }
 
-    /// The length is that of the message which rclpy serialises for this lens; tests/bags reads one with rosbags.
+    /// The length is that of the message which rclpy serialises for this lens; tests/sources reads one with rosbags.
     #[test]
     fn a_message_holds_what_the_file_holds() {
         let exported = exported(0.0);

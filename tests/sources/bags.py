@@ -1,6 +1,6 @@
 """Whole sessions from bags that others wrote, held against the pictures that went in.
 
-Run by `make test-bags`: recorded_bags.py --boresight PROGRAM. PROGRAM has the feature `bags`.
+Run by `make test-sources`: bags.py --boresight PROGRAM. PROGRAM has the feature `bags`.
 """
 
 import argparse
@@ -93,6 +93,24 @@ with tempfile.TemporaryDirectory(dir=os.environ.get("BORESIGHT_TEST_DIR")) as fo
             assert "damaged after picture" in ended.stderr or "can't be read" in ended.stderr, (name, share, ended.stderr[-300:])
             cut.unlink()
         print(f"{name} cut at 2, 10, 37, 61, 90, 99.9 %: pictures {counts} of {len(pictures)}")
+
+    # All of them at once: each kind's row has the session's verdict, a cut one what its whole pictures give.
+    many = place / "many"
+    many.mkdir()
+    for name in ["lz4.mcap", "rosbags.db3", "messages.db3"]:
+        (many / name).write_bytes(bags[name].read_bytes())
+    cut = many / "cut.mcap"
+    cut.write_bytes(bags["plain.mcap"].read_bytes()[: int(0.9 * bags["plain.mcap"].stat().st_size)])
+    manifest = place / "manifest.jsonl"
+    manifest.write_text(run("batch", "plan", many).stdout)
+    run("batch", "run", manifest, "--action", "calibrate", "--out", place / "batch", "--set", "guidance.plan=quick")
+    rows = [json.loads(line) for line in run("batch", "gather", place / "batch", status=None).stdout.splitlines()]
+    rows = {Path(row["session"]).name: row for row in rows if "session" in row}
+    wanted = next(iter(verdicts))[0]
+    assert {name: (row["code"], row["verdict"]) for name, row in rows.items() if name != "cut.mcap"} == {
+        name: ("OK", wanted) for name in ["lz4.mcap", "rosbags.db3", "messages.db3"]}, rows
+    assert rows["cut.mcap"]["code"] == "BAG" and rows["cut.mcap"]["verdict"], rows["cut.mcap"]
+    print(f"batch: {[(name, row['code'], row['verdict']) for name, row in rows.items()]}")
 
     # The calibration in a copy, read by others.
     calibration = next(place.glob("session-*/calibration.json"))

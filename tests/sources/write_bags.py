@@ -1,5 +1,5 @@
 """Writes bags as others do: rosbags and mcap, both from PyPI. `write_bags.py FOLDER` writes small ones, which are
-fixtures/bags; recorded_bags.py uses the same functions for whole sessions."""
+fixtures/bags; bags.py uses the same functions for whole sessions."""
 
 import sys
 from pathlib import Path
