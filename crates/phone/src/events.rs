@@ -15,8 +15,9 @@ use tokio::sync::{mpsc, watch};
 use super::{
     hub::{Hub, Stage, State},
     keys::Role,
-    view::{self, Say},
+    view,
 };
+use boresight_present::{browser::counted, speech::Word};
 
 /// Longest time between two messages, so that a page knows that its link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
@@ -85,7 +86,7 @@ struct NewsEvent<'a> {
     /// Number of the view that was taken, from 1.
     view: Option<u32>,
     #[serde(flatten)]
-    say: Say<'a>,
+    say: &'a Word,
 }
 
 /// Follows the hub for one page until the page is gone. Sends the news after number `seen`; without a number, only news
@@ -131,8 +132,7 @@ async fn tell(
         let mut text = String::with_capacity(composed.live.len() + 64);
         for news in &hub.news_after(seen, &state) {
             let age_ms = u64::try_from(news.came.elapsed().as_millis()).unwrap_or(u64::MAX);
-            let view = news.view.map(view::counted);
-            let say = Say::of(&news.word);
+            let (view, say) = (news.what.view.map(counted), &news.what.word);
             let event = NewsEvent { number: news.number, age_ms, view, say };
             push(&mut text, "news", &json(&event));
         }

@@ -14,13 +14,10 @@ use tokio::sync::watch;
 
 use super::keys::Role;
 use boresight_geometry::{frame::Frame, markers::MarkerChoice};
-use boresight_guide::{
-    guidance::Refusal,
-    session::{Command, Gravity, Outcome, Snapshot, ViewNumber},
-};
+use boresight_guide::session::{Command, Gravity, Snapshot};
 use boresight_present::{
-    instruction::Instruction,
-    speech::{Narrator, Rank, Word},
+    browser::{self, EndedPage, Teller},
+    speech::Word,
 };
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
@@ -34,7 +31,7 @@ pub struct Hub {
     unjudged: Mutex<Option<Picture>>,
     state: watch::Sender<State>,
     pictures: AtomicU64,
-    teller: Mutex<Teller>,
+    told: Mutex<Told>,
     commands: Mutex<Option<CommandLink>>,
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
@@ -127,33 +124,6 @@ pub struct Request {
     pub plan: String,
 }
 
-/// A result, as the page shows it.
-#[derive(Clone, Debug, Default, Serialize)]
-pub struct EndedPage {
-    /// `good`, `care`, `bad`, or `none` without a calibration.
-    pub verdict: &'static str,
-    /// The verdict in words.
-    pub what: String,
-    /// The next action.
-    pub action: String,
-    /// The verdict for the ear, in six words at most.
-    pub aloud: &'static str,
-    /// Names and values.
-    pub lines: Vec<(String, String)>,
-    /// Findings, each with its action.
-    pub findings: Vec<(String, String)>,
-    /// Size of the picture.
-    pub image_size_px: [u32; 2],
-    /// Uncertainty of the projection over the picture: x, y, standard deviation, in pixels.
-    pub map: Vec<[f64; 3]>,
-    /// True if the page may start another session.
-    pub can_restart: bool,
-    /// True if this session can go on with two more views.
-    pub can_go_on: bool,
-    /// Files offered for download.
-    pub files: Vec<PageFile>,
-}
-
 /// What a page shows while a watched camera is pushed back. Of each pair, the second is for a person who faces the camera.
 #[derive(Clone, Debug)]
 pub struct AdjustPage {
@@ -175,29 +145,12 @@ pub struct AdjustPage {
     pub outline: Vec<[i32; 2]>,
 }
 
-/// A file to download, in memory.
-#[derive(Clone, Debug, Serialize)]
-pub struct PageFile {
-    /// The name to save it under.
-    pub name: String,
-    /// Label on the button.
-    pub label: String,
-    /// Media type of its contents.
-    #[serde(skip)]
-    pub media_type: &'static str,
-    /// Contents of the file.
-    #[serde(skip)]
-    pub bytes: Arc<[u8]>,
-}
-
-/// Reader of every snapshot: collects news and refusals.
+/// News of every snapshot, for pages that may have been away.
 #[derive(Default)]
-struct Teller {
-    narrator: Narrator,
+struct Told {
+    teller: Teller,
     news: VecDeque<News>,
     next: u64,
-    /// A refusal of each kind, and how often there was one.
-    refused: Vec<(Refusal, u64)>,
 }
 
 /// Something that happened once.
@@ -206,9 +159,7 @@ pub(super) struct News {
     /// Counts from 1.
     pub(super) number: u64,
     pub(super) came: Instant,
-    pub(super) word: Word,
-    /// The view that was taken.
-    pub(super) view: Option<ViewNumber>,
+    pub(super) what: browser::News,
 }
 
 impl Default for Hub {
@@ -227,7 +178,7 @@ impl Hub {
             unjudged: Mutex::default(),
             state: watch::Sender::new(state),
             pictures: AtomicU64::new(0),
-            teller: Mutex::default(),
+            told: Mutex::default(),
             commands: Mutex::default(),
             request: Mutex::default(),
             wants_end: AtomicBool::new(false),
@@ -309,7 +260,7 @@ impl Hub {
     /// News after number `seen`, oldest first, as far as `state` tells of it.
     pub(super) fn news_after(&self, seen: u64, state: &State) -> Vec<News> {
         let is_new = |news: &&News| news.number > seen && news.number <= state.news;
-        lock(&self.teller).news.iter().filter(is_new).cloned().collect()
+        lock(&self.told).news.iter().filter(is_new).cloned().collect()
     }
 
     /// Milliseconds for which there has been a page.
@@ -330,11 +281,9 @@ impl Hub {
         self.wants_more.swap(false, Ordering::Relaxed)
     }
 
-    /// A refusal of each kind with its count, the most frequent first.
-    pub(super) fn refused(&self) -> Vec<(Refusal, u64)> {
-        let mut refused = lock(&self.teller).refused.clone();
-        refused.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        refused
+    /// Kinds of refusals with their counts, the most frequent first.
+    pub(super) fn refused(&self) -> Vec<(String, u64)> {
+        lock(&self.told).teller.refused()
     }
 
     /// Passes a page's command on.
@@ -393,14 +342,8 @@ impl Onlooker for Hub {
         // The last session's picture isn't this one's.
         lock(&self.unjudged).take();
         self.picture.send_replace(None);
-        let mut teller = lock(&self.teller);
         // Pages go on counting.
-        *teller = Teller {
-            next: teller.next,
-            news: std::mem::take(&mut teller.news),
-            ..Teller::default()
-        };
-        drop(teller);
+        lock(&self.told).teller = Teller::default();
         self.show(Stage::Guiding);
     }
 
@@ -414,28 +357,17 @@ impl Onlooker for Hub {
     }
 
     fn decided(&self, snapshot: &Snapshot) {
-        let mut teller = lock(&self.teller);
-        let now = Instruction::of(snapshot);
-        for word in teller.narrator.news(&now) {
-            teller.next += 1;
-            if teller.news.len() == NEWS_KEPT {
-                teller.news.pop_front();
+        let mut told = lock(&self.told);
+        for what in told.teller.tell(snapshot) {
+            told.next += 1;
+            if told.news.len() == NEWS_KEPT {
+                told.news.pop_front();
             }
-            let (number, came) = (teller.next, Instant::now());
-            let view = now.taken.filter(|_| word.rank == Rank::Taken);
-            teller.news.push_back(News { number, came, word, view });
+            let (number, came) = (told.next, Instant::now());
+            told.news.push_back(News { number, came, what });
         }
-        if let Outcome::Refused { refusal } = snapshot.decision.outcome {
-            let same = |(kind, _): &&mut (Refusal, u64)| {
-                std::mem::discriminant(kind) == std::mem::discriminant(&refusal)
-            };
-            match teller.refused.iter_mut().find(same) {
-                Some((_, count)) => *count += 1,
-                None => teller.refused.push((refusal, 1)),
-            }
-        }
-        let newest = teller.next;
-        drop(teller);
+        let newest = told.next;
+        drop(told);
         let judged = lock(&self.unjudged).take();
         self.publish(judged);
         let snapshot = Some(Arc::new(snapshot.clone()));

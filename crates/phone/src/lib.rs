@@ -10,7 +10,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `hub` | what the program shows and what the pages ask for; the only part that both sides see |
-//! | `view` | a snapshot as the page's JSON |
+//! | `view` | what the program shows as the page's JSON |
 //! | `picture` | a frame as a small JPEG |
 //! | `keys` | links, keys and roles |
 //! | `guard` | what every request must pass: host, origin, key, rate |
@@ -21,7 +21,7 @@
 //! | `tls` | HTTPS, with a certificate |
 //! | `address` | what to bind to, and where the page is found |
 //! | `qr` | an address as a QR code |
-//! | `page.html` | the page |
+//! | `link.js` | what the page has beside [`boresight_present::browser`]: its link |
 //!
 //! The pipeline never waits for a page: it replaces values in slots, and each page takes the newest when its link has
 //! room. Everything here runs on one thread with a lower priority.
@@ -51,8 +51,9 @@ mod tls;
 mod view;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
+pub use boresight_present::browser::{EndedPage, PageFile};
 pub use error::ServeError;
-pub use hub::{AdjustPage, EndedPage, Hub, Offer, OfferedCamera, PageFile, Request, Stage};
+pub use hub::{AdjustPage, Hub, Offer, OfferedCamera, Request, Stage};
 pub use keys::{Links, Role, Secret};
 pub use qr::QrCode;
 pub use server::{Server, Setup};

@@ -1,7 +1,7 @@
 //! The page, its events, pictures, commands and files.
 
 use std::{
-    sync::{Arc, PoisonError},
+    sync::{Arc, LazyLock, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -25,10 +25,12 @@ use super::{
     picture::{Made, SharedPictures},
 };
 use boresight_guide::session::{Command, ViewNumber};
+use boresight_present::browser;
 use boresight_run::pipeline::NotSent;
 
 /// The page. Its script and style stand in it.
-const PAGE: &str = include_str!("page.html");
+static PAGE: LazyLock<String> =
+    LazyLock::new(|| browser::page(browser::Own { body: "", script: include_str!("link.js") }));
 /// Most bytes of a request.
 const LARGEST_REQUEST: usize = 2048;
 /// Time after which a request for a picture is answered, with or without one.
@@ -101,7 +103,7 @@ async fn page(State(shop): State<Shop>) -> impl IntoResponse {
             HeaderValue::from_static("same-origin"),
         ),
     ];
-    (headers, PAGE)
+    (headers, PAGE.as_str())
 }
 
 type Refused = (StatusCode, &'static str);

@@ -6,6 +6,7 @@
 //! | [`reading`] | what the newest frame measures, beside what is asked for |
 //! | [`text`] | the sentences; decides nothing |
 //! | [`speech`] | what is said aloud, and when |
+//! | [`browser`] | a session as pages in a browser show it |
 //! | [`ghost`] | the board as it should be held |
 //! | [`chart`] | drawings as SVG text |
 //! | `report` | a calibration as one HTML page, with the feature `report` |
@@ -13,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod browser;
 pub mod chart;
 pub mod ghost;
 pub mod instruction;

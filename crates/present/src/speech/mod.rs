@@ -37,7 +37,7 @@ impl Rank {
 }
 
 /// Something to say: six spoken words at most, and no number.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Word {
     /// Importance among other words.
     pub rank: Rank,

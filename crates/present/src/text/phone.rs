@@ -1,4 +1,4 @@
-//! Words around the phone's page.
+//! Words around the pages in a browser: the phone's, and the one that calibrates in the browser.
 
 use boresight_calibrate::Verdict;
 
@@ -40,6 +40,23 @@ pub fn port_is_taken(port: u16) -> String {
 
 /// A file on the page.
 pub const REPORT: &str = "Report";
+/// The file of the calibration.
+pub const CALIBRATION: &str = "Calibration";
+/// The session's folder as one file.
+pub const SESSION: &str = "Session";
+/// The page that calibrates in a browser isn't there.
+pub const NO_WEB_PAGE: &str =
+    "the page isn't installed. `make web` makes it; name the file with --page";
+
+/// Where the page that calibrates in a browser is.
+pub fn web_page(link: &str) -> String {
+    format!("Open {link} in a browser. Ctrl-C ends.")
+}
+
+/// Where a session in a browser is kept.
+pub const IN_BROWSER: &str = "in a browser; download the session to keep it";
+/// A file that isn't a picture.
+pub const NO_PICTURE: &str = "this is no PNG or JPEG picture";
 /// A session that the phone can start.
 pub const WAITING: &str = "Waiting for a phone to start a session. Ctrl-C ends.";
 /// No camera to offer.

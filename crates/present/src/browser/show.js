@@ -1,215 +1,13 @@
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1, viewport-fit=cover">
-<meta name="color-scheme" content="dark light">
-<title>boresight</title>
-<link rel="icon" href="data:,">
-<style>
-:root { --green: #43d17c; --amber: #ffb92e; --red: #ff6257; --ink: #fff; --dim: #a9b0b8; --ground: #101315; --card: #1d2226; --line: #39424a; --accent: #5ab0ff; --on-accent: #06121d; --alarm: #5c1611; --notice: #2a1d05; }
-:root.light { --green: #0b6b35; --amber: #855300; --red: #b3261e; --ink: #101315; --dim: #4a545d; --ground: #f2f5f7; --card: #fff; --line: #b7c1ca; --accent: #0b5cad; --on-accent: #fff; --alarm: #ffd9d5; --notice: #fff1d2; }
-@media (prefers-contrast: more) { :root { --dim: #e4e8ec; --line: #cfd6dc; } :root.light { --dim: #20282e; --line: #4a545d; } }
-* { box-sizing: border-box; margin: 0; }
-html, body { height: 100%; }
-body { background: var(--ground); color: var(--ink); font: 17px/1.35 system-ui, sans-serif; overflow: hidden; -webkit-text-size-adjust: 100%; touch-action: manipulation; }
-button, select, input { font: inherit; color: inherit; }
-button { border: 1px solid var(--line); border-radius: 14px; background: var(--card); padding: 10px 14px; min-height: 48px; cursor: pointer; }
-button:active { background: var(--line); }
-button:disabled { opacity: .4; }
-button.main { background: var(--accent); color: var(--on-accent); border-color: transparent; font-weight: 700; }
-button.danger { border-color: var(--red); color: var(--red); }
-[hidden] { display: none !important; }
-h1 { font-size: clamp(16px, 7vw, 26px); line-height: 1.2; overflow-wrap: anywhere; }
-h2 { font-size: 18px; margin: 20px 0 8px; }
-.dim { color: var(--dim); }
-.page { position: fixed; inset: 0; padding: max(12px, env(safe-area-inset-top)) max(12px, env(safe-area-inset-right)) max(12px, env(safe-area-inset-bottom)) max(12px, env(safe-area-inset-left)); background: var(--ground); }
-.scroll { overflow: auto; -webkit-overflow-scrolling: touch; }
-.narrow { max-width: 620px; margin: 0 auto; display: flex; flex-direction: column; gap: 14px; }
-#trouble2 { border-left: 6px solid var(--amber); padding-left: 10px; }
-.narrow.owner { width: 100%; margin: 0; }
-.narrow > button { min-height: 76px; font-size: 21px; }
-#guide { display: grid; gap: 8px; padding: 8px; overflow: auto; grid-template: "words" minmax(clamp(60px, 18vh, 96px), 1fr) "live" auto "state" auto "buttons" auto / 100%; }
-#words { grid-area: words; display: flex; align-items: center; justify-content: center; text-align: center; border-radius: 14px; background: var(--card); overflow: hidden; padding: 6px 10px; position: relative; }
-#sentence { display: block; font-weight: 700; line-height: 1.08; max-width: 100%; }
-#words[data-tone=good] #sentence { color: var(--green); }
-#words[data-tone=careful] #sentence { color: var(--amber); }
-#words[data-tone=bad] { background: var(--alarm); }
-#live { grid-area: live; position: relative; border-radius: 14px; overflow: hidden; background: #000; display: flex; justify-content: center; align-items: center; min-height: 0; min-width: 0; }
-#canvas { display: block; width: 100%; }
-#stale { position: absolute; inset: 0; display: flex; align-items: center; justify-content: center; background: rgba(60, 60, 60, .72); color: #fff; font-weight: 700; font-size: 22px; }
-#tag { position: absolute; left: 8px; top: 6px; padding: 1px 8px; border-radius: 8px; background: rgba(0, 0, 0, .7); font-weight: 700; color: #ffb92e; }
-#age { position: absolute; right: 8px; top: 6px; font-size: 12px; color: #fff; text-shadow: 0 0 3px #000, 0 0 3px #000; }
-#trouble, #why { padding: 5px 10px; font-size: 15px; color: #fff; }
-#under { position: absolute; left: 0; right: 0; bottom: 0; max-height: 100%; overflow: auto; }
-#trouble { background: rgba(92, 22, 17, .94); }
-#why { background: rgba(0, 0, 0, .72); }
-#why:empty { display: none; }
-#state { grid-area: state; display: flex; flex-wrap: wrap; align-items: center; gap: 6px 10px; min-width: 0; }
-#wheel { width: 76px; height: 76px; flex: none; }
-#count { flex: 1; min-width: 64px; line-height: 1.2; }
-#count b { font-size: 26px; }
-#state button { flex: none; min-width: 56px; padding: 8px 10px; }
-#buttons { grid-area: buttons; display: grid; gap: 8px; grid-template-columns: 1fr 1fr; }
-#buttons button { min-height: clamp(52px, 17vh, 126px); min-width: 0; padding: 4px 6px; font-size: clamp(16px, 6vw, 22px); font-weight: 700; }
-body.watcher #buttons, body.watcher .owner { display: none; }
-body.big #live { display: none; }
-#push { display: none; }
-body.adjust #words { flex-direction: column; }
-body.adjust #push { display: flex; flex-direction: column; align-items: center; flex: none; font-size: clamp(36px, 17vmin, 120px); line-height: 1.05; font-weight: 800; font-variant-numeric: tabular-nums; }
-#arrow { font-size: 2.2em; line-height: .9; color: var(--amber); }
-#words[data-tone=good] #arrow { color: var(--green); }
-body.adjust #buttons, body.adjust #wheel, body.adjust #count, body.adjust #list { display: none; }
-body.adjust #state { justify-content: flex-end; }
-body.adjust #guide { grid-template: "words" minmax(190px, 1fr) "live" auto "state" auto / 100%; }
-@media (orientation: landscape) {
-  #guide { grid-template: "words buttons" minmax(56px, 1fr) "live buttons" minmax(90px, 2fr) "live state" auto / 1fr min(262px, 45vw); }
-  #buttons { align-content: center; }
-  #buttons button { min-height: clamp(48px, 29vh, 126px); font-size: clamp(15px, 6vh, 22px); }
-  body.watcher #guide { grid-template: "words words" minmax(56px, 1fr) "live state" minmax(120px, 2fr) / 1fr min(200px, 45vw); }
-  body.watcher #state { align-content: start; }
-  body.watcher #count { flex-basis: 90px; }
-  body.big #guide { grid-template: "words buttons" 1fr "words state" auto / 1fr min(262px, 45vw); }
-  body.adjust #guide { grid-template: "live words" minmax(100px, 1fr) "live state" auto / 3fr 2fr; }
-}
-@media (max-height: 420px) { #state { gap: 5px; } #wheel { width: 62px; height: 62px; } #why { font-size: 13px; } #togo { font-size: 14px; } #count b { font-size: 22px; } #state button { min-width: 46px; padding: 8px 5px; font-size: 15px; } }
-@media (max-height: 280px), (max-width: 240px) { #wheel, #age { display: none; } #state button { min-height: 44px; padding: 4px; } #stale { font-size: 16px; } #tag { font-size: 12px; } #guide { grid-template-rows: minmax(60px, max-content) max-content auto; } #live { display: block; overflow: visible; } #under { position: static; max-height: none; } #toast { font-size: 14px; } }
-@media (min-width: 700px) and (min-height: 700px) { #wheel { width: 120px; height: 120px; } #count b { font-size: 34px; } #why { font-size: 17px; } }
-@media (orientation: portrait) and (min-width: 700px) { #buttons { grid-template-columns: repeat(4, 1fr); } }
-ul { list-style: none; padding: 0; }
-li { display: flex; align-items: center; gap: 10px; padding: 8px 0; border-bottom: 1px solid var(--line); }
-li > span { flex: 1; min-width: 0; }
-table { border-collapse: collapse; width: 100%; font-size: 15px; }
-td { padding: 5px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
-td + td { text-align: right; font-variant-numeric: tabular-nums; }
-#verdict { border-radius: 14px; padding: 14px; background: var(--card); border-left: 10px solid var(--dim); }
-#verdict[data-verdict=good] { border-color: var(--green); }
-#verdict[data-verdict=care] { border-color: var(--amber); }
-#verdict[data-verdict=bad], #verdict[data-verdict=none] { border-color: var(--red); }
-#map { width: 100%; border-radius: 8px; background: #000; display: block; }
-.files { display: grid; grid-template-columns: repeat(auto-fill, minmax(150px, 1fr)); gap: 8px; }
-label { display: grid; gap: 4px; }
-input, select { background: var(--card); border: 1px solid var(--line); border-radius: 10px; padding: 10px; min-height: 52px; width: 100%; }
-.pair { display: grid; grid-template-columns: 1fr 1fr; gap: 10px; align-items: end; }
-.check { display: flex; align-items: center; gap: 10px; }
-.check input { width: 28px; min-height: 28px; flex: none; }
-#gone { position: fixed; left: 0; right: 0; bottom: 0; background: var(--alarm); padding: 10px 14px max(10px, env(safe-area-inset-bottom)); text-align: center; z-index: 8; }
-#toast { pointer-events: none; position: fixed; left: 12px; right: 12px; bottom: 12px; background: var(--notice); border: 1px solid var(--amber); border-radius: 12px; padding: 12px; text-align: center; z-index: 9; }
-#close { position: sticky; top: 0; align-self: flex-end; }
-</style>
-</head>
-<body>
-<div id="guide" class="page" hidden>
-  <div id="words" data-tone="plain" role="status" aria-live="polite"><div id="push"><span id="arrow"></span><span id="number"></span></div><span id="sentence">Starting</span></div>
-  <div id="live"><canvas id="canvas" width="640" height="360" aria-label="The live picture with the pose to show"></canvas><div id="tag"></div><div id="age"></div><div id="stale">No picture</div><div id="under"><div id="why"></div><div id="trouble" hidden></div></div></div>
-  <div id="state"><canvas id="wheel" aria-label="Directions taken"></canvas><div id="count"><div><b id="views">0</b> <span id="togo"></span></div></div><button id="sound" aria-label="Sound">🔇</button><button id="list">Views</button></div>
-  <div id="buttons"><button id="pause">Pause</button><button id="undo">Undo</button><button id="take">Take now</button><button id="end" class="danger">End</button></div>
-</div>
-<div id="ask" class="page scroll" hidden><div class="narrow">
-  <h1 id="askwhat">Where do you stand?</h1>
-  <p id="askwhy">Left and right are then yours. Your tap also turns the voice on.</p>
-  <button id="facing" class="main">I face the camera</button>
-  <button id="behind" class="main">I look the way the camera looks</button>
-  <label class="check"><input type="checkbox" id="silent"> <span>Without sound</span></label>
-  <p id="awake" class="dim"></p>
-</div></div>
-<div id="sheet" class="page scroll" hidden><div class="narrow">
-  <button id="close">Back</button>
-  <h1>Views</h1><ul id="taken"></ul>
-  <button id="restore" class="owner" hidden>Restore the view removed last</button>
-  <h2>Why pictures weren’t taken</h2><ul id="refused"></ul>
-  <h2>Picture and sound</h2>
-  <button id="mirror">Change where I stand</button>
-  <button id="bigger">Larger words instead of the picture</button>
-  <button id="light">Bright page, for the sun</button>
-  <button id="try">Test the voice</button>
-  <p class="dim" id="voice"></p>
-</div></div>
-<div id="result" class="page scroll" hidden><div class="narrow">
-  <div id="verdict"><h1 id="what"></h1><p id="action"></p></div>
-  <button id="more" class="owner" hidden>Take two more</button>
-  <button id="again" class="main owner" hidden>New session</button>
-  <h2 id="maphead">How uncertain the picture is (px)</h2><canvas id="map" width="960" height="540"></canvas>
-  <div id="findings"></div>
-  <h2>Numbers</h2><table id="lines"></table>
-  <h2>Report and exports</h2><div id="files" class="files"></div>
-  <p class="dim">Everything is stored on the computer at the camera, too.</p>
-</div></div>
-<div id="wait" class="page scroll" hidden><div class="narrow">
-  <h1 id="waitwhat">Start a session</h1>
-  <p id="trouble2" hidden></p>
-  <div class="owner narrow">
-  <label>Camera <select id="camera"></select></label>
-  <label>Board <select id="kind"><option value="">Checkerboard</option><option value="charuco">ChArUco: with markers</option></select></label>
-  <div class="pair"><label><span id="across">Inner corners across</span> <input id="columns" type="number" inputmode="numeric" min="3" max="100"></label><label><span id="down">Inner corners down</span> <input id="rows" type="number" inputmode="numeric" min="3" max="100"></label></div>
-  <label>Side of a square, in mm <input id="square" type="number" inputmode="decimal" min="0.1" max="9900" step="any"></label>
-  <div id="markers" class="pair" hidden><label>Dictionary <select id="dictionary"></select></label><label>Side of a marker, in mm <input id="marker" type="number" inputmode="decimal" min="0.1" max="9900" step="any" placeholder="¾ of a square"></label></div>
-  <label>Plan <select id="plan"><option value="quick">Quick: four views</option><option value="full">Full: eight views</option><option value="adaptive">Adaptive: until it’s precise enough</option></select></label>
-  <button id="start" class="main">Start</button>
-  </div>
-</div></div>
-<div id="closed" class="page scroll"><div class="narrow"><h1 id="closedwhat">This browser can’t show the page</h1><p id="closedwhy">The page needs scripts, and a browser of the last five years. Allow scripts, update the browser, or use another.</p></div></div>
-<div id="gone" role="status" hidden></div>
-<div id="toast" role="alert" hidden></div>
-<script>
 'use strict';
+// What every page has. A page's own script follows and defines: `entered()`, whether there's something to show;
+// `lacks()`, what keeps the newest state away, or null; `command(body, path)`; and `fetchFile(file, number)`.
 const el = id => document.getElementById(id);
 const now = () => performance.now();
 const store = (() => { try { return window.localStorage; } catch (e) { return { getItem() { return null; }, setItem() {}, removeItem() {} }; } })();
 
-// ---- The key: a link's token is exchanged once, and then leaves the address. The browser's history keeps the token, so
-// it opens nothing any more; the key stays with this page, which can be closed and opened again.
-let key = null, role = 'watcher';
-const LASTING = 'Started with --serve-key FILE, boresight keeps its links, and this wouldn’t be needed.';
-function random() {
-  const bytes = crypto.getRandomValues(new Uint8Array(32));
-  return btoa(String.fromCharCode(...bytes)).replace(/\+/g, '-').replace(/\//g, '_').replace(/=/g, '');
-}
-async function enter() {
-  const token = location.hash.slice(1), claim = random();
-  const known = JSON.parse(store.getItem('key') || 'null');
-  if (token) history.replaceState(null, '', location.pathname);
-  let refused = null;
-  while (token && !refused) {
-    const answer = await request('/api/enter', { token, claim }, null);
-    if (is(answer, 'application/json')) {
-      const given = await answer.json().catch(() => null);
-      if (given && given.key) {
-        store.setItem('key', JSON.stringify(given));
-        key = given.key; role = given.role;
-        return true;
-      }
-    }
-    if (answer && (answer.status === 401 || answer.status === 410)) refused = answer.status;
-    // The answer may have been lost: the same claim gets the same key.
-    else { closed('No connection', 'The computer at the camera doesn’t answer. The page tries again.'); await pause(1000); }
-  }
-  if (known && refused !== 401) { key = known.key; role = known.role; return true; }
-  if (refused === 401) closed('This link isn’t valid any more', 'boresight was started again, and made new links. Scan the QR code that it shows now. ' + LASTING);
-  else if (refused) closed('This link is used up', 'Each link lets one phone in. Scan the QR code that the computer at the camera shows now.');
-  else closed('Scan the QR code', 'The computer at the camera shows it, in its terminal or window.');
-  return false;
-}
-// True for an answer of boresight's: a portal answers everything, with a page of its own.
-const is = (answer, type) => !!answer && answer.status === 200 && (answer.headers.get('content-type') || '').startsWith(type);
-function closed(what, why) {
-  key = null;
-  el('closedwhat').textContent = what; el('closedwhy').textContent = why;
-  el('gone').hidden = true;
-  show('closed');
-  if (started) { aloud(what); buzz([200, 100, 200]); }
-}
-async function request(path, body, bearer, signal) {
-  const headers = {};
-  if (bearer) headers.Authorization = 'Bearer ' + bearer;
-  if (body) headers['Content-Type'] = 'application/json';
-  try {
-    return await fetch(path, { method: body ? 'POST' : 'GET', headers, body: body ? JSON.stringify(body) : undefined, signal, cache: 'no-store', credentials: 'omit' });
-  } catch (e) { return null; }
-}
-
 // ---- What is seen.
-let live = null, plan = null, ended = null, heard = null, told = null, started = false, sheetOpen = false;
+let role = 'watcher';
+let live = null, plan = null, ended = null, told = null, started = false, sheetOpen = false;
 let stands = store.getItem('mirrored'), mirrored = stands !== 'no', speaks = store.getItem('silent') !== 'yes', big = store.getItem('big') === 'yes';
 const pages = ['guide', 'ask', 'sheet', 'result', 'wait', 'closed'];
 let shown = 'closed';
@@ -220,7 +18,7 @@ function show(page) {
   if (page === 'guide') { fit.last = null; drawSoon(); }
 }
 function choosePage() {
-  if (!key) return;
+  if (!entered()) return;
   if (!started) { ask(); return show('ask'); }
   if (!live) return show('guide');
   if (live.stage === 'waiting') return show('wait');
@@ -239,7 +37,6 @@ function ask() {
 }
 const side = pair => pair[mirrored ? 1 : 0];
 function say(where, text) { if (where.textContent !== text) where.textContent = text; }
-const UNANSWERED = 'The computer at the camera doesn’t answer. A session that runs goes on without the phone.';
 function paint() {
   choosePage();
   document.body.classList.toggle('watcher', role !== 'owner');
@@ -247,26 +44,26 @@ function paint() {
   document.body.classList.toggle('big', big && !pushing);
   document.body.classList.toggle('adjust', pushing);
   if (!live) return;
-  const elsewhere = !linked() && (shown === 'wait' || shown === 'result' || shown === 'sheet');
+  const lack = lacks(), lost = !!lack && lack.lost;
+  const elsewhere = lost && (shown === 'wait' || shown === 'result' || shown === 'sheet');
   el('gone').hidden = !elsewhere;
-  if (elsewhere) say(el('gone'), shown === 'result' ? 'The computer at the camera doesn’t answer any more. The report and every export are stored there.' : UNANSWERED);
+  if (elsewhere) say(el('gone'), shown === 'result' ? lack.result : lack.why);
   if (shown === 'guide') {
-    const lost = !linked(), slow = !lost && late() > SLOW;
-    el('words').dataset.tone = lost || slow ? 'bad' : live.tone;
-    say(el('sentence'), lost ? 'No connection' : slow ? 'Slow connection' : side(live.sentence));
+    el('words').dataset.tone = lack ? 'bad' : live.tone;
+    say(el('sentence'), lack ? lack.what : side(live.sentence));
     say(el('arrow'), pushing && !lost ? side(live.push[0]) : '');
     say(el('number'), pushing && !lost ? live.push[1] : '');
     fit();
     say(el('views'), String(live.views));
     const about = innerHeight <= 420 && innerWidth > innerHeight ? 'of ≈' : 'of about ';
     say(el('togo'), live.to_go ? about + (live.views + live.to_go) : live.views === 1 ? 'view' : 'views');
-    say(el('why'), !lost && !slow && live.reason || '');
+    say(el('why'), !lack && live.reason || '');
     say(el('pause'), live.paused ? 'Resume' : 'Pause');
     el('undo').disabled = !live.views;
     const guiding = live.stage === 'guiding' && !lost;
     for (const id of ['pause', 'take', 'end']) el(id).disabled = !guiding;
     if (!guiding) el('undo').disabled = true;
-    const trouble = lost ? UNANSWERED : slow ? 'What arrives is ' + Math.round(late() / 1000) + ' s old. Go nearer to the access point.' : live.trouble ? live.trouble.filter(Boolean).join('. ') : '';
+    const trouble = lack ? lack.why : live.trouble ? live.trouble.filter(Boolean).join('. ') : '';
     el('trouble').hidden = !trouble;
     say(el('trouble'), trouble);
     say(el('tag'), live.simulated ? 'SIMULATED' : '');
@@ -291,9 +88,7 @@ function fit() {
 }
 
 // ---- The live picture with the pose to show.
-let bitmap = null, pictureBorn = null, pictureAge = null, pictureNumber = 0;
-const ages = [];
-let drawing = false;
+let bitmap = null, drawing = false;
 function drawSoon() { if (!drawing) { drawing = true; requestAnimationFrame(() => { drawing = false; draw(); }); } }
 function mix(a, b, t) { return a.map((v, i) => Math.round(v + (b[i] - v) * t)); }
 const GREY = [150, 150, 150], AMBER = [255, 185, 46], GREEN = [67, 209, 124];
@@ -384,151 +179,25 @@ function wheel() {
   }
 }
 
-// ---- The link: events with the newest state, and one picture at a time.
-let lastBytes = -1e9, stream = null, asking = null;
-const linked = () => now() - lastBytes < 1300;
-function timeout(ms, controller) { return setTimeout(() => controller.abort(), ms); }
-const pause = ms => new Promise(done => setTimeout(done, ms));
-// Several attempts may be under way: a slow link gets the time that it needs, and a new one isn't waited for.
-const MOST_ATTEMPTS = 4, NEXT_ATTEMPT = 1200;
-async function connect() {
-  const attempts = [];
-  let mine = null;
-  while (key && !mine) {
-    const controller = new AbortController();
-    const attempt = { controller };
-    attempt.answer = request('/api/events' + (heard === null ? '' : '?heard=' + heard), null, key, controller.signal).then(answer => { attempt.over = answer; return attempt; });
-    attempts.push(attempt);
-    if (attempts.length > MOST_ATTEMPTS) attempts.shift().controller.abort();
-    const began = now();
-    const first = await Promise.race([...attempts.map(a => a.answer), pause(NEXT_ATTEMPT)]);
-    if (!first) continue;
-    attempts.splice(attempts.indexOf(first), 1);
-    if (first.over && (first.over.status === 401 || is(first.over, 'text/event-stream'))) mine = first;
-    else await pause(Math.max(300, NEXT_ATTEMPT / 2 - (now() - began)));
-  }
-  for (const other of attempts) other.controller.abort();
-  return mine;
-}
-async function follow() {
-  while (key) {
-    const connected = await connect();
-    if (!connected) return;
-    const answer = connected.over;
-    if (answer.status === 401) { store.removeItem('key'); return closed('Scan the QR code again', 'boresight was started again, and doesn’t know this phone yet. Every view taken is stored on its computer. ' + LASTING); }
-    if (answer.body) {
-      stream = connected.controller;
-      lastBytes = now();
-      // All is sent anew: boresight may have been started again, and counts from one.
-      plan = ended = null; pictureNumber = 0; clock = null;
-      const reader = answer.body.getReader(), decoder = new TextDecoder();
-      let text = '';
-      try {
-        for (;;) {
-          const part = await reader.read();
-          if (part.done) break;
-          lastBytes = now();
-          text += decoder.decode(part.value, { stream: true });
-          let end;
-          while ((end = text.indexOf('\n\n')) >= 0) { event(text.slice(0, end)); text = text.slice(end + 2); }
-          tellMissed();
-          paint();
-        }
-      } catch (e) { /* The link is gone: again. */ }
-      stream = null;
-    }
-    await pause(300);
-  }
-}
-// How much later than at best the newest state came. The clocks may drift apart a little.
-const SLOW = 1500;
-let clock = null;
-const late = () => clock === null ? 0 : clock.late;
-function tick(at) {
-  const came = now(), took = came - at;
-  const best = clock === null ? took : Math.min(took, clock.best + 1e-4 * (came - clock.came));
-  clock = { came, best, late: took - best };
-}
-function event(text) {
-  const [, name, data] = /^event: (\w+)\ndata: (.*)$/.exec(text) || [];
-  if (!name) return;
-  const value = JSON.parse(data);
-  if (name === 'live') { if (value.stage === 'starting') { if (bitmap && bitmap.close) bitmap.close(); bitmap = null; } live = value; tellTaken(); if (live.say && started && late() < SLOW) queue.offer(now() / 1000, live.say); }
-  if (name === 'clock') tick(value);
+// ---- What is told.
+function receive(name, value) {
+  if (name === 'live') { if (value.stage === 'starting') forget(); live = value; tellTaken(); if (live.say && started && !lacks()) queue.offer(now() / 1000, live.say); }
   if (name === 'plan') plan = value;
   if (name === 'ended') { ended = value; result(); if (ended && started && live && live.stage !== 'ended') news({ rank: 'taken', text: ended.aloud, mirrored: ended.aloud, age_ms: 0 }); }
-  if (name === 'heard') heard = value;
   // Noted before all else: whatever is cut off from here on, this isn't told again.
-  if (name === 'news') { heard = value.number; if (value.view) told = value.view; news(value); }
+  if (name === 'news') { if (value.view) told = value.view; news(value); }
 }
 // A view that no news told of was taken while the page was away, perhaps by an earlier start of boresight.
 function tellTaken() {
   if (told !== null && live.taken > told) missed += live.taken - told;
   told = live.taken;
 }
-async function pictures() {
-  while (key) {
-    if (!wantsPicture()) { forget(); await pause(200); continue; }
-    const controller = asking = new AbortController(), patience = timeout(6000, controller), asked = now();
-    const answer = await request('/api/picture?after=' + pictureNumber, null, key, controller.signal);
-    if (is(answer, 'image/jpeg')) {
-      try {
-        const blob = await answer.blob(), came = now();
-        const head = name => Number(answer.headers.get(name) || 0);
-        const next = await decode(blob);
-        if (bitmap && bitmap.close) bitmap.close();
-        bitmap = next;
-        pictureNumber = head('x-number');
-        // The way there and back, too: never younger than it is.
-        pictureAge = head('x-age-ms') + Math.max(0, came - asked - head('x-held-ms'));
-        pictureBorn = came - pictureAge;
-        ages.push(now() - pictureBorn); if (ages.length > 2000) ages.shift();
-        draw();
-        // Half of the link at most: what to do comes first.
-        await pause(Math.min(1000, came - asked - head('x-held-ms')));
-      } catch (e) { await pause(300); /* Half a picture: the next one. */ }
-    } else if (!answer || answer.status !== 204) await pause(300);
-    clearTimeout(patience);
-  }
-}
-const wantsPicture = () => shown === 'guide' && !!live && (live.stage === 'guiding' || live.stage === 'adjusting') && !document.body.classList.contains('big') && !document.hidden;
 // What was seen before an absence isn't the picture now, and nobody has lost it.
 function forget() {
   if (bitmap && bitmap.close) bitmap.close();
-  bitmap = pictureBorn = pictureAge = null;
+  bitmap = null;
 }
-function decode(blob) {
-  if (window.createImageBitmap) return createImageBitmap(blob);
-  return new Promise((done, failed) => {
-    const image = new Image(), url = URL.createObjectURL(blob);
-    image.onload = () => { URL.revokeObjectURL(url); done(image); };
-    image.onerror = () => { URL.revokeObjectURL(url); failed(new Error('picture')); };
-    image.src = url;
-  });
-}
-let had = { link: true, picture: true }, pausedSince = null;
-const PAUSED_AGAIN = 30000;
-setInterval(() => {
-  if (started) voice();
-  if (!key || !started) return;
-  if (now() - lastBytes > 2000 && stream) stream.abort();
-  const isLinked = linked() || !live;
-  // A slow link's pictures are older, and come less often.
-  const isFresh = !wantsPicture() || (pictureBorn !== null && now() - pictureBorn < 1000 + 3 * pictureAge);
-  el('stale').hidden = isFresh;
-  say(el('age'), pictureBorn === null || !isFresh ? '' : 'picture ' + Math.round(pictureAge) + ' ms old');
-  if (isLinked !== had.link) { had.link = isLinked; if (!isLinked) loseLink(); else { forget(); back('Connected again'); paint(); } }
-  // Without a picture, the link may be gone, too: that is known in a moment, and says more.
-  const isSure = isFresh || !isLinked || now() - lastBytes < 700;
-  if (isFresh !== had.picture && isSure) { had.picture = isFresh; if (!isFresh && isLinked && pictureBorn !== null) lose('No picture'); }
-  const isPaused = isLinked && !!live && live.stage === 'guiding' && live.paused;
-  if (!isPaused) pausedSince = null;
-  else if (pausedSince === null) pausedSince = now();
-  else if (now() - pausedSince > PAUSED_AGAIN) { pausedSince = now(); lose('Still paused'); }
-}, 100);
-function loseLink() { lose('Connection lost'); paint(); }
-function back(text) { queue.offer(now() / 1000, { rank: 'back', text, mirrored: text }); }
-function lose(text) { queue.offer(now() / 1000, { rank: 'lost', text, mirrored: text }); buzz([200, 100, 200]); }
+setInterval(() => { if (started) voice(); }, 100);
 
 // ---- Speech. The same rules as speech/queue.rs.
 const RANKS = { guidance: 0, hold: 1, back: 2, lost: 3, taken: 4 }, STALE = 1, GAP = 2, REPEAT = 8;
@@ -631,12 +300,12 @@ function begin() {
 function aloud(text) { if (speaks && window.speechSynthesis) speechSynthesis.speak(new SpeechSynthesisUtterance(text)); }
 function noVoice() {
   if (!window.speechSynthesis) return 'This browser has no voice.';
-  return speechSynthesis.getVoices().length ? '' : 'No voice is installed: look for text-to-speech in the phone’s settings.';
+  return speechSynthesis.getVoices().length ? '' : 'No voice is installed: look for text-to-speech in the device’s settings.';
 }
 function hush(is) { quiet = is; }
 setInterval(() => {
   if (!audio) return;
-  const close = live && (live.stage === 'guiding' || live.stage === 'adjusting') && !live.paused && live.close !== null && linked() ? live.close : 0;
+  const close = live && (live.stage === 'guiding' || live.stage === 'adjusting') && !live.paused && live.close !== null && !lacks() ? live.close : 0;
   const loud = speaks && !quiet && close > .25 ? .05 : 0;
   gain.gain.setTargetAtTime(loud, audio.currentTime, .06);
   if (close) tone.frequency.setTargetAtTime(200 * Math.pow(4, close), audio.currentTime, .08);
@@ -655,19 +324,6 @@ el('awake').textContent = navigator.wakeLock ? '' : 'Without a certificate, this
 // ---- What is asked for.
 let toastOver = 0;
 function toast(text) { el('toast').textContent = text; el('toast').hidden = false; clearTimeout(toastOver); toastOver = setTimeout(() => { el('toast').hidden = true; }, 3500); }
-async function command(body, path) {
-  for (let tries = 0; tries < 4; tries++) {
-    const controller = new AbortController(), patience = timeout(2500, controller);
-    const answer = await request(path || '/api/command', body, key, controller.signal);
-    clearTimeout(patience);
-    if (answer && answer.ok) return true;
-    if (answer && answer.status !== 503) { toast((await answer.text()).trim()); return false; }
-    if (!answer) { toast('No connection. Try again.'); return false; }
-    await pause(200);
-  }
-  toast('The session is busy. Try again.');
-  return false;
-}
 const tap = (id, act) => el(id).addEventListener('click', act);
 function stand(facing) {
   mirrored = facing; stands = facing ? 'yes' : 'no'; speaks = !el('silent').checked; started = true;
@@ -805,25 +461,13 @@ function map() {
     c.fillText(sd < 9.95 ? sd.toFixed(most < .1 ? 3 : 2).replace(/^0/, '') : sd.toFixed(0), x * k, y * k);
   }
 }
-async function fetchFile(file, n) {
-  const answer = await request('/api/file/' + n, null, key);
-  if (!answer || !answer.ok) return toast('Could not fetch the file. Try again.');
-  const blob = await answer.blob();
-  const whole = typeof File === 'function' ? new File([blob], file.name, { type: blob.type }) : null;
+addEventListener('resize', () => { fit.last = null; paint(); });
+// Hands a file over: to another program where the device can share, or as a download.
+async function deliver(blob, name) {
+  const whole = typeof File === 'function' ? new File([blob], name, { type: blob.type }) : null;
   if (whole && navigator.canShare && navigator.canShare({ files: [whole] })) { try { await navigator.share({ files: [whole] }); return; } catch (e) { if (e && e.name === 'AbortError') return; } }
   const a = document.createElement('a');
-  a.href = URL.createObjectURL(blob); a.download = file.name;
+  a.href = URL.createObjectURL(blob); a.download = name;
   document.body.append(a); a.click(); a.remove();
   setTimeout(() => URL.revokeObjectURL(a.href), 60000);
 }
-addEventListener('resize', () => { fit.last = null; paint(); });
-addEventListener('hashchange', () => location.reload());
-// A page that the browser keeps in the background would keep its connections, of which a browser has few.
-addEventListener('pagehide', () => { for (const open of [stream, asking]) if (open) open.abort(); });
-if (Element.prototype.replaceChildren) {
-  say(el('closedwhat'), 'Connecting…'); say(el('closedwhy'), '');
-  enter().then(ok => { if (ok) { el('silent').checked = !speaks; paint(); follow(); pictures(); } });
-}
-</script>
-</body>
-</html>

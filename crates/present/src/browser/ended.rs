@@ -1,0 +1,113 @@
+//! The result, as a page shows it.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::text::{self, phone as words};
+use boresight_calibrate::{NotCalibrated, Verdict};
+use boresight_formats::CalibrationFile;
+use boresight_guide::{
+    guidance::Progress,
+    session::{Ending, Session},
+};
+
+/// A result, as the page shows it.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct EndedPage {
+    /// `good`, `care`, `bad`, or `none` without a calibration.
+    pub verdict: &'static str,
+    /// The verdict in words.
+    pub what: String,
+    /// The next action.
+    pub action: String,
+    /// The verdict for the ear, in six words at most.
+    pub aloud: &'static str,
+    /// Names and values.
+    pub lines: Vec<(String, String)>,
+    /// Findings, each with its action.
+    pub findings: Vec<(String, String)>,
+    /// Size of the picture.
+    pub image_size_px: [u32; 2],
+    /// Uncertainty of the projection over the picture: x, y, standard deviation, in pixels.
+    pub map: Vec<[f64; 3]>,
+    /// True if the page may start another session.
+    pub can_restart: bool,
+    /// True if this session can go on with two more views.
+    pub can_go_on: bool,
+    /// Files offered for download.
+    pub files: Vec<PageFile>,
+}
+
+/// A file to download, in memory.
+#[derive(Clone, Debug, Serialize)]
+pub struct PageFile {
+    /// The name to save it under.
+    pub name: String,
+    /// Label on the button.
+    pub label: String,
+    /// Media type of its contents.
+    #[serde(skip)]
+    pub media_type: &'static str,
+    /// Contents of the file.
+    #[serde(skip)]
+    pub bytes: Arc<[u8]>,
+}
+
+impl PageFile {
+    /// A file with these contents.
+    pub fn new(name: &str, label: &str, media_type: &'static str, bytes: Vec<u8>) -> Self {
+        Self { name: name.to_owned(), label: label.to_owned(), media_type, bytes: bytes.into() }
+    }
+}
+
+impl EndedPage {
+    /// The page about `session`, which has run, and whose calibration file is `result`.
+    pub fn of(session: &Session, result: &CalibrationFile, files: Vec<PageFile>) -> Self {
+        let source = result.source.as_deref().unwrap_or_default();
+        let image_size = session.setup().image_size;
+        let image_size_px = [image_size.width_px, image_size.height_px];
+        let page = Self { image_size_px, files, ..Self::default() };
+        let Some(calibration) = session.calibration() else {
+            let reason = session.not_calibrated().unwrap_or(&NotCalibrated::NoViews);
+            let (what, action) = text::not_calibrated(reason);
+            return Self {
+                verdict: "none",
+                aloud: words::NO_CALIBRATION,
+                what: text::of_source(source, words::NO_CALIBRATION),
+                action: format!("{what}. {action}"),
+                ..page
+            };
+        };
+        let findings: Vec<_> = calibration
+            .findings
+            .iter()
+            .map(|finding| {
+                let (what, action) = text::finding(finding);
+                (what, action.to_owned())
+            })
+            .collect();
+        let map = result.projection_sd_px.as_ref().filter(|_| text::knows_sd(calibration));
+        Self {
+            verdict: match calibration.verdict {
+                Verdict::Good => "good",
+                Verdict::Care => "care",
+                Verdict::Untrustworthy => "bad",
+            },
+            aloud: words::aloud(calibration.verdict),
+            what: text::of_source(source, text::verdict_on(calibration)),
+            action: match (findings.first(), session.progress()) {
+                (Some((_, action)), _) => action.clone(),
+                (None, Progress::Collecting) => text::ending(Ending::Early).to_owned(),
+                (None, _) => words::USE_IT.to_owned(),
+            },
+            findings,
+            lines: text::result::result_lines(calibration)
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value))
+                .collect(),
+            map: map.map_or_else(Vec::new, |map| map.grid.clone()),
+            ..page
+        }
+    }
+}

@@ -1,0 +1,19 @@
+//! A session as pages in a browser show it: the phone's page, and the page that calibrates in the browser.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `live` | a snapshot as JSON: [`Live`] changes with every frame, [`Plan`] with a view |
+//! | `ended` | the result, with the files to download |
+//! | `teller` | what pages are told once, and why frames were refused |
+//! | `page` | one HTML file from the parts below and a page's own |
+//! | `style.css`, `body.html`, `show.js` | what both pages have: colours, places, drawing, speech |
+
+mod ended;
+mod live;
+mod page;
+mod teller;
+
+pub use ended::{EndedPage, PageFile};
+pub use live::{Live, Plan, counted};
+pub use page::{Own, page};
+pub use teller::{News, Teller};

@@ -1,0 +1,60 @@
+//! What pages are told once, and why frames were refused.
+
+use crate::{
+    instruction::Instruction,
+    speech::{Narrator, Rank, Word},
+    text::report::refusal_kind,
+};
+use boresight_guide::{
+    guidance::Refusal,
+    session::{Outcome, Snapshot, ViewNumber},
+};
+
+/// Reader of every snapshot of a session: finds news and counts refusals.
+#[derive(Clone, Debug, Default)]
+pub struct Teller {
+    narrator: Narrator,
+    /// A refusal of each kind, and how often there was one.
+    refused: Vec<(Refusal, u64)>,
+}
+
+/// Something that happened once.
+#[derive(Clone, Debug)]
+pub struct News {
+    /// Words to say.
+    pub word: Word,
+    /// The view that was taken.
+    pub view: Option<ViewNumber>,
+}
+
+impl Teller {
+    /// The news in `snapshot`, oldest first. It must get every snapshot.
+    pub fn tell(&mut self, snapshot: &Snapshot) -> Vec<News> {
+        if let Outcome::Refused { refusal } = snapshot.decision.outcome {
+            let same = |(kind, _): &&mut (Refusal, u64)| {
+                std::mem::discriminant(kind) == std::mem::discriminant(&refusal)
+            };
+            match self.refused.iter_mut().find(same) {
+                Some((_, count)) => *count += 1,
+                None => self.refused.push((refusal, 1)),
+            }
+        }
+        let now = Instruction::of(snapshot);
+        let news = self.narrator.news(&now).into_iter();
+        let of_view = |word: &Word| now.taken.filter(|_| word.rank == Rank::Taken);
+        news.map(|word| News { view: of_view(&word), word }).collect()
+    }
+
+    /// Kinds of refusals in words, with their counts, the most frequent first.
+    pub fn refused(&self) -> Vec<(String, u64)> {
+        let mut refused = self.refused.clone();
+        refused.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        refused.iter().map(|(refusal, count)| (kind(refusal), *count)).collect()
+    }
+}
+
+/// The kind of a refusal, without its numbers.
+fn kind(refusal: &Refusal) -> String {
+    let value = serde_json::to_value(refusal).unwrap_or_default();
+    refusal_kind(value["why"].as_str().unwrap_or_default()).to_owned()
+}
