@@ -174,25 +174,46 @@ pub fn export(
     let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
     let name = name.unwrap_or(own_name);
     if format == Format::Camera(CameraFormat::Mrcal) && input.is_dir() {
-        let text = mrcal_with_views(input, &text, &file, name, announcer)?;
+        let saved = SavedSession::open(input)?;
+        let text = mrcal_with_views(&saved.session, &text, &file, name, announcer)?;
         return Ok(Exported { text, untrustworthy });
     }
     let text = export_text(&text, format, Some(name), announcer)?;
     Ok(Exported { text, untrustworthy })
 }
 
-/// The calibration in `text`, which is `file`, for mrcal, with the corners of the views in the journal of the session in
-/// `folder`: mrcal works out its own uncertainty from them. Without them if they aren't those of the calibration.
+/// As [`export`], of a session that isn't in a folder, and whose calibration file has that text.
+///
+/// # Errors
+///
+/// If the format can't hold the lens.
+pub fn of_session(
+    session: &Session,
+    text: &str,
+    format: Format,
+    name: &str,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    match format {
+        Format::Vnl => Ok(corners_of(session)),
+        Format::Camera(CameraFormat::Mrcal) => {
+            let file = CalibrationFile::read(&serde_json::from_str(text)?)?;
+            mrcal_with_views(session, text, &file, name, announcer)
+        }
+        format => export_text(text, format, Some(name), announcer),
+    }
+}
+
+/// The calibration in `text`, which is `file`, for mrcal, with the corners of the views of `session`: mrcal works out its
+/// own uncertainty from them. Without them if they aren't those of the calibration.
 fn mrcal_with_views(
-    folder: &Path,
+    session: &Session,
     text: &str,
     file: &CalibrationFile,
     name: &str,
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
-    let saved = SavedSession::open(folder)?;
-    let board = saved.header.config.board()?;
-    let taken: BTreeMap<String, &[Corner]> = named_corners(&saved.session).collect();
+    let taken: BTreeMap<String, &[Corner]> = named_corners(session).collect();
     let solved = file.used().map(|(_, view)| {
         let pose = view.cam_from_board?;
         let [w, x, y, z] = pose.rotation_wxyz;
@@ -202,8 +223,9 @@ fn mrcal_with_views(
     });
     let views: Option<Vec<SolvedView<'_>>> = solved.collect();
     let (exported, _) = camera_of(text, name, announcer)?;
+    let board = &session.setup().board;
     let written =
-        mrcal_cameramodel_with_views(&exported, &board, views.as_deref().unwrap_or_default());
+        mrcal_cameramodel_with_views(&exported, board, views.as_deref().unwrap_or_default());
     written.with_context(|| cannot_hold(CameraFormat::Mrcal))
 }
 

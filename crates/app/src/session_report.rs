@@ -30,9 +30,7 @@ use boresight_present::{
 };
 use boresight_run::{
     config::{CertificateConfig, Config, PlanName},
-    recording::{
-        Header, JournalContents, Line, Lines, RecordingError, SessionFolder, Stored, stored_frame,
-    },
+    recording::{Header, JournalContents, Line, SessionFolder, Stored, stored_frame},
 };
 
 /// Path of a session's report.
@@ -122,25 +120,83 @@ fn compose(
         let stored = stored.get(&frame)?;
         Thumbnail::of(&stored_frame(path, stored).ok()?)
     };
-    let accepted = session.accepted();
     let check = check(path)?;
     let command = match (&check, &header.against) {
         (Some(_), Some(against)) => check_command(header, against),
         _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
     };
+    let calibration = calibration_file(session, header);
+    let result = path.join(RESULT_FILE);
+    let bytes = files::read(&result, files::TEXT_LIMIT, Links::Refused)
+        .ok()
+        .filter(|_| !holds_another_result(path, &calibration));
     let name = std::path::absolute(path)?;
+    Ok(of_recorded(Recorded {
+        name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        place: path.display().to_string(),
+        command,
+        header,
+        session,
+        calibration,
+        result: bytes.as_deref(),
+        lines: contents.lines.iter(),
+        picture,
+        check,
+        stated,
+    })?)
+}
+
+/// A session with what its report shows, wherever it's kept.
+pub struct Recorded<'a, L, P> {
+    /// Name of the session.
+    pub name: String,
+    /// Where it's kept, in words.
+    pub place: String,
+    /// The command that repeats the result.
+    pub command: String,
+    /// Contents of `session.toml`.
+    pub header: &'a Header,
+    /// State after the last line.
+    pub session: &'a Session,
+    /// Its calibration file.
+    pub calibration: CalibrationFile,
+    /// The bytes of that file, if it's stored.
+    pub result: Option<&'a [u8]>,
+    /// Lines of the journal.
+    pub lines: L,
+    /// The picture with that number, made small, where there is one.
+    pub picture: P,
+    /// The check against an older calibration.
+    pub check: Option<CheckFile>,
+    /// Statements of the first sheet.
+    pub stated: &'a CertificateConfig,
+}
+
+/// The report of a session.
+///
+/// # Errors
+///
+/// What a line couldn't be read for.
+pub fn of_recorded<E>(
+    recorded: Recorded<
+        '_,
+        impl Iterator<Item = Result<Line, E>>,
+        impl Fn(u64) -> Option<Thumbnail>,
+    >,
+) -> Result<Report, E> {
+    let Recorded { header, session, calibration, .. } = recorded;
+    let accepted = session.accepted();
     let mut notes = Vec::new();
     if session.ending() != Ending::Finished {
         notes.push(text::ending(session.ending()).into());
     }
-    let History { frames, refused, changes } = history(&contents.lines)?;
+    let History { frames, refused, changes } = history(recorded.lines)?;
     let mut rows = versions(&[&header.schema]);
-    rows.push((words::name::SESSION.into(), path.display().to_string()));
+    rows.push((words::name::SESSION.into(), recorded.place));
     rows.push((words::name::FRAMES.into(), words::frames(frames, accepted.len())));
-    let calibration = calibration_file(session, header);
-    let certificate = first_sheet(path, header, session, &calibration, stated, &mut notes);
+    let certificate = first_sheet(header, session, recorded.result, recorded.stated, &mut notes);
     Ok(Report {
-        name: name.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        name: recorded.name,
         calibration,
         notes,
         certificate,
@@ -150,29 +206,24 @@ fn compose(
             changes,
         },
         corners: session.corners_at_one_instant().to_vec(),
-        pictures: accepted.iter().map(|taken| picture(taken.view.frame_id.0)).collect(),
-        check,
+        pictures: accepted.iter().map(|taken| (recorded.picture)(taken.view.frame_id.0)).collect(),
+        check: recorded.check,
         refused,
-        provenance: Provenance { rows, command },
+        provenance: Provenance { rows, command: recorded.command },
     })
 }
 
 /// The certificate; `None` for the short session of a check.
 fn first_sheet(
-    path: &Path,
     header: &Header,
     session: &Session,
-    calibration: &CalibrationFile,
+    result: Option<&[u8]>,
     stated: &CertificateConfig,
     notes: &mut Vec<String>,
 ) -> Option<Certificate> {
     if header.against.is_some() && header.config.guidance.plan == PlanName::Quick {
         return None;
     }
-    let result = path.join(RESULT_FILE);
-    let bytes = files::read(&result, files::TEXT_LIMIT, Links::Refused)
-        .ok()
-        .filter(|_| !holds_another_result(path, calibration));
     let camera = match &header.camera {
         Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
         None if text::is_simulated(&header.source) => {
@@ -184,7 +235,7 @@ fn first_sheet(
         made: header.created.parse().ok(),
         camera,
         mode: session.camera().mode.map_or_else(String::new, |mode| text::camera::mode(&mode)),
-        file: bytes.as_deref().map(|bytes| (result.as_path(), bytes)),
+        file: result.map(|bytes| (Path::new(RESULT_FILE), bytes)),
     };
     Some(certificate(stated, known, notes))
 }
@@ -268,7 +319,7 @@ struct History {
     changes: Vec<CameraChange>,
 }
 
-fn history(lines: &Lines) -> Result<History, RecordingError> {
+fn history<E>(lines: impl Iterator<Item = Result<Line, E>>) -> Result<History, E> {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     let mut frames = 0;
     let mut changes = Vec::new();

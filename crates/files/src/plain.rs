@@ -66,6 +66,7 @@ pub fn is_still_at(_: &File, _: &Path) -> bool {
 
 /// Options of an opening that never waits for another program, and that refuses links if `refuse_links`.
 pub(super) fn options(refuse_links: bool) -> OpenOptions {
+    #[cfg_attr(not(unix), expect(unused_mut, reason = "the flags are those of Unix"))]
     let mut options = OpenOptions::new();
     #[cfg(unix)]
     {

@@ -7,7 +7,7 @@ use std::{
 };
 
 use image::{
-    GrayImage, ImageEncoder,
+    GrayImage, ImageEncoder, ImageError,
     codecs::png::{CompressionType, FilterType, PngEncoder},
 };
 use serde::{Deserialize, Serialize};
@@ -96,6 +96,15 @@ impl Header {
         Self { camera: facts.map(CameraTable::from), ..self }
     }
 
+    /// The text of `session.toml`.
+    ///
+    /// # Errors
+    ///
+    /// If a value can't be written as TOML.
+    pub fn text(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
     /// Size of the pictures.
     pub fn image_size(&self) -> ImageSize {
         ImageSize { width_px: self.image_size_px[0], height_px: self.image_size_px[1] }
@@ -162,7 +171,8 @@ impl SessionFolder {
         }
         make_folder(path)?;
         make_folder(&path.join(FRAMES))?;
-        let text = toml::to_string(header)
+        let text = header
+            .text()
             .map_err(|err| FileError::writing(path)(std::io::Error::other(err.to_string())))?;
         let journal = Journal::create(&path.join(JOURNAL), checksum(text.as_bytes()))?;
         save(&path.join(HEADER), text.as_bytes(), Overwrite::Never)?;
@@ -258,18 +268,29 @@ impl SessionFolder {
             let moved = "the session's folder isn't in its place any more";
             return Err(FileError::writing(&path)(std::io::Error::other(moved)).into());
         }
-        let mut png = Vec::with_capacity(frame.image.len() / 2);
-        PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
-            .write_image(
-                frame.image.as_raw(),
-                frame.image.width(),
-                frame.image.height(),
-                image::ExtendedColorType::L8,
-            )
+        let (png, stored) = stored_png(id, &frame.image)
             .map_err(|err| FileError::writing(&path)(std::io::Error::other(err.to_string())))?;
         save(&path, &png, Overwrite::Allowed)?;
-        Ok(Stored { frame: id.0, crc32: checksum(&png) })
+        Ok(stored)
     }
+}
+
+/// The file of a picture, lossless, and how the journal names it.
+///
+/// # Errors
+///
+/// If the picture has no pixels.
+pub fn stored_png(id: FrameId, picture: &GrayImage) -> Result<(Vec<u8>, Stored), ImageError> {
+    let mut png = Vec::with_capacity(picture.len() / 2);
+    PngEncoder::new_with_quality(&mut png, CompressionType::Fast, FilterType::Adaptive)
+        .write_image(
+            picture.as_raw(),
+            picture.width(),
+            picture.height(),
+            image::ExtendedColorType::L8,
+        )?;
+    let stored = Stored { frame: id.0, crc32: checksum(&png) };
+    Ok((png, stored))
 }
 
 fn lock(path: &Path) -> Result<File, RecordingError> {

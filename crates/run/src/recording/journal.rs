@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use super::{
-    envelope::{Glance, checksum, enveloped, glance},
+    envelope::{Glance, enveloped, glance},
     error::{Damage, RecordingError},
-    format::{Envelope, InputLine, Line, Stored},
+    format::{Envelope, Line, Stored},
+    journal_text::JournalText,
     lines::{LINE_LIMIT, Lines},
 };
 use boresight_files::{Appending, LineReader, Links};
@@ -15,14 +16,9 @@ use boresight_guide::session::{Decision, Input};
 #[derive(Debug)]
 pub struct Journal {
     file: Appending,
-    next_seq: u64,
-    /// CRC-32 of `session.toml`, for the first line.
-    header_crc32: String,
+    text: JournalText,
     /// Length in bytes to which the file is cut before the first line is appended.
     cut_to: Option<u64>,
-    /// Number of lines that outlast a power cut, and the number that the journal states.
-    synced: u64,
-    synced_told: u64,
 }
 
 /// Contents of a journal.
@@ -52,7 +48,7 @@ impl Journal {
     pub(super) fn create(path: &Path, header_crc32: String) -> Result<Self, RecordingError> {
         let is_empty = path.symlink_metadata().is_ok_and(|there| there.len() == 0);
         let file = if is_empty { Appending::open(path)? } else { Appending::create(path)? };
-        Ok(Self { file, next_seq: 0, header_crc32, cut_to: None, synced: 0, synced_told: 0 })
+        Ok(Self { file, text: JournalText::after(0, header_crc32), cut_to: None })
     }
 
     /// Opens `path` for appending after the `contents` read from it. A cut end is dropped with the first line; until
@@ -68,11 +64,8 @@ impl Journal {
     ) -> Result<Self, RecordingError> {
         Ok(Self {
             file: Appending::open(path)?,
-            next_seq: contents.lines.len() as u64,
-            header_crc32,
+            text: JournalText::after(contents.lines.len() as u64, header_crc32),
             cut_to: contents.cut.then_some(contents.whole_bytes),
-            synced: 0,
-            synced_told: 0,
         })
     }
 
@@ -88,9 +81,8 @@ impl Journal {
         stored: Option<Stored>,
         sync: bool,
     ) -> Result<(), RecordingError> {
-        let decision =
-            serde_json::value::to_raw_value(decision).map_err(|err| self.unwritten(err))?;
-        self.append_line(&Line { input: InputLine::from(input), decision, stored })?;
+        let line = self.text.line(input, decision, stored).map_err(|err| self.unwritten(err))?;
+        self.append_text(&line)?;
         if sync { self.sync() } else { Ok(()) }
     }
 
@@ -100,22 +92,16 @@ impl Journal {
     ///
     /// As [`Self::append`].
     pub(super) fn append_line(&mut self, line: &Line) -> Result<(), RecordingError> {
-        let body = serde_json::value::to_raw_value(line).map_err(|err| self.unwritten(err))?;
-        let envelope = Envelope {
-            seq: self.next_seq,
-            crc32: checksum(body.get().as_bytes()),
-            session: (self.next_seq == 0).then(|| self.header_crc32.clone()),
-            synced: (self.synced > self.synced_told).then_some(self.synced),
-            body,
-        };
-        let mut bytes = serde_json::to_vec(&envelope).map_err(|err| self.unwritten(err))?;
-        bytes.push(b'\n');
+        let line = self.text.enclosed(line).map_err(|err| self.unwritten(err))?;
+        self.append_text(&line)
+    }
+
+    fn append_text(&mut self, line: &[u8]) -> Result<(), RecordingError> {
         if let Some(whole_bytes) = self.cut_to.take() {
             self.file.cut(whole_bytes)?;
         }
-        self.file.append(&bytes)?;
-        self.synced_told = self.synced;
-        self.next_seq += 1;
+        self.file.append(line)?;
+        self.text.kept();
         Ok(())
     }
 
@@ -126,7 +112,7 @@ impl Journal {
     /// [`RecordingError::File`].
     pub(super) fn sync(&mut self) -> Result<(), RecordingError> {
         self.file.sync()?;
-        self.synced = self.next_seq;
+        self.text.synced();
         Ok(())
     }
 

@@ -1,0 +1,81 @@
+//! The lines of a journal as text, wherever they are kept.
+
+use super::{
+    envelope::{self, Unread, checksum},
+    format::{Envelope, InputLine, Line, Stored},
+};
+use boresight_guide::session::{Decision, Input};
+
+/// Writer of a journal's lines. What it has written counts once it's kept: [`Self::kept`].
+#[derive(Debug)]
+pub struct JournalText {
+    next_seq: u64,
+    /// CRC-32 of `session.toml`, for the first line.
+    header_crc32: String,
+    /// Number of lines that outlast a power cut, and the number that the journal states.
+    synced: u64,
+    synced_told: u64,
+}
+
+impl JournalText {
+    /// Of a new session with that text in `session.toml`.
+    pub fn new(header: &str) -> Self {
+        Self::after(0, checksum(header.as_bytes()))
+    }
+
+    /// After that many lines, of a session whose header has that checksum.
+    pub(super) fn after(lines: u64, header_crc32: String) -> Self {
+        Self { next_seq: lines, header_crc32, synced: 0, synced_told: 0 }
+    }
+
+    /// One input with its decision, and the newline.
+    ///
+    /// # Errors
+    ///
+    /// If a number can't be written.
+    pub fn line(
+        &self,
+        input: &Input,
+        decision: &Decision,
+        stored: Option<Stored>,
+    ) -> serde_json::Result<Vec<u8>> {
+        let decision = serde_json::value::to_raw_value(decision)?;
+        self.enclosed(&Line { input: InputLine::from(input), decision, stored })
+    }
+
+    /// The line numbered `seq`, from 0, that `text` writes.
+    ///
+    /// # Errors
+    ///
+    /// Why it isn't one.
+    pub fn read(text: &[u8], seq: u64) -> Result<Line, String> {
+        envelope::parse(text.trim_ascii_end(), seq).map_err(|unread| match unread {
+            Unread::Damaged(reason) | Unread::Newer(reason) => reason,
+        })
+    }
+
+    pub(super) fn enclosed(&self, line: &Line) -> serde_json::Result<Vec<u8>> {
+        let body = serde_json::value::to_raw_value(line)?;
+        let envelope = Envelope {
+            seq: self.next_seq,
+            crc32: checksum(body.get().as_bytes()),
+            session: (self.next_seq == 0).then(|| self.header_crc32.clone()),
+            synced: (self.synced > self.synced_told).then_some(self.synced),
+            body,
+        };
+        let mut bytes = serde_json::to_vec(&envelope)?;
+        bytes.push(b'\n');
+        Ok(bytes)
+    }
+
+    /// The newest line is kept: another one follows it.
+    pub fn kept(&mut self) {
+        self.synced_told = self.synced;
+        self.next_seq += 1;
+    }
+
+    /// Every line that's kept outlasts a power cut.
+    pub(super) fn synced(&mut self) {
+        self.synced = self.next_seq;
+    }
+}
