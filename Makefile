@@ -27,8 +27,8 @@ RUN_MINUTES = 2
 endif
 TARGET = $(or $(CARGO_TARGET_DIR),target)
 
-# Every crate but the Python package, which maturin builds.
-CRATES = --workspace --exclude boresight-python
+# Every crate but the Python package, which maturin builds, and the page in a browser, which `make web` builds.
+CRATES = --workspace --exclude boresight-python --exclude boresight-web
 # What the tests compile: with the cameras and recordings that aren't in the default features. One build serves all of them.
 TESTED = $(CRATES) --features boresight-capture/gige,boresight-capture/bags
 # Those that are for others to build on.
@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
+.PHONY: web test-web wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -77,6 +77,30 @@ WASM = wasm32-unknown-unknown
 wasm: setup
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
 	cargo check --quiet --target $(WASM) $(CORE) -p boresight-watch
+	cargo clippy --quiet --target $(WASM) -p boresight-web -- -D warnings
+
+# The page that calibrates in a browser, as one file: $(TARGET)/web/boresight.html. wasm-bindgen's program must have the
+# version of the library.
+WEB = $(TARGET)/web
+WEB_FLAGS = -C target-feature=+simd128 $(DIST_FLAGS)
+web: PACKAGES += python3
+web: setup
+	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
+	@version=$$(cargo metadata --locked --format-version 1 | $(PYTHON) -c 'import json, sys; print(*[p["version"] for p in json.load(sys.stdin)["packages"] if p["name"] == "wasm-bindgen"])'); \
+	case "$$($(WEB)/tools/bin/wasm-bindgen --version 2>/dev/null)" in \
+		"wasm-bindgen $$version") ;; \
+		*) cargo install --quiet --debug wasm-bindgen-cli --version $$version --no-default-features --root $(WEB)/tools;; \
+	esac
+	RUSTFLAGS="$(WEB_FLAGS)" cargo build --profile web --locked --target $(WASM) --target-dir $(WEB)/build -p boresight-web
+	$(WEB)/tools/bin/wasm-bindgen --target no-modules --no-typescript --out-dir $(WEB)/bound $(WEB)/build/$(WASM)/web/boresight_web.wasm
+	$(PYTHON) crates/web/pack.py $(WEB)/bound/boresight_web.js $(WEB)/bound/boresight_web_bg.wasm $(WEB)/boresight.html
+
+# Whole sessions by the page alone in headless Chromium, and their calibrations beside the program's. Not part of
+# `make test`: it builds the library twice more.
+test-web: PACKAGES += chromium chromium-driver ffmpeg
+test-web: web
+	cargo build --release --no-default-features --features live,report,serve
+	$(PYTHON) tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html
 
 # No combination of features brings more crates than it may; features-each also compiles each without a warning.
 features: setup
@@ -148,7 +172,7 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet
+release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet test-web
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)

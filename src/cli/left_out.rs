@@ -46,6 +46,14 @@ pub(super) mod serve {
     );
 }
 
+#[cfg(not(feature = "serve"))]
+pub(super) mod web {
+    left_out!(
+        boresight_app::MissingFeature::SERVE,
+        "Serve the page that calibrates in a browser (not in this build)."
+    );
+}
+
 #[cfg(not(feature = "manual"))]
 pub(super) mod completions {
     left_out!(

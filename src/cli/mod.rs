@@ -41,6 +41,8 @@ pub mod terminal;
 mod typing;
 mod usage;
 mod watch;
+#[cfg(feature = "serve")]
+mod web;
 #[cfg(feature = "window")]
 mod window;
 
@@ -55,10 +57,10 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use left_out::history;
 #[cfg(not(feature = "report"))]
 use left_out::report;
-#[cfg(not(feature = "serve"))]
-use left_out::serve;
 #[cfg(not(feature = "manual"))]
 use left_out::{completions, man};
+#[cfg(not(feature = "serve"))]
+use left_out::{serve, web};
 
 #[cfg(feature = "window")]
 use boresight_app::AppHost;
@@ -111,6 +113,7 @@ Exit codes:
 enum Command {
     Guide(guide::Arguments),
     Serve(serve::Arguments),
+    Web(web::Arguments),
     Check(check::Arguments),
     Watch(watch::Arguments),
     Calibrate(calibrate::Arguments),
@@ -145,6 +148,7 @@ pub fn main() -> ExitCode {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
         Some(Command::Serve(arguments)) => arguments.run(),
+        Some(Command::Web(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
         Some(Command::Batch(arguments)) => arguments.run(),
         Some(Command::History(arguments)) => arguments.run(),

@@ -18,6 +18,7 @@
 //! | `events` | the stream of events to one page |
 //! | `connection` | limits of connections, and their end |
 //! | `server` | the thread |
+//! | `web_page` | the page that calibrates in a browser, served as it is |
 //! | `tls` | HTTPS, with a certificate |
 //! | `address` | what to bind to, and where the page is found |
 //! | `qr` | an address as a QR code |
@@ -49,6 +50,7 @@ mod server;
 pub mod session_page;
 mod tls;
 mod view;
+mod web_page;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
 pub use boresight_present::browser::{EndedPage, PageFile};
@@ -58,3 +60,4 @@ pub use keys::{Links, Role, Secret};
 pub use qr::QrCode;
 pub use server::{Server, Setup};
 pub use tls::Certificate;
+pub use web_page::WebPage;

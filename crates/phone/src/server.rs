@@ -40,10 +40,15 @@ pub struct Setup {
     pub kept: Option<Secret>,
 }
 
-/// A page that is being served. Ends when dropped.
-pub struct Server {
+/// The thread that answers. Ends when dropped.
+pub(super) struct Served {
     stop: watch::Sender<bool>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// A page that is being served. Ends when dropped.
+pub struct Server {
+    _served: Served,
     gate: Arc<Gate>,
     /// Port that was wanted, if another one had to do.
     taken_port: Option<u16>,
@@ -63,7 +68,6 @@ impl Server {
         let tls = setup.certificate.as_ref().map(acceptor).transpose()?;
         let listener = bind(setup.address)?;
         let bound = listener.local_addr().map_err(ServeError::Thread)?;
-        listener.set_nonblocking(true).map_err(ServeError::Thread)?;
         let names: Vec<String> =
             setup.names.iter().map(|name| name.trim_end_matches('.').to_owned()).collect();
         let named = names.iter().map(|name| format!("{name}:{}", bound.port()));
@@ -77,23 +81,10 @@ impl Server {
         };
         let gate = Gate::new(names.clone(), origins, tls.is_some(), setup.kept.as_ref())?;
         let gate = Arc::new(gate);
-        let runtime = tokio::runtime::Builder::new_current_thread()
-            .enable_all()
-            .build()
-            .map_err(ServeError::Thread)?;
-        let (stop, stopped) = watch::channel(false);
         let wanted = setup.address.bind.port();
         let taken_port = (wanted != 0 && wanted != bound.port()).then_some(wanted);
-        let served = Arc::clone(&gate);
-        let thread = Builder::new()
-            .name("phone".into())
-            .spawn(move || {
-                be_polite();
-                runtime.block_on(serve(listener, tls, router(hub, served), stopped));
-                // Dropping the runtime drops every connection.
-            })
-            .map_err(ServeError::Thread)?;
-        Ok(Self { stop, thread: Some(thread), gate, taken_port })
+        let served = Served::start(listener, tls, router(hub, Arc::clone(&gate)))?;
+        Ok(Self { _served: served, gate, taken_port })
     }
 
     /// The links to the page that hold now; the likeliest first. An owner's link is another one once it's used.
@@ -112,7 +103,32 @@ impl Server {
     }
 }
 
-impl Drop for Server {
+impl Served {
+    /// Answers what comes to `listener`.
+    pub(super) fn start(
+        listener: TcpListener,
+        tls: Option<TlsAcceptor>,
+        router: Router,
+    ) -> Result<Self, ServeError> {
+        listener.set_nonblocking(true).map_err(ServeError::Thread)?;
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(ServeError::Thread)?;
+        let (stop, stopped) = watch::channel(false);
+        let thread = Builder::new()
+            .name("phone".into())
+            .spawn(move || {
+                be_polite();
+                runtime.block_on(serve(listener, tls, router, stopped));
+                // Dropping the runtime drops every connection.
+            })
+            .map_err(ServeError::Thread)?;
+        Ok(Self { stop, thread: Some(thread) })
+    }
+}
+
+impl Drop for Served {
     fn drop(&mut self) {
         self.stop.send_replace(true);
         if let Some(thread) = self.thread.take() {
@@ -134,7 +150,7 @@ fn is_host_name(name: &str) -> bool {
     name.strip_suffix('.').unwrap_or(name).split('.').all(is_label)
 }
 
-fn bind(address: ServeAddress) -> Result<TcpListener, ServeError> {
+pub(super) fn bind(address: ServeAddress) -> Result<TcpListener, ServeError> {
     let failed = |source| ServeError::Bind { address: address.bind, source };
     match TcpListener::bind(address.bind) {
         Ok(listener) => Ok(listener),

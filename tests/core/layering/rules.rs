@@ -131,6 +131,7 @@ pub(crate) const RULES: Rules = Rules {
                 "present/report",
                 "app",
                 "phone/session_page",
+                "web/request.rs",
                 "boresight/cli",
                 "boresight/window_host",
             ],

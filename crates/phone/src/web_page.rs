@@ -1,0 +1,48 @@
+//! The page that calibrates in a browser: one file, served as it is.
+
+use std::net::SocketAddr;
+
+use axum::{
+    Router,
+    body::Bytes,
+    http::header::{CACHE_CONTROL, CONTENT_TYPE},
+    routing::get,
+};
+
+use super::{
+    address::ServeAddress,
+    error::ServeError,
+    server::{Served, bind},
+};
+
+/// A file that is being served. Ends when dropped.
+pub struct WebPage {
+    _served: Served,
+    address: SocketAddr,
+}
+
+impl WebPage {
+    /// Serves `page` at `address`.
+    ///
+    /// # Errors
+    ///
+    /// [`ServeError`].
+    pub fn serve(address: ServeAddress, page: Vec<u8>) -> Result<Self, ServeError> {
+        let listener = bind(address)?;
+        let address = listener.local_addr().map_err(ServeError::Thread)?;
+        let page = Bytes::from(page);
+        let answer = move || async move {
+            ([(CONTENT_TYPE, "text/html; charset=utf-8"), (CACHE_CONTROL, "no-cache")], page)
+        };
+        let served = Served::start(listener, None, Router::new().route("/", get(answer)))?;
+        Ok(Self { _served: served, address })
+    }
+
+    /// Address of the page. To this computer's own name browsers give their camera without a certificate.
+    pub fn link(&self) -> String {
+        if self.address.ip().is_loopback() || self.address.ip().is_unspecified() {
+            return format!("http://localhost:{}/", self.address.port());
+        }
+        format!("http://{}/", self.address)
+    }
+}
