@@ -62,6 +62,9 @@ pub(super) struct Arguments {
     /// result is the principal point.
     #[arg(long)]
     varying_focal: bool,
+    /// Read the pixels as they're stored, not turned as the pictures' EXIF orientation says.
+    #[arg(long)]
+    as_stored: bool,
     /// Write the result to this file (JSON).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -103,6 +106,7 @@ impl Arguments {
             Some((_, taken_with, _)) => self.board.config_over(taken_with)?,
             None => self.board.config_for(&self.inputs)?,
         };
+        config.camera.as_stored |= self.as_stored;
         self.goal.apply(&mut config);
         config.calibration.varying_focal |= self.varying_focal;
         self.lens.apply(&mut config);
@@ -135,8 +139,13 @@ impl Arguments {
             inputs => {
                 let progress = Progress::new(FINDING, inputs.len());
                 let step = || progress.step();
-                let views =
-                    from_pictures(inputs, &board, self.report.is_some(), &announcer(), step)?;
+                let views = from_pictures(
+                    (inputs, config.camera.upright()),
+                    &board,
+                    self.report.is_some(),
+                    &announcer(),
+                    step,
+                )?;
                 progress.finish();
                 views
             }

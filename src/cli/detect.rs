@@ -21,7 +21,7 @@ use boresight_app::{
     json::DetectedLine,
     source::{SourceName, is_recording},
 };
-use boresight_capture::{Arrival, FrameSource, read_picture};
+use boresight_capture::{Arrival, FrameSource, read_picture_turned};
 use boresight_detect::{Detector, DetectorParams};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text;
@@ -40,6 +40,9 @@ pub(super) struct Arguments {
     topic: Option<String>,
     #[command(flatten)]
     board: BoardArguments,
+    /// Read the pixels as they're stored, not turned as the pictures' EXIF orientation says.
+    #[arg(long)]
+    as_stored: bool,
     /// Print one JSON object per picture instead of the table.
     #[arg(long)]
     json: bool,
@@ -59,6 +62,7 @@ impl Arguments {
             given.files.iter().cloned().partition(|path| is_recording(path));
         let mut config = self.board.config_for(&pictures)?;
         config.camera.topic = self.topic.clone().unwrap_or(config.camera.topic);
+        config.camera.as_stored |= self.as_stored;
         let board = config.board()?;
         let mut detector = Detector::new(DetectorParams::default());
         let mut unreadable = 0;
@@ -88,7 +92,7 @@ impl Arguments {
                 let source = source.and_then(|source| source.open(u64::MAX));
                 source.and_then(|open| in_turn(open.source, path, &mut look))
             } else {
-                match read_picture(path) {
+                match read_picture_turned(path, config.camera.upright()) {
                     Ok(image) => {
                         look(&name, &image)?;
                         Ok(())

@@ -11,7 +11,7 @@ use anyhow::{Context, anyhow, bail};
 use super::report::picture_beside;
 use super::{Announcer, SavedSession};
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
-use boresight_capture::{CaptureError, read_picture};
+use boresight_capture::{CaptureError, Upright, read_picture_turned};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_formats::{ViewName, corner_table};
 use boresight_geometry::{
@@ -171,7 +171,7 @@ pub fn from_table(
     Ok(views)
 }
 
-/// The views of the pictures `inputs`, in which `board` is searched on every core. Calls `progress` after each
+/// The views of the pictures `inputs`, read the way up that `upright` says, in which `board` is searched on every core. Calls `progress` after each
 /// picture, and announces each that isn't used and why: also those that are damaged. With `with_thumbnails`, also small
 /// copies.
 ///
@@ -179,7 +179,7 @@ pub fn from_table(
 ///
 /// If a picture isn't there or all are damaged, or if the pictures differ in size.
 pub fn from_pictures(
-    inputs: &[PathBuf],
+    (inputs, upright): (&[PathBuf], Upright),
     board: &Checkerboard,
     with_thumbnails: bool,
     announcer: &Announcer,
@@ -188,7 +188,7 @@ pub fn from_pictures(
     let read = std::sync::Mutex::new(vec![None; inputs.len()]);
     let threads = available_parallelism().map_or(1, usize::from);
     let load = |index: usize| -> Result<_, CaptureError> {
-        let image = read_picture(&inputs[index])?;
+        let image = read_picture_turned(&inputs[index], upright)?;
         let thumbnail = if with_thumbnails { Thumbnail::of(&image) } else { None };
         if let Ok(mut read) = read.lock() {
             read[index] = Some((ImageSize::of(&image), thumbnail));

@@ -19,7 +19,7 @@ use boresight_capture::Bag;
 #[cfg(all(unix, feature = "live"))]
 use boresight_capture::Ffmpeg;
 use boresight_capture::{
-    CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, is_address, is_bag,
+    CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, Upright, is_address, is_bag,
     without_secrets,
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
@@ -64,8 +64,8 @@ pub enum SourceName {
     Bag(PathBuf, Option<String>),
     /// A recorded session.
     Session(PathBuf),
-    /// A folder of pictures.
-    Folder(PathBuf),
+    /// A folder of pictures, and which way up they're read.
+    Folder(PathBuf, Upright),
 }
 
 impl OpenSource {
@@ -133,7 +133,7 @@ impl SourceName {
             return Ok(Self::Bag(path, (!topic.is_empty()).then(|| topic.clone())));
         }
         if path.is_dir() {
-            return Ok(Self::Folder(path));
+            return Ok(Self::Folder(path, config.camera.upright()));
         }
         bail!("no source {name:?}: {SOURCES}")
     }
@@ -166,7 +166,7 @@ impl SourceName {
             #[cfg(not(feature = "bags"))]
             Self::Bag(..) => bail!(MissingFeature::BAGS),
             Self::Session(path) => open_session(path)?,
-            Self::Folder(path) => Box::new(ImageFolder::open(path)?),
+            Self::Folder(path, upright) => Box::new(ImageFolder::open(path, *upright)?),
         };
         Ok(OpenSource { source, on_frame: Box::new(|_| ()), truth: None })
     }

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::{GrayImage, ImageFormat};
 
 use super::{
-    PICTURE_LIMIT_PX, Unpacker, decoded,
+    PICTURE_LIMIT_PX, Unpacker, Upright, decoded,
     integrity::{Flaw, JpegGate},
 };
 use boresight_geometry::{device::PixelLayout, frame::ImageSize};
@@ -27,7 +27,7 @@ impl Decompressor {
     /// [`Flaw`] if they are no whole JPEG or PNG, or one that is larger than [`PICTURE_LIMIT_PX`] on a side.
     pub fn picture(&mut self, bytes: &[u8]) -> Result<GrayImage, Flaw> {
         if bytes.starts_with(PNG_START) {
-            let png = decoded(Cursor::new(bytes), ImageFormat::Png);
+            let png = decoded(Cursor::new(bytes), ImageFormat::Png, Upright::AsStored);
             return png.map_err(|_| Flaw::Undecodable);
         }
         let size = JpegGate::size(bytes)?;

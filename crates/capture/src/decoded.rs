@@ -5,7 +5,10 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{
+    DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
+    metadata::Orientation,
+};
 
 use boresight_geometry::panic_message::caught;
 
@@ -16,28 +19,48 @@ pub const PICTURE_LIMIT_PX: u32 = 16_384;
 const LARGE: u64 = 1 << 27;
 static LARGE_PICTURE: Mutex<()> = Mutex::new(());
 
-/// The brightness of the picture in `bytes`, in the orientation in which the sensor delivered it. 16 bits are scaled to 8
-/// and colours weighed as a camera's are, see `pixel_format`; transparency counts for nothing.
+/// Which way up a picture file is read: phones store the sensor's pixels, with a mark (EXIF orientation) of how the phone was
+/// held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Upright {
+    /// Turned, or mirrored, as the file's mark says; as `cv2.imread` and picture viewers do.
+    #[default]
+    AsMarked,
+    /// As the pixels are stored.
+    AsStored,
+}
+
+/// The brightness of the picture in `bytes`, the right way up as `upright` says. 16 bits are scaled to 8 and colours weighed
+/// as a camera's are, see `pixel_format`; transparency counts for nothing.
 ///
 /// # Errors
 ///
 /// What the decoder said, also if it gave up by a panic: the picture is none, is cut, or is larger than
 /// [`PICTURE_LIMIT_PX`] on a side.
-pub fn decoded(bytes: impl BufRead + Seek, format: ImageFormat) -> Result<GrayImage, String> {
+pub fn decoded(
+    bytes: impl BufRead + Seek,
+    format: ImageFormat,
+    upright: Upright,
+) -> Result<GrayImage, String> {
     let decode = || {
         let mut reader = ImageReader::with_format(bytes, format);
         let mut limits = Limits::default();
         limits.max_image_width = Some(PICTURE_LIMIT_PX);
         limits.max_image_height = Some(PICTURE_LIMIT_PX);
         reader.limits(limits.clone());
-        // EXIF orientation is ignored on purpose: a calibration describes the sensor's pixels.
-        let decoder = reader.into_decoder()?;
+        let mut decoder = reader.into_decoder()?;
+        let orientation = match upright {
+            Upright::AsMarked => decoder.orientation()?,
+            Upright::AsStored => Orientation::NoTransforms,
+        };
         limits.reserve(decoder.total_bytes())?;
         let alone = (decoder.total_bytes() > LARGE)
             .then(|| LARGE_PICTURE.lock().unwrap_or_else(PoisonError::into_inner));
         let picture = DynamicImage::from_decoder(decoder).map(DynamicImage::into_luma8);
         drop(alone);
-        picture
+        let mut picture = DynamicImage::from(picture?);
+        picture.apply_orientation(orientation);
+        Ok::<_, ImageError>(picture.into_luma8())
     };
     match caught(decode) {
         Ok(decoded) => decoded.map_err(|err| err.to_string()),
@@ -128,10 +151,12 @@ mod tests {
             ];
             Cursor::new([start, chunks.concat()].concat())
         };
-        let whole = decoded(png(&[9, 9, 9]), ImageFormat::Png).expect("a picture");
+        let whole =
+            decoded(png(&[9, 9, 9]), ImageFormat::Png, Upright::AsMarked).expect("a picture");
         assert_eq!(whole.into_raw(), [9; 16]);
         for length in [1, 2, 4, 5] {
-            decoded(png(&vec![9; length]), ImageFormat::Png).expect_err("no whole colours");
+            decoded(png(&vec![9; length]), ImageFormat::Png, Upright::AsMarked)
+                .expect_err("no whole colours");
         }
     }
 }

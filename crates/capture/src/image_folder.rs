@@ -9,7 +9,7 @@ use std::{
 
 use image::{GrayImage, ImageFormat, ImageReader};
 
-use super::{Arrival, CaptureError, FrameSource, SourceIdentity, decoded};
+use super::{Arrival, CaptureError, FrameSource, SourceIdentity, Upright, decoded};
 use boresight_files::{FileError, Links, open};
 use boresight_geometry::{
     device::{CameraEvent, Fault},
@@ -24,16 +24,17 @@ const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
 pub struct ImageFolder {
     identity: SourceIdentity,
     files: std::vec::IntoIter<PathBuf>,
+    upright: Upright,
     next: u64,
 }
 
 impl ImageFolder {
-    /// Lists the pictures of `folder`.
+    /// Lists the pictures of `folder`, which are read the way up that `upright` says.
     ///
     /// # Errors
     ///
     /// [`CaptureError`] if it cannot be listed, holds no picture, or none that can be read.
-    pub fn open(folder: &Path) -> Result<Self, CaptureError> {
+    pub fn open(folder: &Path, upright: Upright) -> Result<Self, CaptureError> {
         let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
         let mut files = Vec::new();
         for entry in folder.read_dir().map_err(failed)? {
@@ -45,7 +46,7 @@ impl ImageFolder {
         }
         files.sort();
         let mut broken = None;
-        let readable = files.iter().find_map(|path| match read_picture(path) {
+        let readable = files.iter().find_map(|path| match read_picture_turned(path, upright) {
             Ok(image) => Some(image),
             Err(err) => {
                 broken.get_or_insert(err);
@@ -55,7 +56,7 @@ impl ImageFolder {
         let none = || broken.unwrap_or(CaptureError::NoPictures { path: folder.to_path_buf() });
         let image_size = Some(ImageSize::of(&readable.ok_or_else(none)?));
         let identity = SourceIdentity { name: folder.display().to_string(), image_size };
-        Ok(Self { identity, files: files.into_iter(), next: 0 })
+        Ok(Self { identity, files: files.into_iter(), upright, next: 0 })
     }
 }
 
@@ -67,7 +68,7 @@ impl FrameSource for ImageFolder {
     fn next_frame(&mut self, _patience: Duration) -> Result<Arrival, CaptureError> {
         let Some(path) = self.files.next() else { return Ok(Arrival::End) };
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let image = match read_picture(&path) {
+        let image = match read_picture_turned(&path, self.upright) {
             Ok(image) => image,
             Err(CaptureError::Decode { reason, .. }) => {
                 let (fault, detail) = (Fault::BrokenPicture, format!("{name}: {reason}"));
@@ -84,12 +85,21 @@ impl FrameSource for ImageFolder {
     }
 }
 
+/// Reads a PNG or JPEG as brightness, turned as its EXIF orientation says.
+///
+/// # Errors
+///
+/// As [`read_picture_turned`].
+pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
+    read_picture_turned(path, Upright::AsMarked)
+}
+
 /// Reads a PNG or JPEG as brightness, as [`decoded`] does.
 ///
 /// # Errors
 ///
 /// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is too large.
-pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
+pub fn read_picture_turned(path: &Path, upright: Upright) -> Result<GrayImage, CaptureError> {
     let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
     let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
     let file = open(path, Links::Followed).map_err(|err| match err {
@@ -108,9 +118,9 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
         if !is_whole_jpeg(&bytes) {
             return Err(decode("it is cut short".into()));
         }
-        decoded(Cursor::new(bytes), format)
+        decoded(Cursor::new(bytes), format, upright)
     } else {
-        decoded(file, format)
+        decoded(file, format, upright)
     };
     image.map_err(decode)
 }
@@ -144,7 +154,9 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use image::{DynamicImage, ImageBuffer, Luma, LumaA, Rgb, Rgba};
+    use image::{
+        DynamicImage, ImageBuffer, ImageEncoder, Luma, LumaA, Rgb, Rgba, codecs::jpeg::JpegEncoder,
+    };
 
     use super::*;
 
@@ -174,6 +186,41 @@ mod tests {
         let even = ImageBuffer::from_pixel(64, 64, Rgb([200_u8, 100, 40]));
         for pixel in read("colours.jpeg", even.into()).pixels() {
             assert!(pixel.0[0].abs_diff(117) <= 2, "{pixel:?}");
+        }
+    }
+
+    #[test]
+    fn photographs_are_turned_as_their_mark_says() {
+        let place = tempfile::tempdir().expect("a folder");
+        // What is stored has a light corner where its first row and its first column begin.
+        let stored =
+            GrayImage::from_fn(48, 32, |x, y| Luma([if x < 16 && y < 16 { 220 } else { 40 }]));
+        // The side of the shown picture where the first stored row lies, and that of the first column (EXIF 2.3, 4.6.4).
+        let sides = ["top left", "top right", "bottom right", "bottom left"];
+        let turned = ["left top", "right top", "right bottom", "left bottom"];
+        for (mark, side) in (1_u8..).zip(sides.into_iter().chain(turned)) {
+            let orientation = [0x12, 1, 3, 0, 1, 0, 0, 0, mark, 0, 0, 0];
+            let exif = [&b"II*\0\x08\0\0\0\x01\0"[..], &orientation, &[0; 4]].concat();
+            let mut bytes = Vec::new();
+            let mut encoder = JpegEncoder::new_with_quality(&mut bytes, 95);
+            encoder.set_exif_metadata(exif).expect("JPEG has room for it");
+            encoder.encode_image(&stored).expect("encoded");
+            let path = place.path().join(format!("{mark}.jpg"));
+            std::fs::write(&path, bytes).expect("written");
+
+            let shown = read_picture(&path).expect("read");
+            let is_turned = mark >= 5;
+            assert_eq!(shown.dimensions(), if is_turned { (32, 48) } else { (48, 32) }, "{side}");
+            let x = if side.contains("left") { 4 } else { shown.width() - 5 };
+            let y = if side.contains("top") { 4 } else { shown.height() - 5 };
+            assert!(shown.get_pixel(x, y).0[0] > 200, "{side}");
+            let (w, h) = (shown.width() - 1, shown.height() - 1);
+            assert!(shown.get_pixel(w - x, h - y).0[0] < 60, "{side}");
+            assert!(shown.get_pixel(w - x, y).0[0] < 60, "{side}");
+
+            let as_stored = read_picture_turned(&path, Upright::AsStored).expect("read");
+            assert_eq!(as_stored.dimensions(), (48, 32));
+            assert!(as_stored.get_pixel(4, 4).0[0] > 200, "{side}");
         }
     }
 }

@@ -3,13 +3,13 @@
 //! ```
 //! use std::time::Duration;
 //!
-//! use boresight_capture::{Arrival, FrameSource, ImageFolder};
+//! use boresight_capture::{Arrival, FrameSource, ImageFolder, Upright};
 //! use image::GrayImage;
 //!
 //! let folder = tempfile::tempdir()?;
 //! GrayImage::new(64, 48).save(folder.path().join("first.png"))?;
 //!
-//! let mut source = ImageFolder::open(folder.path())?;
+//! let mut source = ImageFolder::open(folder.path(), Upright::AsMarked)?;
 //! let Arrival::Frame(frame) = source.next_frame(Duration::ZERO)? else { panic!("no picture") };
 //! assert_eq!((frame.name.as_str(), frame.image.dimensions()), ("first.png", (64, 48)));
 //! assert!(matches!(source.next_frame(Duration::ZERO)?, Arrival::End));
@@ -74,10 +74,10 @@ pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
 pub use bag::{BagFlaw, bag_files, is_bag};
 pub use camera_mode::{CameraMode, choose, layout};
 pub use compressed::Decompressor;
-pub use decoded::{PICTURE_LIMIT_PX, decoded};
+pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
-pub use image_folder::{ImageFolder, read_picture};
+pub use image_folder::{ImageFolder, read_picture, read_picture_turned};
 #[cfg(all(unix, feature = "live"))]
 pub use pipe::Pipe;
 pub use pixel_format::Unpacker;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use image::{GrayImage, ImageFormat};
 
-use boresight_capture::{decoded, read_picture};
+use boresight_capture::{Upright, decoded, read_picture};
 use boresight_files::{FileError, Overwrite, entries, make_folder, remove, save};
 use boresight_watch::Shelf;
 
@@ -88,7 +88,7 @@ impl Shelf for PictureShelf {
             return read_picture(&self.path(number)?).ok();
         }
         let (_, _, png) = self.in_memory.iter().find(|(n, _, _)| *n == number)?;
-        decoded(std::io::Cursor::new(png), ImageFormat::Png).ok()
+        decoded(std::io::Cursor::new(png), ImageFormat::Png, Upright::AsStored).ok()
     }
 
     fn drop(&mut self, number: u64) {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use boresight_capture::{NoRawForm, RawForm};
+use boresight_capture::{NoRawForm, RawForm, Upright};
 use boresight_geometry::{
     device::{PixelLayout, Wanted},
     frame::ImageSize,
@@ -18,6 +18,7 @@ pub struct CameraConfig {
     pub raw: String,
     pub topic: String,
     pub set_camera_info: bool,
+    pub as_stored: bool,
 }
 
 /// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
@@ -53,11 +54,17 @@ impl Default for CameraConfig {
             raw: String::new(),
             topic: String::new(),
             set_camera_info: false,
+            as_stored: false,
         }
     }
 }
 
 impl CameraConfig {
+    /// Which way up pictures of a folder are read.
+    pub fn upright(&self) -> Upright {
+        if self.as_stored { Upright::AsStored } else { Upright::AsMarked }
+    }
+
     /// Form of raw pictures; `None` if it isn't said.
     ///
     /// # Errors

@@ -20,7 +20,7 @@ use crate::config::{
     Config,
     retired::{self, Retired},
 };
-use boresight_capture::{PICTURE_LIMIT_PX, decoded};
+use boresight_capture::{PICTURE_LIMIT_PX, Upright, decoded};
 use boresight_files::{
     FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, is_still_at, make_folder,
     open, read, read_text, save,
@@ -361,7 +361,7 @@ pub(super) fn stored_bytes(session: &Path, stored: &Stored) -> Result<Vec<u8>, R
 /// [`RecordingError::File`] or [`RecordingError::Frame`].
 pub fn stored_frame(session: &Path, stored: &Stored) -> Result<GrayImage, RecordingError> {
     let bytes = stored_bytes(session, stored)?;
-    decoded(Cursor::new(bytes), image::ImageFormat::Png).map_err(|reason| {
+    decoded(Cursor::new(bytes), image::ImageFormat::Png, Upright::AsStored).map_err(|reason| {
         let path = session.join(FrameId(stored.frame).stored_name());
         RecordingError::Frame { reason, path }
     })
