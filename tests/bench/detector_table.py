@@ -264,7 +264,7 @@ def make(args):
         movie = [r for r in rows if r["set"] == "boof_movie"]
         for k, r in enumerate(movie):
             add("video boof_movie", cv2.imread(f"{args.boards}/{r['file']}", 0), f"{r['inner_cols']}x{r['inner_rows']}",
-                at=k * 33333333, real=True)
+                at=k * 33333333 if k else "-", real=True)
     for name, board, most in (("calibration1", "9x6", 150), ("calibration2", "9x6", 150), ("SimpleAR", "8x6", 130),
                               ("Impact", "10x7", 400), ("soulgpark", "9x6", 90)):
         for path in glob.glob(f"{args.videos}/*{name}*") if args.videos else []:
@@ -275,7 +275,7 @@ def make(args):
                 ok, img = v.read()
                 if not ok:
                     break
-                add(f"video {name}", cv2.cvtColor(img, cv2.COLOR_BGR2GRAY), board, at=int(k * 1e9 / fps), real=True)
+                add(f"video {name}", cv2.cvtColor(img, cv2.COLOR_BGR2GRAY), board, at=int(k * 1e9 / fps) if k else "-", real=True)
     for kind in ("whole", "covered", "cut", "two", "adjacent", "tipped", "small", "soft", "blurred", "dark", "glare", "othersize",
                  "circles", "circles_asym", "april", "charuco_as_plain", "charuco", "charuco_covered", "charuco_glued",
                  "charuco_none", "charuco_other"):
