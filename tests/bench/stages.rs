@@ -141,7 +141,12 @@ fn detection(c: &mut Criterion) {
         // As far off as a guess of constant speed is.
         let corners_px = seen.corners.iter().map(|corner| [corner.px.x + 1.5, corner.px.y - 1.0]);
         let corners_px = corners_px.collect();
-        let near = Prediction { corners_px, everywhere: false, names_corners: true };
+        let near = Prediction {
+            seen: vec![true; corners_px.len()],
+            corners_px,
+            spread_squares: 0.25,
+            everywhere: false,
+        };
         c.bench_function(&format!("follow in {width_px}x{height_px}"), |b| {
             let search = Search { near: Some(&near), keep_on: &|| true };
             b.iter(|| detector.search(black_box(&with_board), &scene.board, search));

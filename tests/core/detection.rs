@@ -412,7 +412,7 @@ fn a_wrong_prediction_costs_nothing_but_time() {
 }
 
 #[test]
-fn a_prediction_outlasts_misses_but_names_corners_only_for_a_moment() {
+fn a_prediction_outlasts_misses_and_spreads() {
     let scene = Scene::default_720p(11);
     let mut detector = Detector::new(DetectorParams::default());
     let mut track = Track::default();
@@ -420,15 +420,18 @@ fn a_prediction_outlasts_misses_but_names_corners_only_for_a_moment() {
         track.add(FrameKind::Video, at, &detector.detect(&picture, &scene.board));
     }
     let since = |nanos: u64| CaptureTime { nanos: 33_333_333 + nanos };
-    let names = |track: &Track, nanos: u64| {
-        track.predict(FrameKind::Video, since(nanos)).map(|near| near.names_corners)
+    let spread = |track: &Track, nanos: u64| {
+        track.predict(FrameKind::Video, since(nanos)).map(|near| near.spread_squares)
     };
-    for missed in [33_000_000, 66_000_000, 99_000_000] {
-        assert_eq!(names(&track, missed), Some(true), "after {missed} ns");
+    let mut before = 0.0;
+    for missed in [33_000_000, 66_000_000, 99_000_000, 240_000_000] {
+        let now = spread(&track, missed).expect("it isn't long ago");
+        assert!(now > before, "{now} squares after {missed} ns");
         track.add(FrameKind::Video, since(missed), &Err(Miss::NoBoard));
+        before = now;
     }
-    assert_eq!(names(&track, 130_000_000), Some(false));
-    assert_eq!(names(&track, 260_000_000), None);
+    assert!(before > 1.0, "a quarter of a second is long for a hand: {before} squares");
+    assert_eq!(spread(&track, 260_000_000), None);
 }
 
 #[test]

@@ -143,29 +143,85 @@ fn no_part_of_a_board_is_taken_for_another() {
     assert!(rms_px < 0.1, "{rms_px} px");
 }
 
-/// A board that is carried out of the picture, and two frames before.
+/// A board that is carried out of the picture at 30 pictures a second, and at 5.
 #[test]
 fn a_board_that_is_followed_keeps_its_corners_while_it_leaves() {
     let scene = Rendered { clutter: 0.0, ..Rendered::default_720p(5) };
     let mut detector = Detector::new(DetectorParams::default());
-    let mut track = Track::default();
-    let (mut parts, mut least) = (0, scene.board.corner_count());
-    for number in 0..24_u32 {
-        let at = CaptureTime { nanos: 33_000_000 * u64::from(number) };
-        // Upright, so that neither the left nor the right end is seen at last.
-        let x_m = 0.02 + 0.009 * f64::from(number);
-        let pose = Isometry3::new(Vector3::new(x_m, 0.0, 0.36), Vector3::new(0.0, 0.4, 0.0));
-        let near = track.predict(FrameKind::Video, at);
-        let search = Search { near: near.as_ref(), ..Search::FULL };
-        let seen = detector.search(&render_view(&scene, &pose), &scene.board, search);
-        track.add(FrameKind::Video, at, &seen);
-        let Ok(found) = seen else { break };
-        let errors = errors_px(&scene, &pose, &found);
-        assert!(errors.iter().all(|off_px| *off_px < 0.3), "frame {number}: {errors:?}");
-        parts += usize::from(errors.len() < scene.board.corner_count());
-        least = least.min(errors.len());
+    for (step_nanos, least_parts, least_corners) in [(33_000_000, 5, 36), (200_000_000, 2, 48)] {
+        let mut track = Track::default();
+        let (mut parts, mut least) = (0, scene.board.corner_count());
+        for number in 0..24_u32 {
+            let at = CaptureTime { nanos: step_nanos * u64::from(number) };
+            // Upright, so that neither the left nor the right end is seen at last.
+            let x_m = 0.02 + 0.009 * f64::from(number);
+            let pose = Isometry3::new(Vector3::new(x_m, 0.0, 0.36), Vector3::new(0.0, 0.4, 0.0));
+            let near = track.predict(FrameKind::Video, at);
+            let search = Search { near: near.as_ref(), ..Search::FULL };
+            let seen = detector.search(&render_view(&scene, &pose), &scene.board, search);
+            track.add(FrameKind::Video, at, &seen);
+            let Ok(found) = seen else { break };
+            let errors = errors_px(&scene, &pose, &found);
+            assert!(errors.iter().all(|off_px| *off_px < 0.3), "frame {number}: {errors:?}");
+            parts += usize::from(errors.len() < scene.board.corner_count());
+            least = least.min(errors.len());
+        }
+        let seen = format!("{parts} parts, at least {least} corners, every {step_nanos} ns");
+        assert!(parts >= least_parts && least <= least_corners, "{seen}");
     }
-    assert!(parts >= 5 && least <= 36, "{parts} parts, at least {least} corners");
+}
+
+/// Behind hands that hide both ends, squares look the same two squares further on.
+#[test]
+fn a_board_that_jumps_behind_hands_is_not_named_by_its_track() {
+    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let scene = Rendered { board, clutter: 0.0, ..Rendered::default_720p(8) };
+    let at = |squares: f64| {
+        Isometry3::new(Vector3::new(0.025 * squares, 0.0, 0.45), Vector3::new(0.1, 0.1, 0.0))
+    };
+    let mut detector = Detector::new(DetectorParams::default());
+    let before = detector.detect(&render_view(&scene, &at(0.0)), &board).expect("whole");
+    let mut picture = render_view(&scene, &at(2.0));
+    let px = |squares: f64| {
+        let place = Point2::new(0.025 * squares, 0.0);
+        scene.camera.px_from_board(&at(2.0), &place).expect("in front").x
+    };
+    let between_hands = px(-2.4)..px(2.4);
+    for (x, _, pixel) in picture.enumerate_pixels_mut() {
+        if !between_hands.contains(&f64::from(x)) {
+            *pixel = Luma([90 + (x % 7) as u8]);
+        }
+    }
+    for gap_nanos in [33_000_000, 100_000_000] {
+        let mut track = Track::default();
+        for nanos in [0, 33_000_000] {
+            track.add(FrameKind::Video, CaptureTime { nanos }, &Ok(before.clone()));
+        }
+        let nanos = 33_000_000 + gap_nanos;
+        let near = track.predict(FrameKind::Video, CaptureTime { nanos });
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let seen = detector.search(&picture, &board, search);
+        assert!(matches!(seen, Err(Miss::PartialBoard { .. })), "{gap_nanos} ns: {seen:?}");
+    }
+}
+
+/// The gaps between discs look like corners from afar.
+#[test]
+fn a_grid_of_discs_is_neither_a_board_nor_a_covered_one() {
+    let discs = GrayImage::from_fn(640, 480, |x, y| {
+        let [x, y] = [x, y].map(|px| f64::from(px) + 0.5);
+        let (column, row) = (((x - 80.0) / 48.0).floor(), ((y - 60.0) / 48.0).floor());
+        let off = (x - 104.0 - 48.0 * column).hypot(y - 84.0 - 48.0 * row);
+        let is_disc = (0.0..10.0).contains(&column) && (0.0..7.0).contains(&row) && off < 15.0;
+        Luma([if is_disc { 40 } else { 210 }])
+    });
+    let page = image::imageops::blur(&discs, 1.0);
+    let mut detector = Detector::new(DetectorParams::default());
+    for (columns, rows) in [(3, 3), (4, 3), (5, 4), (7, 6), (9, 6)] {
+        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let seen = detector.detect(&page, &board);
+        assert_eq!(seen, Err(Miss::NoBoard), "{columns}x{rows}");
+    }
 }
 
 #[test]

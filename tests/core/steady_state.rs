@@ -19,7 +19,12 @@ fn looking_at_another_frame_allocates_the_result_only() {
         seen.corners.iter().map(|corner| [corner.px.x, corner.px.y]).collect()
     };
     let corners_px = corners(&mut detector, &pictures[1]);
-    let near = Prediction { corners_px, everywhere: false, names_corners: true };
+    let near = Prediction {
+        seen: vec![true; corners_px.len()],
+        corners_px,
+        spread_squares: 0.25,
+        everywhere: false,
+    };
     for picture in pictures.iter().chain([&without]) {
         // Once to grow the buffers.
         let mut look = |near| {

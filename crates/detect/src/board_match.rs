@@ -5,10 +5,11 @@ use image::GrayImage;
 use super::{
     colours::{colour_step, colours, dark_outside, skips_squares},
     lattice::{BESIDE, Lattice, Node, axes, height},
-    missing::{Beyond, SIDES, beyond, cut_off_by, ends_in_white, glaring},
+    missing::{SIDES, behind, cut_off_by, glaring},
     outcome::Miss,
     placement::place_part,
     saddle::settle,
+    track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
 
@@ -34,7 +35,7 @@ const MOST_UNEVEN: f32 = 0.5;
 const INTERPOLATED_SHARE: usize = 18;
 
 /// Completes `lattice` to the board and writes its corners to `into`, row by row; `None` where a part of the board isn't
-/// seen. `expected` has all corners where they were predicted, or none.
+/// seen.
 ///
 /// # Errors
 ///
@@ -45,7 +46,7 @@ pub(super) fn match_board(
     image: &GrayImage,
     lattice: &mut Lattice,
     board: &Checkerboard,
-    expected: &[[f32; 2]],
+    expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<(), Miss> {
     let wanted = board.corner_count();
@@ -84,7 +85,7 @@ pub(super) fn match_board(
         let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
         // One row and one column fewer, and neither cut off: whoever named the board has counted its squares.
         let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
-        let miscounted = smaller && whole && expected.is_empty() && !is_glaring;
+        let miscounted = smaller && whole && expected.corners.is_empty() && !is_glaring;
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
         }
@@ -108,7 +109,7 @@ fn goes_on(
     lattice: &mut Lattice,
     (low, high): (Node, Node),
 ) -> Option<(i32, i32)> {
-    let more = SIDES.map(|out| i32::from(beyond(image, lattice, out) == Beyond::Squares));
+    let more = SIDES.map(|out| i32::from(behind(image, lattice, out).goes_on()));
     if more == [0; 4] {
         return None;
     }
@@ -185,7 +186,8 @@ fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     let (low, high) = lattice.extent()?;
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let whole = width.min(height) >= 3 && lattice.len() as i32 == width * height;
-    (whole && ends_in_white(image, lattice)).then_some((width, height))
+    let ends = |out: Node| behind(image, lattice, out).ends();
+    (whole && SIDES.into_iter().all(ends)).then_some((width, height))
 }
 
 /// Columns and rows of inner corners of the board that is seen whole in `lattice`, whatever its size up to `longest` a

@@ -84,6 +84,25 @@ pub(super) fn dark_outside(
     Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
 }
 
+/// Sampling distance close to a corner, in squares, and the largest colour step there of discs, as a share of that at
+/// [`FAR_SQUARES`]: squares meet in their corners, so that any blur leaves a quarter; between discs there's nothing.
+const CLOSE_SQUARES: f32 = 0.18;
+const MOST_OF_DISCS: f32 = 0.15;
+
+/// True if the dark and light areas don't meet in the corners of the grid: the gaps between the discs of a circle grid look
+/// like corners from afar.
+pub(super) fn are_discs(image: &GrayImage, lattice: &Lattice) -> bool {
+    let sum = |far: f32| {
+        let steps = lattice.nodes().iter().filter_map(|&(i, j)| {
+            let step = colour_step_within(image, lattice, (i, j), far)?.value;
+            Some(if (i + j) % 2 == 0 { step } else { -step })
+        });
+        steps.sum::<f32>()
+    };
+    let far = sum(FAR_SQUARES);
+    sum(CLOSE_SQUARES) * far.signum() < MOST_OF_DISCS * far.abs()
+}
+
 /// Sampling distance on both sides of an edge, in squares.
 const BESIDE_EDGE: f32 = 0.2;
 

@@ -10,7 +10,7 @@ use super::{
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve, negate},
     refine::Refiner,
-    track::{Prediction, Tracker, shortest_side_px},
+    track::{Expected, Prediction, Tracker, shortest_side_px},
 };
 use boresight_geometry::{board::Checkerboard, seen_count, target::PartTells};
 
@@ -76,7 +76,7 @@ pub struct Detector {
     /// Corners in the full picture, as the search found them.
     rough: Vec<Option<[f64; 2]>>,
     /// Corners at search size where they were predicted; none without a prediction.
-    expected: Vec<[f32; 2]>,
+    expected: Expected,
     /// Widths of edges in a picture without a board.
     edge_widths: Vec<f32>,
     tracker: Tracker,
@@ -181,10 +181,7 @@ impl Detector {
                 break;
             }
             let halved = pass.halved();
-            self.expected.clear();
-            if let Some(near) = search.near.filter(|near| near.names_corners) {
-                self.expected.extend(near.corners_px.iter().map(|corner| halved.at(*corner)));
-            }
+            self.expected.set(search.near, |corner| halved.at(corner));
             let found = self.search_pass(image, pass, board, search.keep_on).and_then(|polarity| {
                 self.rough.clear();
                 let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
@@ -310,19 +307,19 @@ impl Detector {
     ) -> Result<Polarity, Miss> {
         let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
         let at = |level: usize| if level == 0 { image } else { &levels[level - 1] };
-        let picture = match pass {
-            Pass::Level(level) => at(level),
+        let (picture, plain) = match pass {
+            Pass::Level(level) => (at(level), at(level)),
             Pass::Grown(level, what) => {
                 grow(at(level), what, grown_rows, grown);
-                grown
+                (&*grown, at(level))
             }
             Pass::Doubled => {
                 double(image, grown);
-                grown
+                (&*grown, &*grown)
             }
         };
         let full_px = pass.halved().scale;
-        grids.find((picture, full_px), board, params, expected, keep_on)
+        grids.find((picture, plain, full_px), board, params, expected, keep_on)
     }
 }
 
@@ -331,7 +328,7 @@ fn may_be_grown(miss: &Miss) -> bool {
     match miss {
         Miss::NoBoard => true,
         Miss::PartialBoard { cut_off_by, .. } => cut_off_by.is_none(),
-        Miss::Glare { .. } => true,
+        Miss::Glare { .. } | Miss::Blurred { .. } => true,
         _ => false,
     }
 }

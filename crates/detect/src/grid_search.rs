@@ -4,6 +4,7 @@ use image::GrayImage;
 
 use super::{
     board_match::{count_board, is_no_part, match_board},
+    colours::are_discs,
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
@@ -12,6 +13,7 @@ use super::{
     outcome::Miss,
     params::DetectorParams,
     response::{Peak, peaks as find_peaks, respond},
+    track::Expected,
 };
 use boresight_geometry::{board::Checkerboard, markers::Markers};
 
@@ -50,19 +52,18 @@ impl GridSearch {
         &self.corners
     }
 
-    /// Searches `picture`, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Corners that are
-    /// `expected` somewhere (none, or all of the board) say which part of a board is seen. Returns the polarity of its
-    /// markers, if it has some.
+    /// Searches `picture`, made of a `plain` one by growing its dark or light squares or the same, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Where its
+    /// corners are `expected` says which part of a board is seen. Returns the polarity of its markers, if it has some.
     ///
     /// # Errors
     ///
     /// [`Miss`] of the grid that came closest to the board.
     pub(super) fn find(
         &mut self,
-        (picture, full_px): (&GrayImage, f64),
+        (picture, plain, full_px): (&GrayImage, &GrayImage, f64),
         board: &Checkerboard,
         params: &DetectorParams,
-        expected: &[[f32; 2]],
+        expected: &Expected,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
         self.start(picture, params);
@@ -71,7 +72,7 @@ impl GridSearch {
         }
         match board.markers() {
             None => {
-                self.match_grids(picture, board, params.max_seeds, expected, keep_on)?;
+                self.match_grids([picture, plain], board, params.max_seeds, expected, keep_on)?;
                 Ok(Polarity::Positive)
             }
             Some(markers) => {
@@ -162,10 +163,10 @@ impl GridSearch {
     /// The first grid that is the whole board, or the largest part of one.
     fn match_grids(
         &mut self,
-        picture: &GrayImage,
+        [picture, plain]: [&GrayImage; 2],
         board: &Checkerboard,
         max_seeds: usize,
-        expected: &[[f32; 2]],
+        expected: &Expected,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
         let Self { junctions, grower, lattice, kept, corners, part, .. } = self;
@@ -175,6 +176,9 @@ impl GridSearch {
         part.clear();
         let mut best_miss = Miss::NoBoard;
         let mut is_whole = |lattice: &mut Lattice| {
+            if are_discs(plain, lattice) {
+                return false;
+            }
             if let Err(miss) = match_board(picture, lattice, board, expected, corners) {
                 best_miss = best_miss.or_closer(miss);
                 return false;

@@ -8,12 +8,6 @@ use super::{
     reduce::sample,
 };
 
-/// Sampling distances beyond the outermost corners, in squares (the board ends at 1): inside the outer squares, and in
-/// the white margin.
-const IN_OUTER_SQUARES: f32 = 0.75;
-const IN_WHITE: f32 = 1.3;
-/// Share of the step from dark to light squares above which a place counts as white.
-const LIGHT_FROM: f32 = 0.75;
 /// Least step from dark to light squares, in grey levels.
 const LEAST_STEP: f32 = 8.0;
 
@@ -78,27 +72,46 @@ const IN_OUTER: [f32; 2] = [0.4, 0.75];
 const BEHIND: [f32; 2] = [1.18, 1.34];
 /// Sampling places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
-/// Shares of the step from dark to light squares: a place is dark up to the first, and lighter than the board's white
-/// from the second. Between the two, [`LIGHT_FROM`] is where it counts as light.
-const DARK_TO: f32 = 0.35;
-const GLARE_FROM: f32 = 1.6;
+/// Largest difference between an outer square and the nearest inner one of its colour, as a share of the step from dark to
+/// light squares.
+const UNEVEN_TO: f32 = 0.35;
 
-/// Kind of area behind the outer squares on one side of a grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Beyond {
-    /// The white around the board.
-    White,
-    /// More squares of a larger board.
-    Squares,
-    /// Something else, or too little of it is seen.
-    Unclear,
+/// Bits by which an explanation must lead all others to be taken.
+pub(super) const LEAD: f32 = 8.0;
+/// Standard deviation of a place's brightness, as a share of the step from dark to light squares, and the range of what
+/// anything else may have.
+const SPREAD: f32 = 0.15;
+const RANGE: f32 = 2.5;
+/// One place, square or side in this many shows something else.
+pub(super) const ONE_IS_OTHER: f32 = 16.0;
+/// Places behind a square that tell as much as independent ones.
+const INDEPENDENT: f32 = 2.0;
+
+/// What lies behind the outer squares on one side of a grid: bits for the white around the board, and for more squares,
+/// compared with anything else that may be there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Behind {
+    pub(super) white: f32,
+    pub(super) squares: f32,
 }
 
-/// Kind of area behind the outer squares in the direction `out`. A dark square is followed by light in either case;
-/// behind a light one, white or a dark square decides.
-pub(super) fn beyond(image: &GrayImage, lattice: &Lattice, out: Node) -> Beyond {
-    let Some((low, high)) = lattice.extent() else { return Beyond::Unclear };
-    let (mut light_light, mut light_dark, mut dark_light, mut other) = (0, 0, 0, 0);
+impl Behind {
+    /// Whether it's white.
+    pub(super) fn ends(self) -> bool {
+        self.white >= LEAD + self.squares.max(0.0)
+    }
+
+    /// Whether there are more squares.
+    pub(super) fn goes_on(self) -> bool {
+        self.squares >= LEAD + self.white.max(0.0)
+    }
+}
+
+/// What lies behind the outer squares in the direction `out`. A dark square is followed by light in either case; behind a
+/// light one, white or a dark square decides.
+pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind {
+    let mut bits = Behind::default();
+    let Some((low, high)) = lattice.extent() else { return bits };
     for &(i, j) in lattice.nodes() {
         let on_rim = match out {
             (-1, _) => i == low.0,
@@ -110,38 +123,34 @@ pub(super) fn beyond(image: &GrayImage, lattice: &Lattice, out: Node) -> Beyond 
         if !on_rim || !lattice.contains(beside) {
             continue;
         }
-        match outer_square(image, lattice, [(i, j), beside], out) {
-            Some((true, Some(true))) => light_light += 1,
-            Some((true, Some(false))) => light_dark += 1,
-            Some((false, Some(true))) => dark_light += 1,
-            _ => other += 1,
-        }
+        let seen = outer_square(image, lattice, [(i, j), beside], out);
+        let bits_of = |brightness: f32| {
+            let Some((_, behind)) = seen else { return -ONE_IS_OTHER.log2() };
+            let places = behind.map(|seen| log2_likelihood(seen - brightness));
+            let mean = places.iter().sum::<f32>() / places.len() as f32;
+            ((INDEPENDENT * mean).exp2() * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER).log2()
+        };
+        bits.white += bits_of(1.0);
+        bits.squares += bits_of(seen.map_or(1.0, |(is_light, _)| f32::from(u8::from(!is_light))));
     }
-    let ends = light_light + dark_light;
-    let goes_on = light_dark + dark_light;
-    if light_light >= 1 && dark_light >= 1 && ends >= 3 && light_dark == 0 && 2 * other <= ends {
-        Beyond::White
-    } else if light_dark >= 1
-        && dark_light >= 1
-        && goes_on >= 3
-        && 5 * light_light <= goes_on
-        && 2 * other <= goes_on
-    {
-        Beyond::Squares
-    } else {
-        Beyond::Unclear
-    }
+    bits
 }
 
-/// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and of the area beyond that
-/// square: as light as light squares (`true`), as dark as dark ones (`false`), or neither. `None` outside of the
-/// picture, or without a square.
+/// Bits for a place `off` the brightness that it should have, as a share of the step from dark to light squares.
+fn log2_likelihood(off: f32) -> f32 {
+    let peak = RANGE / (SPREAD * std::f32::consts::TAU.sqrt());
+    let likely = peak * (-0.5 * (off / SPREAD).powi(2)).exp();
+    (likely * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER).log2()
+}
+
+/// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and the brightness of places
+/// behind it, from 0 for dark squares to 1 for light ones. `None` outside of the picture, or without a square.
 fn outer_square(
     image: &GrayImage,
     lattice: &Lattice,
     corners: [Node; 2],
     (di, dj): Node,
-) -> Option<(bool, Option<bool>)> {
+) -> Option<(bool, [f32; 6])> {
     let between = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
         std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
     };
@@ -160,69 +169,20 @@ fn outer_square(
         let is_inside = (1.0..right).contains(&x) && (1.0..bottom).contains(&y);
         is_inside.then(|| sample(image, x, y))
     };
-    let inside = level(-0.5, 0.5)?;
+    let (inside, next) = (level(-0.5, 0.5)?, level(-1.5, 0.5)?);
     let outer = [level(IN_OUTER[0], 0.5)?, level(IN_OUTER[1], 0.5)?];
+    let is_square = outer.iter().all(|at| (at - next).abs() <= UNEVEN_TO * (inside - next).abs());
     let outside = 0.5 * (outer[0] + outer[1]);
     let (dark, light) = (inside.min(outside), inside.max(outside));
     let step = light - dark;
-    let share = |level: f32| (level - dark) / step;
-    if step < LEAST_STEP || (share(outer[0]) - share(outer[1])).abs() > DARK_TO {
+    if step < LEAST_STEP || !is_square {
         return None;
     }
-    let (mut least, mut most) = (f32::MAX, f32::MIN);
-    for steps in BEHIND {
-        for along in ALONG {
-            let share = share(level(steps, along)?);
-            (least, most) = (least.min(share), most.max(share));
-        }
+    let share = |level: f32| (level - dark) / step;
+    let mut places = [0.0; 6];
+    let all = BEHIND.into_iter().flat_map(|steps| ALONG.map(|along| (steps, along)));
+    for (place, (steps, along)) in places.iter_mut().zip(all) {
+        *place = share(level(steps, along)?);
     }
-    let is_light = (LIGHT_FROM..GLARE_FROM).contains(&least) && most < GLARE_FROM;
-    let is_dark = most < DARK_TO;
-    Some((outside > inside, (is_light || is_dark).then_some(is_light)))
-}
-
-/// True if white surrounds a full rectangle of corners: its outer squares keep their colours up to where the board must
-/// end, and beyond all is as light as its light squares. A hand, or another row of squares, isn't.
-pub(super) fn ends_in_white(image: &GrayImage, rectangle: &Lattice) -> bool {
-    rectangle.nodes().iter().all(|&(i, j)| {
-        BESIDE.into_iter().filter(|(di, dj)| !rectangle.contains((i + di, j + dj))).all(|out| {
-            let beside = (i + out.1.abs(), j + out.0.abs());
-            // The last corner of its side has no square beside it.
-            !rectangle.contains(beside)
-                || outer_square_ends_in_white(image, rectangle, [(i, j), beside], out) == Some(true)
-        })
-    })
-}
-
-/// See [`ends_in_white`], for the outer square beyond two neighbouring corners of the rim in the direction `out`.
-fn outer_square_ends_in_white(
-    image: &GrayImage,
-    rectangle: &Lattice,
-    corners: [Node; 2],
-    (di, dj): Node,
-) -> Option<bool> {
-    let between = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
-        std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
-    };
-    let [(here, out), (beside, out_beside)] = {
-        let rim =
-            |(i, j): Node| Some((rectangle.get((i, j))?, rectangle.predict((i + di, j + dj))?.0));
-        [rim(corners[0])?, rim(corners[1])?]
-    };
-    let inner = rectangle.get((corners[0].0 - di, corners[0].1 - dj))?;
-    let beyond = |steps: f32| [between(here, out, steps), between(beside, out_beside, steps)];
-    let middle = |[one, other]: [[f32; 2]; 2]| between(one, other, 0.5);
-    let white = beyond(IN_WHITE);
-    let (right, bottom) = (image.width() as f32 - 2.0, image.height() as f32 - 2.0);
-    if !white.iter().all(|[x, y]| (1.0..right).contains(x) && (1.0..bottom).contains(y)) {
-        return Some(false);
-    }
-    let at = |[x, y]: [f32; 2]| sample(image, x, y);
-    // The square on this side of the rim has the other colour.
-    let inside = at(middle([inner, beside]));
-    let outside = at(middle(beyond(IN_OUTER_SQUARES)));
-    let (dark, light) = (inside.min(outside), inside.max(outside));
-    let is_light = |point: [f32; 2]| at(point) > dark + LIGHT_FROM * (light - dark);
-    let contrasts = light - dark > LEAST_STEP;
-    Some(contrasts && [white[0], middle(white), white[1]].into_iter().all(is_light))
+    Some((outside > inside, places))
 }

@@ -1,30 +1,36 @@
-//! Where a part of a board lies on it.
+//! Where a part of a board lies on it, weighed in bits.
 //!
-//! Every turn and shift that puts the part inside the board is looked at. It must have white where the part ends in white,
-//! squares where they go on, the board's colours, and lie where the board was last seen, or beside the printed code that names
-//! the board. The part is used only if exactly one place is left; never by its squares alone, for others may look like them.
-//! (Boards that look the same upside down keep two where they were last seen; then, as for whole boards, the first corner is
-//! the one nearest to the top left. Their code tells.)
+//! Every turn and shift that puts the part inside the board is a hypothesis. What is seen behind the part's ends speaks for
+//! white or for more squares there, colours for the turn, and the track, or the printed code that names the board, for the
+//! place. A place is taken if it leads all others by [`LEAD`] bits, and only with a witness that the part is of this board:
+//! the track or the code; others may have such squares and ends.
 
 use image::GrayImage;
 use nalgebra::Point2;
 
 use super::{
+    board_match::inside,
     colours::dark_outside,
     lattice::{Lattice, Node, axes, height},
-    missing::{Beyond, SIDES, beyond},
+    missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
     printed_code::{Plane, is_named_by_code},
+    track::Expected,
 };
-use boresight_geometry::{Corner, Homography, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
 /// Corners of a part, and its rows and columns, that tell enough.
 const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
 /// A row or column at the end of a part with fewer corners may be chance corners beside the board.
 const LEAST_IN_LINE: usize = 3;
-/// Largest root mean square distance of corners from where they are expected, in squares. A shift that keeps the colours is
-/// at least 1.4 squares, any shift at least one.
-const NEAR: f32 = 0.35;
+/// One frame in two to this power isn't where its track leads: the board was moved while it wasn't seen, or this is
+/// something else.
+const ASTRAY_BITS: f32 = 14.0;
+/// What it counts against a track if all corners that it leads to vanish at once. Hands cover a board little by little; a cut
+/// or a jump takes many corners in one frame.
+const VANISHED_BITS: f32 = 28.0;
+/// A corner nearer to the edge of the picture, in squares, may be lost to it.
+const LOST_TO_EDGE: f32 = 0.75;
 
 /// Maps a node `(i, j)` to column and row: `[column, row] = turn · [i, j] + shift`. Never a mirror image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,13 +70,12 @@ impl Placement {
 }
 
 /// Writes the part's corners by their numbers on `board` to `into`, `None` for those that aren't seen. `false` if the part
-/// is too small, or if neither a prediction nor the board's code says where on the board it is. `expected` has all corners
-/// where they were predicted, or none.
+/// is too small, or if neither a prediction nor the board's code says clearly where on the board it is.
 pub(super) fn place_part(
     image: &GrayImage,
     lattice: &mut Lattice,
     board: &Checkerboard,
-    expected: &[[f32; 2]],
+    expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
     drop_thin_ends(lattice);
@@ -79,11 +84,26 @@ pub(super) fn place_part(
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
-    let all = placements(image, lattice, board);
-    let by_track = by_track(all.clone(), lattice, board, expected);
-    let Some(placement) = by_track.or_else(|| by_code(all, image, lattice, board)) else {
-        return false;
+    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let by_picture = |placement: &Placement| {
+        of_ends(placement, (low, high), board, ends) + of_colours(image, lattice, placement, board)
     };
+    let by_track = |placement: &Placement| {
+        let (near, vanished) = track(image, lattice, placement, board, expected);
+        let bits = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
+        (by_picture(placement) + bits, near > LEAD - ASTRAY_BITS)
+    };
+    let tracked = (!expected.corners.is_empty())
+        .then(|| leading(inside_board((low, high), board).map(|it| (it, by_track(&it)))))
+        .flatten();
+    let named = || {
+        let by_code = by_code(image, lattice, board)?;
+        let all = || inside_board((low, high), board).map(|it| (it, by_picture(&it)));
+        let most = all().map(|(_, bits)| bits).fold(f32::NEG_INFINITY, f32::max);
+        let fitting = all().filter(|(it, bits)| *bits > most - LEAD && by_code(it));
+        leading(fitting.map(|(it, bits)| (it, (bits, true))))
+    };
+    let Some(placement) = tracked.or_else(named) else { return false };
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
     into.clear();
@@ -91,74 +111,134 @@ pub(super) fn place_part(
     true
 }
 
-/// The placement whose corners are `expected` where they lie. `None` without a prediction.
-fn by_track(
-    placements: impl Iterator<Item = Placement>,
-    lattice: &Lattice,
-    board: &Checkerboard,
-    expected: &[[f32; 2]],
-) -> Option<Placement> {
-    if expected.is_empty() {
-        return None;
-    }
-    let columns = board.columns() as i32;
-    let mut near = placements.filter(|it| is_near(lattice, it, columns, expected));
-    let one = near.next()?;
-    match (near.next(), near.next()) {
-        (None, _) => Some(one),
-        (Some(other), None) if board.looks_the_same_upside_down() => {
-            let is_one = first_is_nearer(lattice, [&one, &other])?;
-            Some(if is_one { one } else { other })
+/// The placement that leads all others, if it has a witness.
+fn leading(weighed: impl Iterator<Item = (Placement, (f32, bool))>) -> Option<Placement> {
+    let mut best: Option<(Placement, (f32, bool))> = None;
+    let mut second = f32::NEG_INFINITY;
+    for one in weighed {
+        match best {
+            Some(before) if before.1.0 >= one.1.0 => second = second.max(one.1.0),
+            before => {
+                second = before.map_or(second, |before| before.1.0);
+                best = Some(one);
+            }
         }
-        _ => None,
     }
+    let (placement, (bits, has_witness)) = best?;
+    (has_witness && bits - second >= LEAD).then_some(placement)
 }
 
-/// The placement with the board's printed code beside it.
-fn by_code(
-    placements: impl Iterator<Item = Placement>,
+/// Bits for either of two explanations.
+fn either(one: f32, other: f32) -> f32 {
+    let most = one.max(other);
+    most + ((one - most).exp2() + (other - most).exp2()).log2()
+}
+
+/// The turns and shifts that put the part inside the board.
+fn inside_board(
+    (low, high): (Node, Node),
+    board: &Checkerboard,
+) -> impl Iterator<Item = Placement> {
+    let size = [board.columns() as i32, board.rows() as i32];
+    TURNS.into_iter().flat_map(move |turn| {
+        let unshifted = Placement { turn, shift: [0, 0] };
+        let ends_at = [unshifted.place(low), unshifted.place(high)];
+        let least: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].min(ends_at[1][k]));
+        let most: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].max(ends_at[1][k]));
+        (-least[0]..size[0] - most[0]).flat_map(move |column| {
+            (-least[1]..size[1] - most[1]).map(move |row| Placement { turn, shift: [column, row] })
+        })
+    })
+}
+
+/// For a place, by what is behind the ends of the part: white where the board ends, squares where it goes on.
+fn of_ends(
+    placement: &Placement,
+    (low, high): (Node, Node),
+    board: &Checkerboard,
+    ends: [Behind; 4],
+) -> f32 {
+    let size = [board.columns() as i32, board.rows() as i32];
+    let of_side = |((di, dj), end): (Node, Behind)| {
+        let rim = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
+        let (at, next) = (placement.place(rim), placement.place((rim.0 + di, rim.1 + dj)));
+        let axis = usize::from(at[0] == next[0]);
+        let is_end = !(0..size[axis]).contains(&next[axis]);
+        either(if is_end { end.white } else { end.squares }, -ONE_IS_OTHER.log2())
+    };
+    SIDES.into_iter().zip(ends).map(of_side).sum()
+}
+
+/// For a place, by its colours: a bit for each corner that has them, as boards of mixed parity have a dark outer square at
+/// their first corner.
+fn of_colours(
     image: &GrayImage,
     lattice: &Lattice,
+    placement: &Placement,
     board: &Checkerboard,
-) -> Option<Placement> {
+) -> f32 {
+    if board.looks_the_same_upside_down() {
+        return 0.0;
+    }
+    let of_corner = |&node: &Node| {
+        let is_dark = dark_outside(image, lattice, node, placement.is_upright())?;
+        let [column, row] = placement.place(node);
+        Some(if is_dark == ((column + row) % 2 == 0) { 1.0 } else { -1.0 })
+    };
+    lattice.nodes().iter().filter_map(of_corner).sum()
+}
+
+/// How well a place agrees with the track: bits by which the corners are near where it leads, at most 0, and the share of the
+/// corners that were seen before and that it leads to inside the picture, but that aren't there.
+fn track(
+    image: &GrayImage,
+    lattice: &Lattice,
+    placement: &Placement,
+    board: &Checkerboard,
+    expected: &Expected,
+) -> (f32, f32) {
+    let columns = board.columns() as i32;
+    let (mut squares, mut count, mut side_px) = (0.0, 0.0_f32, 0.0);
+    let (mut vanished, mut seen) = (0.0, 0.0_f32);
+    for (index, &at) in expected.corners.iter().enumerate() {
+        let index = index as i32;
+        let node = placement.node([index % columns, index / columns]);
+        let Some(found) = lattice.get(node) else { continue };
+        let Some(axes) = axes(lattice, node, found) else { continue };
+        let off = [found[0] - at[0], found[1] - at[1]];
+        squares += (off[0].hypot(off[1]) / height(axes).max(1.0)).powi(2);
+        side_px += height(axes);
+        count += 1.0;
+    }
+    let margin_px = LOST_TO_EDGE * side_px / count.max(1.0);
+    for (index, (&at, _)) in
+        expected.corners.iter().zip(&expected.seen).enumerate().filter(|(_, (_, seen))| **seen)
+    {
+        let index = index as i32;
+        if inside(image, at, margin_px) {
+            seen += 1.0;
+            let node = placement.node([index % columns, index / columns]);
+            vanished += if lattice.contains(node) { 0.0 } else { 1.0 };
+        }
+    }
+    let off_spreads = squares / count.max(1.0) / expected.spread_squares.powi(2);
+    (-0.5 * std::f32::consts::LOG2_E * off_spreads, vanished / seen.max(1.0))
+}
+
+/// Whether the board's printed code is beside a placement. `None` if no plane goes through the corners.
+fn by_code<'a>(
+    image: &'a GrayImage,
+    lattice: &Lattice,
+    board: &'a Checkerboard,
+) -> Option<impl Fn(&Placement) -> bool + 'a> {
     let pair = |&(i, j): &Node| {
         let [x, y] = lattice.get((i, j))?.map(f64::from);
         Some((Point2::new(f64::from(i), f64::from(j)), Point2::new(x, y)))
     };
     let pairs = lattice.nodes().iter().filter_map(pair);
     let plane = Plane::through(&pairs, ImageSize::of(image))?;
-    let mut named = placements.filter(|placement| {
-        let px_of = |place| plane.px(&placement.node_at(place));
-        is_named_by_code(image, board, &px_of)
-    });
-    let only = named.next()?;
-    named.next().is_none().then_some(only)
-}
-
-/// The turns and shifts that put the part inside the board, with white, squares and colours as in the picture.
-fn placements(
-    image: &GrayImage,
-    lattice: &Lattice,
-    board: &Checkerboard,
-) -> impl Iterator<Item = Placement> + Clone {
-    let size = [board.columns() as i32, board.rows() as i32];
-    let ends = SIDES.map(|out| beyond(image, lattice, out));
-    let all = lattice.extent().into_iter().flat_map(move |(low, high)| {
-        TURNS.into_iter().flat_map(move |turn| {
-            let unshifted = Placement { turn, shift: [0, 0] };
-            let ends_at = [unshifted.place(low), unshifted.place(high)];
-            let least: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].min(ends_at[1][k]));
-            let most: [i32; 2] = std::array::from_fn(|k| ends_at[0][k].max(ends_at[1][k]));
-            let columns = -least[0]..size[0] - most[0];
-            let shifts = columns.flat_map(move |column| {
-                (-least[1]..size[1] - most[1]).map(move |row| [column, row])
-            });
-            shifts.map(move |shift| Placement { turn, shift })
-        })
-    });
-    all.filter(move |placement| {
-        lattice.extent().is_some_and(|extent| ends_fit(placement, extent, size, ends))
-            && colours_fit(image, lattice, placement, board)
+    Some(move |placement: &Placement| {
+        is_named_by_code(image, board, &|place| plane.px(&placement.node_at(place)))
     })
 }
 
@@ -183,82 +263,4 @@ fn on_end(lattice: &Lattice, (di, dj): Node, (i, j): Node) -> bool {
         (_, -1) => j == low.1,
         _ => j == high.1,
     })
-}
-
-/// Whether white is where the board ends, and squares where it goes on.
-fn ends_fit(
-    placement: &Placement,
-    (low, high): (Node, Node),
-    size: [i32; 2],
-    ends: [Beyond; 4],
-) -> bool {
-    SIDES.into_iter().zip(ends).all(|((di, dj), end)| {
-        let rim = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
-        let (at, next) = (placement.place(rim), placement.place((rim.0 + di, rim.1 + dj)));
-        let axis = usize::from(at[0] == next[0]);
-        let is_end = !(0..size[axis]).contains(&next[axis]);
-        match end {
-            Beyond::White => is_end,
-            Beyond::Squares => !is_end,
-            Beyond::Unclear => true,
-        }
-    })
-}
-
-/// Boards of mixed parity have a dark outer square at their first corner.
-fn colours_fit(
-    image: &GrayImage,
-    lattice: &Lattice,
-    placement: &Placement,
-    board: &Checkerboard,
-) -> bool {
-    if board.looks_the_same_upside_down() {
-        return true;
-    }
-    let (mut agree, mut all) = (0, 0);
-    for &node in lattice.nodes() {
-        let Some(is_dark) = dark_outside(image, lattice, node, placement.is_upright()) else {
-            continue;
-        };
-        let [column, row] = placement.place(node);
-        all += 1;
-        agree += usize::from(is_dark == ((column + row) % 2 == 0));
-    }
-    2 * agree > all
-}
-
-/// Whether the corners lie where they are expected.
-fn is_near(lattice: &Lattice, placement: &Placement, columns: i32, expected: &[[f32; 2]]) -> bool {
-    let (mut squares, mut count) = (0.0, 0.0_f32);
-    for &node in lattice.nodes() {
-        let [column, row] = placement.place(node);
-        let at = lattice.get(node);
-        let Some((at, expected)) = at.zip(expected.get((row * columns + column) as usize)) else {
-            return false;
-        };
-        let Some(axes) = axes(lattice, node, at) else { continue };
-        let off = [at[0] - expected[0], at[1] - expected[1]];
-        squares += (off[0].hypot(off[1]) / height(axes).max(1.0)).powi(2);
-        count += 1.0;
-    }
-    count > 0.0 && (squares / count).sqrt() < NEAR
-}
-
-/// Whether the first corner of the board is nearer to the top left in the first place than in the second.
-fn first_is_nearer(lattice: &Lattice, places: [&Placement; 2]) -> Option<bool> {
-    let point = |[x, y]: [f32; 2]| Point2::new(f64::from(x), f64::from(y));
-    let (nodes, corners): (Vec<_>, Vec<_>) = lattice
-        .nodes()
-        .iter()
-        .filter_map(|&(i, j)| {
-            let corner = Corner::isotropic(point(lattice.get((i, j))?), 1.0);
-            Some((Point2::new(f64::from(i), f64::from(j)), corner))
-        })
-        .unzip();
-    let plane = Homography::fit(&nodes, &corners).ok()?;
-    let [one, other] = places.map(|placement| {
-        let (i, j) = placement.node([0, 0]);
-        plane.map(&Point2::new(f64::from(i), f64::from(j))).map(|px| px.x + px.y)
-    });
-    Some(one? <= other?)
 }

@@ -15,6 +15,7 @@ use super::{
     saddle::settle,
 };
 use boresight_geometry::{
+    Corner,
     board::Checkerboard,
     frame::{CaptureTime, FrameKind},
 };
@@ -25,19 +26,22 @@ const FOLLOWED_SQUARE_PX: f32 = 12.0;
 const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
-
-/// Gap between frames after which a prediction may be off by a square and can't identify corners.
-const LONGEST_NAMING_GAP_SECS: f64 = 0.12;
+/// How much the speed of a board in hands changes from frame to frame, in squares per second: standard deviation.
+const SPEED_CHANGE: f64 = 7.5;
+/// And how far off a corner is found in a blurred or noisy picture, in squares.
+const ROUGHLY_SQUARES: f64 = 0.1;
 
 /// Predicted positions of the board's corners.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Every inner corner in the board's numbering, in pixels `[x, y]`.
     pub corners_px: Vec<[f64; 2]>,
+    /// For each corner, true if it was seen when the board was last found.
+    pub seen: Vec<bool>,
+    /// How far off the corners may be, in squares: standard deviation.
+    pub spread_squares: f64,
     /// True if the whole picture should be searched, nevertheless.
     pub everywhere: bool,
-    /// True if the prediction can identify the corners of a part of the board.
-    pub names_corners: bool,
 }
 
 /// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
@@ -45,6 +49,8 @@ pub struct Prediction {
 pub struct Track {
     /// The last two detections. They outlast a miss: the worth of a prediction from them depends on their age.
     newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
+    /// Which corners the newest has.
+    seen: Vec<bool>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,
 }
@@ -60,15 +66,17 @@ impl Track {
                 corners.clear();
                 corners.extend(detection.corners.iter().map(|corner| [corner.px.x, corner.px.y]));
                 self.newest = Some((at, corners));
+                self.seen.clear();
+                self.seen.extend(detection.corners.iter().map(Corner::is_seen));
             }
             Err(_) if kind == FrameKind::Video => {}
             _ => *self = Self::default(),
         }
     }
 
-    /// True if a prediction that far ahead can identify the corners of a part of the board.
+    /// True if a prediction that far ahead can identify the corners of a part of the board with white at one of its ends.
     pub fn names_corners_after(gap_secs: f64) -> bool {
-        gap_secs < LONGEST_NAMING_GAP_SECS
+        gap_secs < LONGEST_GAP_SECS
     }
 
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be
@@ -93,10 +101,33 @@ impl Track {
             None => newest.clone(),
         };
         Some(Prediction {
-            names_corners: steps.is_some() && Self::names_corners_after(ahead_secs),
+            seen: self.seen.clone(),
+            spread_squares: ROUGHLY_SQUARES + SPEED_CHANGE * ahead_secs,
             everywhere: self.followed.is_multiple_of(FULL_SEARCH_EVERY),
             corners_px,
         })
+    }
+}
+
+/// A [`Prediction`] at search size.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Expected {
+    /// All corners of the board, or none without a prediction.
+    pub(super) corners: Vec<[f32; 2]>,
+    pub(super) seen: Vec<bool>,
+    pub(super) spread_squares: f32,
+}
+
+impl Expected {
+    /// Takes the prediction's corners to where `at` maps them.
+    pub(super) fn set(&mut self, near: Option<&Prediction>, at: impl Fn([f64; 2]) -> [f32; 2]) {
+        self.corners.clear();
+        self.seen.clear();
+        if let Some(near) = near {
+            self.corners.extend(near.corners_px.iter().map(|corner| at(*corner)));
+            self.seen.extend(&near.seen);
+            self.spread_squares = near.spread_squares as f32;
+        }
     }
 }
 

@@ -243,12 +243,12 @@ mod tests {
         seen.note_found(&[corner], Some(1.0 / 30.0));
         assert!(may_leave(&seen, &board), "the board can be followed");
         for _ in 0..3 {
-            seen.note_found(&[corner], Some(1.0 / 6.0));
+            seen.note_found(&[corner], Some(1.0 / 3.0));
         }
-        assert!(!may_leave(&seen, &board), "six pictures a second");
+        assert!(!may_leave(&seen, &board), "three pictures a second");
         assert!(may_leave(&seen, &marked), "markers tell parts at any rate");
         let part = [corner, Corner::unseen(Point2::origin())];
-        seen.note_found(&part, Some(1.0 / 6.0));
+        seen.note_found(&part, Some(1.0 / 3.0));
         assert!(may_leave(&seen, &board), "something told a part: the printed code, say");
     }
 }

@@ -77,7 +77,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::CutOff(Side::Right) => "Move left. It's cut off".into(),
         Prompt::CutOff(Side::Top) => "Move down. It's cut off".into(),
         Prompt::CutOff(Side::Bottom) => "Move up. It's cut off".into(),
-        Prompt::Uncover => "Something covers the board".into(),
+        Prompt::Uncover => "Uncover it, or tip it less".into(),
         Prompt::Glare => "Too much glare. Tilt the board".into(),
         Prompt::OtherBoard { .. } => "This is a different board".into(),
         Prompt::OtherMarkers => "This board has different markers".into(),
@@ -183,7 +183,7 @@ pub fn miss(miss: &Miss) -> String {
             )
         }
         Miss::PartialBoard { found, wanted, cut_off_by: None } => {
-            format!("Something covers the board: {found} of {wanted} corners found")
+            format!("{found} of {wanted} corners found: uncover the board, or tip it less")
         }
         Miss::Glare { found, wanted } => format!(
             "Too much glare: {found} of {wanted} corners found. Tilt the board away from the light"
