@@ -1,15 +1,23 @@
-//! Names the build: a hash of its sources and features, the same in every folder, with and without git.
+//! Names the build: a hash of its sources and features, the same in every folder, with and without git. And what
+//! `--version` says beside it.
 
 use std::{
-    fs, io,
+    env, fs, io,
     path::{Path, PathBuf},
+    process::Command,
 };
 
 fn main() -> io::Result<()> {
-    let package = PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
     let root = package.ancestors().find(|folder| folder.join("Cargo.lock").is_file());
     let root = root.unwrap_or(&package);
-    println!("cargo:rustc-env=BORESIGHT_BUILD={}", build_id(root, &features())?);
+    let features = features();
+    println!("cargo:rustc-env=BORESIGHT_BUILD={}", build_id(root, &features)?);
+    println!("cargo:rustc-env=BORESIGHT_COMMIT={}", commit(root));
+    println!("cargo:rustc-env=BORESIGHT_FEATURES={}", in_words(&features));
+    let lock = fs::read_to_string(root.join("Cargo.lock")).unwrap_or_default();
+    println!("cargo:rustc-env=BORESIGHT_LIBRARIES={}", libraries(&lock, &features));
+    println!("cargo:rerun-if-env-changed=BORESIGHT_COMMIT");
     for name in SOURCES.iter().filter(|name| root.join(name).exists()) {
         println!("cargo:rerun-if-changed={}", root.join(name).display());
     }
@@ -17,11 +25,78 @@ fn main() -> io::Result<()> {
 }
 
 /// What the program is made from, below the folder with `Cargo.lock`. The defaults in `config` are compiled in.
-pub(crate) const SOURCES: [&str; 5] = ["Cargo.lock", "Cargo.toml", "config", "crates", "src"];
+pub(crate) const SOURCES: [&str; 6] =
+    ["Cargo.lock", "Cargo.toml", "config", "crates", "docs/schemas", "src"];
+
+/// Libraries that a bug report asks for first, with the feature that brings each; none for those of every build.
+const LIBRARIES: [(&str, &str); 12] = [
+    ("", "image"),
+    ("", "nalgebra"),
+    ("WINDOW", "eframe"),
+    ("LIVE", "v4l"),
+    ("NOKHWA", "nokhwa"),
+    ("GIGE", "telegenic"),
+    ("BAGS", "mcap"),
+    ("BAGS", "rusqlite"),
+    ("SERVE", "axum"),
+    ("SERVE", "rustls"),
+    ("PARQUET", "parquet"),
+    ("CLOUD", "object_store"),
+];
+
+/// The commit, if this is a release from a clone; a package's build says which it is in `BORESIGHT_COMMIT`. Builds for
+/// work on the program don't ask git: each commit would build it again.
+fn commit(root: &Path) -> String {
+    if let Ok(named) = env::var("BORESIGHT_COMMIT") {
+        return named;
+    }
+    let is_release = env::var("PROFILE").is_ok_and(|profile| profile == "release");
+    if !is_release {
+        return "not recorded in a development build".to_owned();
+    }
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).current_dir(root).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?.trim().to_owned();
+        (output.status.success() && !text.is_empty()).then_some(text)
+    };
+    // A copy without git's folder may lie in somebody else's clone.
+    let described = root.join(".git").exists().then(|| {
+        for file in ["HEAD", "logs/HEAD"] {
+            if let Some(path) = git(&["rev-parse", "--git-path", file]) {
+                println!("cargo:rerun-if-changed={}", root.join(path).display());
+            }
+        }
+        git(&["describe", "--always", "--dirty=, changed", "--abbrev=12", "--exclude=*"])
+    });
+    described.flatten().unwrap_or_else(|| "unknown".to_owned())
+}
+
+/// Features as their table in `Cargo.toml` names them.
+fn in_words(features: &[String]) -> String {
+    let names =
+        features.iter().map(|name| name.trim_start_matches("CARGO_FEATURE_").to_lowercase());
+    let names: Vec<String> = names.filter(|name| name != "default").collect();
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+/// The libraries of this build with the versions that `Cargo.lock` has.
+fn libraries(lock: &str, features: &[String]) -> String {
+    let of_this_build = LIBRARIES.iter().filter(|(feature, _)| {
+        feature.is_empty() || features.contains(&format!("CARGO_FEATURE_{feature}"))
+    });
+    let versions = of_this_build.filter_map(|(_, name)| {
+        let entry = lock
+            .split("[[package]]")
+            .find(|entry| entry.lines().any(|line| line == format!("name = \"{name}\"")))?;
+        let version = entry.lines().find_map(|line| line.strip_prefix("version = "))?;
+        Some(format!("{name} {}", version.trim_matches('"')))
+    });
+    versions.collect::<Vec<_>>().join(", ")
+}
 
 /// The features that cargo builds the program with, in order.
 fn features() -> Vec<String> {
-    let names = std::env::vars_os().map(|(name, _)| name.to_string_lossy().into_owned());
+    let names = env::vars_os().map(|(name, _)| name.to_string_lossy().into_owned());
     let mut features: Vec<String> =
         names.filter(|name| name.starts_with("CARGO_FEATURE_")).collect();
     features.sort();

@@ -7,6 +7,7 @@ use boresight_app::{
     devices_file::DevicesFile,
     doctor::DoctorFile,
     json::DetectedLine,
+    paths::PathsFile,
     plan_board::BoardPlan,
     report::ReportFile,
     truth::TruthFile,
@@ -23,7 +24,7 @@ use boresight_watch::Input;
 /// Name of each file in `docs/schemas`, with its schema (draft 2020-12). They describe what this version writes;
 /// readers skip fields that they don't know.
 pub fn schemas() -> Vec<(&'static str, Schema)> {
-    vec![
+    let mut schemas = vec![
         ("calibration.v1.json", of::<CalibrationFile>()),
         ("check.v1.json", of::<CheckFile>()),
         ("report.v1.json", of::<ReportFile>()),
@@ -37,11 +38,17 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("history.v1.json", of::<HistoryFile>()),
         ("devices.v1.json", of::<DevicesFile>()),
         ("truth.v1.json", of::<TruthFile>()),
+        ("paths.v1.json", of::<PathsFile>()),
         ("watch.v1.json", of::<WatchFile>()),
         ("watch-line.v1.json", of::<Input>()),
         ("watch-state.v1.json", of::<StateLine>()),
         ("session-journal-line.v1.json", journal_line_schema(generator())),
-    ]
+    ];
+    for (name, schema) in &mut schemas {
+        let name = name.trim_end_matches(".json").replace(".v", ":");
+        schema.insert("$id".into(), format!("urn:boresight:schema:{name}").into());
+    }
+    schemas
 }
 
 fn of<T: JsonSchema>() -> Schema {

@@ -3,18 +3,17 @@
 use std::{
     collections::BTreeSet,
     path::{Path, PathBuf},
-    process::{Child, Command, Stdio},
+    process::{Command, Stdio},
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicBool, Ordering},
     },
-    thread::Builder,
 };
 
 #[cfg(feature = "serve")]
 use boresight_app::host::PhoneLink;
 use boresight_app::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison, desktop,
     explain::user_error,
     export,
     host::{
@@ -266,13 +265,7 @@ impl AppHost for WindowHost {
     }
 
     fn show(&mut self, file: &Path) -> Result<(), UserError> {
-        let shown = Command::new("xdg-open")
-            .arg(file)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn();
-        shown.map(await_end).map_err(|_| UserError {
+        desktop::show(file).map_err(|_| UserError {
             what: text::window::NO_VIEWER.into(),
             action: Some(text::window::written(file)),
         })
@@ -316,12 +309,6 @@ impl AppHost for WindowHost {
     fn phone_ends_session(&self) -> bool {
         self.phone.as_ref().is_some_and(|phone| phone.hub().wants_end())
     }
-}
-
-/// Waits for the end of `child` in the background, so that the system forgets it.
-fn await_end(mut child: Child) {
-    // Without a thread, the child is forgotten when the program ends.
-    Builder::new().name("viewer".into()).spawn(move || child.wait()).ok();
 }
 
 impl WindowHost {
@@ -538,18 +525,5 @@ mod tests {
         let nowhere = SessionRequest { source: "no-such-source".into(), ..wish(None) };
         assert!(host.opened(&nowhere, Arc::new(|| ())).is_err());
         assert_eq!(host.folder_for(&wish(None)), Some(out));
-    }
-
-    #[cfg(target_os = "linux")]
-    #[test]
-    fn a_viewer_that_has_ended_leaves_nothing_behind() {
-        let child = Command::new("true").spawn().expect("a program");
-        let process = PathBuf::from(format!("/proc/{}", child.id()));
-        await_end(child);
-        let began = std::time::Instant::now();
-        while process.exists() && began.elapsed().as_secs() < 20 {
-            std::thread::yield_now();
-        }
-        assert!(!process.exists());
     }
 }

@@ -4,24 +4,34 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::terminal::{print, say};
+use super::{
+    terminal::{print, say},
+    version,
+};
 use boresight_app::{
-    Exit,
+    Exit, bundle,
     doctor::{Diagnosis, DoctorFile, verify},
 };
 use boresight_present::text;
 use boresight_run::recording::{Recovered, recover};
 
-/// Check a session for damage. Read-only.
+/// Check a session for damage, or pack what a bug report needs. Read-only.
 ///
 /// Checks header, journal and pictures, and whether the decisions can be reproduced.
+///
+/// --bundle packs version, system, cameras and, if you name one, a session without its pictures. It hides names of files,
+/// serial numbers, addresses, commands, your home folder and what the certificate states.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// The session folder.
-    session: PathBuf,
+    #[arg(required_unless_present = "bundle")]
+    session: Option<PathBuf>,
+    /// Write what a bug report needs to this new file (tar). The session is only read.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["recover", "json"])]
+    bundle: Option<PathBuf>,
     /// Copy everything before the first damage into this new folder.
-    #[arg(long, value_name = "NEW")]
+    #[arg(long, value_name = "NEW", requires = "session")]
     recover: Option<PathBuf>,
     /// Print the result as JSON on stdout.
     #[arg(long)]
@@ -31,16 +41,25 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   boresight doctor sessions/2026-11-21T08-00-00Z
-  boresight doctor sessions/2026-11-21T08-00-00Z --recover saved";
+  boresight doctor sessions/2026-11-21T08-00-00Z --recover saved
+  boresight doctor sessions/2026-11-21T08-00-00Z --bundle report.tar
+  boresight doctor --bundle report.tar";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let found = verify(&self.session)?;
+        if let Some(out) = &self.bundle {
+            let files = bundle::write(out, version::LONG, self.session.as_deref())?;
+            say(&text::doctor::bundled(out, &files));
+            return Ok(Exit::Good);
+        }
+        // Required without --bundle.
+        let session = self.session.unwrap_or_default();
+        let found = verify(&session)?;
         if found.cut {
             say(text::replay::CUT);
         }
         let recovered = match &self.recover {
-            Some(new) => Some(recover(&self.session, new)?),
+            Some(new) => Some(recover(&session, new)?),
             None => None,
         };
         let Diagnosis { lines, pictures, views, problems, different_decisions, .. } = &found;
@@ -65,13 +84,13 @@ impl Arguments {
         if !problems.is_empty() {
             say(&format!(
                 "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
-                self.session.display()
+                session.display()
             ));
             let count = match problems.len() {
                 1 => "1 problem".to_owned(),
                 count => format!("{count} problems"),
             };
-            say(&format!("boresight: {count} in {:?}", self.session));
+            say(&format!("boresight: {count} in {session:?}"));
             return Ok(Exit::Failed);
         }
         say("Whole.");

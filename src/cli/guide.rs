@@ -20,10 +20,12 @@ use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concl
 use boresight_phone::session_page::{Phone, going_on};
 use boresight_present::text::window as words;
 use boresight_run::config::Backend;
-#[cfg(feature = "serve")]
 use boresight_run::pipeline::Onlookers;
 #[cfg(feature = "window")]
-use {super::window, boresight_app::AppHost};
+use {
+    super::window,
+    boresight_app::{AppHost, desktop::has_display},
+};
 
 /// Guide a person through the poses, take the views, and calibrate.
 ///
@@ -103,7 +105,7 @@ impl Arguments {
         let mut opening = self.opening()?;
         if !self.headless {
             #[cfg(feature = "window")]
-            if crate::ui::has_display() {
+            if has_display() {
                 let at_once = self.says_something();
                 return window::run(opening, &self.beside, operation, (at_once, self.json));
             }
@@ -118,18 +120,7 @@ impl Arguments {
         if let Some(phone) = self.beside.phone()? {
             return with_phone(&phone, &opening, &onlookers, &operation, self.json);
         }
-        let mut announcer = announcer();
-        let mut run = opening.open(&announcer)?;
-        let status = Status::new();
-        if let Some(status) = &status {
-            onlookers.push(status.onlooker());
-            announcer = announcer.without_requests();
-        }
-        if voice.is_some() {
-            run = run.paced();
-        }
-        let finished = run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)?;
-        drop(status);
+        let finished = in_terminal(&opening, voice.is_some(), onlookers)?;
         conclude_seen(finished, &operation, self.json)
     }
 
@@ -173,6 +164,26 @@ impl Arguments {
             board_code: BoardFromCode::Nothing,
         })
     }
+}
+
+/// Runs a session in the terminal before `onlookers`: with lines that are rewritten in place where they can be. With
+/// `paced`, a simulated or recorded source keeps to its own time.
+pub(super) fn in_terminal(
+    opening: &Opening,
+    paced: bool,
+    mut onlookers: Onlookers,
+) -> anyhow::Result<FinishedRun> {
+    let mut announcer = announcer();
+    let mut run = opening.open(&announcer)?;
+    let status = Status::new();
+    if let Some(status) = &status {
+        onlookers.push(status.onlooker());
+        announcer = announcer.without_requests();
+    }
+    if paced {
+        run = run.paced();
+    }
+    run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)
 }
 
 /// Runs a session in the terminal; prints the result as JSON with `json`.

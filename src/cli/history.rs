@@ -15,6 +15,7 @@ use super::{
 };
 use boresight_app::{
     Exit,
+    paths::HISTORY,
     watch::{StateLine, Store, curve, exit, replayed, stores_below},
 };
 use boresight_files::{Overwrite, save};
@@ -44,7 +45,7 @@ struct Common {
     /// The index.
     ///
     /// One of an earlier version (.sqlite) is taken over into a new file beside it.
-    #[arg(long, value_name = "FILE", default_value = "history.jsonl")]
+    #[arg(long, value_name = "FILE", default_value = HISTORY)]
     index: PathBuf,
     /// Print JSON on stdout.
     #[arg(long)]

@@ -29,7 +29,8 @@ Examples:
 impl Arguments {
     /// `program` is what the pages describe.
     pub(super) fn run(self, program: Command) -> anyhow::Result<Exit> {
-        let mut program = program.disable_help_subcommand(true);
+        // The build and its libraries are no part of a page.
+        let mut program = program.long_version(None::<&str>).disable_help_subcommand(true);
         program.build();
         let mut pages = Vec::new();
         for command in with_subcommands(&program) {

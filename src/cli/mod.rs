@@ -10,6 +10,7 @@ mod check;
 #[cfg(feature = "manual")]
 mod completions;
 mod convert;
+mod demo;
 mod detect;
 mod devices;
 mod doctor;
@@ -24,11 +25,13 @@ mod lens_args;
 mod man;
 mod moved;
 mod operation;
+mod paths;
 mod plan_board;
 pub mod progress;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
+mod schema;
 #[cfg(feature = "serve")]
 mod serve;
 mod simulate;
@@ -40,6 +43,7 @@ pub mod terminal;
 #[cfg(unix)]
 mod typing;
 mod usage;
+mod version;
 mod watch;
 #[cfg(feature = "serve")]
 mod web;
@@ -73,6 +77,7 @@ use serde_json::json;
 #[command(
     name = "boresight",
     version,
+    long_version = version::LONG,
     propagate_version = true,
     args_conflicts_with_subcommands = true,
     about = "Live pose guidance for camera calibration with principal lines",
@@ -91,6 +96,7 @@ const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
 Examples:
+  boresight demo                              see a session without a camera
   boresight                                   start a session
   boresight target --paper a4                 print a board
   boresight guide --board 9x6 --square 25mm   calibrate with that board
@@ -112,6 +118,7 @@ Exit codes:
 #[derive(Debug, Subcommand)]
 enum Command {
     Guide(guide::Arguments),
+    Demo(demo::Arguments),
     Serve(serve::Arguments),
     Web(web::Arguments),
     Check(check::Arguments),
@@ -129,6 +136,8 @@ enum Command {
     History(history::Arguments),
     Doctor(doctor::Arguments),
     Simulate(simulate::Arguments),
+    Schema(schema::Arguments),
+    Paths(paths::Arguments),
     #[command(hide = true)]
     Study(moved::Study),
     Completions(completions::Arguments),
@@ -147,6 +156,7 @@ pub fn main() -> ExitCode {
     let result = match arguments.command {
         None => arguments.guide.run(),
         Some(Command::Guide(arguments)) => arguments.run(),
+        Some(Command::Demo(arguments)) => arguments.run(),
         Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Web(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
@@ -162,6 +172,8 @@ pub fn main() -> ExitCode {
         Some(Command::Convert(arguments)) => arguments.run(),
         Some(Command::Report(arguments)) => arguments.run(),
         Some(Command::Doctor(arguments)) => arguments.run(),
+        Some(Command::Schema(arguments)) => arguments.run(),
+        Some(Command::Paths(arguments)) => arguments.run(),
         Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),
         Some(Command::PlanBoard(arguments)) => arguments.run(),

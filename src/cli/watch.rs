@@ -20,6 +20,7 @@ use super::{
 };
 use boresight_app::{
     Exit,
+    paths::WATCH,
     prometheus::Page,
     watch::{self, Feed, Round, StateLine, Store, WatchedCamera},
 };
@@ -85,7 +86,7 @@ pub(super) struct Arguments {
 #[derive(Debug, Args)]
 struct Place {
     /// Folder in which the camera is kept.
-    #[arg(long, value_name = "DIR", default_value = "watch")]
+    #[arg(long, value_name = "DIR", default_value = WATCH)]
     store: PathBuf,
 }
 

@@ -39,6 +39,6 @@ mod window_icon;
 pub use app::{App, Page};
 pub use keys::UiAction;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, has_display, open, options, run, run_replay};
+pub use run::{NoWindow, SMALLEST, open, options, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

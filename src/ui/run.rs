@@ -11,7 +11,7 @@ use super::{
     theme,
     window_icon::window_icon,
 };
-use boresight_app::{AppHost, recordings::DecidedRecording};
+use boresight_app::{AppHost, desktop::has_display, recordings::DecidedRecording};
 use boresight_geometry::panic_message;
 use boresight_present::text::window as words;
 
@@ -87,14 +87,6 @@ pub fn options() -> eframe::NativeOptions {
         dithering: false,
         ..eframe::NativeOptions::default()
     }
-}
-
-/// True if there is a display to open a window on. The environment names those of X11 and Wayland; other systems always
-/// have one.
-pub fn has_display() -> bool {
-    let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
-    cfg!(any(not(unix), target_os = "macos"))
-        || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
 }
 
 /// Opens a window that shows `app` until it's closed.

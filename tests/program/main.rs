@@ -12,10 +12,13 @@ mod world;
 mod automation;
 #[cfg(target_os = "linux")]
 mod batch;
+#[cfg(unix)]
+mod bundle;
 mod check;
 mod command_line;
 mod crash;
 mod damage;
+mod demo;
 #[cfg(unix)]
 mod files;
 mod history;
@@ -27,6 +30,8 @@ mod operation;
 #[cfg(unix)]
 mod platform;
 mod power_cut;
+#[cfg(unix)]
+mod release;
 mod report;
 mod saved_session;
 mod schemas;

@@ -22,7 +22,12 @@ pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
 
 /// Runs the program in `folder` to its end.
 pub(crate) fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
-    let output = program(folder, arguments).output().expect("started");
+    ended(program(folder, arguments))
+}
+
+/// Runs `command` to its end.
+pub(crate) fn ended(mut command: Command) -> Ended {
+    let output = command.output().expect("started");
     Ended {
         code: output.status.code().expect("not killed"),
         stdout: String::from_utf8(output.stdout).expect("text"),

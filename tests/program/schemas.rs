@@ -72,6 +72,27 @@ fn the_committed_schemas_are_those_of_the_types() {
 }
 
 #[test]
+fn the_program_prints_each_of_them() {
+    let folder = TempDir::new().expect("folder");
+    let listed = boresight(folder.path(), &["schema"]);
+    let mut names: Vec<String> =
+        schemas().iter().map(|(name, _)| name.trim_end_matches(".json").to_owned()).collect();
+    names.sort();
+    assert_eq!(listed.stdout.lines().collect::<Vec<_>>(), names);
+    for name in &names {
+        let printed = boresight(folder.path(), &["schema", name]);
+        says(&printed, 0, &[]);
+        let committed = file(&repository("docs/schemas").join(format!("{name}.json")));
+        assert_eq!(tree(&printed.stdout), committed);
+        let id = format!("urn:boresight:schema:{}", name.replace(".v", ":"));
+        assert_eq!(committed["$id"], Value::String(id));
+    }
+    let without_version = boresight(folder.path(), &["schema", "calibration"]);
+    assert_eq!(tree(&without_version.stdout)["title"], "CalibrationFile");
+    says(&boresight(folder.path(), &["schema", "nothing"]), 1, &["boresight schema"]);
+}
+
+#[test]
 fn recorded_files_are_valid() {
     let calibration = validator("calibration");
     for name in ["good", "focus-moved", "focus-moved-unseen"] {
@@ -186,6 +207,10 @@ fn what_the_program_writes_now_is_valid() {
     let check = run(&check, 3);
     assert_eq!((&check["verdict"], &check["reason"]), (&Value::Null, &json!("OTHER-SIZE")));
     assert_valid(&validator("check"), &check);
+
+    let paths = run(&["paths", "--json"], 0);
+    assert_valid(&validator("paths"), &paths);
+    assert_eq!(paths["sessions"], json!(here.canonicalize().expect("there").join("sessions")));
 
     // Whatever cameras this computer has.
     let devices = boresight(here, &["devices", "--json"]);

@@ -18,6 +18,9 @@
 //! | `export` | a result in the formats of other programs |
 //! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
 //! | `device_entry`, `devices_file` | the cameras of a computer as a file |
+//! | `paths` | where things are kept |
+//! | `bundle` | what a bug report needs, in one file |
+//! | `desktop` | whether there is one, and files that it opens |
 //! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
 //! | `session_folders` | the sessions below a folder |
 //! | `bag_copy`, `camera_driver` | a calibration in a copy of a recorded bag, and for the camera's own driver |
@@ -38,6 +41,7 @@ mod announcer;
 mod bag_copy;
 pub mod board_from_code;
 pub mod board_sheet;
+pub mod bundle;
 pub mod calibration_views;
 pub mod camera;
 mod camera_announcer;
@@ -46,6 +50,7 @@ mod camera_driver;
 pub mod certificate;
 pub mod comparison;
 mod cue_link;
+pub mod desktop;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod device_entry;
 pub mod devices_file;
@@ -59,6 +64,7 @@ pub mod lookout;
 pub mod memory;
 mod missing_feature;
 pub mod opening;
+pub mod paths;
 pub mod plan_board;
 pub mod printed_board;
 pub mod prometheus;

@@ -218,11 +218,14 @@ impl Opening {
     }
 }
 
-/// A free folder name in `sessions`, from the time.
+/// Folder of new sessions, in the folder in which the program is started.
+pub const SESSIONS: &str = "sessions";
+
+/// A free folder name in [`SESSIONS`], from the time.
 pub fn new_session_path() -> PathBuf {
     let stamp = jiff::Timestamp::now().strftime("%Y-%m-%dT%H-%M-%SZ").to_string();
-    let plain = Path::new("sessions").join(&stamp);
+    let plain = Path::new(SESSIONS).join(&stamp);
     (2..1000)
-        .map(|n| Path::new("sessions").join(format!("{stamp}-{n}")))
+        .map(|n| Path::new(SESSIONS).join(format!("{stamp}-{n}")))
         .fold(plain, |free, next| if free.exists() { next } else { free })
 }

@@ -80,7 +80,7 @@ impl OpenSource {
 }
 
 impl SourceName {
-    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, a camera's node or stable name, a video file,
+    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, `sim:demo:SEED`, a camera's node or stable name, a video file,
     /// stream or bag, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
     /// simulated camera; it announces which.
     ///
@@ -95,12 +95,10 @@ impl SourceName {
             let usual = |scene: Scene| Scene { board, ..scene };
             let scene = match simulated.strip_prefix(':') {
                 None if simulated.is_empty() => usual(Scene::ordinary_webcam(1)),
-                Some(rest) => match rest.strip_prefix("random:") {
-                    Some(seed) => usual(Scene::random(
-                        seed.parse()
-                            .with_context(|| format!("{seed:?} is no seed: a whole number"))?,
-                    )),
-                    None => SceneFile::load_with(Path::new(rest), board)?,
+                Some(rest) => match rest.split_once(':') {
+                    Some(("random", seed)) => usual(Scene::random(parsed_seed(seed)?)),
+                    Some(("demo", seed)) => usual(Scene::demo(parsed_seed(seed)?)),
+                    _ => SceneFile::load_with(Path::new(rest), board)?,
                 },
                 None => {
                     bail!("no source {name:?}: {SOURCES}")
@@ -170,6 +168,10 @@ impl SourceName {
         };
         Ok(OpenSource { source, on_frame: Box::new(|_| ()), truth: None })
     }
+}
+
+fn parsed_seed(seed: &str) -> anyhow::Result<u64> {
+    seed.parse().with_context(|| format!("{seed:?} is no seed: a whole number"))
 }
 
 fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {

@@ -66,13 +66,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Method("sync_all"), FILES),
         (
             Reach::Path("std::env"),
-            &[
-                "app",
-                "fleet/batch/cloud",
-                "boresight/cli",
-                "boresight/ui/run",
-                "boresight/ui/sound",
-            ],
+            &["app", "fleet/batch/cloud", "boresight/cli", "boresight/ui/sound"],
         ),
         (
             Reach::Path("std::process"),

@@ -1,5 +1,7 @@
 //! Findings of `doctor`.
 
+use std::path::Path;
+
 /// The header differs from the one with which the journal was recorded.
 pub const FOREIGN_HEADER: &str =
     "every decision comes out differently: session.toml doesn't belong to this journal";
@@ -28,5 +30,14 @@ pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
 pub fn other_decisions(count: usize, first_line: usize) -> String {
     format!(
         "{count} decisions don't follow from what was recorded, the first at line {first_line}: somebody has changed the journal or its settings. The pictures of the views are as they were"
+    )
+}
+
+/// The bundle for a bug report, and what isn't in it.
+pub fn bundled(out: &Path, files: &[String]) -> String {
+    let out = out.display();
+    format!(
+        "Written: {out} ({})\nLeft out: pictures, names of files, serial numbers, addresses, commands, the certificate's fields.\nLook through it before you send it: tar -xf {out}",
+        files.join(", ")
     )
 }

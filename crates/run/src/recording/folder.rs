@@ -17,7 +17,7 @@ use super::{
     envelope::checksum,
 };
 use crate::config::{
-    Config,
+    CertificateConfig, Config,
     retired::{self, Retired},
 };
 use boresight_capture::{PICTURE_LIMIT_PX, Upright, decoded};
@@ -103,6 +103,13 @@ impl Header {
     /// If a value can't be written as TOML.
     pub fn text(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
+    }
+
+    /// The header without what a certificate states, and without the name of the calibration that it's against.
+    pub(super) fn for_others(mut self) -> Self {
+        self.config.certificate = CertificateConfig::default();
+        self.against = self.against.map(|_| "hidden".to_owned());
+        self
     }
 
     /// Size of the pictures.

@@ -199,6 +199,11 @@ impl ObservedLine {
         self.frame
     }
 
+    /// Forgets what the picture was called.
+    pub(super) fn forget_name(&mut self) {
+        self.name.clear();
+    }
+
     /// Puts `seen` in the place of what was seen.
     pub fn see(&mut self, seen: &Result<Detection, Miss>) {
         self.seen = seen.as_ref().into();

@@ -52,5 +52,5 @@ pub use format::{Line, Stored};
 pub use journal::{Journal, JournalContents};
 pub use journal_text::JournalText;
 pub use lines::{Lines, LinesWalk};
-pub use recovery::{Recovered, recover};
+pub use recovery::{Recovered, copy_for_others, hide_in_json, recover};
 pub use replay::{Difference, MOST_KEPT, RecordedOutcome, Replayed, Rounding, replay};

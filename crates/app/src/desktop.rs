@@ -1,0 +1,61 @@
+//! The desktop around the program: whether there is one, and files that it opens.
+
+use std::{
+    io,
+    path::Path,
+    process::{Child, Command, Stdio},
+    thread::Builder,
+};
+
+/// The system's program that opens a file with whatever the person reads such files with.
+const OPENER: &str = if cfg!(target_os = "macos") {
+    "open"
+} else if cfg!(windows) {
+    "explorer"
+} else {
+    "xdg-open"
+};
+
+/// True if there is a display to open a window on. The environment names those of X11 and Wayland; other systems always
+/// have one.
+pub fn has_display() -> bool {
+    let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(any(not(unix), target_os = "macos"))
+        || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
+}
+
+/// Opens `file` with the desktop's program for such files, and doesn't wait for it.
+///
+/// # Errors
+///
+/// If the desktop has no program that opens files.
+pub fn show(file: &Path) -> io::Result<()> {
+    let mut opener = Command::new(OPENER);
+    opener.arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    await_end(opener.spawn()?);
+    Ok(())
+}
+
+/// Waits for the end of `child` in the background, so that the system forgets it.
+fn await_end(mut child: Child) {
+    // Without a thread, the child is forgotten when the program ends.
+    Builder::new().name("viewer".into()).spawn(move || child.wait()).ok();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_viewer_that_has_ended_leaves_nothing_behind() {
+        let child = Command::new("true").spawn().expect("a program");
+        let process = std::path::PathBuf::from(format!("/proc/{}", child.id()));
+        await_end(child);
+        let began = std::time::Instant::now();
+        while process.exists() && began.elapsed().as_secs() < 20 {
+            std::thread::yield_now();
+        }
+        assert!(!process.exists());
+    }
+}

@@ -1,0 +1,63 @@
+//! `boresight demo`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::{guide, terminal::say};
+use boresight_app::{Exit, Opening, REPORT_FILE, desktop};
+use boresight_present::text;
+use boresight_run::{config::Config, pipeline::Onlookers};
+
+/// Try a guided session in half a minute: no camera, no board, no display needed.
+///
+/// A simulated person holds a simulated board in front of a simulated webcam, and follows what boresight says: the same
+/// guidance, calibration, verdict and report as with your camera. The lens is known here, so the end says how far off
+/// the result is. Session, verdict and report are marked SIMULATED. Where there is a desktop, the report is opened.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Arguments {
+    /// Folder for the session and its report [default: a new one in ./sessions].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Another person: other hands, other moves.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Run as fast as this computer can instead of at a person's pace.
+    #[arg(long)]
+    fast: bool,
+    /// Don't open the report.
+    #[arg(long)]
+    no_open: bool,
+    /// Print the result as JSON on the last line of stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight demo
+  boresight demo --fast --seed 2 --out demo";
+
+/// Pictures after which it ends in any case: a minute and a half of the person's time.
+const MOST_FRAMES: u64 = 2_700;
+
+impl Arguments {
+    pub(super) fn run(self) -> anyhow::Result<Exit> {
+        say(text::demo::BEGINNING);
+        let opening = Opening {
+            out: self.out,
+            max_frames: MOST_FRAMES,
+            ..Opening::new(&format!("sim:demo:{}", self.seed), Config::load(None, &[])?)
+        };
+        let finished = guide::in_terminal(&opening, !self.fast, Onlookers::new())?;
+        let report = finished.path.join(REPORT_FILE);
+        let exit = guide::conclude(finished, self.json)?;
+        if !self.no_open && report.is_file() && desktop::has_display() {
+            // Its path is on the screen in any case.
+            desktop::show(&report).ok();
+        }
+        say(text::demo::WHAT_NOW);
+        Ok(exit)
+    }
+}

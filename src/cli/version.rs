@@ -1,0 +1,14 @@
+//! What `--version` says.
+
+/// Version, build, commit, features and libraries, as a bug report needs them.
+pub(super) const LONG: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\nbuild:     ",
+    env!("BORESIGHT_BUILD"),
+    "\ncommit:    ",
+    env!("BORESIGHT_COMMIT"),
+    "\nfeatures:  ",
+    env!("BORESIGHT_FEATURES"),
+    "\nlibraries: ",
+    env!("BORESIGHT_LIBRARIES"),
+);
