@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: web test-web wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages bench dist dist-check
+.PHONY: web wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -172,7 +172,7 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet test-web
+release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet test-web test-packages book
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
@@ -206,11 +206,25 @@ DIST_FLAGS = --remap-path-prefix=$(CARGO_HOME)=/cargo --remap-path-prefix=$(CURD
 dist: setup
 	RUSTFLAGS="$(strip $(RUSTFLAGS) $(DIST_FLAGS))" cargo build --profile dist --locked $(DIST_FEATURES)
 
-# Every package, with its sum, into target/packages: packaging/release.sh says which. PARTS="deb tar" makes some.
+# Every package, with its sum, into target/packages: see docs/releasing.md. PARTS="deb tar" makes some.
 PACKAGING_PACKAGES = dpkg-dev python3 python3-yaml
 packages: PACKAGES += $(PACKAGING_PACKAGES)
 packages: setup
 	HOMEPAGE="$(HOMEPAGE)" packaging/release.sh $(PARTS)
+
+# The packages on bare Debian roots: one command installs, the demonstration is GOOD, removal leaves nothing. Not part of
+# `make test`: it needs root, and fetches Debian twice.
+ROOTS_PACKAGES = mmdebstrap lintian appstream desktop-file-utils
+test-packages: PACKAGES += $(PACKAGING_PACKAGES) $(ROOTS_PACKAGES)
+test-packages: setup
+	packaging/release.sh deb
+	tests/packages/bare_roots.sh target/packages/boresight_*.deb
+
+# The book, by mdBook (cargo install mdbook), into target/book. Its commands are run by `make test`.
+MDBOOK ?= mdbook
+book: setup
+	$(MDBOOK) build book
+	$(PYTHON) tests/packages/book_links.py $(TARGET)/book
 
 # Two builds of the last commit in two folders give the same bytes. Takes as long as two builds.
 dist-check: setup

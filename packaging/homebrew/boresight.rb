@@ -17,7 +17,7 @@ class Boresight < Formula
 
   test do
     assert_match version.to_s, shell_output("#{bin}/boresight --version")
-    system bin/"boresight", "target", "--out", testpath/"board.pdf"
-    assert_path_exists testpath/"board.pdf"
+    system bin/"boresight", "demo", "--fast", "--no-open", "--out", testpath/"demo"
+    assert_path_exists testpath/"demo/calibration.json"
   end
 end

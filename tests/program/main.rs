@@ -13,6 +13,8 @@ mod automation;
 #[cfg(target_os = "linux")]
 mod batch;
 #[cfg(unix)]
+mod book;
+#[cfg(unix)]
 mod bundle;
 mod check;
 mod command_line;

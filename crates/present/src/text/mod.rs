@@ -12,6 +12,7 @@ pub mod demo;
 pub mod doctor;
 mod drift;
 pub mod explore;
+mod finding_meaning;
 mod findings;
 mod gauge;
 mod numbers;
@@ -40,6 +41,7 @@ pub use drift::{
     drift_numbers, first_of_cameras, focal_is_a_mean, focal_varied, imported, lock_differs,
     maybe_other_camera, no_drift, other_camera,
 };
+pub use finding_meaning::{FindingMeaning, finding_meaning};
 pub use findings::{
     FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, not_calibrated,
     of_source, verdict, verdict_on,
