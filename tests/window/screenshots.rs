@@ -1,20 +1,21 @@
 //! Makes the pictures in `fixtures/screenshots` from a session that was recorded with all of its pictures:
-//! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`.
+//! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`. `tests/window/moving_picture.sh` makes the one that
+//! moves.
 
 use std::{path::Path, sync::Arc};
 
 use boresight::{
-    app::recordings,
+    app::recordings::{self, DecidedRecording},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Advice,
     session::{Outcome, Prompt, Snapshot},
     ui::replay::Replayed,
 };
 use egui::{Theme, Vec2, accesskit::Role};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::{Harness, kittest::Queryable};
 use image::imageops::{self, FilterType};
 
-use crate::{Page, fixtures::Moment, harness_at};
+use crate::{Page, Table, fixtures::Moment, harness_at};
 
 type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
 
@@ -48,46 +49,86 @@ fn the_pictures_of_the_documents_are_painted() {
     let into = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/screenshots");
     for (name, page, is_it) in PICTURES {
         let step = recording.steps.iter().find(|step| is_it(step)).expect("a moment like this");
-        let moment = Moment {
-            name: name.into(),
-            snapshot: step.clone(),
-            sentence: String::new(),
-            taken: false,
-        };
-        let mut painted = harness_at(page, &moment, (Theme::Dark, 1.0), Vec2::new(1280.0, 800.0));
-        let frame = step.live.as_ref().and_then(|live| (recording.load)(live.frame_id.0));
-        if let Some(image) = frame {
-            let captured_at =
-                step.live.as_ref().map_or(CaptureTime { nanos: 0 }, |live| live.captured_at);
-            let frame = Frame {
-                id: FrameId(2),
-                captured_at,
-                kind: FrameKind::Video,
-                name: String::new(),
-                image,
-            };
-            let ctx = painted.ctx.clone();
-            let table = painted.state_mut();
-            table.screen.picture.show_frame(&ctx, &frame, 9.99);
-            let camera = &mut table.choices.cameras[0];
-            camera.picture = Some(Arc::new(imageops::thumbnail(&frame.image, 480, 270)));
-            camera.number += 1;
-        }
+        let mut painted = shown(&recording, page, name, step);
         if page == Page::Replay {
             let again = recordings::open(Path::new(&folder)).expect("a session");
             painted.state_mut().replayed = Replayed::new(again);
             painted.run();
             painted.get_by_role_and_label(Role::Button, "Next view").click();
         }
-        for view in step.views.iter() {
-            if let Some(image) = (recording.load)(view.frame_id.0) {
-                let ctx = painted.ctx.clone();
-                painted.state_mut().screen.add_thumbnail(&ctx, view.number, &image);
-            }
-        }
         painted.run();
         let picture = painted.render().expect("painted");
         let small = imageops::resize(&picture, 800, 500, FilterType::Lanczos3);
         small.save(into.join(format!("{name}.png"))).expect("written");
     }
+}
+
+/// Pictures a second of the moving picture.
+const MOVING_HZ: f64 = 5.0;
+/// Its length: the first views of a session.
+const MOVING_SECS: f64 = 18.0;
+
+/// The guide page as it moves, one file a picture: `tests/window/moving_picture.sh` makes one picture of them.
+#[test]
+fn the_moving_picture_is_painted() {
+    let (Some(folder), Some(into)) =
+        (std::env::var_os("BORESIGHT_SCREENSHOTS"), std::env::var_os("BORESIGHT_MOVING"))
+    else {
+        return;
+    };
+    let recording = recordings::open(Path::new(&folder)).expect("a session");
+    let (mut due_secs, mut count) = (0.0, 0);
+    let mut first = None;
+    for step in recording.steps.iter() {
+        let Some(live) = step.live.as_ref() else { continue };
+        let secs = live.captured_at.secs_since(*first.get_or_insert(live.captured_at));
+        if secs < due_secs || secs > MOVING_SECS {
+            continue;
+        }
+        due_secs += 1.0 / MOVING_HZ;
+        let mut painted = shown(&recording, Page::Guide, "moving", step);
+        painted.run();
+        let picture = painted.render().expect("painted");
+        let small = imageops::resize(&picture, 800, 500, FilterType::Triangle);
+        small.save(Path::new(&into).join(format!("{count:03}.png"))).expect("written");
+        count += 1;
+    }
+    assert!(count > 50, "{count} pictures");
+}
+
+/// `page` at `step`, with its picture and those of the views.
+fn shown(
+    recording: &DecidedRecording,
+    page: Page,
+    name: &str,
+    step: &Snapshot,
+) -> Harness<'static, Table> {
+    let moment =
+        Moment { name: name.into(), snapshot: step.clone(), sentence: String::new(), taken: false };
+    let mut painted = harness_at(page, &moment, (Theme::Dark, 1.0), Vec2::new(1280.0, 800.0));
+    let frame = step.live.as_ref().and_then(|live| (recording.load)(live.frame_id.0));
+    if let Some(image) = frame {
+        let captured_at =
+            step.live.as_ref().map_or(CaptureTime { nanos: 0 }, |live| live.captured_at);
+        let frame = Frame {
+            id: FrameId(2),
+            captured_at,
+            kind: FrameKind::Video,
+            name: String::new(),
+            image,
+        };
+        let ctx = painted.ctx.clone();
+        let table = painted.state_mut();
+        table.screen.picture.show_frame(&ctx, &frame, 9.99);
+        let camera = &mut table.choices.cameras[0];
+        camera.picture = Some(Arc::new(imageops::thumbnail(&frame.image, 480, 270)));
+        camera.number += 1;
+    }
+    for view in step.views.iter() {
+        if let Some(image) = (recording.load)(view.frame_id.0) {
+            let ctx = painted.ctx.clone();
+            painted.state_mut().screen.add_thumbnail(&ctx, view.number, &image);
+        }
+    }
+    painted
 }
