@@ -14,7 +14,7 @@ fn looking_at_another_frame_allocates_the_result_only() {
     let pictures = [0.0, 0.01].map(|x_m| render_view(&scene, &board_at(x_m)));
     let without = render_view(&scene, &board_at(9.0));
     let mut detector = Detector::new(DetectorParams::default());
-    let corners = |detector: &mut Detector, picture| {
+    let corners = |detector: &mut Detector, picture| -> Vec<[f64; 2]> {
         let seen = detector.detect(picture, &scene.board).expect("found");
         seen.corners.iter().map(|corner| [corner.px.x, corner.px.y]).collect()
     };

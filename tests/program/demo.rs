@@ -14,7 +14,9 @@ fn a_session_is_shown_to_its_good_end_and_marked_as_simulated() {
         let seed = seed.to_string();
         let arguments = ["demo", "--fast", "--seed", &seed, "--out", "shown", "--json"];
         let mut demo = program(place.path(), &arguments);
-        ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].map(|name| demo.env_remove(name));
+        for display in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            demo.env_remove(display);
+        }
         let ended = ended(demo);
         says(
             &ended,

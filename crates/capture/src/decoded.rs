@@ -124,7 +124,8 @@ mod tests {
                 let start = &start;
                 scope.spawn(move || {
                     start.wait();
-                    let read = decoded(BufReader::new(bytes), ImageFormat::Png).expect("a picture");
+                    let read = decoded(BufReader::new(bytes), ImageFormat::Png, Upright::AsMarked)
+                        .expect("a picture");
                     assert_eq!(read.dimensions(), (width, height));
                 });
             }

@@ -52,7 +52,7 @@ pub(super) fn live(state: &State) -> Live<'_> {
 pub(super) fn plan(state: &State, hub: &Hub) -> Option<Plan> {
     if let Stage::Adjusting(page) = &state.stage {
         let AdjustPage { image_size_px: size, ref outline, .. } = **page;
-        return Some(Plan { size, outline: outline.clone(), ..Plan::default() });
+        return Some(Plan::of_edges(size, outline.clone()));
     }
     Some(Plan::of(state.snapshot.as_ref()?, hub.refused()))
 }

@@ -72,7 +72,7 @@ impl Feed {
             return Ok(Self::Street(Box::new(street)));
         }
         match SourceName::parse(name, config, announcer)? {
-            SourceName::Folder(folder) => Ok(Self::Folder(folder)),
+            SourceName::Folder(folder, _) => Ok(Self::Folder(folder)),
             source @ SourceName::Camera(_) => Ok(Self::Live(source)),
             source @ SourceName::Video(_) if !path.is_file() => Ok(Self::Live(source)),
             source => Ok(Self::Recorded(source)),

@@ -2,14 +2,13 @@
 
 use std::{
     io::{BufReader, Read},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use tempfile::TempPath;
 
 use super::{
     db3::Db3,
-    is_bag_file,
     mcap::Mcap,
     message::{Message, Topic},
 };

@@ -63,8 +63,7 @@ pub struct Live {
 /// Fields that change with a view.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Plan {
-    /// Size of the picture.
-    pub size: [u32; 2],
+    size: [u32; 2],
     ghost: Option<Ghost>,
     views: Vec<View>,
     wheel: Vec<Slot>,
@@ -73,7 +72,7 @@ pub struct Plan {
     /// Reasons for refusing frames, with their counts.
     refused: Vec<(String, u64)>,
     /// Points on edges where a watched camera should show them.
-    pub outline: Vec<[i32; 2]>,
+    outline: Vec<[i32; 2]>,
 }
 
 /// The card, in the picture's pixels.
@@ -181,6 +180,12 @@ fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
 }
 
 impl Plan {
+    /// Of a watched camera: the size of its picture, and points on the edges that it should show.
+    #[must_use]
+    pub fn of_edges(size: [u32; 2], outline: Vec<[i32; 2]>) -> Self {
+        Self { size, outline, ..Self::default() }
+    }
+
     /// The plan of `snapshot`; `refused` are the reasons for refusing frames, the most frequent first.
     pub fn of(snapshot: &Snapshot, refused: impl IntoIterator<Item = (String, u64)>) -> Self {
         let size = snapshot.setup.image_size;

@@ -22,7 +22,7 @@ pub fn verdict_on(calibration: &Calibration) -> &'static str {
 pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
         Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",
-        Verdict::Good => "GOOD: all checks passed",
+        Verdict::Good => "GOOD: known well enough to use",
         Verdict::Care => "USE WITH CARE: see the warnings below",
         Verdict::Untrustworthy => "NOT TRUSTWORTHY: don't use this calibration",
     }
