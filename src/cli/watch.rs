@@ -22,7 +22,7 @@ use boresight_app::{
     Exit,
     paths::WATCH,
     prometheus::Page,
-    watch::{self, Feed, Round, StateLine, Store, WatchedCamera},
+    watch::{self, Feed, Places, Round, StateLine, Store, WatchedCamera},
 };
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, may_save, read_text};
 use boresight_present::text::watch as words;
@@ -60,10 +60,14 @@ pub(super) struct Arguments {
     /// Look at what is there, print the state, and end with its exit code: for cron and tests.
     #[arg(long)]
     once: bool,
-    /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and if you like every and
-    /// patches_only. Each has a folder of its name in --store.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "patches_only"])]
+    /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and if you like every,
+    /// presets and patches_only. Each has a folder of its name in --store.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "presets", "patches_only"])]
     list: Option<PathBuf>,
+    /// The camera turns between up to N presets: each is found by its pictures and watched separately, in a folder of its own
+    /// below --store.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
+    presets: Option<u8>,
     /// Store patches of the scene only and no picture: for sites with people. Learning starts over if the program is
     /// stopped meanwhile.
     #[arg(long)]
@@ -94,16 +98,19 @@ struct Place {
 enum Command {
     /// Help to push a camera back: says live what to do, roll first, until it's tight and points right.
     ///
-    /// The camera is compared with where it stood at this hour of the day. With --serve, a phone's page shows the live
-    /// picture with the edges of the scene where they should be, an arrow, a number and a sentence, and sounds a tone that
-    /// rises as the camera comes nearer. Nothing is recorded.
+    /// The camera is compared with where it stood at this hour of the day. A window, and with --serve a phone's page, shows
+    /// the live picture with the edges of the scene where they should be, an arrow, a number and a sentence, and sounds a
+    /// tone that rises as the camera comes nearer. Nothing is recorded.
     Adjust {
         /// The camera or stream.
         #[arg(required = true, value_name = "SOURCE")]
         source: Vec<String>,
         #[command(flatten)]
         place: Place,
-        /// Print a JSON object on stdout for each picture.
+        /// Say it in the terminal instead of a window.
+        #[arg(long)]
+        headless: bool,
+        /// Print a JSON object on stdout for each picture; there's no window then.
         #[arg(long)]
         json: bool,
         #[command(flatten)]
@@ -158,6 +165,7 @@ struct Listed {
     source: String,
     reference: Option<PathBuf>,
     every: Option<String>,
+    presets: Option<u8>,
     #[serde(default)]
     patches_only: bool,
 }
@@ -184,8 +192,8 @@ fn duration(text: &str) -> Result<Duration, String> {
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         match &self.command {
-            Some(Command::Adjust { source, place, json, beside }) => {
-                adjust(&place.store, source, *json, beside)
+            Some(Command::Adjust { source, place, headless, json, beside }) => {
+                adjust(&place.store, source, (*headless, *json), beside)
             }
             Some(Command::Accept { place, reason }) => accept(&place.store, reason.as_deref()),
             Some(Command::Replay { place, json }) => replay(&place.store, *json),
@@ -206,7 +214,8 @@ impl Arguments {
         let before: Mutex<BTreeMap<String, &'static str>> = Mutex::new(
             rounds
                 .iter()
-                .map(|r| (r.camera.name().to_owned(), r.camera.watch().decision().state.code()))
+                .flat_map(|round| round.places.cameras())
+                .map(|camera| (camera.name().to_owned(), camera.watch().decision().state.code()))
                 .collect(),
         );
         let hear = |camera: &WatchedCamera, decision: &Decision| {
@@ -244,21 +253,26 @@ impl Arguments {
         if left.is_empty() {
             return Ok(Exit::Failed);
         }
-        for round in &left {
+        let cameras = || left.iter().flat_map(|round| round.places.cameras());
+        for camera in cameras() {
             if self.json && self.once {
-                print(&serde_json::to_string(&StateLine::of(&round.camera))?)?;
+                print(&serde_json::to_string(&StateLine::of(camera))?)?;
             } else if self.once {
-                for line in watch::lines(&round.camera) {
+                for line in watch::lines(camera) {
                     print(&line)?;
                 }
             }
             if self.once
                 && let Some(on_finish) = &on_finish
             {
-                start(on_finish, &round.camera, &StateLine::of(&round.camera));
+                start(on_finish, camera, &StateLine::of(camera));
             }
         }
-        Ok(watch::worst(left.iter().map(|round| round.camera.watch().decision().state)))
+        if cameras().next().is_none() {
+            say("No preset has been seen twice yet: its second picture begins its learning.");
+            return Ok(Exit::NotTrustworthy);
+        }
+        Ok(watch::worst(cameras().map(|camera| camera.watch().decision().state)))
     }
 
     /// The cameras, each with its pictures and interval.
@@ -273,7 +287,7 @@ impl Arguments {
             return Ok(vec![open(
                 folder,
                 &name,
-                (self.reference.as_deref(), self.patches_only),
+                (self.reference.as_deref(), self.patches_only, self.presets),
                 feed,
                 self.every,
             )?]);
@@ -289,7 +303,7 @@ impl Arguments {
             let is_plain = !camera.name.is_empty()
                 && !camera.name.contains(['/', '\\'])
                 && !camera.name.starts_with('.');
-            if !is_plain || rounds.iter().any(|r| r.camera.name() == camera.name) {
+            if !is_plain || rounds.iter().any(|r| r.name == camera.name) {
                 bail!(
                     "{list:?}: {:?} can't be the name of a folder, or is there twice",
                     camera.name
@@ -306,7 +320,7 @@ impl Arguments {
             rounds.push(open(
                 &folder,
                 &camera.name,
-                (camera.reference.as_deref(), camera.patches_only),
+                (camera.reference.as_deref(), camera.patches_only, camera.presets),
                 feed,
                 every,
             )?);
@@ -318,16 +332,23 @@ impl Arguments {
 fn open(
     folder: &Path,
     name: &str,
-    (reference, patches_only): (Option<&Path>, bool),
+    (reference, patches_only, presets): (Option<&Path>, bool, Option<u8>),
     feed: Feed,
     every: Duration,
 ) -> anyhow::Result<Round> {
-    let (camera, was_cut) =
-        WatchedCamera::open(folder, name, reference, (feed.own_lens(), patches_only))?;
-    if was_cut {
-        say(&format!("{name}: the newest line was cut by a crash and is left out."));
-    }
-    Ok(Round { camera, feed, every })
+    let say_cut =
+        |name: &str| say(&format!("{name}: the newest line was cut by a crash and is left out."));
+    let own = (feed.own_lens(), patches_only);
+    let places = if let Some(most) = presets {
+        Places::presets((folder, name), reference, own, usize::from(most), say_cut)?
+    } else {
+        let (camera, was_cut) = WatchedCamera::open(folder, name, reference, own)?;
+        if was_cut {
+            say_cut(name);
+        }
+        Places::one(camera)
+    };
+    Ok(Round { name: name.into(), places, feed, every })
 }
 
 fn start(on_finish: &OnFinish, camera: &WatchedCamera, line: &StateLine) {
@@ -370,7 +391,7 @@ impl Metrics {
 fn adjust(
     folder: &Path,
     source: &[String],
-    json: bool,
+    (headless, json): (bool, bool),
     beside: &BesideArguments,
 ) -> anyhow::Result<Exit> {
     let feed = Feed::parse(source, &Config::load(None, &[])?, &announcer())?;
@@ -382,7 +403,7 @@ fn adjust(
     #[cfg(feature = "serve")]
     let phone = beside.phone()?;
     let mut said = words::Cue { arrow: "", number: String::new(), sentence: String::new() };
-    let is_right = watch::adjust(&camera, &feed, &stop, &mut |step| {
+    let mut hear = |step: &watch::Step<'_>| {
         #[cfg(feature = "serve")]
         if let Some(phone) = &phone {
             phone.adjusting(step, camera.lens());
@@ -401,7 +422,16 @@ fn adjust(
             say(&format!("{}  {:>8}  {}", cue.arrow, cue.number, cue.sentence));
             said = cue;
         }
-    })?;
+    };
+    #[cfg(feature = "window")]
+    if !headless && !json && crate::ui::has_display() {
+        let faces = beside.speaks_to_facing() == Some(true);
+        let is_right = super::window::adjust((&camera, &feed), faces, &stop, &mut hear)?;
+        return Ok(if is_right { Exit::Good } else { Exit::Moved });
+    }
+    #[cfg(not(feature = "window"))]
+    let _ = headless;
+    let is_right = watch::adjust(&camera, &feed, &stop, &mut hear)?;
     #[cfg(feature = "serve")]
     if let Some(phone) = &phone {
         phone.linger(&stop, words::LINGERING, &announcer());

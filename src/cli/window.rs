@@ -2,7 +2,11 @@
 
 use std::{
     path::Path,
-    sync::{Arc, PoisonError},
+    sync::{
+        Arc, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread::{self, Builder},
 };
 
 use anyhow::bail;
@@ -13,10 +17,15 @@ use super::{
     terminal::{announcer, print, stop_flag},
 };
 use crate::{
-    ui::{self, NoWindow},
+    ui::{self, AdjustPage, Link, NoWindow, WayBack},
     window_host::WindowHost,
 };
-use boresight_app::{AppHost, Exit, Opening, recordings::DecidedRecording, usual_memory};
+use boresight_app::{
+    AppHost, Exit, Opening,
+    recordings::DecidedRecording,
+    usual_memory,
+    watch::{self, Feed, Step, WatchedCamera},
+};
 use boresight_formats::CalibrationFile;
 use boresight_present::text::window as words;
 
@@ -48,6 +57,34 @@ pub(super) fn app_host(
 /// Steps through a recording in a window until it's closed.
 pub(super) fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
     or_say_why(ui::run_replay(recording))
+}
+
+/// Shows in a window how to push `camera` back until it's closed; `hear` gets every step. True if the camera stands right.
+pub(super) fn adjust(
+    (camera, feed): (&WatchedCamera, &Feed),
+    faces: bool,
+    stop: &AtomicBool,
+    hear: &mut (dyn FnMut(&Step<'_>) + Send),
+) -> anyhow::Result<bool> {
+    let link = Arc::new(Link::default());
+    thread::scope(|scope| {
+        let shown = Arc::clone(&link);
+        let work = move || {
+            let outcome = watch::adjust(camera, feed, stop, &mut |step| {
+                shown.show(WayBack::of(step, camera.lens()));
+                hear(step);
+            });
+            shown
+                .has_ended
+                .store(outcome.is_err() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
+            outcome
+        };
+        let worker = Builder::new().name("way back".into()).spawn_scoped(scope, work)?;
+        let opened = or_say_why(ui::run_adjust(AdjustPage::new(link, faces)));
+        stop.store(true, Ordering::Relaxed);
+        let outcome = worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload));
+        opened.and(outcome)
+    })
 }
 
 fn host(

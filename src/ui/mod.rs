@@ -17,9 +17,11 @@
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
 //! | `replay` | a recording, chosen from a list or by its path, decision by decision |
+//! | `adjust` | the way back of a watched camera |
 //! | `settings` | how the window looks and sounds |
 //! | `trouble` | a session that could not be started |
 
+mod adjust;
 mod app;
 pub mod guide;
 mod keys;
@@ -36,9 +38,10 @@ pub mod theme;
 pub mod user_error;
 mod window_icon;
 
+pub use adjust::{AdjustPage, Link, WayBack};
 pub use app::{App, Page};
 pub use keys::UiAction;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, open, options, run, run_replay};
+pub use run::{NoWindow, SMALLEST, has_display, open, options, run, run_adjust, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::apply as apply_theme;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use egui::{Vec2, ViewportBuilder};
 
 use super::{
+    adjust::AdjustPage,
     app::App,
     replay::{self, Replayed},
     theme,
@@ -56,6 +57,18 @@ pub fn run_replay(recording: DecidedRecording) -> Result<(), NoWindow> {
     open(|ctx| {
         theme::apply(ctx);
         Box::new(ReplayWindow(Replayed::new(recording)))
+    })
+}
+
+/// Shows how to push a watched camera back until the window is closed.
+///
+/// # Errors
+///
+/// [`NoWindow`].
+pub fn run_adjust(page: AdjustPage) -> Result<(), NoWindow> {
+    open(|ctx| {
+        theme::apply(ctx);
+        Box::new(page)
     })
 }
 

@@ -22,6 +22,11 @@ pub(super) enum Tone {
     Complete,
     /// Tone of a failure.
     UserError,
+    /// A camera that's pushed back is this near.
+    Near {
+        /// Pitch: the higher, the nearer.
+        hertz: u16,
+    },
 }
 
 /// Starts players, and never waits for them.
@@ -76,10 +81,15 @@ fn first_of(programs: &[Program]) -> Option<(PathBuf, &'static [&'static str])> 
 
 /// 16-bit samples, little endian: one, two rising or two falling notes with soft ends.
 fn samples(tone: Tone) -> Vec<u8> {
+    let near;
     let notes: &[f32] = match tone {
         Tone::Taken => &[880.0],
         Tone::Complete => &[660.0, 990.0],
         Tone::UserError => &[440.0, 330.0],
+        Tone::Near { hertz } => {
+            near = [f32::from(hertz)];
+            &near
+        }
     };
     let length = SAMPLES_PER_SEC / 6;
     let mut bytes = Vec::with_capacity(notes.len() * length as usize * 2);
@@ -101,7 +111,7 @@ mod tests {
 
     #[test]
     fn a_tone_fits_in_a_pipe_and_ends_softly() {
-        for tone in [Tone::Taken, Tone::Complete, Tone::UserError] {
+        for tone in [Tone::Taken, Tone::Complete, Tone::UserError, Tone::Near { hertz: 800 }] {
             let bytes = samples(tone);
             assert!(bytes.len() < 60_000, "{}", bytes.len());
             let last = i16::from_le_bytes([bytes[bytes.len() - 2], bytes[bytes.len() - 1]]);

@@ -168,6 +168,42 @@ fn what_is_wrong_is_said_and_nothing_is_made() {
 }
 
 #[test]
+fn presets_are_found_and_watched_each_by_itself() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let street = "sim:street:4,presets=3,days=0.5";
+    // Stopped after the first picture of each preset, it still knows them.
+    says(
+        &watch(here, "sim:street:4,presets=3,days=0.12", "ptz", &["--presets", "3"]),
+        3,
+        &["seen twice"],
+    );
+    assert!(!here.join("ptz/preset-1").exists());
+    says(&watch(here, street, "ptz", &["--presets", "3"]), 3, &["ptz preset-3: LEARNING"]);
+    for preset in 1..=3 {
+        let file = here.join(format!("ptz/preset-{preset}/watch.jsonl"));
+        let lines = fs::read_to_string(file).expect("a store");
+        let times: Vec<f64> = lines
+            .lines()
+            .map(|line| serde_json::from_str::<Value>(line).expect("JSON"))
+            .filter(|line| line["kind"] == "picture")
+            .map(|line| line["at"].as_f64().expect("a time"))
+            .collect();
+        // Each is visited every third hour.
+        assert_eq!(times.len(), 4, "{lines}");
+        assert!(times.windows(2).all(|w| w[1] - w[0] == 3.0 * 3600.0), "{times:?}");
+    }
+    assert_eq!(fs::read_dir(here.join("ptz/learning")).expect("a folder").count(), 0);
+    let state = boresight(here, &["watch", "state", "--store", "ptz"]);
+    assert!(state.stdout.contains("ptz preset-1: LEARNING"), "{}", state.stdout);
+    assert!(state.stdout.contains("ptz preset-3: LEARNING"), "{}", state.stdout);
+    // A store of one place isn't turned into one of several, nor are presets watched as one place.
+    says(&watch(here, "sim:street:4,days=0.1", "one", &[]), 3, &[]);
+    says(&watch(here, street, "one", &["--presets", "3"]), 1, &["watches one place"]);
+    says(&watch(here, street, "ptz", &[]), 1, &["--presets", "ptz/preset-1"]);
+}
+
+#[test]
 fn many_cameras_are_watched_at_once_and_the_worst_decides() {
     let place = TempDir::new().expect("a folder");
     let here = place.path();

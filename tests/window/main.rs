@@ -2,6 +2,7 @@
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod adjust;
 mod app;
 mod camera;
 #[path = "../common/cameras.rs"]

@@ -13,9 +13,12 @@ use boresight::{
 };
 use egui::{Theme, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
-use image::imageops::{self, FilterType};
+use image::{
+    RgbaImage,
+    imageops::{self, FilterType},
+};
 
-use crate::{Page, Table, fixtures::Moment, harness_at};
+use crate::{Page, Table, adjust::pushed_street, fixtures::Moment, harness_at};
 
 type Picked = (&'static str, Page, fn(&Snapshot) -> bool);
 
@@ -57,10 +60,14 @@ fn the_pictures_of_the_documents_are_painted() {
             painted.get_by_role_and_label(Role::Button, "Next view").click();
         }
         painted.run();
-        let picture = painted.render().expect("painted");
-        let small = imageops::resize(&picture, 800, 500, FilterType::Lanczos3);
-        small.save(into.join(format!("{name}.png"))).expect("written");
+        save(&painted.render().expect("painted"), &into, name);
     }
+    save(&pushed_street().render().expect("painted"), &into, "watch_adjust");
+}
+
+fn save(picture: &RgbaImage, into: &Path, name: &str) {
+    let small = imageops::resize(picture, 800, 500, FilterType::Lanczos3);
+    small.save(into.join(format!("{name}.png"))).expect("written");
 }
 
 /// Pictures a second of the moving picture.

@@ -7,7 +7,7 @@ use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 use boresight_present::instruction::Movement;
 
 /// Paints `movement` into `rect`, a square.
-pub(super) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Color32) {
+pub(in crate::ui) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Color32) {
     let (middle, half) = (rect.center(), 0.5 * rect.width());
     let stroke = Stroke::new((0.14 * half).max(2.0), color);
     let at = |angle_rad: f32, reach: f32| middle + reach * half * Vec2::angled(angle_rad);
@@ -40,6 +40,21 @@ pub(super) fn paint(painter: &Painter, rect: Rect, movement: Movement, color: Co
             }
         }
     }
+}
+
+/// Paints a turn about the axis of sight into `rect`, a square.
+pub(in crate::ui) fn paint_roll(painter: &Painter, rect: Rect, clockwise: bool, color: Color32) {
+    const STEPS: u8 = 24;
+    let (middle, half) = (rect.center(), 0.5 * rect.width());
+    let stroke = Stroke::new((0.14 * half).max(2.0), color);
+    let side = if clockwise { 1.0 } else { -1.0 };
+    let at = |step: u8| {
+        let turned_rad = FRAC_PI_4 + 1.5 * PI * f32::from(step) / f32::from(STEPS);
+        let way = Vec2::angled(FRAC_PI_4 + turned_rad);
+        middle + 0.75 * half * Vec2::new(side * way.x, way.y)
+    };
+    painter.line((0..STEPS - 3).map(at).collect(), stroke);
+    arrow(painter, [at(STEPS - 4), at(STEPS)], stroke);
 }
 
 /// A line with a filled head at its last point.

@@ -5,7 +5,7 @@ mod controls;
 mod distance;
 mod gauges;
 pub(super) mod ghost;
-mod icon;
+pub(in crate::ui) mod icon;
 mod lost;
 mod numbers;
 pub mod overlay;

@@ -59,6 +59,12 @@ impl WatchedCamera {
         (own_lens, patches_only): (Option<Lens>, bool),
     ) -> anyhow::Result<(Self, bool)> {
         let known = Store::read(folder)?;
+        if known.is_none() && folder.join(preset(1)).is_dir() {
+            bail!(
+                "{folder:?} holds a camera's presets: watch it with --presets, or name one, such as {:?}",
+                folder.join(preset(1))
+            );
+        }
         match (&known, reference) {
             (None, None) => {
                 let Some(lens) = own_lens else {
@@ -196,25 +202,30 @@ impl WatchedCamera {
         self.handle_all(&accepted);
         Ok(())
     }
+}
 
-    /// Whether the camera's pictures can have this size.
-    ///
-    /// # Errors
-    ///
-    /// If the calibration is for another size.
-    pub fn check_size(&self, size: ImageSize) -> anyhow::Result<()> {
-        let wanted = self.station.lens.image_size;
-        if size == wanted {
-            return Ok(());
-        }
-        bail!(
-            "its pictures have {}x{} px and the calibration is for {}x{} px",
-            size.width_px,
-            size.height_px,
-            wanted.width_px,
-            wanted.height_px
-        );
+/// Name of the folder of a preset.
+pub(super) fn preset(number: usize) -> String {
+    format!("preset-{number}")
+}
+
+/// Whether the pictures of a camera with that lens can have this size.
+///
+/// # Errors
+///
+/// If the calibration is for another size.
+pub(super) fn check_size(lens: &Lens, size: ImageSize) -> anyhow::Result<()> {
+    let wanted = lens.image_size;
+    if size == wanted {
+        return Ok(());
     }
+    bail!(
+        "its pictures have {}x{} px and the calibration is for {}x{} px",
+        size.width_px,
+        size.height_px,
+        wanted.width_px,
+        wanted.height_px
+    );
 }
 
 fn count(input: &Input, pictures: &mut [u64; 2], newest_secs: &mut Option<f64>) {

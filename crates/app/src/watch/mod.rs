@@ -6,6 +6,7 @@
 //! | `burst` | several pictures of one moment |
 //! | `camera` | one camera: store, references, state; its replay |
 //! | `store`, `reference_files`, `shelf` | the folder of a camera |
+//! | `places` | one place, or the presets between which a camera turns |
 //! | `rounds` | many cameras, each at its interval |
 //! | `adjusting` | helps to push a camera back |
 //! | `curve` | one camera over time, as it's drawn |
@@ -17,6 +18,7 @@ mod camera;
 #[cfg(feature = "report")]
 mod curve;
 mod feed;
+mod places;
 mod reference_files;
 mod rounds;
 mod said;
@@ -29,6 +31,7 @@ pub use camera::{WatchedCamera, reference_lens, replayed};
 #[cfg(feature = "report")]
 pub use curve::curve;
 pub use feed::{Feed, Moment};
+pub use places::Places;
 pub use rounds::{Round, run};
 pub use said::{
     Amounts, CameraMetrics, FindingLine, StateLine, exit, lines, metrics, with_scale, worst,

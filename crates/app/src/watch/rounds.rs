@@ -10,13 +10,13 @@ use std::{
 };
 
 use super::{
-    camera::WatchedCamera,
     feed::{Feed, Moment, read_moment},
+    places::{Hear, Places},
     times::now_secs,
 };
 use crate::Announcer;
 use boresight_geometry::frame::ImageSize;
-use boresight_watch::{Decision, NoAnswer};
+use boresight_watch::NoAnswer;
 
 /// Between two looks whether a camera is due, or the person wants to stop.
 const LOOK: Duration = Duration::from_millis(200);
@@ -24,16 +24,15 @@ const LOOK: Duration = Duration::from_millis(200);
 /// A camera with its pictures and its interval.
 #[derive(Debug)]
 pub struct Round {
-    /// The camera.
-    pub camera: WatchedCamera,
+    /// Its name.
+    pub name: String,
+    /// What it looks at.
+    pub places: Places,
     /// Its pictures.
     pub feed: Feed,
     /// Time between two looks.
     pub every: Duration,
 }
-
-/// Who hears of decisions, on any of the threads.
-pub(super) type Hear<'a> = &'a (dyn Fn(&WatchedCamera, &Decision) + Sync);
 
 impl Round {
     /// Looks once: at every new file, or at a burst. A picture that can't be had is noted, and said.
@@ -53,7 +52,7 @@ impl Round {
         }
         if let Feed::Recorded(_) = &self.feed {
             let (feed, every) = (self.feed.clone(), self.every.as_secs_f64());
-            let began = self.camera.newest_secs().map_or_else(now_secs, |newest| newest + every);
+            let began = self.places.newest_secs().map_or_else(now_secs, |newest| newest + every);
             return feed.play(began, every, |moment| {
                 let at = moment.at_secs;
                 self.take(Ok(moment), at, hear, announcer)?;
@@ -64,7 +63,7 @@ impl Round {
             let (street, every) = (street.clone(), self.every.as_secs_f64());
             let end = street.began_secs + street.days * 86_400.0;
             let mut at =
-                self.camera.newest_secs().map_or(street.began_secs, |newest| newest + every);
+                self.places.newest_secs().map_or(street.began_secs, |newest| newest + every);
             while at < end && !stop.load(Ordering::Relaxed) {
                 let moment = Moment { at_secs: at, burst: vec![street.picture(at)] };
                 self.take(Ok(moment), at, hear, announcer)?;
@@ -72,10 +71,9 @@ impl Round {
             }
             return Ok(());
         }
-        let files = self.feed.new_files(self.camera.newest_secs())?;
+        let files = self.feed.new_files(self.places.newest_secs())?;
         if files.is_empty() && self.is_overdue() {
-            let decision = self.camera.no_picture(NoAnswer::NoPicture, now_secs())?;
-            hear(&self.camera, &decision);
+            self.places.no_picture(NoAnswer::NoPicture, now_secs(), hear)?;
         }
         for (at, path) in files {
             if stop.load(Ordering::Relaxed) {
@@ -89,7 +87,7 @@ impl Round {
     /// Whether a folder hasn't been filled for two intervals.
     fn is_overdue(&self) -> bool {
         let is_filled = matches!(self.feed, Feed::Folder(_)) && !self.every.is_zero();
-        let newest = self.camera.newest_secs();
+        let newest = self.places.newest_secs();
         is_filled
             && newest.is_some_and(|newest| now_secs() - newest > 2.0 * self.every.as_secs_f64())
     }
@@ -101,24 +99,18 @@ impl Round {
         hear: Hear<'_>,
         announcer: &Announcer,
     ) -> anyhow::Result<()> {
-        let decision = match moment {
+        let (reason, err) = match moment {
             Ok(Moment { at_secs, burst }) => {
                 let size = burst.first().map(ImageSize::of);
-                match size.map_or(Ok(()), |size| self.camera.check_size(size)) {
-                    Ok(()) => self.camera.look(burst, at_secs)?,
-                    Err(err) => {
-                        announcer.say(&format!("{}: {err:#}", self.camera.name()));
-                        self.camera.no_picture(NoAnswer::OtherSize, at_secs)?
-                    }
+                match size.map_or(Ok(()), |size| self.places.check_size(size)) {
+                    Ok(()) => return self.places.look(burst, at_secs, hear),
+                    Err(err) => (NoAnswer::OtherSize, err),
                 }
             }
-            Err(err) => {
-                announcer.say(&format!("{}: {err:#}", self.camera.name()));
-                self.camera.no_picture(NoAnswer::NoPicture, at_secs)?
-            }
+            Err(err) => (NoAnswer::NoPicture, err),
         };
-        hear(&self.camera, &decision);
-        Ok(())
+        announcer.say(&format!("{}: {err:#}", self.name));
+        self.places.no_picture(reason, at_secs, hear)
     }
 }
 
@@ -175,7 +167,7 @@ pub fn run(
                 || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
             match looked {
                 Err(err) => {
-                    announcer.say(&format!("{}: no longer watched: {err:#}", round.camera.name()));
+                    announcer.say(&format!("{}: no longer watched: {err:#}", round.name));
                 }
                 Ok(()) if is_over => {
                     done.lock().unwrap_or_else(PoisonError::into_inner).push(round);
@@ -204,6 +196,6 @@ pub fn run(
             .into_iter()
             .map(|(_, round)| round),
     );
-    left.sort_by(|a, b| a.camera.name().cmp(b.camera.name()));
+    left.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(left)
 }

@@ -7,17 +7,14 @@ use boresight_present::{
     speech::{Rank, Word},
     text::watch as words,
 };
-use boresight_watch::{Advice, Lens};
+use boresight_watch::Lens;
 
 pub(super) fn adjust_page(step: &Step<'_>, lens: &Lens) -> AdjustPage {
     let facing = words::facing(&step.advice);
     let [behind, faced] =
         with_scale(lens, |scale| [&step.advice, &facing].map(|advice| words::cue(advice, scale)));
-    let (gravity, rank) = match step.advice {
-        Advice::Lost(_) => (Gravity::Careful, Rank::Guidance),
-        Advice::Push { .. } => (Gravity::Plain, Rank::Guidance),
-        Advice::Hold { .. } | Advice::Tighten { .. } | Advice::Right => (Gravity::Good, Rank::Hold),
-    };
+    let gravity = words::gravity(&step.advice);
+    let rank = if gravity == Gravity::Good { Rank::Hold } else { Rank::Guidance };
     let aloud = words::aloud(&step.advice).zip(words::aloud(&facing));
     let image = &step.frame.image;
     AdjustPage {
@@ -44,7 +41,7 @@ mod tests {
         Camera,
         frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     };
-    use boresight_watch::{Axis, NoAnswer};
+    use boresight_watch::{Advice, Axis, NoAnswer};
     use image::GrayImage;
     use nalgebra::Point2;
     use serde_json::{Value, to_value};

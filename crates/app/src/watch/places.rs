@@ -1,0 +1,241 @@
+//! What a camera looks at: one place, or several if it turns between presets. Each place is watched separately, in a store of
+//! its own.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use image::GrayImage;
+
+use super::{
+    camera::{WatchedCamera, check_size, preset, reference_lens},
+    shelf::PictureShelf,
+    store::Store,
+};
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::{Decision, Lens, Mask, NoAnswer, Reference, Shelf, View, agreeing};
+
+const DAY_SECS: f64 = 86_400.0;
+
+/// The places of a camera.
+#[derive(Debug)]
+pub struct Places {
+    cameras: Vec<WatchedCamera>,
+    presets: Option<Presets>,
+}
+
+/// Presets that may still be found.
+#[derive(Debug)]
+struct Presets {
+    most: usize,
+    folder: PathBuf,
+    name: String,
+    reference: Option<PathBuf>,
+    lens: Lens,
+    patches_only: bool,
+    /// Pictures of no known place, on a shelf: the second one of a place makes it a preset.
+    waiting: Vec<(u64, Reference)>,
+    shelf: PictureShelf,
+}
+
+/// Who hears of decisions, on any of the threads.
+pub(super) type Hear<'a> = &'a (dyn Fn(&WatchedCamera, &Decision) + Sync);
+
+impl Places {
+    /// A camera that looks at one place.
+    pub fn one(camera: WatchedCamera) -> Self {
+        Self { cameras: vec![camera], presets: None }
+    }
+
+    /// A camera that turns between up to `most` presets: those found so far are in folders below `folder`.
+    ///
+    /// # Errors
+    ///
+    /// As [`WatchedCamera::open`], whose cut lines are said by `was_cut`; and if a preset may still be found and the camera's
+    /// lens isn't known.
+    pub fn presets(
+        (folder, name): (&Path, &str),
+        reference: Option<&Path>,
+        (own_lens, patches_only): (Option<Lens>, bool),
+        most: usize,
+        was_cut: impl Fn(&str),
+    ) -> anyhow::Result<Self> {
+        if Store::read(folder)?.is_some() {
+            bail!("{folder:?} watches one place: give presets a --store of their own");
+        }
+        let mut cameras = Vec::new();
+        while Store::read(&folder.join(preset(cameras.len() + 1)))?.is_some() {
+            let below = folder.join(preset(cameras.len() + 1));
+            let (camera, cut) = WatchedCamera::open(&below, name, reference, (None, patches_only))?;
+            if cut {
+                was_cut(camera.name());
+            }
+            cameras.push(camera);
+        }
+        let lens = match (own_lens, reference) {
+            (Some(lens), _) => lens,
+            (None, Some(reference)) => reference_lens(reference)?.0,
+            (None, None) => match cameras.first() {
+                Some(camera) if cameras.len() >= most => camera.lens().clone(),
+                _ => bail!(
+                    "name the camera's calibration with --reference: a preset may still be found"
+                ),
+            },
+        };
+        let mut shelf = PictureShelf::at(folder, patches_only);
+        let kept = shelf.kept();
+        let waits = |(number, at_secs)| {
+            let view = View::of(shelf.take(number)?);
+            Some((number, Reference::of(&view, at_secs, &lens, &Mask::default())))
+        };
+        let waiting = kept.into_iter().filter_map(waits).collect();
+        let (folder, name) = (folder.to_path_buf(), name.to_owned());
+        let reference = reference.map(Path::to_path_buf);
+        let presets = Presets { most, folder, name, reference, lens, patches_only, waiting, shelf };
+        Ok(Self { cameras, presets: Some(presets) })
+    }
+
+    /// Each place as a camera of its own.
+    pub fn cameras(&self) -> &[WatchedCamera] {
+        &self.cameras
+    }
+
+    /// When the newest picture was taken, seconds since 1970.
+    pub fn newest_secs(&self) -> Option<f64> {
+        let waiting = self.presets.iter().flat_map(|p| &p.waiting).map(|(_, w)| w.taken_secs);
+        self.cameras.iter().filter_map(WatchedCamera::newest_secs).chain(waiting).reduce(f64::max)
+    }
+
+    /// Looks at the pictures of one moment; what's decided is recorded before `hear` gets it.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be recorded.
+    pub(super) fn look(
+        &mut self,
+        burst: Vec<GrayImage>,
+        at_secs: f64,
+        hear: Hear<'_>,
+    ) -> anyhow::Result<()> {
+        let (Some(presets), Some(middle)) = (&mut self.presets, burst.get(burst.len() / 2)) else {
+            return self.look_at(0, burst, at_secs, hear);
+        };
+        let view = View::of(middle.clone());
+        if !view.shows_something() {
+            return self.no_picture(NoAnswer::TooDark, at_secs, hear);
+        }
+        let best = |agreeing: &dyn Fn(&WatchedCamera) -> Option<usize>| {
+            let all = self.cameras.iter().enumerate();
+            all.filter_map(|(index, camera)| Some((agreeing(camera)?, index))).max()
+        };
+        // One that has moved is looked for only when every preset is known: two may overlap.
+        let all_known = self.cameras.len() >= presets.most;
+        let moved = |camera: &WatchedCamera| Some(camera.station().measure(&view).ok()?.inliers);
+        let known = best(&|camera| camera.station().agreeing(&view))
+            .or_else(|| all_known.then(|| best(&moved)).flatten());
+        if let Some((_, index)) = known {
+            self.look_at(index, burst, at_secs, hear)?;
+            return self.note_silence(at_secs, hear);
+        }
+        if all_known {
+            return self.no_picture(NoAnswer::BetweenPresets, at_secs, hear);
+        }
+        if let Some((first_secs, first)) = presets.second_of_a_place(&view, at_secs) {
+            let camera = presets.open(self.cameras.len() + 1)?;
+            self.cameras.push(camera);
+            let index = self.cameras.len() - 1;
+            self.look_at(index, vec![first], first_secs, hear)?;
+            self.look_at(index, burst, at_secs, hear)?;
+        }
+        if let Some(presets) = &mut self.presets {
+            presets.shelf.clear_dropped();
+        }
+        Ok(())
+    }
+
+    fn look_at(
+        &mut self,
+        index: usize,
+        burst: Vec<GrayImage>,
+        at_secs: f64,
+        hear: Hear<'_>,
+    ) -> anyhow::Result<()> {
+        if let Some(camera) = self.cameras.get_mut(index) {
+            let decision = camera.look(burst, at_secs)?;
+            hear(camera, &decision);
+        }
+        Ok(())
+    }
+
+    /// Notes at every place that no picture came, or none that could be used.
+    ///
+    /// # Errors
+    ///
+    /// If it can't be recorded.
+    pub(super) fn no_picture(
+        &mut self,
+        reason: NoAnswer,
+        at_secs: f64,
+        hear: Hear<'_>,
+    ) -> anyhow::Result<()> {
+        for camera in &mut self.cameras {
+            let decision = camera.no_picture(reason, at_secs)?;
+            hear(camera, &decision);
+        }
+        Ok(())
+    }
+
+    /// Notes once a day at each preset to which the camera hasn't come since.
+    fn note_silence(&mut self, at_secs: f64, hear: Hear<'_>) -> anyhow::Result<()> {
+        for camera in &mut self.cameras {
+            if camera.newest_secs().is_some_and(|newest| at_secs - newest > DAY_SECS) {
+                let decision = camera.no_picture(NoAnswer::BetweenPresets, at_secs)?;
+                hear(camera, &decision);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the camera's pictures can have this size.
+    ///
+    /// # Errors
+    ///
+    /// If the calibration is for another size.
+    pub(super) fn check_size(&self, size: ImageSize) -> anyhow::Result<()> {
+        let known = self.cameras.first().map(WatchedCamera::lens);
+        known.or(self.presets.as_ref().map(|p| &p.lens)).map_or(Ok(()), |l| check_size(l, size))
+    }
+}
+
+impl Presets {
+    /// The first picture of the place that `view` shows, with its time. If it's a new place, `view` waits for its second.
+    fn second_of_a_place(&mut self, view: &View, at_secs: f64) -> Option<(f64, GrayImage)> {
+        let is_it = |(_, w): &(u64, Reference)| agreeing(w, view, &self.lens).is_some();
+        if let Some(index) = self.waiting.iter().position(is_it) {
+            let (number, first) = self.waiting.remove(index);
+            self.shelf.drop(number);
+            return Some((first.taken_secs, self.shelf.take(number)?));
+        }
+        let number = self.waiting.last().map_or(0, |(number, _)| number + 1);
+        let at_secs = at_secs.round();
+        self.shelf.put(number, at_secs, &view.grey);
+        self.waiting.push((number, Reference::of(view, at_secs, &self.lens, &Mask::default())));
+        // Those of a camera on its way never come again.
+        let surplus = self.waiting.len().saturating_sub(2 * self.most);
+        for (number, _) in self.waiting.drain(..surplus) {
+            self.shelf.drop(number);
+        }
+        None
+    }
+
+    /// The store of the preset of that number.
+    fn open(&self, number: usize) -> anyhow::Result<WatchedCamera> {
+        let lens = self.reference.is_none().then(|| self.lens.clone());
+        let (camera, _) = WatchedCamera::open(
+            &self.folder.join(preset(number)),
+            &format!("{} {}", self.name, preset(number)),
+            self.reference.as_deref(),
+            (lens, self.patches_only),
+        )?;
+        Ok(camera)
+    }
+}

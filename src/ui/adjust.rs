@@ -1,0 +1,227 @@
+//! The way back of a watched camera: the live picture with the edges of the scene where they should be, an arrow, a number,
+//! a sentence, and a tone that rises as the camera comes nearer.
+
+use std::{
+    f32::consts::{FRAC_PI_2, PI},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use egui::{
+    CentralPanel, Checkbox, Color32, FontId, Frame, Image, Mesh, Painter, Panel, Rect, Sense,
+    Shape, Ui, Vec2, ViewportCommand, WidgetInfo, accesskit::Role, pos2,
+};
+use nalgebra::Point2;
+
+use super::{
+    guide::icon,
+    picture::{Picture, Placed},
+    sound::{Sound, Tone},
+    theme,
+};
+use boresight_app::watch::{Step, with_scale};
+use boresight_geometry::frame;
+use boresight_guide::session::Gravity;
+use boresight_present::{
+    instruction::Movement,
+    text::{
+        watch::{self as watch_words, Cue},
+        window as words,
+    },
+};
+use boresight_watch::{Advice, Axis, Lens};
+
+/// Time between two looks for a new picture, and between two tones.
+const LOOK: std::time::Duration = std::time::Duration::from_millis(40);
+const TONE_SECS: f64 = 0.4;
+/// Closeness from which on a tone is heard.
+const HEARD: f64 = 0.25;
+/// Height of the words and of the bar below the picture, as shares of the window's.
+const WORDS: f32 = 0.2;
+const BAR: f32 = 0.035;
+
+/// What the window shows of a step.
+#[derive(Clone, Debug)]
+pub struct WayBack {
+    frame: Arc<frame::Frame>,
+    /// What to do, for who stands behind the camera, and for who faces it.
+    said: [(Advice, Cue); 2],
+    gravity: Gravity,
+    close: Option<f64>,
+    outline: Vec<Point2<f64>>,
+}
+
+impl WayBack {
+    /// Of a step of a camera with that lens.
+    pub fn of(step: &Step<'_>, lens: &Lens) -> Self {
+        let said = |advice| (advice, with_scale(lens, |scale| watch_words::cue(&advice, scale)));
+        Self {
+            frame: Arc::clone(step.frame),
+            said: [step.advice, watch_words::facing(&step.advice)].map(said),
+            gravity: watch_words::gravity(&step.advice),
+            close: step.closeness,
+            outline: step.outline.clone(),
+        }
+    }
+}
+
+/// What passes between the window and the thread that measures.
+#[derive(Debug, Default)]
+pub struct Link {
+    newest: Mutex<Option<WayBack>>,
+    /// The thread has failed or was stopped, so that there's nothing to show.
+    pub has_ended: AtomicBool,
+}
+
+impl Link {
+    /// Shows a step from now on.
+    pub fn show(&self, step: WayBack) {
+        *self.newest.lock().unwrap_or_else(PoisonError::into_inner) = Some(step);
+    }
+}
+
+/// The page.
+pub struct AdjustPage {
+    link: Arc<Link>,
+    shown: Option<WayBack>,
+    picture: Picture,
+    faces: bool,
+    sound: Sound,
+    sounded_secs: f64,
+}
+
+impl AdjustPage {
+    /// A page that shows what `link` brings, for a person who stands behind the camera or `faces` it.
+    pub fn new(link: Arc<Link>, faces: bool) -> Self {
+        let (shown, picture) = (None, Picture::default());
+        Self { link, shown, picture, faces, sound: Sound::new(), sounded_secs: 0.0 }
+    }
+
+    /// Shows it.
+    pub fn show(&mut self, ui: &mut Ui) {
+        if self.link.has_ended.load(Ordering::Relaxed) {
+            ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+        }
+        let newest = self.link.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(step) = newest {
+            self.picture.show_image(ui.ctx(), &step.frame.image);
+            self.shown = Some(step);
+        }
+        self.sound(ui.input(|input| input.time));
+        ui.ctx().request_repaint_after(LOOK);
+        let window = ui.ctx().content_rect().height();
+        let close = self.shown.as_ref().and_then(|shown| shown.close);
+        Panel::top("words").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
+            self.words(ui, WORDS * window);
+        });
+        Panel::bottom("side").show_separator_line(false).show(ui, |ui| {
+            ui.add(Checkbox::new(&mut self.faces, watch_words::FACES));
+        });
+        Panel::bottom("close").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
+            let size = Vec2::new(ui.available_width(), BAR * window);
+            let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+            ui.painter().rect_filled(rect, 0.0, theme::BAND);
+            if let Some(close) = close {
+                let end = rect.left() + rect.width() * close as f32;
+                ui.painter().rect_filled(rect.with_max_x(end), 0.0, theme::approach(close as f32));
+            }
+        });
+        CentralPanel::no_frame().show(ui, |ui| self.scene(ui));
+    }
+
+    fn words(&self, ui: &mut Ui, high: f32) {
+        let (rect, response) =
+            ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
+        let painter = ui.painter_at(rect);
+        painter.rect_filled(rect, 0.0, theme::BAND);
+        let color = self.shown.as_ref().map_or(theme::GREY, |shown| match shown.gravity {
+            Gravity::Bad => theme::RED,
+            Gravity::Good => theme::GREEN,
+            Gravity::Careful => theme::AMBER,
+            Gravity::Plain => Color32::WHITE,
+        });
+        let said = self.shown.as_ref().map(|shown| &shown.said[usize::from(self.faces)]);
+        let (number, sentence) = said
+            .map_or(("", words::STARTING), |(_, cue)| (cue.number.as_str(), cue.sentence.as_str()));
+        let line = |text: &str, size: f32, color| {
+            painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), color)
+        };
+        // Sign and number are read from a ladder; the sentence takes what's left of the width.
+        let square = Rect::from_min_size(rect.min, Vec2::splat(high)).shrink(0.15 * high);
+        if let Some((advice, _)) = said {
+            sign(&painter, square, advice, color);
+        }
+        let number_at = rect.left() + high + theme::UNIT;
+        let galley = line(number, 0.55 * high, color);
+        let at = number_at + galley.size().x + 2.0 * theme::UNIT;
+        painter.galley(pos2(number_at, rect.center().y - 0.5 * galley.size().y), galley, color);
+        let room = rect.right() - at - 2.0 * theme::UNIT;
+        let fits = (room / line(sentence, 0.3 * high, color).size().x.max(1.0)).min(1.0);
+        let galley = line(sentence, (0.3 * high * fits).max(theme::SMALL), Color32::WHITE);
+        let top = rect.center().y - 0.5 * galley.size().y;
+        painter.galley(pos2(at, top), galley, Color32::WHITE);
+        let said = format!("{sentence} {number}");
+        response.widget_info(|| WidgetInfo::labeled(Role::Status, true, said.trim_end()));
+    }
+
+    fn scene(&self, ui: &mut Ui) {
+        let area = ui.available_rect_before_wrap();
+        let response = ui.allocate_rect(area, Sense::hover());
+        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
+        let (Some(shown), Some(texture)) = (&self.shown, self.picture.texture()) else { return };
+        let size = frame::ImageSize::of(&shown.frame.image);
+        let placed = Placed::within(area, size, self.faces);
+        Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+        let color = shown.close.map_or(theme::GREY, |close| theme::approach(close as f32));
+        // Dark below, so that the edges are seen on any picture.
+        let dot = placed.scale().max(1.0);
+        for (side, color) in [(dot + 1.5, Color32::from_black_alpha(140)), (dot, color)] {
+            let mut mesh = Mesh::default();
+            for px in &shown.outline {
+                let square = Rect::from_center_size(placed.pos(px), Vec2::splat(side));
+                mesh.add_colored_rect(square, color);
+            }
+            ui.painter_at(placed.rect).add(Shape::mesh(mesh));
+        }
+    }
+
+    /// A tone that rises by two octaves on the way.
+    fn sound(&mut self, now_secs: f64) {
+        let close = self.shown.as_ref().and_then(|shown| shown.close).unwrap_or(0.0);
+        if close > HEARD && now_secs - self.sounded_secs >= TONE_SECS {
+            self.sounded_secs = now_secs;
+            self.sound.play(Tone::Near { hertz: (200.0 * 4_f64.powf(close)) as u16 });
+        }
+    }
+}
+
+/// The sign of what to do; none while it isn't known where the camera points.
+fn sign(painter: &Painter, rect: Rect, advice: &Advice, color: Color32) {
+    let shift = |towards_rad| icon::paint(painter, rect, Movement::Shift { towards_rad }, color);
+    match *advice {
+        Advice::Lost(_) => {}
+        Advice::Push { axis: Axis::Pan, off_px } => shift(if off_px > 0.0 { 0.0 } else { PI }),
+        Advice::Push { axis: Axis::Tilt, off_px } => {
+            shift(if off_px > 0.0 { -FRAC_PI_2 } else { FRAC_PI_2 });
+        }
+        Advice::Push { axis: Axis::Roll, off_px } => {
+            icon::paint_roll(painter, rect, off_px > 0.0, color);
+        }
+        Advice::Hold { .. } | Advice::Tighten { .. } | Advice::Right => {
+            painter.circle_filled(rect.center(), 0.3 * rect.width(), color);
+        }
+    }
+}
+
+impl eframe::App for AdjustPage {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.show(ui);
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        theme::background(visuals)
+    }
+}
