@@ -85,11 +85,12 @@ impl Patch {
                 let mut cross = 0_i32;
                 for (row, own) in own.chunks_exact(side + 1).enumerate() {
                     let other = &levels[(y + row) * (wide + 1) + x..][..side + 1];
-                    cross += own
+                    // A thousand products of levels can't overflow, and a check of each sum would keep the processor from
+                    // adding several at once.
+                    cross = own
                         .iter()
                         .zip(other)
-                        .map(|(&a, &b)| i32::from(a) * i32::from(b))
-                        .sum::<i32>();
+                        .fold(cross, |sum, (&a, &b)| sum.wrapping_add(i32::from(a) * i32::from(b)));
                 }
                 let (sum, squares) = sums.over(x, y, side);
                 let norm = (squares as f64 - (sum * sum) as f64 / count).max(0.0).sqrt() as f32
