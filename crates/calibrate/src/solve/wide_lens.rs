@@ -44,12 +44,14 @@ pub(crate) struct Rival {
     pub(crate) odds: f64,
 }
 
-/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture has no ray, or is more
-/// than 40° from the axis.
+/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 40° from the axis,
+/// as a pinhole sees it if it has no ray.
 pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
-    corners_px(image_size)
-        .iter()
-        .any(|px| camera.ray_from_px(px).is_none_or(|ray| off_axis_rad(&ray) > WIDE_RAD))
+    let pinhole = Camera { distortion: Distortion::default(), ..*camera };
+    corners_px(image_size).iter().any(|px| {
+        let ray = camera.ray_from_px(px).or_else(|| pinhole.ray_from_px(px));
+        ray.is_none_or(|ray| off_axis_rad(&ray) > WIDE_RAD)
+    })
 }
 
 /// Angle between a ray and the optical axis.
