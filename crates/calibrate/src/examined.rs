@@ -37,8 +37,8 @@ impl Examined {
             return Self { correlation: None, causes: Causes::none(), overcount: 1.0 };
         };
         let correlation = noise_correlation(&inputs.observations, richest);
-        let overcount =
-            correlation.as_ref().map_or(1.0, |found| found.overcount(richest, noise_floor));
+        let scatter = richest.scatter(richest.noise_factor().max(noise_floor));
+        let overcount = scatter.map_or(1.0, |scatter| scatter.overcount(inputs.distinct));
         let noise_gain = correlation.as_ref().map_or(0.0, |found| found.gain);
         let (size, result) = (inputs.image_size, &choice.fit().camera);
         let causes = causes(&inputs.observations, richest, result, size, noise_floor, noise_gain);
@@ -52,7 +52,7 @@ impl Examined {
         choice: &ModelChoice,
     ) -> Option<Correction> {
         let n = inputs.observations.coordinate_count() as f64;
-        Correction::of(&self.causes, choice.bundles.last()?, n, self.overcount)
+        Correction::of(&self.causes, choice.bundles.last()?, n)
     }
 
     /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None` if it isn't finite.
@@ -75,7 +75,7 @@ impl Examined {
             self.correlation.as_ref().map(|found| found.doubt(choice, inputs.noise_floor));
         let of_model = plain + correlated.unwrap_or_default();
         let of_views = averaged_over(Bundle::covariance_by_views)?;
-        Some(averaged(&of_model, &of_views, inputs.distinct))
+        Some(averaged(of_model, of_views, inputs.distinct))
     }
 
     /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, other

@@ -83,15 +83,14 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 
 impl Causes {
     /// The correctable cause: the clear winner, else non-square pixels or squares if they gain as much
-    /// as a lens coefficient must. Correcting it makes other causes easier to see. `overcount` is the factor by which
-    /// corners with correlated errors inflate gains; `n` is the number of coordinates.
-    pub(super) fn correctable(&self, n: f64, overcount: f64) -> Option<&Hypothesis> {
+    /// as a lens coefficient must. Correcting it makes other causes easier to see. `n` is the number of coordinates.
+    pub(super) fn correctable(&self, n: f64) -> Option<&Hypothesis> {
         let best = self.best_hypothesis();
         let clear = best.filter(|_| self.rivals().is_empty());
         match clear.map(|clear| &clear.explanation.cause) {
             Some(Cause::BoardBent | Cause::PixelAspect) => return clear,
             Some(Cause::BoardStretched) => {
-                return Some(self.aspect_rather_than(clear?, 1.0));
+                return Some(self.aspect_rather_than(clear?));
             }
             _ => {}
         }
@@ -104,10 +103,8 @@ impl Causes {
             explanation.cause.family() == Family::Aspect && explanation.is_visible()
         };
         let likeliest = self.hypotheses.iter().find(is_aspect)?;
-        // Without a clear cause, correlated noise inflates the gain.
-        let overcounted = if best.is_none() { overcount } else { 1.0 };
-        let aspect = self.aspect_rather_than(likeliest, overcounted);
-        let gain = (likeliest.gain + n.ln()) / overcount;
+        let aspect = self.aspect_rather_than(likeliest);
+        let gain = likeliest.explanation.by_views;
         if gain > WORTH_A_PARAMETER + n.ln() {
             return Some(aspect);
         }
@@ -118,15 +115,11 @@ impl Causes {
 
     /// Prefers non-square pixels to a stretched board, unless the views tell the two apart: the board then stays as it
     /// was stated, for everyone who uses the lens with it.
-    fn aspect_rather_than<'a>(
-        &'a self,
-        stretched: &'a Hypothesis,
-        overcount: f64,
-    ) -> &'a Hypothesis {
+    fn aspect_rather_than<'a>(&'a self, stretched: &'a Hypothesis) -> &'a Hypothesis {
         let is_as_good = |hypothesis: &&Hypothesis| {
             hypothesis.explanation.cause == Cause::PixelAspect
                 && hypothesis.explanation.is_visible()
-                && hypothesis.gain > stretched.gain - CLEAR_GAIN * overcount
+                && hypothesis.gain > stretched.gain - CLEAR_GAIN
         };
         self.hypotheses.iter().find(is_as_good).unwrap_or(stretched)
     }

@@ -42,9 +42,9 @@ enum Kind {
 
 impl Correction {
     /// The correction for a cause that a calibration can and should correct. `bundle` is the fit in which `causes` were
-    /// found, with `n` coordinates; `overcount` is the factor by which they overstate their information.
-    pub(crate) fn of(causes: &Causes, bundle: &Bundle, n: f64, overcount: f64) -> Option<Self> {
-        let best = causes.correctable(n, overcount)?;
+    /// found, with `n` coordinates.
+    pub(crate) fn of(causes: &Causes, bundle: &Bundle, n: f64) -> Option<Self> {
+        let best = causes.correctable(n)?;
         let explanation = &best.explanation;
         let camera = &explanation.state.bundle.camera;
         let kind = match explanation.cause {

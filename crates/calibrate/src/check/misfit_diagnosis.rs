@@ -46,8 +46,6 @@ pub(super) struct Hypothesis {
 #[derive(Clone, Debug)]
 pub(crate) struct Causes {
     pub(super) hypotheses: Vec<Hypothesis>,
-    /// Gain in BIC from correlated noise, if any: it competes with the hypotheses, because it explains residuals, too.
-    noise_gain: f64,
     /// Covariance of the lens from not knowing which hypothesis holds.
     pub(crate) doubt: LensMatrix,
     /// Least relative change of the focal length from the first view to the last that would be reported. `None` if
@@ -57,22 +55,15 @@ pub(crate) struct Causes {
 
 impl Causes {
     pub(crate) fn none() -> Self {
-        Self {
-            hypotheses: Vec::new(),
-            noise_gain: 0.0,
-            doubt: LensMatrix::zeros(),
-            visible_drift: None,
-        }
+        Self { hypotheses: Vec::new(), doubt: LensMatrix::zeros(), visible_drift: None }
     }
 
-    /// The most probable hypothesis, if its gain and its effect are large enough to report and correlated noise doesn't
-    /// explain as much.
+    /// The most probable hypothesis, if its gain and its effect are large enough to report.
     pub(super) fn best_hypothesis(&self) -> Option<&Hypothesis> {
         let best = self.hypotheses.first()?;
         let is_one = best.explanation.parameters == 1;
         let least = if is_one { MIN_BIC_GAIN_OF_ONE } else { MIN_BIC_GAIN };
-        let is_sure = best.gain > least.max(self.noise_gain);
-        (is_sure && best.explanation.is_visible()).then_some(best)
+        (best.gain > least && best.explanation.is_visible()).then_some(best)
     }
 
     /// Gain in BIC of [`Self::best_hypothesis`].
@@ -132,7 +123,7 @@ pub(crate) fn causes(
     noise_gain: f64,
 ) -> Causes {
     let n = observations.coordinate_count() as f64;
-    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor);
+    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor, noise_gain);
     let mut all = vec![
         Cause::Focus,
         Cause::FocusDrift,
@@ -159,9 +150,8 @@ pub(crate) fn causes(
         .collect();
     hypotheses.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut hypotheses, image_size);
-    prefer_common_bend(&mut hypotheses, noise_gain);
-    let noise_gain = noise_gain.max(0.0);
-    let mut doubt = doubt(&hypotheses, bundle, result, n, noise_gain);
+    prefer_common_bend(&mut hypotheses);
+    let mut doubt = doubt(&hypotheses, bundle, result, n);
     let noise_variance = bundle.noise_factor().max(noise_floor).powi(2);
     if let Some(FirstStep { value, unit_variance, .. }) = drift {
         add_to_f(&mut doubt, unseen_drift(value, unit_variance * noise_variance), result);
@@ -170,7 +160,7 @@ pub(crate) fn causes(
         let sd = (step.unit_variance * noise_variance).sqrt();
         ((MIN_BIC_GAIN_OF_ONE + n.ln()).sqrt() + POWER_SIGMAS) * sd
     });
-    Causes { hypotheses, noise_gain, doubt, visible_drift }
+    Causes { hypotheses, doubt, visible_drift }
 }
 
 /// Moves the best hypothesis about focus to the front if the best hypothesis is two cameras with the same principal point.
@@ -195,30 +185,24 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
 
 /// Puts a board that is bent alike in all views in place of one that bends from view to view, if it's a finding by itself:
 /// what all views share is corrected first.
-fn prefer_common_bend(hypotheses: &mut Vec<Hypothesis>, noise_gain: f64) {
+fn prefer_common_bend(hypotheses: &mut Vec<Hypothesis>) {
     let place = |cause: Cause| hypotheses.iter().position(|h| h.explanation.cause == cause);
     let (Some(0), Some(bent)) = (place(Cause::BoardFlexes), place(Cause::BoardBent)) else {
         return;
     };
-    if hypotheses[bent].gain > MIN_BIC_GAIN.max(noise_gain) {
+    if hypotheses[bent].gain > MIN_BIC_GAIN {
         hypotheses[..=bent].rotate_right(1);
         hypotheses.retain(|h| h.explanation.cause != Cause::BoardFlexes);
     }
 }
 
 /// Covariance from averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
-/// `e^(gain/2)`; the plain bundle counts with the gain of its noise.
-fn doubt(
-    hypotheses: &[Hypothesis],
-    bundle: &Bundle,
-    result: &Camera,
-    n: f64,
-    noise_gain: f64,
-) -> LensMatrix {
+/// `e^(gain/2)`; the plain bundle's is 1.
+fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, result: &Camera, n: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
-    let most = hypotheses.iter().map(|s| s.gain).fold(noise_gain, f64::max);
+    let most = hypotheses.iter().map(|s| s.gain).fold(0.0, f64::max);
     let odds = |gain: f64| (0.5 * (gain - most)).exp();
-    let total = odds(noise_gain) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
+    let total = odds(0.0) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
     let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
     let there = result.lens_parameters();
     for Hypothesis { gain, explanation } in hypotheses {

@@ -14,7 +14,8 @@ use super::{
 use crate::solve::{
     bundle::{Bundle, BundleState, Observations},
     lens_model::{LensFreedom, tie_covariance},
-    schur_lm::{Minimum, ViewBlock, inverse, minimise_to},
+    schur_lm::{Minimum, NormalEquations, ViewBlock, inverse, minimise_to},
+    view_scatter::Scatter,
 };
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
@@ -38,9 +39,13 @@ const LEAST_SHIFT_PX: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
     pub(super) cause: Cause,
+    /// Twice the gain in log likelihood over the plain bundle, counted by views: `n ln(cost₀/cost)`, divided by how much the
+    /// corners overstate what they tell ([`Scatter::overcount`]).
+    pub(super) by_views: f64,
     /// Number of parameters added by the cause.
     pub(crate) parameters: usize,
-    /// Gain in BIC over the plain bundle: `n ln(cost₀/cost)` less the penalty for the parameters.
+    /// Gain in BIC over the plain bundle: `by_views`, or what the corners tell beyond correlated noise if that's less, less the
+    /// penalty for the parameters.
     pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
@@ -116,6 +121,8 @@ pub(super) struct Unexplained<'a> {
     pub(super) cost: f64,
     /// Least sum that is believed.
     pub(super) least_cost: f64,
+    /// Gain in BIC of correlated noise over independent noise.
+    pub(super) noise_gain: f64,
 }
 
 impl<'a> Unexplained<'a> {
@@ -125,6 +132,7 @@ impl<'a> Unexplained<'a> {
         observations: &'a Observations,
         image_size: ImageSize,
         noise_floor: f64,
+        noise_gain: f64,
     ) -> Self {
         let least_cost = observations.coordinate_count() as f64 * noise_floor * noise_floor;
         Self {
@@ -134,6 +142,7 @@ impl<'a> Unexplained<'a> {
             freedom: bundle.freedom,
             cost: bundle.cost.max(least_cost),
             least_cost,
+            noise_gain: noise_gain.max(0.0),
         }
     }
 
@@ -231,6 +240,19 @@ impl<'a> Unexplained<'a> {
         if cause == Cause::SmoothField && self.cost - cost < LEAST_FIELD.powi(2) * self.least_cost {
             return None;
         }
+        let information = minimum.normal.reduced()?;
+        // A view's own parameters don't make it agree with others.
+        let overcount = match cause.local_extras() {
+            0 => scatter(&problem, &minimum.normal, self.noise_variance(cost))?.overcount(views),
+            _ => 1.0,
+        };
+        let by_corners = |cost: f64| n * (self.cost / cost.max(self.least_cost)).ln();
+        let by_views = by_corners(cost) / overcount;
+        // Correlated noise explains residuals, too.
+        let told = |cost: f64| {
+            let by_corners = by_corners(cost);
+            (by_corners / overcount).min(by_corners - self.noise_gain)
+        };
         let gain = match cause.local_sd() {
             Some(_) => {
                 let prior_information = problem.noise_variance / problem.local_sd.powi(2);
@@ -240,11 +262,10 @@ impl<'a> Unexplained<'a> {
                     .iter()
                     .map(|view| evidence_cost(view, cause.local_extras(), prior_information))
                     .sum();
-                n * (self.cost / minimum.cost.max(self.least_cost)).ln() - occam - n.ln()
+                told(minimum.cost) - occam - n.ln()
             }
-            None => n * (self.cost / cost.max(self.least_cost)).ln() - parameters as f64 * n.ln(),
+            None => told(cost) - parameters as f64 * n.ln(),
         };
-        let information = minimum.normal.reduced()?;
         let unit_covariance = lens_covariance(&problem, &inverse(&information)?);
         let mut known = information;
         for index in LENS_PARAMETERS..S {
@@ -273,6 +294,7 @@ impl<'a> Unexplained<'a> {
             depth_m,
             parameters,
             gain,
+            by_views,
             cost,
             state,
             unit_covariance,
@@ -280,6 +302,24 @@ impl<'a> Unexplained<'a> {
             cause,
         })
     }
+}
+
+/// The pulls of the views at the shared parameters that are free.
+fn scatter<const S: usize>(
+    problem: &ExtendedProblem<'_>,
+    normal: &NormalEquations<S, LOCAL>,
+    noise_variance: f64,
+) -> Option<Scatter> {
+    let free: Vec<usize> = (0..S).filter(|index| problem.is_free(*index)).collect();
+    let part =
+        |all: &SMatrix<f64, S, S>| all.select_rows(&free).select_columns(&free) / noise_variance;
+    let of_view = |view: &ViewBlock<S, LOCAL>| {
+        let (information, gradient) = view.reduced()?;
+        Some((part(&information), gradient.select_rows(&free) / noise_variance))
+    };
+    let views: Vec<_> = normal.views.iter().map(of_view).collect::<Option<_>>()?;
+    let shared: SMatrix<f64, S, S> = normal.views.iter().map(|view| view.shared).sum();
+    Scatter::of(&views, &part(&(normal.shared - shared)))
 }
 
 /// `ln |I + A/p|`: the penalty for the `count` parameters of a view with the information `p` from their prior and `A`

@@ -36,7 +36,7 @@ pub(crate) fn next_radial_doubt(
     noise_floor: f64,
     overcount: f64,
 ) -> Option<LensMatrix> {
-    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor);
+    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor, 0.0);
     let FirstStep { value, unit_variance, lens_by_value } =
         unexplained.first_steps(&[Cause::NextRadial]).of_one(0)?;
     let variance = unit_variance * bundle.noise_factor().max(noise_floor).powi(2) * overcount;

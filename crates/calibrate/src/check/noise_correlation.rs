@@ -138,18 +138,6 @@ pub(crate) fn noise_correlation(
 }
 
 impl NoiseCorrelation {
-    /// Factor by which the corners overstate their information about the lens: the mean over the free parameters of
-    /// `bundle`, the richest one; at least 1.
-    pub(crate) fn overcount(&self, bundle: &Bundle, noise_floor: f64) -> f64 {
-        let variance = bundle.noise_factor().max(noise_floor).powi(2);
-        let free = (0..LENS_PARAMETERS).filter(|i| bundle.freedom.free[*i]);
-        let ratios: Vec<f64> = free
-            .map(|i| self.information[(i, i)] / (variance * self.independent[(i, i)]))
-            .filter(|ratio| ratio.is_finite())
-            .collect();
-        (ratios.iter().sum::<f64>() / ratios.len().max(1) as f64).max(1.0)
-    }
-
     /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does.
     /// Never negative: correlation doesn't make a result more certain.
     pub(crate) fn doubt(&self, choice: &ModelChoice, noise_floor: f64) -> LensMatrix {

@@ -11,10 +11,12 @@
 //! with `g` the gradient of a view at the minimum, its pose eliminated, and `Iᵥ` its information. The factor makes up for the
 //! lens having followed the view (MacKinnon & White 1985, HC2): with independent noise, `C` is expected to be `σ² I⁻¹`.
 
+use std::ops::{Add, Mul};
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{bundle::Bundle, lens_model::tie_covariance};
-use boresight_geometry::{LENS_PARAMETERS, LensMatrix};
+use boresight_geometry::{LensMatrix, LensParts};
 
 /// Least share of its own pull that a view leaves in its residuals: one that decides a parameter alone tells nothing about
 /// its scatter.
@@ -30,46 +32,47 @@ pub(crate) fn freedom(views: usize) -> f64 {
 
 /// Covariance by a model of the noise and by the scatter of `views` different views, averaged. Few views tell it badly:
 /// theirs gets the variance of Student's t with a degree of freedom less than there are views. With three, the model's.
-pub(crate) fn averaged(of_model: &LensMatrix, of_views: &LensMatrix, views: usize) -> LensMatrix {
+pub(crate) fn averaged<T: Add<Output = T> + Mul<f64, Output = T>>(
+    of_model: T,
+    of_views: T,
+    views: usize,
+) -> T {
     if views <= 3 {
-        return *of_model;
+        return of_model;
     }
     let views = views as f64;
     let of_few = (views - 1.0) / (views - 3.0);
-    (of_model * MODEL_VIEWS + of_views * (views * of_few)) / (MODEL_VIEWS + views)
+    let share = (MODEL_VIEWS + views).recip();
+    of_model * (MODEL_VIEWS * share) + of_views * (views * of_few * share)
 }
 
-impl Bundle {
-    /// Covariance of the lens parameters from the scatter of the views, laid out as [`Self::covariance`]. `noise_factor` only
-    /// weighs a prior against the corners. `None` if the information is singular.
-    pub(crate) fn covariance_by_views(&self, noise_factor: f64) -> Option<LensMatrix> {
-        let free: Vec<usize> = (0..LENS_PARAMETERS).filter(|i| self.freedom.free[*i]).collect();
-        let count = free.len();
-        let variance = noise_factor * noise_factor;
-        let of = |matrix: &LensMatrix| {
-            DMatrix::from_fn(count, count, |i, j| matrix[(free[i], free[j])] / variance)
-        };
-        let mut information = of(self.information());
-        let prior = DMatrix::from_diagonal(&DVector::from_fn(count, |i, _| {
-            self.prior_information()[free[i]]
-        }));
-        information += &prior;
-        let scale = DVector::from_fn(count, |i, _| {
-            information[(i, i)].max(f64::MIN_POSITIVE).sqrt().recip()
-        });
+/// How far the views pull parameters apart.
+pub(crate) struct Scatter {
+    /// Of the parameters, for information with a unit diagonal.
+    scale: DVector<f64>,
+    lower: DMatrix<f64>,
+    /// `L⁻¹ (Σ g̃ g̃ᵀ) L⁻ᵀ`: with independent noise the identity is expected.
+    scatter: DMatrix<f64>,
+}
+
+impl Scatter {
+    /// From each view's information and gradient, and the information of a prior, all for the actual noise. `None` if the
+    /// information is singular.
+    pub(crate) fn of(views: &[(DMatrix<f64>, DVector<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
+        let information = views.iter().fold(prior.clone(), |sum, (of_view, _)| sum + of_view);
+        let scale = information.diagonal().map(|it| it.max(f64::MIN_POSITIVE).sqrt().recip());
         let scaled = |matrix: &DMatrix<f64>| {
-            DMatrix::from_fn(count, count, |i, j| matrix[(i, j)] * scale[i] * scale[j])
+            DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] * scale[i] * scale[j])
         };
         let lower = scaled(&information).cholesky()?.unpack();
         let whitened = |matrix: &DMatrix<f64>| -> Option<DMatrix<f64>> {
             let half = lower.solve_lower_triangular(&scaled(matrix))?;
             lower.solve_lower_triangular(&half.transpose())
         };
-        let mut scatter = whitened(&prior)?;
-        for (of_view, gradient) in self.view_information() {
-            let pull = DVector::from_fn(count, |i, _| gradient[free[i]] * scale[i] / variance);
-            let pull = lower.solve_lower_triangular(&pull)?;
-            let eigen = SymmetricEigen::new(whitened(&of(of_view))?);
+        let mut scatter = whitened(prior)?;
+        for (of_view, gradient) in views {
+            let pull = lower.solve_lower_triangular(&gradient.component_mul(&scale))?;
+            let eigen = SymmetricEigen::new(whitened(of_view)?);
             let mut along = eigen.eigenvectors.tr_mul(&pull);
             for (along, share) in along.iter_mut().zip(&eigen.eigenvalues) {
                 *along /= (1.0 - share).max(LEAST_LEFT).sqrt();
@@ -77,13 +80,51 @@ impl Bundle {
             let pull = &eigen.eigenvectors * along;
             scatter += &pull * pull.transpose();
         }
-        let upper = lower.transpose();
-        let half = upper.solve_upper_triangular(&scatter)?;
+        Some(Self { scale, lower, scatter })
+    }
+
+    /// `C`.
+    fn covariance(&self) -> Option<DMatrix<f64>> {
+        let upper = self.lower.transpose();
+        let half = upper.solve_upper_triangular(&self.scatter)?;
         let whole = upper.solve_upper_triangular(&half.transpose())?;
+        let scale = &self.scale;
+        Some(DMatrix::from_fn(scale.len(), scale.len(), |i, j| whole[(i, j)] * scale[i] * scale[j]))
+    }
+
+    /// Factor by which the corners of `views` views overstate what they tell, at least 1: the views pull the parameters
+    /// apart by so much more than independent corners would, on the mean ([`averaged`]).
+    pub(crate) fn overcount(&self, views: usize) -> f64 {
+        averaged(1.0, self.scatter.trace() / self.scale.len() as f64, views).max(1.0)
+    }
+}
+
+impl Bundle {
+    /// The pulls of the views at the free lens parameters, for corners with `noise_factor` times the stated error.
+    pub(crate) fn scatter(&self, noise_factor: f64) -> Option<Scatter> {
+        let free = self.freedom.parameters();
+        let variance = noise_factor * noise_factor;
+        let views: Vec<_> = self
+            .view_information()
+            .iter()
+            .map(|(information, gradient)| {
+                let pull = |i: usize, _| gradient[free[i].index()] / variance;
+                (information.part(&free, &free) / variance, DVector::from_fn(free.len(), pull))
+            })
+            .collect();
+        let of_prior = |i: usize, _| self.prior_information()[free[i].index()];
+        Scatter::of(&views, &DMatrix::from_diagonal(&DVector::from_fn(free.len(), of_prior)))
+    }
+
+    /// Covariance of the lens parameters from the scatter of the views, laid out as [`Self::covariance`]. `noise_factor` only
+    /// weighs a prior against the corners. `None` if the information is singular.
+    pub(crate) fn covariance_by_views(&self, noise_factor: f64) -> Option<LensMatrix> {
+        let of_free = self.scatter(noise_factor)?.covariance()?;
+        let free = self.freedom.parameters();
         let mut covariance = LensMatrix::zeros();
         for (i, row) in free.iter().enumerate() {
             for (j, column) in free.iter().enumerate() {
-                covariance[(*row, *column)] = whole[(i, j)] * scale[i] * scale[j];
+                covariance[(row.index(), column.index())] = of_free[(i, j)];
             }
         }
         if self.freedom.square_pixels {
