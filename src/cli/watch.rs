@@ -424,7 +424,7 @@ fn adjust(
         }
     };
     #[cfg(feature = "window")]
-    if !headless && !json && crate::ui::has_display() {
+    if !headless && !json && boresight_app::desktop::has_display() {
         let faces = beside.speaks_to_facing() == Some(true);
         let is_right = super::window::adjust((&camera, &feed), faces, &stop, &mut hear)?;
         return Ok(if is_right { Exit::Good } else { Exit::Moved });

@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    colours::{colour_step, colours, dark_outside, skips_squares},
+    colours::{colour_step, colours, dark_outside, inside, skips_squares},
     lattice::{BESIDE, Lattice, Node, axes, height},
     missing::{SIDES, behind, cut_off_by, glaring},
     outcome::Miss,
@@ -228,11 +228,6 @@ fn interpolate_last(
     }
 }
 
-pub(super) fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
-    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
-    x.min(right - x).min(y).min(bottom - y) >= margin_px
-}
-
 /// Drops members without a neighbour along both axes.
 pub(super) fn prune(lattice: &mut Lattice) {
     loop {
@@ -314,26 +309,6 @@ fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
             return;
         }
     }
-}
-
-/// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
-pub(super) fn all_colours_alternate(
-    image: &GrayImage,
-    lattice: &Lattice,
-    board: &Checkerboard,
-) -> bool {
-    let Some(typical) = colours(image, lattice) else { return false };
-    let first = lattice.get((0, 0));
-    let Some((u, v)) = first.and_then(|first| axes(lattice, (0, 0), first)) else { return false };
-    let upright = u[0] * v[1] - u[1] * v[0] > 0.0;
-    let same_parity = board.columns() % 2 == board.rows() % 2;
-    upright
-        && (same_parity || typical < 0.0)
-        && lattice.nodes().iter().all(|&(i, j)| {
-            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
-            colour_step(image, lattice, (i, j))
-                .is_some_and(|step| step.clean && step.value * expected > 0.0)
-        })
 }
 
 /// Maps column and row of the board, and width and height of the grid, to a node.

@@ -6,6 +6,7 @@ use super::{
     lattice::{Lattice, Node, axes},
     reduce::sample,
 };
+use boresight_geometry::board::Checkerboard;
 
 /// The squares around a corner.
 pub(super) struct ColourStep {
@@ -147,6 +148,32 @@ fn step_across(
         sample(image, at[0], at[1])
     };
     Some(level(BESIDE_EDGE) - level(-BESIDE_EDGE))
+}
+
+/// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
+pub(super) fn all_colours_alternate(
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+) -> bool {
+    let Some(typical) = colours(image, lattice) else { return false };
+    let first = lattice.get((0, 0));
+    let Some((u, v)) = first.and_then(|first| axes(lattice, (0, 0), first)) else { return false };
+    let upright = u[0] * v[1] - u[1] * v[0] > 0.0;
+    let same_parity = board.columns() % 2 == board.rows() % 2;
+    upright
+        && (same_parity || typical < 0.0)
+        && lattice.nodes().iter().all(|&(i, j)| {
+            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
+            colour_step(image, lattice, (i, j))
+                .is_some_and(|step| step.clean && step.value * expected > 0.0)
+        })
+}
+
+/// True if a point is at least this far from the picture's edges.
+pub(super) fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
+    let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
+    x.min(right - x).min(y).min(bottom - y) >= margin_px
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@
 use image::GrayImage;
 
 use super::{
-    board_match::{inside, prune},
-    colours::colour_step_within,
+    board_match::prune,
+    colours::{colour_step_within, inside},
     lattice::{Lattice, Node, axes, height},
     marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place, read_markers},

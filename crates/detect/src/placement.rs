@@ -9,8 +9,7 @@ use image::GrayImage;
 use nalgebra::Point2;
 
 use super::{
-    board_match::inside,
-    colours::dark_outside,
+    colours::{dark_outside, inside},
     lattice::{Lattice, Node, axes, height},
     missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
     printed_code::{Plane, is_named_by_code},

@@ -8,7 +8,7 @@
 use image::GrayImage;
 
 use super::{
-    board_match::all_colours_alternate,
+    colours::all_colours_alternate,
     lattice::Lattice,
     outcome::{Detection, Miss},
     reduce::{Halved, Part, halve, halve_part},
