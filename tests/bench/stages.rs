@@ -140,7 +140,7 @@ fn detection(c: &mut Criterion) {
         let seen = detector.detect(&with_board, &scene.board).expect("found");
         // As far off as a guess of constant speed is.
         let corners_px = seen.corners.iter().map(|corner| [corner.px.x + 1.5, corner.px.y - 1.0]);
-        let corners_px = corners_px.collect();
+        let corners_px: Vec<_> = corners_px.collect();
         let near = Prediction {
             seen: vec![true; corners_px.len()],
             corners_px,
