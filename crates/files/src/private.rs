@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use super::{
-    FileError, Links, Overwrite, open, plain::file_or_nothing, read_text, save::save_with_mode,
-};
+use super::{FileError, Links, Overwrite, plain::file_or_nothing, read_text, save::save_with_mode};
 
 /// Text of the file at `path`, which nobody but its owner may read. If there is no file, stores and returns `fresh`; of
 /// several programs that store at once, all return the text of the first.
@@ -25,16 +23,15 @@ pub fn read_or_make_private(
             saved => return saved.map(|()| fresh),
         }
     }
-    let kept = open(path, Links::Refused)?;
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
+        let kept = super::open(path, Links::Refused)?;
         let mode = kept.metadata().map_err(FileError::reading(path))?.permissions().mode();
         if mode & 0o077 != 0 {
             return Err(FileError::NotPrivate { path: path.to_path_buf() });
         }
     }
-    drop(kept);
     read_text(path, limit_bytes, Links::Refused)
 }
 

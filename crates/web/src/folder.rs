@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, io::Cursor};
 use image::{GrayImage, ImageFormat};
 
 use boresight_app::{REPORT_FILE, RESULT_FILE};
+use boresight_capture::{Upright, decoded};
 use boresight_geometry::frame::FrameId;
 use boresight_guide::session::{Decision, Input};
 use boresight_run::recording::{Header, JournalText, Line, Stored, stored_png};
@@ -52,7 +53,7 @@ impl Folder {
     /// The picture of a frame, if it's kept.
     pub(crate) fn picture(&self, frame: u64) -> Option<GrayImage> {
         let png = Cursor::new(self.pictures.get(&frame)?);
-        boresight_capture::decoded(png, ImageFormat::Png).ok()
+        decoded(png, ImageFormat::Png, Upright::AsStored).ok()
     }
 
     /// The folder as one tar file, with the result and the report in it.

@@ -19,7 +19,7 @@ use boresight_app::{
     result::calibration_file,
     session_report::{Recorded, of_recorded},
 };
-use boresight_capture::decoded;
+use boresight_capture::{Upright, decoded};
 use boresight_detect::{Detector, DetectorParams, Search, Track};
 use boresight_geometry::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
@@ -95,7 +95,7 @@ fn picture_of(file: &[u8]) -> anyhow::Result<GrayImage> {
     let format = image::guess_format(file).ok();
     let format = format.filter(|it| matches!(it, ImageFormat::Png | ImageFormat::Jpeg));
     let format = format.context(words::NO_PICTURE)?;
-    decoded(Cursor::new(file), format).map_err(|why| anyhow!(why))
+    decoded(Cursor::new(file), format, Upright::AsMarked).map_err(|why| anyhow!(why))
 }
 
 #[wasm_bindgen]
@@ -179,12 +179,10 @@ impl Guide {
     pub fn look_coloured(&mut self, seconds: f64, is_blue_first: bool) -> Result<String, JsError> {
         // Of ITU-R BT.601, as cameras make brightness; in 256ths.
         let weights: [u32; 3] = if is_blue_first { [29, 150, 77] } else { [77, 150, 29] };
-        let mut at = 0;
-        for from in (0..self.room.len() / RGBA).map(|pixel| pixel * RGBA) {
-            let sum: u32 =
-                weights.iter().zip(&self.room[from..]).map(|(w, c)| w * u32::from(*c)).sum();
+        for at in 0..self.room.len() / RGBA {
+            let colour = &self.room[at * RGBA..];
+            let sum: u32 = weights.iter().zip(colour).map(|(w, c)| w * u32::from(*c)).sum();
             self.room[at] = (sum >> 8) as u8;
-            at += 1;
         }
         self.look(seconds)
     }
@@ -208,7 +206,7 @@ impl Guide {
     pub fn command(&mut self, command: &str) -> Result<String, JsError> {
         let mut command = || {
             let command = Asked::of(command)?;
-            self.go_on(command)?;
+            self.go_on(&command)?;
             self.input(Input::Command(command))
         };
         command().map_err(told)
@@ -306,8 +304,8 @@ impl Guide {
     }
 
     /// A session that has ended goes on, as the program resumes one.
-    fn go_on(&mut self, command: Command) -> anyhow::Result<()> {
-        if command == Command::TakeMore {
+    fn go_on(&mut self, command: &Command) -> anyhow::Result<()> {
+        if *command == Command::TakeMore {
             ensure!(self.stage == "ended", "the session hasn't ended");
             self.stage = "guiding";
             self.input(Input::Resumed)?;
@@ -393,6 +391,7 @@ fn raw(value: &impl Serialize) -> serde_json::Result<Box<RawValue>> {
     serde_json::value::to_raw_value(value)
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "`map_err` gives it away")]
 fn told(err: anyhow::Error) -> JsError {
     JsError::new(&format!("{err:#}"))
 }
