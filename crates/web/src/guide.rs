@@ -207,7 +207,7 @@ impl Guide {
         let mut command = || {
             let command = Asked::of(command)?;
             self.go_on(&command)?;
-            self.input(Input::Command(command))
+            self.input(&Input::Command(command))
         };
         command().map_err(told)
     }
@@ -218,7 +218,7 @@ impl Guide {
     ///
     /// If memory is full.
     pub fn source_ended(&mut self) -> Result<String, JsError> {
-        self.input(Input::SourceEnded).map_err(told)
+        self.input(&Input::SourceEnded).map_err(told)
     }
 
     /// True once nothing more is asked for.
@@ -296,9 +296,9 @@ impl Guide {
         self.told(snapshot)
     }
 
-    fn input(&mut self, input: Input) -> anyhow::Result<String> {
-        let decision = self.session.handle(&input);
-        self.folder.append(&input, &decision, None)?;
+    fn input(&mut self, input: &Input) -> anyhow::Result<String> {
+        let decision = self.session.handle(input);
+        self.folder.append(input, &decision, None)?;
         let snapshot = self.session.snapshot(decision);
         self.told(snapshot)
     }
@@ -308,7 +308,7 @@ impl Guide {
         if *command == Command::TakeMore {
             ensure!(self.stage == "ended", "the session hasn't ended");
             self.stage = "guiding";
-            self.input(Input::Resumed)?;
+            self.input(&Input::Resumed)?;
         }
         Ok(())
     }
@@ -333,7 +333,7 @@ impl Guide {
 
     fn conclude(&mut self) -> anyhow::Result<String> {
         self.stage = "ended";
-        self.input(Input::Stop)?;
+        self.input(&Input::Stop)?;
         let (session, header) = (&self.session, &self.header);
         let calibration = calibration_file(session, header);
         let json = serde_json::to_string_pretty(&calibration.to_json()?)?;
