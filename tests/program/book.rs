@@ -152,7 +152,8 @@ fn each_finding_has_a_page_that_its_code_writes() {
 
 /// Width and height of the board that fills the picture, by distance and field of view.
 #[test]
-fn the_table_of_boards_is_the_planners() {
+#[ignore = "takes minutes: make long-tests"]
+fn long_the_table_of_boards_is_the_planners() {
     let place = TempDir::new().expect("folder");
     let fields = ["40deg", "60deg", "90deg", "120deg"];
     let mut table =
