@@ -9,6 +9,8 @@ async function unpacked(text) {
 function events(text, took) {
   answer('events', { events: JSON.parse(text), took, over: guide.is_over() && took !== undefined });
 }
+// Room for a picture's bytes. Asking for it may grow the memory, and then its old buffer is gone.
+function room(size) { const at = guide.room(size); return new Uint8Array(memory.buffer, at, size); }
 // The first plane of these is the brightness, without gaps between its rows.
 const PLANES = /^(I4\d\d|NV12)/, COLOURS = /^(RGB|BGR)[AX]$/;
 async function look({ frame, seconds }) {
@@ -17,14 +19,14 @@ async function look({ frame, seconds }) {
     const format = frame.format || '';
     if (PLANES.test(format) || COLOURS.test(format)) {
       const size = frame.allocationSize();
-      await frame.copyTo(new Uint8Array(memory.buffer, guide.room(size), size));
+      await frame.copyTo(room(size));
       return [COLOURS.test(format) ? guide.look_coloured(seconds, format.startsWith('B')) : guide.look(seconds), performance.now() - began];
     }
     if (!canvas) canvas = new OffscreenCanvas(width, height).getContext('2d', { willReadFrequently: true });
     Object.assign(canvas.canvas, { width, height });
     canvas.drawImage(frame, 0, 0);
     const { data } = canvas.getImageData(0, 0, width, height);
-    new Uint8Array(memory.buffer, guide.room(data.length), data.length).set(data);
+    room(data.length).set(data);
     return [guide.look_coloured(seconds, false), performance.now() - began];
   } finally { frame.close(); }
 }
