@@ -68,7 +68,7 @@ function paint() {
     say(el('trouble'), trouble);
     say(el('tag'), live.simulated ? 'SIMULATED' : '');
     el('tag').hidden = !live.simulated;
-    say(el('sound'), speaks ? '🔊' : '🔇');
+    el('sound').setAttribute('aria-pressed', speaks);
     drawSoon(); wheel();
   }
   if (shown === 'sheet') views();
