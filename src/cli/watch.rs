@@ -64,8 +64,8 @@ pub(super) struct Arguments {
     /// presets and patches_only. Each has a folder of its name in --store.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "presets", "patches_only"])]
     list: Option<PathBuf>,
-    /// The camera turns between up to N presets: each is found by its pictures and watched separately, in a folder of its own
-    /// below --store.
+    /// The camera turns between up to N presets. Watch tells them apart by their pictures and watches each separately, in
+    /// a folder of its own below --store.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
     presets: Option<u8>,
     /// Store patches of the scene only and no picture: for sites with people. Learning starts over if the program is

@@ -13,7 +13,7 @@ use std::{
 };
 
 use boresight::{
-    calibration::{FindingCode, FocusMotion, LensModel, NotHeld},
+    calibration::FindingCode,
     text::{FindingMeaning, finding_meaning},
 };
 use serde_json::Value;
@@ -67,66 +67,12 @@ fn filled(page: &str, begin: &str, text: &str) -> String {
     format!("{before}{begin}\n{text}<!-- end -->{after}")
 }
 
-/// Each finding once.
-fn every_code() -> Vec<FindingCode> {
-    use FindingCode as Code;
-    let codes = vec![
-        Code::FewViews { distinct: 1, wanted: 1 },
-        Code::ViewsAlike { views: 1, distinct: 1 },
-        Code::TiltLow { tilted_views: 1, wanted_views: 1, max_tilt_rad: 1.0, wanted_tilt_rad: 1.0 },
-        Code::DirectionsFew { spread: 1.0, wanted: 1.0 },
-        Code::PriorUsed { focal_length: true },
-        Code::LensSimple { model: LensModel::K1, statistic: 1.0, limit: 1.0 },
-        Code::LensFolds { unmapped: 1, of: 1 },
-        Code::CheckDisagrees { distance_px: 1.0, sigmas: 1.0, limit: 1.0 },
-        Code::LensContradicts { statistic: 1.0, limit: 1.0 },
-        Code::LensNotHeld { reason: NotHeld::NoCovariance },
-        Code::CheckMissing,
-        Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
-        Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
-        Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
-        Code::FocusMoved { gain: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
-        Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
-        Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, gain: 1.0 },
-        Code::PixelsNotSquare { aspect: 1.0, gain: 1.0 },
-        Code::BoardStretched { aspect: 1.0, gain: 1.0 },
-        Code::BoardBent { depth_m: 1.0, gain: 1.0 },
-        Code::RollingShutter { shear_px: 1.0, gain: 1.0 },
-        Code::ViewTorn { view: 1, row_px: 1.0, shift_px: 1.0, views: 1, gain: 1.0 },
-        Code::BoardFlexes { depth_m: 1.0, gain: 1.0 },
-        Code::PictureShifted { shift_px: 1.0, gain: 1.0 },
-        Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
-        Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
-        Code::CauseUnclear { candidates: [None; 3], gain: 1.0 },
-        Code::LensOther { gain: 1.0 },
-        Code::CornersOutside { view: 1, views: 1 },
-        Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
-        Code::PrincipalPointFar { distance_px: 1.0, share: 1.0 },
-        Code::HeldOut { view: 1, rms_px: 1.0, expected_px: 1.0 },
-        Code::Mirrored { view: 1 },
-        Code::NoiseHigh { noise_px: 1.0, limit_px: 1.0 },
-        Code::NoiseCorrelated { share: 1.0, length_px: 1.0, noise_px: 1.0, residual_px: 1.0 },
-        Code::NoiseUnderstated { noise_px: 1.0, measured_px: 1.0 },
-        Code::NoiseExceeded { noise_px: 1.0, measured_px: 1.0 },
-        Code::ProjectionUncertain { bound_px: 1.0, goal_px: 1.0, share: 1.0, wanted_share: 1.0 },
-        Code::NotConverged,
-    ];
-    // `code` names each variant, so a new one can't be left out here.
-    let source =
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/calibrate/src/check/finding.rs");
-    let source = fs::read_to_string(source).expect("readable");
-    let (_, named) = source.split_once("pub fn code(&self)").expect("a function");
-    let (named, _) = named.split_once("\n    }\n").expect("its end");
-    assert_eq!(codes.len(), named.matches("=> \"").count(), "a finding has no page");
-    codes
-}
-
 #[test]
 fn each_finding_has_a_page_that_its_code_writes() {
     let (mut list, mut summary) =
         (String::from("| code | in a few words |\n|---|---|\n"), String::new());
     let mut names = BTreeSet::from(["list.md".to_owned()]);
-    for finding in every_code() {
+    for finding in FindingCode::one_of_each() {
         let FindingMeaning { title, shows, cause, remedy, use_it } = finding_meaning(&finding);
         let code = finding.code();
         let name = format!("{}.md", code.to_lowercase());

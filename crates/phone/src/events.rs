@@ -17,7 +17,7 @@ use super::{
     keys::Role,
     view,
 };
-use boresight_present::{browser::counted, speech::Word};
+use boresight_present::browser::{NewsEvent, counted};
 
 /// Longest time between two messages, so that a page knows that its link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
@@ -78,16 +78,6 @@ fn json(value: &impl Serialize) -> String {
 
 /// Shares the last state between pages on one thread.
 pub(super) type SharedStates = Arc<Mutex<States>>;
-
-#[derive(Serialize)]
-struct NewsEvent<'a> {
-    number: u64,
-    age_ms: u64,
-    /// Number of the view that was taken, from 1.
-    view: Option<u32>,
-    #[serde(flatten)]
-    say: &'a Word,
-}
 
 /// Follows the hub for one page until the page is gone. Sends the news after number `seen`; without a number, only news
 /// from now on.

@@ -24,8 +24,7 @@ use super::{
     keys::{Exchanged, Role, Secret},
     picture::{Made, SharedPictures},
 };
-use boresight_guide::session::{Command, ViewNumber};
-use boresight_present::browser;
+use boresight_present::browser::{self, Asked};
 use boresight_run::pipeline::NotSent;
 
 /// The page. Its script and style stand in it.
@@ -240,20 +239,6 @@ async fn picture(
     (headers, jpeg).into_response()
 }
 
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case", tag = "command", deny_unknown_fields)]
-enum Asked {
-    TakeNow {},
-    Undo {},
-    Restore {},
-    Remove { view: u32 },
-    Pause {},
-    Resume {},
-    End {},
-    More {},
-    Leave {},
-}
-
 const OWNER_ONLY: Refused = (StatusCode::FORBIDDEN, "This link is for watching only.\n");
 const NOT_NOW: Refused = (StatusCode::CONFLICT, "That's not possible now.\n");
 
@@ -268,26 +253,20 @@ async fn command(
     body: Body,
 ) -> Result<StatusCode, Refused> {
     owner_only(role)?;
-    let command = match read(&headers, body).await? {
-        Asked::TakeNow {} => Command::ForceNext,
-        Asked::Undo {} => Command::UndoLast,
-        Asked::Restore {} => Command::Restore,
-        Asked::Remove { view } => Command::Remove { view: ViewNumber(view) },
-        Asked::Pause {} => Command::Pause,
-        Asked::Resume {} => Command::Resume,
-        Asked::End {} => return shop.hub.end().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW),
-        Asked::More {} => return shop.hub.go_on().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW),
-        Asked::Leave {} => {
-            return shop.hub.leave().then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW);
-        }
+    let (hub, asked) = (&shop.hub, read::<Asked>(&headers, body).await?);
+    let is_done = match asked {
+        Asked::End {} => hub.end(),
+        Asked::More {} => hub.go_on(),
+        Asked::Leave {} => hub.leave(),
+        _ => match asked.command().map(|command| hub.command(command)) {
+            Some(Err(NotSent::Busy)) => {
+                let busy = "The session is busy. Try again.\n";
+                return Err((StatusCode::SERVICE_UNAVAILABLE, busy));
+            }
+            sent => sent == Some(Ok(())),
+        },
     };
-    match shop.hub.command(command) {
-        Ok(()) => Ok(StatusCode::NO_CONTENT),
-        Err(NotSent::Over) => Err(NOT_NOW),
-        Err(NotSent::Busy) => {
-            Err((StatusCode::SERVICE_UNAVAILABLE, "The session is busy. Try again.\n"))
-        }
-    }
+    is_done.then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW)
 }
 
 async fn start(

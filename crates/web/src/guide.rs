@@ -11,7 +11,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::{
     folder::Folder,
-    request::{Asked, Request},
+    request::{self, Request},
 };
 use boresight_app::{
     Announcer, REPORT_FILE, RESULT_FILE,
@@ -30,9 +30,8 @@ use boresight_guide::{
     session::{Command, Input, Observation, Outcome, Session, Snapshot},
 };
 use boresight_present::{
-    browser::{EndedPage, Live, News, PageFile, Plan, Teller, counted},
+    browser::{EndedPage, Live, News, NewsEvent, PageFile, Plan, Teller, counted},
     report::{Thumbnail, page},
-    speech::Word,
     text::phone as words,
 };
 use boresight_run::recording::Header;
@@ -205,7 +204,7 @@ impl Guide {
     /// If it isn't known.
     pub fn command(&mut self, command: &str) -> Result<String, JsError> {
         let mut command = || {
-            let command = Asked::of(command)?;
+            let command = request::command(command)?;
             self.go_on(&command)?;
             self.input(&Input::Command(command))
         };
@@ -375,16 +374,6 @@ impl Guide {
         let live = Live::of(newest, self.stage, false);
         Ok(serde_json::to_string(&[("ended", raw(&ended)?), ("live", raw(&live)?)])?)
     }
-}
-
-#[derive(Serialize)]
-struct NewsEvent<'a> {
-    number: u64,
-    age_ms: u64,
-    /// Number of the view that was taken, from 1.
-    view: Option<u32>,
-    #[serde(flatten)]
-    say: &'a Word,
 }
 
 fn raw(value: &impl Serialize) -> serde_json::Result<Box<RawValue>> {

@@ -1,10 +1,11 @@
 //! What the page asks for.
 
-use anyhow::ensure;
+use anyhow::{Context as _, ensure};
 use serde::Deserialize;
 
 use boresight_geometry::markers::MarkerChoice;
-use boresight_guide::session::{Command, ViewNumber};
+use boresight_guide::session::Command;
+use boresight_present::browser::Asked;
 use boresight_run::config::{Config, PlanName};
 
 /// A new session.
@@ -34,30 +35,9 @@ impl Request {
     }
 }
 
-/// A command of the page; those that end or leave a session are the page's business.
-#[derive(Deserialize)]
-#[serde(rename_all = "snake_case", tag = "command", deny_unknown_fields)]
-pub(crate) enum Asked {
-    TakeNow {},
-    Undo {},
-    Restore {},
-    Remove { view: u32 },
-    Pause {},
-    Resume {},
-    More {},
-}
-
-impl Asked {
-    pub(crate) fn of(text: &str) -> anyhow::Result<Command> {
-        ensure!(text.len() < 1000, "no command is that long");
-        Ok(match serde_json::from_str(text)? {
-            Self::TakeNow {} => Command::ForceNext,
-            Self::Undo {} => Command::UndoLast,
-            Self::Restore {} => Command::Restore,
-            Self::Remove { view } => Command::Remove { view: ViewNumber(view) },
-            Self::Pause {} => Command::Pause,
-            Self::Resume {} => Command::Resume,
-            Self::More {} => Command::TakeMore,
-        })
-    }
+/// The command of the page in `text`; those that end or leave a session are the page's business.
+pub(crate) fn command(text: &str) -> anyhow::Result<Command> {
+    ensure!(text.len() < 1000, "no command is that long");
+    let asked: Asked = serde_json::from_str(text)?;
+    asked.command().context("the session has no such command")
 }

@@ -455,6 +455,62 @@ impl FindingCode {
 }
 
 impl FindingCode {
+    /// Every finding once, with numbers that mean nothing: for pages and tests that must leave none out.
+    pub fn one_of_each() -> Vec<Self> {
+        use FindingCode as Code;
+        vec![
+            Code::FewViews { distinct: 1, wanted: 1 },
+            Code::ViewsAlike { views: 1, distinct: 1 },
+            Code::TiltLow {
+                tilted_views: 1,
+                wanted_views: 1,
+                max_tilt_rad: 1.0,
+                wanted_tilt_rad: 1.0,
+            },
+            Code::DirectionsFew { spread: 1.0, wanted: 1.0 },
+            Code::PriorUsed { focal_length: true },
+            Code::LensSimple { model: LensModel::K1, statistic: 1.0, limit: 1.0 },
+            Code::LensFolds { unmapped: 1, of: 1 },
+            Code::CheckDisagrees { distance_px: 1.0, sigmas: 1.0, limit: 1.0 },
+            Code::LensContradicts { statistic: 1.0, limit: 1.0 },
+            Code::LensNotHeld { reason: NotHeld::NoCovariance },
+            Code::CheckMissing,
+            Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
+            Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
+            Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
+            Code::FocusMoved { gain: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
+            Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
+            Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, gain: 1.0 },
+            Code::PixelsNotSquare { aspect: 1.0, gain: 1.0 },
+            Code::BoardStretched { aspect: 1.0, gain: 1.0 },
+            Code::BoardBent { depth_m: 1.0, gain: 1.0 },
+            Code::RollingShutter { shear_px: 1.0, gain: 1.0 },
+            Code::ViewTorn { view: 1, row_px: 1.0, shift_px: 1.0, views: 1, gain: 1.0 },
+            Code::BoardFlexes { depth_m: 1.0, gain: 1.0 },
+            Code::PictureShifted { shift_px: 1.0, gain: 1.0 },
+            Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
+            Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
+            Code::CauseUnclear { candidates: [None; CANDIDATES], gain: 1.0 },
+            Code::LensOther { gain: 1.0 },
+            Code::CornersOutside { view: 1, views: 1 },
+            Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
+            Code::PrincipalPointFar { distance_px: 1.0, share: 1.0 },
+            Code::HeldOut { view: 1, rms_px: 1.0, expected_px: 1.0 },
+            Code::Mirrored { view: 1 },
+            Code::NoiseHigh { noise_px: 1.0, limit_px: 1.0 },
+            Code::NoiseCorrelated { share: 1.0, length_px: 1.0, noise_px: 1.0, residual_px: 1.0 },
+            Code::NoiseUnderstated { noise_px: 1.0, measured_px: 1.0 },
+            Code::NoiseExceeded { noise_px: 1.0, measured_px: 1.0 },
+            Code::ProjectionUncertain {
+                bound_px: 1.0,
+                goal_px: 1.0,
+                share: 1.0,
+                wanted_share: 1.0,
+            },
+            Code::NotConverged,
+        ]
+    }
+
     /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
@@ -570,59 +626,7 @@ mod tests {
 
     /// Every code once.
     fn every_code() -> Vec<FindingCode> {
-        use FindingCode as Code;
-        let reason = NotHeld::NoCovariance;
-        let codes = vec![
-            Code::FewViews { distinct: 1, wanted: 1 },
-            Code::ViewsAlike { views: 1, distinct: 1 },
-            Code::TiltLow {
-                tilted_views: 1,
-                wanted_views: 1,
-                max_tilt_rad: 1.0,
-                wanted_tilt_rad: 1.0,
-            },
-            Code::DirectionsFew { spread: 1.0, wanted: 1.0 },
-            Code::PriorUsed { focal_length: true },
-            Code::LensSimple { model: LensModel::K1, statistic: 1.0, limit: 1.0 },
-            Code::LensFolds { unmapped: 1, of: 1 },
-            Code::CheckDisagrees { distance_px: 1.0, sigmas: 1.0, limit: 1.0 },
-            Code::LensContradicts { statistic: 1.0, limit: 1.0 },
-            Code::LensNotHeld { reason },
-            Code::CheckMissing,
-            Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
-            Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
-            Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
-            Code::FocusMoved { gain: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
-            Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
-            Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, gain: 1.0 },
-            Code::PixelsNotSquare { aspect: 1.0, gain: 1.0 },
-            Code::BoardStretched { aspect: 1.0, gain: 1.0 },
-            Code::BoardBent { depth_m: 1.0, gain: 1.0 },
-            Code::RollingShutter { shear_px: 1.0, gain: 1.0 },
-            Code::ViewTorn { view: 1, row_px: 1.0, shift_px: 1.0, views: 1, gain: 1.0 },
-            Code::BoardFlexes { depth_m: 1.0, gain: 1.0 },
-            Code::PictureShifted { shift_px: 1.0, gain: 1.0 },
-            Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
-            Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
-            Code::CauseUnclear { candidates: [None; CANDIDATES], gain: 1.0 },
-            Code::LensOther { gain: 1.0 },
-            Code::CornersOutside { view: 1, views: 1 },
-            Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
-            Code::PrincipalPointFar { distance_px: 1.0, share: 1.0 },
-            Code::HeldOut { view: 1, rms_px: 1.0, expected_px: 1.0 },
-            Code::Mirrored { view: 1 },
-            Code::NoiseHigh { noise_px: 1.0, limit_px: 1.0 },
-            Code::NoiseCorrelated { share: 1.0, length_px: 1.0, noise_px: 1.0, residual_px: 1.0 },
-            Code::NoiseUnderstated { noise_px: 1.0, measured_px: 1.0 },
-            Code::NoiseExceeded { noise_px: 1.0, measured_px: 1.0 },
-            Code::ProjectionUncertain {
-                bound_px: 1.0,
-                goal_px: 1.0,
-                share: 1.0,
-                wanted_share: 1.0,
-            },
-            Code::NotConverged,
-        ];
+        let codes = FindingCode::one_of_each();
         // `code` names each variant, so a new one can't be left out here.
         let source = include_str!("finding.rs");
         let (_, named) = source.split_once("pub fn code(&self)").expect("a function");

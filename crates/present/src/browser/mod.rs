@@ -5,15 +5,18 @@
 //! | `live` | a snapshot as JSON: [`Live`] changes with every frame, [`Plan`] with a view |
 //! | `ended` | the result, with the files to download |
 //! | `teller` | what pages are told once, and why frames were refused |
+//! | `asked` | what pages ask of a session |
 //! | `page` | one HTML file from the parts below and a page's own |
 //! | `style.css`, `body.html`, `show.js` | what both pages have: colours, places, drawing, speech |
 
+mod asked;
 mod ended;
 mod live;
 mod page;
 mod teller;
 
+pub use asked::Asked;
 pub use ended::{EndedPage, PageFile};
 pub use live::{Live, Plan, counted};
 pub use page::{Own, page};
-pub use teller::{News, Teller};
+pub use teller::{News, NewsEvent, Teller};

@@ -1,5 +1,7 @@
 //! What pages are told once, and why frames were refused.
 
+use serde::Serialize;
+
 use crate::{
     instruction::Instruction,
     speech::{Narrator, Rank, Word},
@@ -25,6 +27,20 @@ pub struct News {
     pub word: Word,
     /// The view that was taken.
     pub view: Option<ViewNumber>,
+}
+
+/// News as a page reads it.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct NewsEvent<'a> {
+    /// Its number in the session.
+    pub number: u64,
+    /// How long ago it came.
+    pub age_ms: u64,
+    /// Number of the view that was taken, from 1.
+    pub view: Option<u32>,
+    /// Words to say.
+    #[serde(flatten)]
+    pub say: &'a Word,
 }
 
 impl Teller {
