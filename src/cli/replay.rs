@@ -117,7 +117,7 @@ impl Arguments {
         }
         if rounded > 0 {
             say(&format!(
-                "{rounded} more differ only by floating-point rounding, by {largest:.0e} at most (for example, another CPU)"
+                "{rounded} more differ only by floating-point rounding, by {largest:.0e} at most (for example, another version)"
             ));
         }
         let Conclusion { exit, result } = conclude(&again.session, &journal.header, &announcer());

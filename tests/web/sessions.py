@@ -23,8 +23,6 @@ from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
 # Largest difference of a number of the page's from the program's, beside its size; covariances beside their variances.
-# Libraries of mathematics round differently.
-ROUNDING = 1e-7
 # Times that a video may be shown until its session is ended.
 ROUNDS = 3
 LONGEST_SESSION_SECS = 240
@@ -137,10 +135,8 @@ def differences(ours, theirs, path=""):
     """Numbers that differ, as (share of their size, path)."""
     if isinstance(ours, dict) and isinstance(theirs, dict):
         for key in sorted(set(ours) | set(theirs)):
-            if key not in ("session", "decisions", "covariance"):
+            if key not in ("session", "decisions"):
                 yield from differences(ours.get(key), theirs.get(key), f"{path}/{key}")
-        if "covariance" in ours or "covariance" in theirs:
-            yield from covariances(ours.get("covariance"), theirs.get("covariance"), f"{path}/covariance")
     elif isinstance(ours, list) and isinstance(theirs, list) and len(ours) == len(theirs):
         for at, (a, b) in enumerate(zip(ours, theirs)):
             yield from differences(a, b, f"{path}/{at}")
@@ -149,21 +145,6 @@ def differences(ours, theirs, path=""):
         yield abs(ours - theirs) / max(abs(ours), abs(theirs), 1e-3), path
     elif ours != theirs:
         yield math.inf, f"{path}: {str(ours)[:60]} and {str(theirs)[:60]}"
-
-
-def covariances(ours, theirs, path):
-    """A covariance's entries beside the variances of both of its parameters."""
-    matrix = lambda it: it.get("matrix", it) if isinstance(it, dict) else it
-    a, b = matrix(ours), matrix(theirs)
-    is_square = isinstance(a, list) and isinstance(b, list) and len(a) == len(b) and a and isinstance(a[0], list)
-    if not is_square:
-        if ours != theirs:
-            yield from differences({"value": ours}, {"value": theirs}, path)
-        return
-    for i, row in enumerate(a):
-        for j, value in enumerate(row):
-            scale = math.sqrt(abs(a[i][i] * a[j][j])) or 1.0
-            yield abs(value - b[i][j]) / scale, f"{path}/{i}/{j}"
 
 
 def session(options, link, place, video, board, square_mm):
@@ -238,13 +219,13 @@ def beside(options, folder, calibration):
     print(f"  the program replays it: {decisions['different_count']} of {decisions['count']} decisions differ, {decisions['rounded']} by rounding")
     worst = sorted(differences(calibration, replayed), reverse=True)[:3]
     print(f"  its calibration.json beside the page's: largest difference {worst[0][0]:.1e} at {worst[0][1]}" if worst else "  no numbers")
-    problems = decisions["different_count"] or any(share > ROUNDING for share, _ in worst)
+    problems = decisions["different_count"] or decisions["rounded"] or any(share > 0 for share, _ in worst)
     if options.all:
         again = json.loads(run(options.boresight, "replay", folder, "--redetect", "--json", code=None).strip().splitlines()[-1])
         found = again["decisions"]
         worst = sorted(differences(calibration, again), reverse=True)[:3]
         print(f"  corners found again in its pictures: {found['different_count']} of {found['count']} decisions differ, {found['rounded']} by rounding; calibration {worst[0][0]:.1e} at {worst[0][1]}")
-        problems = problems or found["different_count"] or any(share > ROUNDING for share, _ in worst)
+        problems = problems or found["different_count"] or found["rounded"] or any(share > 0 for share, _ in worst)
     if problems:
         print(f"  DIFFERS: {worst}")
         options.failed = True

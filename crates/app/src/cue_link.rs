@@ -126,13 +126,13 @@ fn is_same_gist(last: &Asked, new: &Asked) -> bool {
     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= NOTICED_CHANGE * scale;
     match (*last, *new) {
         (Asked::Distance { ratio: a }, Asked::Distance { ratio: b }) => {
-            near(a.ln(), b.ln(), 1.0) && (a < 1.0) == (b < 1.0)
+            near(libm::log(a), libm::log(b), 1.0) && (a < 1.0) == (b < 1.0)
         }
         (
             Asked::Shift { right_px: right_a, down_px: down_a },
             Asked::Shift { right_px: right_b, down_px: down_b },
         ) => {
-            let scale = right_a.hypot(down_a);
+            let scale = libm::hypot(right_a, down_a);
             near(right_a, right_b, scale) && near(down_a, down_b, scale)
         }
         (

@@ -66,7 +66,7 @@ impl FreeFit {
             |((residual_px, straight_px2), corner)| {
                 // The local scale is the root of the ratio of the areas of the error ellipses.
                 let areas = straight_px2.determinant() / corner.covariance_px2.determinant();
-                (residual_px / areas.powf(0.25), corner.covariance_px2)
+                (residual_px / libm::pow(areas, 0.25), corner.covariance_px2)
             },
         );
         let mut residuals_px = vec![Vec::new(); views.len()];

@@ -54,14 +54,14 @@ impl Told {
         let share_below = limit / (limit + self.freedom);
         let (mut log_weight, mut sum, mut total) = (-half, 0.0, 0.0);
         for term in 0.. {
-            let weight = f64::exp(log_weight);
+            let weight = libm::exp(log_weight);
             if term as f64 > half && weight < f64::EPSILON {
                 break;
             }
             let count = (dimensions + 2 * term) as f64;
             sum += weight * beta_reg(count / 2.0, left / 2.0, share_below);
             total += weight;
-            log_weight += half.max(f64::MIN_POSITIVE).ln() - (term as f64 + 1.0).ln();
+            log_weight += libm::log(half.max(f64::MIN_POSITIVE)) - libm::log(term as f64 + 1.0);
         }
         sum / total
     }

@@ -373,8 +373,8 @@ fn tilt_and_azimuth_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {
     let normal = cam_from_board.rotation * Vector3::z();
     let distance = normal.dot(&cam_from_board.translation.vector);
     let receding = -normal.xy() * distance.signum();
-    let tilt_azimuth_rad = receding.y.atan2(receding.x).rem_euclid(std::f64::consts::TAU);
-    (receding.norm().atan2(normal.z.abs()), tilt_azimuth_rad)
+    let tilt_azimuth_rad = libm::atan2(receding.y, receding.x).rem_euclid(std::f64::consts::TAU);
+    (libm::atan2(receding.norm(), normal.z.abs()), tilt_azimuth_rad)
 }
 
 /// `covariance` with zeros for parameters that `model` does not estimate.

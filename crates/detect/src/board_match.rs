@@ -287,7 +287,7 @@ fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
                 let Some((guess, side)) = lattice.predict(node) else { continue };
                 let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
                 let centred = settle(image, guess, side);
-                let moved = (centred[0] - guess[0]).hypot(centred[1] - guess[1]);
+                let moved = libm::hypotf(centred[0] - guess[0], centred[1] - guess[1]);
                 if moved > 0.25 * side || !lattice.insert(node, centred) {
                     continue;
                 }

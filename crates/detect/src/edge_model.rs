@@ -64,7 +64,7 @@ pub(super) struct EdgeFit {
 impl EdgeFit {
     /// Standard deviation of the Gaussian blur: `erf(d/s)` is a step blurred by a Gaussian of `s/√2`.
     pub(super) fn blur_px(&self) -> f64 {
-        self.at[4].exp() / std::f64::consts::SQRT_2
+        libm::exp(self.at[4]) / std::f64::consts::SQRT_2
     }
 
     /// Half the brightness step in grey levels, positive if the squares between the two axes are light.
@@ -85,7 +85,7 @@ impl EdgeFit {
         const HIDDEN: (f64, f64) = (0.797_885, 0.332_452);
         /// Mean squared distance, in squares of the reach, if the other edge's blur hides the whole edge.
         const ALL_HIDDEN: f64 = 0.6;
-        let hidden_px = self.at[4].exp() / (self.at[3] - self.at[2]).sin().abs().max(0.1);
+        let hidden_px = libm::exp(self.at[4]) / libm::sin(self.at[3] - self.at[2]).abs().max(0.1);
         self.patch.reach_px().map(|reach_px| {
             let length_px = reach_px - HIDDEN.0 * hidden_px;
             let most_px2 = ALL_HIDDEN * reach_px * reach_px;
@@ -117,7 +117,7 @@ pub(super) fn edge_variances_px2(
             log_s[k] = (log_s[k] + step[k].clamp(-0.5, 0.5)).clamp(-1.6, 2.5);
         }
     }
-    log_s.map(|log_s| 0.5 * (2.0 * log_s).exp())
+    log_s.map(|log_s| 0.5 * libm::exp(2.0 * log_s))
 }
 
 /// Knowledge about the rest of the board that a fit may use. Where squares are hardly larger than the blur, their
@@ -167,21 +167,21 @@ pub(super) fn fit(
     }
     let [u, v] = axes_px;
     let begin = [start[0] - centre[0], start[1] - centre[1]];
-    let mut guess = first_guess(coarse, begin, u[1].atan2(u[0]), v[1].atan2(v[0]));
+    let mut guess = first_guess(coarse, begin, libm::atan2(u[1], u[0]), libm::atan2(v[1], v[0]));
     let (known_blur_px, held): (_, &[usize]) = match known {
         Known::Nothing => (None, &[]),
         Known::Blur(blur_px) => (Some(blur_px), &[4, 7, 8]),
         Known::BlurAndEdges(blur_px) => (Some(blur_px), &[2, 3, 4, 7, 8]),
     };
     if let Some(blur_px) = known_blur_px {
-        guess[4] = (blur_px * std::f64::consts::SQRT_2).ln();
+        guess[4] = libm::log(blur_px * std::f64::consts::SQRT_2);
     }
     let rough = minimise(&EdgeProblem { pixels: coarse, held }, guess, ROUGH)?.state;
     fine.gather_informative(image, &patch, &rough);
     let mut start = rough;
     if patch.has_bands() {
         let area_px2 = (u[0] * v[1] - u[1] * v[0]).abs();
-        let gaps_px = [u, v].map(|axis| gap_squares * area_px2 / axis[0].hypot(axis[1]));
+        let gaps_px = [u, v].map(|axis| gap_squares * area_px2 / libm::hypot(axis[0], axis[1]));
         // The light of the frames depends on the corner's place, and the place on that light.
         fine.remove_frames(&rough, gaps_px);
         start = minimise(&EdgeProblem { pixels: fine, held }, rough, ROUGH)?.state;
@@ -192,7 +192,7 @@ pub(super) fn fit(
     let variance =
         linear.cost / degrees_of_freedom(fine) * correlation_excess(linear.extra / linear.cost);
     let covariance = linear.normal_matrix.cholesky()?.inverse() * variance;
-    let moved = (at[0] - begin[0]).hypot(at[1] - begin[1]);
+    let moved = libm::hypot(at[0] - begin[0], at[1] - begin[1]);
     let contrast = at[5].abs();
     let residual = (linear.cost / fine.count as f64).sqrt() / contrast;
     if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
@@ -223,7 +223,7 @@ pub(super) fn fit(
 /// exponentially along a line), because residuals that are equal on both sides of an edge don't move the corner.
 fn correlation_excess(correlation: f64) -> f64 {
     let rho = correlation.clamp(0.0, 0.9);
-    ((1.0 + rho) / (1.0 - rho)).powf(CORRELATION_POWER)
+    libm::pow((1.0 + rho) / (1.0 - rho), CORRELATION_POWER)
 }
 
 /// Step in rows and columns between the pixels of the rough fit. Bands keep at least two pixels across.
@@ -248,8 +248,8 @@ fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f6
     };
     let count = pixels.count as f64;
     let mean = each().map(|[_, _, value]| value).sum::<f64>() / count;
-    let (s1, c1) = first_rad.sin_cos();
-    let (s2, c2) = second_rad.sin_cos();
+    let (s1, c1) = libm::sincos(first_rad);
+    let (s2, c2) = libm::sincos(second_rad);
     let contrast = each()
         .map(|[x, y, value]| {
             let (dx, dy) = (x - corner[0], y - corner[1]);
@@ -263,7 +263,7 @@ fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f6
         corner[1],
         first_rad,
         second_rad,
-        1.5_f64.ln(),
+        libm::log(1.5_f64),
         contrast,
         mean,
         0.0,

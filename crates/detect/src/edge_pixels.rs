@@ -73,10 +73,10 @@ impl Pixels {
 
     /// All pixels near the edges, and a quarter of the others.
     pub(super) fn gather_informative(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
-        let (s1, c1) = (rough[2].sin() as f32, rough[2].cos() as f32);
-        let (s2, c2) = (rough[3].sin() as f32, rough[3].cos() as f32);
+        let (s1, c1) = (libm::sin(rough[2]) as f32, libm::cos(rough[2]) as f32);
+        let (s2, c2) = (libm::sin(rough[3]) as f32, libm::cos(rough[3]) as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
-        let band_px = 2.2 * rough[4].exp() as f32 + 0.6;
+        let band_px = 2.2 * libm::exp(rough[4]) as f32 + 0.6;
         self.gather(image, patch, 1, |dx, dy| {
             let (fx, fy) = (dx as f32 - x, dy as f32 - y);
             (fy * c1 - fx * s1).abs() < band_px
@@ -95,10 +95,10 @@ impl Pixels {
     #[inline(always)]
     fn remove_frames_here(&mut self, at: &Vector, gaps_px: [f64; 2]) {
         let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
-        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
         let (s2, c2) = (s2 * a.signum(), c2 * a.signum());
-        let inverse_s = (-at[4]).exp() as f32;
+        let inverse_s = libm::exp(-at[4]) as f32;
         let [gap1, gap2] = gaps_px.map(|gap| gap as f32 * inverse_s);
         let mut row = [0.0_f32; CHUNK];
         for start in (0..self.x.len()).step_by(CHUNK) {
@@ -140,9 +140,9 @@ impl Pixels {
     #[inline(always)]
     fn split_step_here(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
-        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
-        let inverse_s = log_s.map(|log_s| (-log_s).exp() as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = log_s.map(|log_s| libm::exp(-log_s) as f32);
         let mut sums = [[0.0_f32; LANES]; 5];
         let mut rows = [[0.0_f32; CHUNK]; 3];
         for start in (0..self.x.len()).step_by(CHUNK) {
@@ -176,9 +176,9 @@ impl Pixels {
     #[inline(always)]
     fn linearise_here(&self, at: &Vector) -> Linear {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (at[2].sin() as f32, at[2].cos() as f32);
-        let (s2, c2) = (at[3].sin() as f32, at[3].cos() as f32);
-        let inverse_s = (-at[4]).exp() as f32;
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
         let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
         let mut sums = [[0.0_f32; LANES]; SUMS];
         let mut next = [0.0_f32; LANES];

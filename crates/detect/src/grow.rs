@@ -166,8 +166,8 @@ impl Grower {
     ) -> bool {
         let at = |index: usize| [junctions[index].x, junctions[index].y];
         let [a, b] = junctions[seed].edges_rad;
-        let first = [a.cos(), a.sin()];
-        let mut second = [b.cos(), b.sin()];
+        let first = [libm::cosf(a), libm::sinf(a)];
+        let mut second = [libm::cosf(b), libm::sinf(b)];
         if first[0] * second[1] - first[1] * second[0] < 0.0 {
             second = [-second[0], -second[1]];
         }
@@ -176,7 +176,8 @@ impl Grower {
             let across = self.step(junctions, seed, second.map(|v| v * j as f32))?;
             let (p, q, r) = (at(seed), at(along), at(across));
             let far = [q[0] + r[0] - p[0], q[1] + r[1] - p[1]];
-            let side = (q[0] - p[0]).hypot(q[1] - p[1]).min((r[0] - p[0]).hypot(r[1] - p[1]));
+            let side =
+                libm::hypotf(q[0] - p[0], q[1] - p[1]).min(libm::hypotf(r[0] - p[0], r[1] - p[1]));
             let opposite = self.snap(junctions, far, 0.4 * side, [a, b])?;
             Some([((0, 0), seed), ((i, 0), along), ((0, j), across), ((i, j), opposite)])
         });

@@ -24,7 +24,7 @@ const RADIUS_PX: f32 = 4.5;
 /// Offsets of the samples from the corner.
 static RING: LazyLock<[[f32; 2]; SAMPLES]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
-        let (sin, cos) = angle_rad(k as f32).sin_cos();
+        let (sin, cos) = libm::sincosf(angle_rad(k as f32));
         [RADIUS_PX * cos, RADIUS_PX * sin]
     })
 });
@@ -56,7 +56,7 @@ pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
     let to_light = [changes[first_to_light].0, changes[first_to_light + 2].0];
     let to_dark = [changes[1 - first_to_light].0, changes[3 - first_to_light].0];
     let edges_rad = [in_line(to_light)?, in_line(to_dark)?];
-    let crossing = (edges_rad[0] - edges_rad[1]).sin().abs();
+    let crossing = libm::sinf(edges_rad[0] - edges_rad[1]).abs();
     (crossing > 0.5).then_some(Junction {
         x: peak.x,
         y: peak.y,
@@ -71,15 +71,15 @@ fn angle_rad(step: f32) -> f32 {
 
 /// The common direction of two opposite changes, modulo π; `None` if they aren't in line.
 fn in_line([a, b]: [f32; 2]) -> Option<f32> {
-    let off = (b - a - std::f32::consts::PI).sin();
-    let opposite = (b - a).cos() < 0.0;
+    let off = libm::sinf(b - a - std::f32::consts::PI);
+    let opposite = libm::cosf(b - a) < 0.0;
     (opposite && off.abs() < 0.45).then(|| {
-        let off = off.asin();
+        let off = libm::asinf(off);
         (a + 0.5 * off).rem_euclid(std::f32::consts::PI)
     })
 }
 
 /// Sine of the angle between two directions, modulo π.
 pub(super) fn apart(a: f32, b: f32) -> f32 {
-    (a - b).sin().abs()
+    libm::sinf(a - b).abs()
 }

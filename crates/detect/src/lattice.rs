@@ -167,6 +167,6 @@ pub(super) fn axes(
 
 /// Smallest width of the parallelogram spanned by `u` and `v`: the width of a sheared square.
 pub(super) fn height((u, v): ([f32; 2], [f32; 2])) -> f32 {
-    let longest = u[0].hypot(u[1]).max(v[0].hypot(v[1]));
+    let longest = libm::hypotf(u[0], u[1]).max(libm::hypotf(v[0], v[1]));
     (u[0] * v[1] - u[1] * v[0]).abs() / longest.max(1e-6)
 }

@@ -115,7 +115,7 @@ fn keep_in_line(lattice: &mut Lattice) {
         let off_squares = |node: &Node| {
             let at = lattice.get(*node)?;
             let (expected, side) = lattice.predict(*node)?;
-            Some((at[0] - expected[0]).hypot(at[1] - expected[1]) / side)
+            Some(libm::hypotf(at[0] - expected[0], at[1] - expected[1]) / side)
         };
         let off = lattice.nodes().iter().filter_map(|node| Some((off_squares(node)?, *node)));
         let worst = off.max_by(|a, b| a.0.total_cmp(&b.0));
@@ -178,7 +178,7 @@ fn add_beside(
                 }
                 // The window reaches 0.3 of what it's given: only to the marker.
                 let found = settle(image, guess, far * side / 0.3);
-                let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+                let moved = libm::hypotf(found[0] - guess[0], found[1] - guess[1]);
                 if moved > (NEAR_SQUARES * side).max(1.5) || !lattice.insert(node, found) {
                     continue;
                 }

@@ -160,7 +160,7 @@ pub(super) fn place(
     }
     let most_bits = candidates.iter().map(|it| it.bits).fold(0.0, f64::max);
     candidates.retain(|it| most_bits - it.bits < BITS_AHEAD);
-    let is_certain = |it: &Candidate| it.bits - searched.max(1.0).log2() >= LEAST_BITS;
+    let is_certain = |it: &Candidate| it.bits - libm::log2(searched.max(1.0)) >= LEAST_BITS;
     let has_others = |it: &Candidate| it.others >= LEAST_OTHERS;
     let is_other = candidates.iter().any(|it| is_certain(it) && has_others(it));
     candidates.retain(|it| !has_others(it));
@@ -270,7 +270,7 @@ fn bits_beyond_chance(cells: usize, wrong: usize) -> f64 {
         ways *= (cells + 1 - k) as f64 / k as f64;
         sum += ways;
     }
-    cells as f64 - sum.log2()
+    cells as f64 - libm::log2(sum)
 }
 
 #[cfg(test)]

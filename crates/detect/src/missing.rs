@@ -125,10 +125,12 @@ pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind 
         }
         let seen = outer_square(image, lattice, [(i, j), beside], out);
         let bits_of = |brightness: f32| {
-            let Some((_, behind)) = seen else { return -ONE_IS_OTHER.log2() };
+            let Some((_, behind)) = seen else { return -libm::log2f(ONE_IS_OTHER) };
             let places = behind.map(|seen| log2_likelihood(seen - brightness));
             let mean = places.iter().sum::<f32>() / places.len() as f32;
-            ((INDEPENDENT * mean).exp2() * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER).log2()
+            libm::log2f(
+                libm::exp2f(INDEPENDENT * mean) * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER,
+            )
         };
         bits.white += bits_of(1.0);
         bits.squares += bits_of(seen.map_or(1.0, |(is_light, _)| f32::from(u8::from(!is_light))));
@@ -139,8 +141,8 @@ pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind 
 /// Bits for a place `off` the brightness that it should have, as a share of the step from dark to light squares.
 fn log2_likelihood(off: f32) -> f32 {
     let peak = RANGE / (SPREAD * std::f32::consts::TAU.sqrt());
-    let likely = peak * (-0.5 * (off / SPREAD).powi(2)).exp();
-    (likely * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER).log2()
+    let likely = peak * libm::expf(-0.5 * (off / SPREAD).powi(2));
+    libm::log2f(likely * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER)
 }
 
 /// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and the brightness of places

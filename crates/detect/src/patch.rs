@@ -30,7 +30,7 @@ impl Patch {
         band_squares: f64,
     ) -> Option<Self> {
         let area_px2 = u[0] * v[1] - u[1] * v[0];
-        let height_px = area_px2.abs() / u[0].hypot(u[1]).max(v[0].hypot(v[1]));
+        let height_px = area_px2.abs() / libm::hypot(u[0], u[1]).max(libm::hypot(v[0], v[1]));
         // Also refuses NaN.
         if !(height_px > 1.0) {
             return None;
@@ -70,7 +70,7 @@ impl Patch {
     pub(super) fn reach_px(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let px2_per_square = 1.0 / (a * d - b * c).abs();
-        let [v, u] = [a.hypot(b), c.hypot(d)].map(|length| length * px2_per_square);
+        let [v, u] = [libm::hypot(a, b), libm::hypot(c, d)].map(|length| length * px2_per_square);
         [u, v]
             .map(|side_px| (f64::from(self.reach_squares) * side_px).min(f64::from(self.radius_px)))
     }

@@ -130,7 +130,7 @@ fn leading(weighed: impl Iterator<Item = (Placement, (f32, bool))>) -> Option<Pl
 /// Bits for either of two explanations.
 fn either(one: f32, other: f32) -> f32 {
     let most = one.max(other);
-    most + ((one - most).exp2() + (other - most).exp2()).log2()
+    most + libm::log2f(libm::exp2f(one - most) + libm::exp2f(other - most))
 }
 
 /// The turns and shifts that put the part inside the board.
@@ -163,7 +163,7 @@ fn of_ends(
         let (at, next) = (placement.place(rim), placement.place((rim.0 + di, rim.1 + dj)));
         let axis = usize::from(at[0] == next[0]);
         let is_end = !(0..size[axis]).contains(&next[axis]);
-        either(if is_end { end.white } else { end.squares }, -ONE_IS_OTHER.log2())
+        either(if is_end { end.white } else { end.squares }, -libm::log2f(ONE_IS_OTHER))
     };
     SIDES.into_iter().zip(ends).map(of_side).sum()
 }
@@ -205,7 +205,7 @@ fn track(
         let Some(found) = lattice.get(node) else { continue };
         let Some(axes) = axes(lattice, node, found) else { continue };
         let off = [found[0] - at[0], found[1] - at[1]];
-        squares += (off[0].hypot(off[1]) / height(axes).max(1.0)).powi(2);
+        squares += (libm::hypotf(off[0], off[1]) / height(axes).max(1.0)).powi(2);
         side_px += height(axes);
         count += 1.0;
     }

@@ -166,7 +166,7 @@ impl Refiner {
             let Some(window) = corner.and_then(|_| Window::around(rough, index)) else { continue };
             let allowed_px = 0.08 * window.side_px + 0.3;
             let off_px = |fit: &EdgeFit| {
-                (fit.corner.px.x - expected[0]).hypot(fit.corner.px.y - expected[1])
+                libm::hypot(fit.corner.px.x - expected[0], fit.corner.px.y - expected[1])
             };
             if self.fits[index].as_ref().is_some_and(|fit| off_px(fit) <= allowed_px) {
                 continue;
@@ -339,7 +339,7 @@ impl Window {
         let above = row.checked_sub(1).and_then(|above| at(column, above));
         let below = (row + 1 < rows).then(|| at(column, row + 1)).flatten();
         let (u, v) = (per_square(left, right)?, per_square(above, below)?);
-        let (long, wide) = (u[0].hypot(u[1]), v[0].hypot(v[1]));
+        let (long, wide) = (libm::hypot(u[0], u[1]), libm::hypot(v[0], v[1]));
         let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
         Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height), gap_squares })
     }

@@ -46,7 +46,7 @@ pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] 
         }
         let step = [(c * u - b * v) / determinant, (a * v - b * u) / determinant];
         at = [at[0] + step[0], at[1] + step[1]];
-        if step[0].hypot(step[1]) < 0.02 {
+        if libm::hypotf(step[0], step[1]) < 0.02 {
             break;
         }
     }

@@ -183,7 +183,7 @@ impl Tracker {
         for (index, corner) in corners.iter().enumerate() {
             let guess = halved.at(*corner);
             let found = settle(picture, guess, 1.4 * side);
-            let moved = (found[0] - guess[0]).hypot(found[1] - guess[1]);
+            let moved = libm::hypotf(found[0] - guess[0], found[1] - guess[1]);
             let node = ((index % columns) as i32, (index / columns) as i32);
             if !(moved < 0.5 * side) || !self.lattice.insert(node, found) {
                 return false;
@@ -204,7 +204,7 @@ impl Tracker {
 pub(super) fn shortest_side_px(board: &Checkerboard, px: impl Fn(usize) -> [f64; 2]) -> f64 {
     let apart = |one: usize, other: usize| {
         let ([x, y], [to_x, to_y]) = (px(one), px(other));
-        (to_x - x).hypot(to_y - y)
+        libm::hypot(to_x - x, to_y - y)
     };
     let mut shortest_px = f64::MAX;
     board.target().each_three_in_line(&mut |[a, b, c]| {

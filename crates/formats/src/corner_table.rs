@@ -127,7 +127,7 @@ fn corner(line: usize, x: &str, y: &str, level: Option<&str>) -> Result<Corner, 
             .ok_or_else(|| CornerTableError::Level { line, level: text.into() })?
             .clamp(0.0, MAX_LEVEL),
     };
-    Ok(Corner::isotropic(Point2::new(x, y), LEVEL_0_SIGMA_PX * level.exp2()))
+    Ok(Corner::isotropic(Point2::new(x, y), LEVEL_0_SIGMA_PX * libm::exp2(level)))
 }
 
 /// Precision of written coordinates.

@@ -67,7 +67,7 @@ impl Corner {
     pub fn in_few_digits(&self) -> Self {
         let covariance = self.covariance_px2;
         // If the covariance is no number, the magnitude doesn't matter: nothing is rounded then.
-        let magnitude = covariance.diagonal().max().log10().floor().clamp(-20.0, 20.0) as i32;
+        let magnitude = libm::log10(covariance.diagonal().max()).floor().clamp(-20.0, 20.0) as i32;
         let digits = COVARIANCE_DIGITS - 1 - magnitude;
         let rounded = covariance.map(|value| to_steps(value, 10_f64.powi(digits.clamp(0, 22))));
         let change = rounded.determinant() / covariance.determinant();

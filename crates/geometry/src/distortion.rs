@@ -167,7 +167,7 @@ impl LensKind {
                 if !(angle_rad <= FISHEYE_FIELD_RAD) {
                     return None;
                 }
-                let (sin, cos) = angle_rad.sin_cos();
+                let (sin, cos) = libm::sincos(angle_rad);
                 let scale = if angle_rad < PARAXIAL { 1.0 } else { sin / angle_rad };
                 Some(Vector3::new(flat.x * scale, flat.y * scale, cos))
             }
@@ -194,7 +194,7 @@ fn angle_over_radius(in_cam: &Vector3<f64>) -> Option<f64> {
         let slope = radius / in_cam.z;
         return Some((1.0 - slope * slope / 3.0) / in_cam.z);
     }
-    let angle_rad = radius.atan2(in_cam.z);
+    let angle_rad = libm::atan2(radius, in_cam.z);
     (radius > 0.0 && angle_rad <= FISHEYE_FIELD_RAD).then(|| angle_rad / radius)
 }
 

@@ -135,7 +135,7 @@ fn square(line: &PrincipalLine, point: &PrincipalPoint) -> f64 {
 /// rational approximation (Abramowitz & Stegun 26.2.23, 4.5e-4).
 fn expected(rank: usize, count: usize) -> f64 {
     let upper = 0.5 * (1.0 - rank as f64 / (count as f64 + 1.0));
-    let t = (-2.0 * upper.ln()).sqrt();
+    let t = (-2.0 * libm::log(upper)).sqrt();
     let normal = t
         - (2.515_517 + t * (0.802_853 + t * 0.010_328))
             / (1.0 + t * (1.432_788 + t * (0.189_269 + t * 0.001_308)));

@@ -162,13 +162,13 @@ impl PrincipalLine {
         let change = centred_from_image.kronecker(&Matrix3::identity());
         let nine_by_nine = change * homography.covariance() * change.transpose();
         let line = Self {
-            phi_rad: n.y.atan2(n.x),
+            phi_rad: libm::atan2(n.y, n.x),
             c_px,
             v_px,
             d_px,
             vanishing_point_px: origin_px + vanishing,
             origin_px,
-            tilt_azimuth_rad: away.y.atan2(away.x).rem_euclid(2.0 * PI),
+            tilt_azimuth_rad: libm::atan2(away.y, away.x).rem_euclid(2.0 * PI),
             covariance: Matrix4::zeros(),
         };
         let jacobian = line.jacobian(&h, length, rho2);
@@ -215,12 +215,12 @@ impl PrincipalLine {
 
     /// Unit normal `n`.
     pub fn normal(&self) -> Vector2<f64> {
-        Vector2::new(self.phi_rad.cos(), self.phi_rad.sin())
+        Vector2::new(libm::cos(self.phi_rad), libm::sin(self.phi_rad))
     }
 
     /// Unit vector `t` along the line: the normal turned by +90°.
     pub fn direction(&self) -> Vector2<f64> {
-        Vector2::new(-self.phi_rad.sin(), self.phi_rad.cos())
+        Vector2::new(-libm::sin(self.phi_rad), libm::cos(self.phi_rad))
     }
 
     /// Standard deviation of the direction, in radians.
@@ -246,7 +246,7 @@ impl PrincipalLine {
 
     /// Angle between the two lines in radians, `[0, π/2]`.
     pub fn angle_to(&self, other: &Self) -> f64 {
-        self.normal().perp(&other.normal()).abs().min(1.0).asin()
+        libm::asin(self.normal().perp(&other.normal()).abs().min(1.0))
     }
 
     /// Distance from the vanishing point to the foot of `pp` on the line: `t·P − v`, signed.
@@ -258,7 +258,7 @@ impl PrincipalLine {
     /// would exceed 1.
     pub fn tilt_rad(&self, pp: &Point2<f64>) -> Option<f64> {
         let cosine = self.along_px(pp).abs() / self.d_px;
-        (cosine <= 1.0).then(|| cosine.acos())
+        (cosine <= 1.0).then(|| libm::acos(cosine))
     }
 
     /// Focal length of this view alone for the principal point `pp`: `f² = D² − δ²` with `δ = t·P − v`.

@@ -55,8 +55,8 @@
 //!
 //! - One camera, one board, one person.
 //! - Corners may come from any detector, but their covariances must be true: noise and worth are judged by them.
-//! - Another version may ask for other poses and decide otherwise. One build on one processor decides the same inputs
-//!   alike, bit for bit; elsewhere, up to rounding.
+//! - Another version may ask for other poses and decide otherwise. One version decides the same inputs alike, bit for
+//!   bit, on every processor.
 //! - `docs/versioning.md` says what stays.
 
 #![forbid(unsafe_code)]

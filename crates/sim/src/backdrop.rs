@@ -66,7 +66,7 @@ impl Canvas {
         let pitch = Vector2::new(rng.random_range(5.0..16.0_f32), rng.random_range(5.0..16.0_f32));
         let grain: Vec<f32> = (0..1024).map(|_| rng.random_range(-0.5..0.5_f32)).collect();
         self.paint(&plank, |at, index| {
-            let woven = (at.x / pitch.x).sin().signum() * (at.y / pitch.y).sin().signum();
+            let woven = libm::sinf(at.x / pitch.x).signum() * libm::sinf(at.y / pitch.y).signum();
             level + contrast * (0.6 * woven + grain[index.wrapping_mul(40_503) % 1024])
         });
     }
@@ -85,7 +85,7 @@ impl Canvas {
                 rng.random_range(length.0..length.1),
                 rng.random_range(thickness.0..thickness.1),
             ) * width,
-            along: Vector2::new(turn_rad.cos(), turn_rad.sin()),
+            along: Vector2::new(libm::cosf(turn_rad), libm::sinf(turn_rad)),
         }
     }
 

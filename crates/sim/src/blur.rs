@@ -76,8 +76,9 @@ impl Kernel {
 
 fn sampled(sigma: f64) -> Vec<f64> {
     let radius = (3.7 * sigma).ceil().max(1.0) as u32;
-    let raw: Vec<f64> =
-        (0..=radius).map(|distance| (-0.5 * (f64::from(distance) / sigma).powi(2)).exp()).collect();
+    let raw: Vec<f64> = (0..=radius)
+        .map(|distance| libm::exp(-0.5 * (f64::from(distance) / sigma).powi(2)))
+        .collect();
     let total = 2.0 * raw.iter().sum::<f64>() - raw[0];
     raw.iter().map(|weight| weight / total).collect()
 }

@@ -64,7 +64,7 @@ impl Light {
     pub fn gain(&self, px: &Point2<f64>, image_size: ImageSize) -> f64 {
         let centre_px = image_size.centre_px();
         let from_centre = (px - centre_px) / centre_px.coords.norm().max(1.0);
-        let (sin, cos) = self.gradient_direction_rad.sin_cos();
+        let (sin, cos) = libm::sincos(self.gradient_direction_rad);
         let slope = 1.0 + self.gradient * (from_centre.x * cos + from_centre.y * sin);
         (slope * (1.0 - self.vignette * from_centre.norm_squared())).max(0.0)
     }
@@ -188,8 +188,8 @@ fn random_camera(rng: &mut ChaCha8Rng, image_size: ImageSize) -> Camera {
     let (off_px, direction_rad) = (rng.random_range(0.0..60.0_f64), rng.random_range(0.0..TAU));
     let k1: f64 = rng.random_range(-0.35..0.1);
     let k2 = rng.random_range(0.3..0.5) * (-k1).max(0.0);
-    let pp_px =
-        image_size.centre_px() + off_px * Vector2::new(direction_rad.cos(), direction_rad.sin());
+    let pp_px = image_size.centre_px()
+        + off_px * Vector2::new(libm::cos(direction_rad), libm::sin(direction_rad));
     Camera {
         distortion: Distortion { k1, k2, ..Distortion::default() },
         ..Camera::pinhole(f_px, pp_px)

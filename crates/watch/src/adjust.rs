@@ -83,7 +83,7 @@ impl Adjust {
 
     fn near(limit_px: f64, off_px: f64) -> f64 {
         let times = off_px.abs() / limit_px;
-        (1.0 - times.max(1.0).ln() / (FAR_PX / NEAREST_PX).ln()).max(0.0)
+        (1.0 - libm::log(times.max(1.0)) / libm::log(FAR_PX / NEAREST_PX)).max(0.0)
     }
 
     /// Takes how far the camera is from where it should point at this hour, px, or why that isn't known.

@@ -39,7 +39,7 @@ pub struct Cycle {
 
 fn harmonics(at_secs: f64) -> SVector<f64, TERMS> {
     let day = std::f64::consts::TAU * at_secs / DAY_SECS;
-    SVector::from([1.0, day.cos(), day.sin(), (2.0 * day).cos(), (2.0 * day).sin()])
+    SVector::from([1.0, libm::cos(day), libm::sin(day), libm::cos(2.0 * day), libm::sin(2.0 * day)])
 }
 
 impl Cycle {

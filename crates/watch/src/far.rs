@@ -66,7 +66,7 @@ impl Reference {
                     pan_rad: px.x / f.x,
                     tilt_rad: -px.y / f.y,
                     roll_rad,
-                    log_focal: scale.ln(),
+                    log_focal: libm::log(scale),
                 };
                 starts.push((shift.score, turn));
             }

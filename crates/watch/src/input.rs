@@ -102,7 +102,7 @@ fn short(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return 0.0;
     }
-    rounded(value, 2 - value.abs().log10().floor() as i32)
+    rounded(value, 2 - libm::log10(value.abs()).floor() as i32)
 }
 
 /// A turn in the units of a line.

@@ -44,8 +44,8 @@ fn edges(levels: &[u8]) -> Vec<[f64; 2]> {
                 [across(0) + 2.0 * across(1) + across(2), down(0) + 2.0 * down(1) + down(2)];
         }
     }
-    let steep = |x: usize, y: usize| slopes[y * SIDE + x][0].hypot(slopes[y * SIDE + x][1]);
-    let steepest = slopes.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f32::max);
+    let steep = |x: usize, y: usize| libm::hypotf(slopes[y * SIDE + x][0], slopes[y * SIDE + x][1]);
+    let steepest = slopes.iter().map(|[x, y]| libm::hypotf(*x, *y)).fold(0.0, f32::max);
     let mut found = Vec::new();
     for y in 2..SIDE - 2 {
         for x in 2..SIDE - 2 {

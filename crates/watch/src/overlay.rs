@@ -62,7 +62,7 @@ impl Mask {
                     let gy =
                         at(0, 2) + 2.0 * at(1, 2) + at(2, 2) - at(0, 0) - 2.0 * at(1, 0) - at(2, 0);
                     slopes[i] = [gx, gy];
-                    strengths[i] = gx.hypot(gy);
+                    strengths[i] = libm::hypotf(gx, gy);
                     levels[i] = s[y * w + x];
                 }
                 let seed = is_constant(&slopes) || is_lit(&mut levels, &strengths);
@@ -78,7 +78,7 @@ impl Mask {
 fn is_constant(slopes: &[[f32; 2]]) -> bool {
     let n = slopes.len() as f32;
     let mean = [0, 1].map(|i| slopes.iter().map(|s| s[i]).sum::<f32>() / n);
-    let strength = mean[0].hypot(mean[1]);
+    let strength = libm::hypotf(mean[0], mean[1]);
     let scatter =
         slopes.iter().map(|s| (s[0] - mean[0]).powi(2) + (s[1] - mean[1]).powi(2)).sum::<f32>() / n;
     strength > 120.0 && scatter.sqrt() < 0.25 * strength

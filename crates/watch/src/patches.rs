@@ -180,7 +180,7 @@ fn peak(surface: &[f32], window: usize) -> Option<([f32; 2], f32)> {
     }
     let dx = -(gyy * gx - gxy * gy) / determinant;
     let dy = -(gxx * gy - gxy * gx) / determinant;
-    let flatter = -0.5 * (gxx + gyy) - 0.5 * (gxx - gyy).hypot(2.0 * gxy);
+    let flatter = -0.5 * (gxx + gyy) - 0.5 * libm::hypotf(gxx - gyy, 2.0 * gxy);
     let is_peak = dx.abs() <= 1.0 && dy.abs() <= 1.0 && flatter > LEAST_CURVATURE;
     is_peak.then_some(([x as f32 + dx, y as f32 + dy], surface[best]))
 }

@@ -104,7 +104,7 @@ pub(crate) fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> T
         f64::from(size.height_px) / THUMB_HEIGHT as f64,
     ];
     let centre = lens.camera.pp_px;
-    let (sin, cos) = (-roll_rad).sin_cos();
+    let (sin, cos) = libm::sincos(-roll_rad);
     let mut out = Vec::with_capacity(thumb.0.len());
     for row in 0..THUMB_HEIGHT {
         for column in 0..THUMB_WIDTH {

@@ -174,7 +174,7 @@ impl Station {
     pub fn answer(&self, view: &View, measured: &Measured) -> Answer {
         let glass = Glass::of(measured, &self.gallery, view, &self.lens);
         let px = measured.turn.in_px(&self.lens);
-        let has_moved = px[0].hypot(px[1]) > ASKED_PX && measured.turned_back.is_none();
+        let has_moved = libm::hypot(px[0], px[1]) > ASKED_PX && measured.turned_back.is_none();
         let causes = has_moved.then(|| measured.causes(&self.lens)).flatten();
         Answer::of(measured, glass.as_ref(), causes)
     }

@@ -54,6 +54,6 @@ impl Texture {
         let variance = soft.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / soft.len() as f32;
         let fine = f64::from((along_x + along_y) / count) + 1e-3;
         let all = f64::from(variance) + 1.0;
-        Some(Self { sharpness: (fine / all).ln(), contrast: 0.5 * all.ln() })
+        Some(Self { sharpness: libm::log(fine / all), contrast: 0.5 * libm::log(all) })
     }
 }

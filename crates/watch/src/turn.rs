@@ -48,7 +48,7 @@ impl Lens {
 
     /// Half the picture's diagonal, px: in the corner, roll and focal length show most.
     pub fn half_diagonal_px(&self) -> f64 {
-        f64::from(self.image_size.width_px).hypot(f64::from(self.image_size.height_px)) / 2.0
+        libm::hypot(f64::from(self.image_size.width_px), f64::from(self.image_size.height_px)) / 2.0
     }
 }
 
@@ -132,7 +132,7 @@ impl Turn {
         ray: &Vector3<f64>,
     ) -> Option<Point2<f64>> {
         let at = lens.camera.project(&(rotation * ray).into())?;
-        Some(lens.camera.pp_px + (at - lens.camera.pp_px) * self.log_focal.exp())
+        Some(lens.camera.pp_px + (at - lens.camera.pp_px) * libm::exp(self.log_focal))
     }
 
     /// [`Self::project`] with derivatives by a step as in `stepped`.
@@ -143,7 +143,7 @@ impl Turn {
         ray: &Vector3<f64>,
     ) -> Option<Seen> {
         let at = lens.camera.project_ray(&(rotation * ray))?;
-        let scale = self.log_focal.exp();
+        let scale = libm::exp(self.log_focal);
         let out: Vector2<f64> = (at.px - lens.camera.pp_px) * scale;
         let by = at.jac_rotation * scale;
         let by_turn = Matrix2x4::from_columns(&[

@@ -196,7 +196,7 @@ impl Watch {
         let share = f64::from(answer.patches[1]) / f64::from(answer.patches[0].max(1));
         push(&mut self.shares, share, 24);
         if let Some(causes) = answer.causes {
-            let ratio = (causes.shifted_px.max(1e-3) / causes.turned_px.max(1e-3)).ln();
+            let ratio = libm::log(causes.shifted_px.max(1e-3) / causes.turned_px.max(1e-3));
             push(&mut self.causes, 2.0 * f64::from(causes.compared) * ratio / SHARED, 24);
         } else {
             self.causes.clear();

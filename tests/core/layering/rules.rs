@@ -113,6 +113,9 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("object_store"), &["fleet/batch/cloud"]),
         (Reach::Path("clap"), &["boresight/cli", "study/main"]),
         (Reach::Path("egui"), &["boresight/ui", "study/window", "study/main"]),
+        // Numbers that decide are the same on every processor: the system's functions round otherwise from one machine
+        // to the next, those of the crate `libm` don't. What only draws, sounds or studies may use them.
+        (Reach::SystemMathematics, &["present", "boresight", "study"]),
         // People's units stop at the edge: settings, files, sentences.
         (
             Reach::Ending("_mm"),
@@ -185,7 +188,14 @@ pub(crate) enum Reach {
     Macro(&'static str),
     /// A name that ends so.
     Ending(&'static str),
+    /// A sine, a power, a logarithm, as the system computes it.
+    SystemMathematics,
 }
+
+const MATHEMATICS: &[&str] = &[
+    "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp",
+    "exp2", "exp_m1", "ln", "ln_1p", "log", "log2", "log10", "powf", "cbrt", "hypot",
+];
 
 impl Reach {
     pub(crate) fn is_path(self, path: &[String]) -> bool {
@@ -198,6 +208,10 @@ impl Reach {
             Self::Method(name) => {
                 path.len() > 3 && path[1] == "path" && path.last().is_some_and(|last| last == name)
             }
+            Self::SystemMathematics => {
+                matches!(path, [float, name] if ["f32", "f64"].contains(&float.as_str())
+                    && MATHEMATICS.contains(&name.as_str()))
+            }
             Self::Macro(_) | Self::Ending(_) => false,
         }
     }
@@ -207,6 +221,7 @@ impl Reach {
             (Self::Method(method), Word::Method(name)) => method == name,
             (Self::Macro(called), Word::Macro(name)) => called == name,
             (Self::Ending(end), Word::Name(name)) => name.ends_with(end),
+            (Self::SystemMathematics, Word::Method(name)) => MATHEMATICS.contains(&name.as_str()),
             _ => false,
         }
     }
@@ -217,6 +232,7 @@ impl Reach {
             Self::Method(name) => format!("`.{name}()`"),
             Self::Macro(name) => format!("`{name}!`"),
             Self::Ending(end) => format!("name in `{end}`"),
+            Self::SystemMathematics => "mathematics of the system".to_owned(),
         }
     }
 }

@@ -19,6 +19,7 @@ const SMALL: Rules = Rules {
         (Reach::Method("exists"), &["boresight/disk"]),
         (Reach::Macro("println"), &[]),
         (Reach::Ending("_mm"), &["boresight/disk"]),
+        (Reach::SystemMathematics, &["boresight/disk"]),
     ],
     only_by: &[("boresight::middle::replay", &["boresight/window/saved.rs"])],
     unsafe_in: "boresight/disk/raw.rs",
@@ -184,6 +185,8 @@ fn the_outside_world_is_found_however_it_is_reached() {
     reach("fn f() -> u8 { rand::random() }", "`rand`");
     reach("fn f(operand: u8) { println!(\"{operand}\") }", "`println!`");
     reach("fn f(width_mm: f64) {}", "name in `_mm`");
+    reach("fn f(x: f64) -> f64 { (x + 1.0).sin() }", "mathematics of the system");
+    reach("fn f(x: &[f64]) { x.iter().copied().map(f64::exp); }", "mathematics of the system");
     assert_wrong(
         &[(
             "low.rs",

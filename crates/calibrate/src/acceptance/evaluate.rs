@@ -85,7 +85,7 @@ pub fn acceptance(
             lens.map(|(sd, place_px)| {
                 let lens = TWO_SIDED_95 * at_m * sd;
                 let scale = goal.scale_part(scale_sd);
-                ErrorBound { total: lens.hypot(scale), lens, scale, place_px }
+                ErrorBound { total: libm::hypot(lens, scale), lens, scale, place_px }
             })
         }
     };
@@ -152,7 +152,7 @@ fn length_sd(
         Some((px, camera.normalized_from_px(&px)?))
     });
     let directions: [Vector2<f64>; 8] = std::array::from_fn(|i| {
-        let (sin, cos) = (i as f64 * std::f64::consts::FRAC_PI_4).sin_cos();
+        let (sin, cos) = libm::sincos(i as f64 * std::f64::consts::FRAC_PI_4);
         Vector2::new(cos, sin)
     });
     let mut all: Vec<(f64, [Point2<f64>; 2])> = Vec::new();

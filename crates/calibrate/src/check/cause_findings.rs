@@ -40,7 +40,7 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
     let depth_m = explanation.depth_m;
     Some(match &explanation.cause {
         cause @ (Cause::Focus | Cause::FocusDrift | Cause::FocusJump(_)) => {
-            let change = first.exp_m1();
+            let change = libm::expm1(first);
             let motion = match *cause {
                 Cause::FocusDrift => FocusMotion::Drift { change },
                 Cause::FocusJump(view) => FocusMotion::Jump { view, change },
@@ -51,14 +51,14 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
         Cause::Mixed(odd) => FindingCode::ViewsMixed {
             odd_views: odd.iter().filter(|odd| **odd).count(),
             view: odd.iter().position(|odd| *odd).unwrap_or_default(),
-            f_ratio: first.exp(),
-            shift_px: second.hypot(third) * camera.f_px.x,
+            f_ratio: libm::exp(first),
+            shift_px: libm::hypot(second, third) * camera.f_px.x,
             gain,
         },
         Cause::PixelAspect => {
             FindingCode::PixelsNotSquare { aspect: camera.f_px.y / camera.f_px.x, gain }
         }
-        Cause::PixelSkew => FindingCode::PixelsSkewed { skew_rad: first.atan(), gain },
+        Cause::PixelSkew => FindingCode::PixelsSkewed { skew_rad: libm::atan(first), gain },
         Cause::BoardStretched => FindingCode::BoardStretched { aspect: 1.0 + first, gain },
         Cause::BoardBent => FindingCode::BoardBent { depth_m, gain },
         Cause::BoardFlexes => FindingCode::BoardFlexes { depth_m, gain },
@@ -67,7 +67,7 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
         }
         Cause::Shifted => FindingCode::PictureShifted { shift_px: state.local_rms_length(), gain },
         Cause::Torn(rows) => {
-            let shift_px = |view: usize| state.local[view][0].hypot(state.local[view][1]);
+            let shift_px = |view: usize| libm::hypot(state.local[view][0], state.local[view][1]);
             let torn = rows.iter().enumerate().filter_map(|(view, row)| Some((view, (*row)?)));
             let (view, row_px) =
                 torn.clone().max_by(|a, b| shift_px(a.0).total_cmp(&shift_px(b.0)))?;
@@ -105,7 +105,7 @@ impl Causes {
         let likeliest = self.hypotheses.iter().find(is_aspect)?;
         let aspect = self.aspect_rather_than(likeliest);
         let gain = likeliest.explanation.by_views;
-        if gain > WORTH_A_PARAMETER + n.ln() {
+        if gain > WORTH_A_PARAMETER + libm::log(n) {
             return Some(aspect);
         }
         // With another misfit present it would absorb part of it.

@@ -152,16 +152,16 @@ impl ExtendedProblem<'_> {
                 px + (flat.coords * (r2.powi(power) * first)).component_mul(&camera.f_px)
             }
             Cause::SmoothField => px + self.field_px(&at.shared, &px),
-            Cause::Focus => camera.pp_px + off * at.local[0].exp(),
+            Cause::Focus => camera.pp_px + off * libm::exp(at.local[0]),
             Cause::FocusDrift => {
                 let last = (self.observations.view_count() - 1).max(1) as f64;
-                camera.pp_px + off * (first * (view as f64 / last - 0.5)).exp()
+                camera.pp_px + off * libm::exp(first * (view as f64 / last - 0.5))
             }
-            Cause::FocusJump(from) if view >= *from => camera.pp_px + off * first.exp(),
+            Cause::FocusJump(from) if view >= *from => camera.pp_px + off * libm::exp(first),
             Cause::Mixed(other) if other[view] => {
                 let f_px = camera.f_px.x;
                 let bend = 1.0 + fourth * r2;
-                camera.pp_px + Vector2::new(second, third) * f_px + off * (first.exp() * bend)
+                camera.pp_px + Vector2::new(second, third) * f_px + off * (libm::exp(first) * bend)
             }
             Cause::PixelSkew => px + Vector2::new(first * off.y, 0.0),
             Cause::Shifted => px + Vector2::new(at.local[0], at.local[1]),

@@ -116,7 +116,7 @@ impl Tails {
         if !(mean.is_finite() && mean > 0.0) {
             return None;
         }
-        let normal = 2.0 * count * (mean.ln() + 1.0);
+        let normal = 2.0 * count * (libm::log(mean) + 1.0);
         let fit = |freedom: f64| {
             // Maximum likelihood of the squared scale is the fixed point s² = Σ w d² / 2N.
             let tails = (0..STEPS).fold(Self { freedom, scale: mean }, |tails, _| {
@@ -124,8 +124,8 @@ impl Tails {
                 Self { scale: (sum / (2.0 * count)).max(f64::MIN_POSITIVE), ..tails }
             });
             let Self { scale, .. } = tails;
-            let logs: f64 = squares.iter().map(|d2| (d2 / (freedom * scale)).ln_1p()).sum();
-            (2.0 * count * scale.ln() + (freedom + 2.0) * logs, tails)
+            let logs: f64 = squares.iter().map(|d2| libm::log1p(d2 / (freedom * scale))).sum();
+            (2.0 * count * libm::log(scale) + (freedom + 2.0) * logs, tails)
         };
         let (cost, tails) = FREEDOM.into_iter().map(fit).min_by(|a, b| a.0.total_cmp(&b.0))?;
         (normal - cost >= MIN_GAIN).then_some(tails)

@@ -90,7 +90,7 @@ impl Causes {
     /// examined again after the correction for `best`.
     pub(super) fn doubt_beside(&self, best: &Hypothesis) -> LensMatrix {
         let there = best.explanation.state.bundle.camera.lens_parameters();
-        let odds = |gain: f64| (0.5 * (gain - best.gain)).exp().min(1.0);
+        let odds = |gain: f64| libm::exp(0.5 * (gain - best.gain)).min(1.0);
         let family = best.explanation.cause.family();
         let alike = self.hypotheses.iter().filter(|h| h.explanation.cause.family() == family);
         let total: f64 = alike.clone().map(|hypothesis| odds(hypothesis.gain)).sum();
@@ -158,7 +158,7 @@ pub(crate) fn causes(
     }
     let visible_drift = drift.map(|step| {
         let sd = (step.unit_variance * noise_variance).sqrt();
-        ((MIN_BIC_GAIN_OF_ONE + n.ln()).sqrt() + POWER_SIGMAS) * sd
+        ((MIN_BIC_GAIN_OF_ONE + libm::log(n)).sqrt() + POWER_SIGMAS) * sd
     });
     Causes { hypotheses, doubt, visible_drift }
 }
@@ -170,7 +170,7 @@ fn prefer_focus(hypotheses: &mut [Hypothesis], image_size: ImageSize) {
         return;
     }
     let state = &first.explanation.state;
-    let shift_px = state.shared[1].hypot(state.shared[2]) * state.bundle.camera.f_px.x;
+    let shift_px = libm::hypot(state.shared[1], state.shared[2]) * state.bundle.camera.f_px.x;
     if shift_px > SAME_CENTRE * f64::from(image_size.width_px) {
         return;
     }
@@ -201,7 +201,7 @@ fn prefer_common_bend(hypotheses: &mut Vec<Hypothesis>) {
 fn doubt(hypotheses: &[Hypothesis], bundle: &Bundle, result: &Camera, n: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
     let most = hypotheses.iter().map(|s| s.gain).fold(0.0, f64::max);
-    let odds = |gain: f64| (0.5 * (gain - most)).exp();
+    let odds = |gain: f64| libm::exp(0.5 * (gain - most));
     let total = odds(0.0) + hypotheses.iter().map(|s| odds(s.gain)).sum::<f64>();
     let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
     let there = result.lens_parameters();
@@ -239,7 +239,7 @@ fn unseen_drift(measured: f64, variance: f64) -> f64 {
     let sum = prior + variance;
     // Likelihood ratio of a drift to no drift.
     let ratio =
-        (variance / sum).sqrt() * (0.5 * measured * measured * prior / (variance * sum)).exp();
+        (variance / sum).sqrt() * libm::exp(0.5 * measured * measured * prior / (variance * sum));
     let odds = ratio * DRIFT_PROBABILITY / (1.0 - DRIFT_PROBABILITY);
     let probability = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
     let (mean, left) = (measured * prior / sum, variance * prior / sum);

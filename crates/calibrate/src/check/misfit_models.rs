@@ -175,10 +175,10 @@ impl<'a> Unexplained<'a> {
     fn promises(&self, cause: &Cause, left: f64) -> bool {
         let n = self.observations.coordinate_count() as f64;
         let parameters = cause.parameters(self.observations.view_count()) as f64;
-        let promised = n * (self.cost / left.max(self.least_cost)).ln();
+        let promised = n * libm::log(self.cost / left.max(self.least_cost));
         let wanted = match cause.local_sd() {
             Some(_) => parameters + PROMISING_SIGMAS * (2.0 * parameters).sqrt(),
-            None => PROMISING * parameters * n.ln(),
+            None => PROMISING * parameters * libm::log(n),
         };
         promised >= wanted + PROMISING * cost_of_search(cause, self.observations.view_count())
     }
@@ -246,7 +246,7 @@ impl<'a> Unexplained<'a> {
             0 => scatter(&problem, &minimum.normal, self.noise_variance(cost))?.overcount(views),
             _ => 1.0,
         };
-        let by_corners = |cost: f64| n * (self.cost / cost.max(self.least_cost)).ln();
+        let by_corners = |cost: f64| n * libm::log(self.cost / cost.max(self.least_cost));
         let by_views = by_corners(cost) / overcount;
         // Correlated noise explains residuals, too.
         let told = |cost: f64| {
@@ -262,9 +262,9 @@ impl<'a> Unexplained<'a> {
                     .iter()
                     .map(|view| evidence_cost(view, cause.local_extras(), prior_information))
                     .sum();
-                told(minimum.cost) - occam - n.ln()
+                told(minimum.cost) - occam - libm::log(n)
             }
-            None => told(cost) - parameters as f64 * n.ln(),
+            None => told(cost) - parameters as f64 * libm::log(n),
         };
         let unit_covariance = lens_covariance(&problem, &inverse(&information)?);
         let mut known = information;
@@ -360,7 +360,7 @@ fn lens_covariance<const S: usize>(
 fn stretch_px(aspect: f64, image_size: ImageSize) -> f64 {
     let half_px =
         [image_size.width_px, image_size.height_px].map(|side_px| 0.5 * f64::from(side_px));
-    aspect.ln().abs() * half_px[0] * half_px[1] / half_px[0].hypot(half_px[1])
+    libm::log(aspect).abs() * half_px[0] * half_px[1] / libm::hypot(half_px[0], half_px[1])
 }
 
 fn depth_m(problem: &ExtendedProblem<'_>, state: &ExtendedState) -> f64 {

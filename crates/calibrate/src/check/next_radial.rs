@@ -55,7 +55,7 @@ pub(crate) fn next_radial_doubt(
         let sum = prior + variance;
         let left = prior * variance / sum;
         let mean = value * prior / sum;
-        let likely = probability * (-0.5 * value * value / sum).exp() / sum.sqrt();
+        let likely = probability * libm::exp(-0.5 * value * value / sum) / sum.sqrt();
         spread += (left + mean * mean) * likely;
         total += likely;
     }

@@ -98,7 +98,7 @@ pub(crate) fn noise_correlation(
     let white: Vec<DMatrix<f64>> =
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
-    models.push((0.0, 0, independent_cost - 2.0 * INDEPENDENT.ln(), variance));
+    models.push((0.0, 0, independent_cost - 2.0 * libm::log(INDEPENDENT), variance));
     // A thinned corner stands for `step` corners, a pair for the square of that, and a view for `every` views.
     let (step, every) = (step as f64, every as f64);
     let independent = between(&views, &white)? * (step * every);
@@ -109,14 +109,14 @@ pub(crate) fn noise_correlation(
             views.iter().map(|view| view.smooth(times * spacing_px)).collect();
         for share in SHARES {
             if let Some((cost, variance)) = fit(share, &smooth) {
-                models.push((share, length, cost - 2.0 * prior.ln(), variance));
+                models.push((share, length, cost - 2.0 * libm::log(prior), variance));
             }
         }
         let pairs = between(&views, &smooth)? * every - independent / step;
         by_length.push(pairs * (step * step) + independent);
     }
     let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
-    let odds = |cost: f64| (-0.5 * (cost - least)).exp();
+    let odds = |cost: f64| libm::exp(-0.5 * (cost - least));
     let total: f64 = models.iter().map(|model| odds(model.2)).sum();
     let mut information = LensMatrix::zeros();
     for &(share, length, cost, variance) in &models {
@@ -127,8 +127,8 @@ pub(crate) fn noise_correlation(
     let (share, length, cost, variance) =
         models.iter().skip(1).copied().min_by(|a, b| a.2.total_cmp(&b.2))?;
     Some(NoiseCorrelation {
-        gain: (independent_cost - (cost + 2.0 * prior.ln())) * (step * every)
-            - PARAMETERS * (observations.coordinate_count() as f64).ln(),
+        gain: (independent_cost - (cost + 2.0 * libm::log(prior))) * (step * every)
+            - PARAMETERS * libm::log(observations.coordinate_count() as f64),
         share,
         length_px: LENGTHS[length] * spacing_px,
         noise_factor: variance.sqrt(),
@@ -198,7 +198,7 @@ impl View {
     }
 
     fn smooth(&self, length_px: f64) -> DMatrix<f64> {
-        self.distance_px.map(|d| (-0.5 * (d / length_px).powi(2)).exp())
+        self.distance_px.map(|d| libm::exp(-0.5 * (d / length_px).powi(2)))
     }
 }
 
@@ -245,7 +245,7 @@ fn restricted_likelihood(
         }
         let factor = covariance.cholesky()?;
         let factor = factor.l_dirty();
-        log_determinants += 4.0 * (0..view.count()).map(|i| factor[(i, i)].ln()).sum::<f64>();
+        log_determinants += 4.0 * (0..view.count()).map(|i| libm::log(factor[(i, i)])).sum::<f64>();
         let mut gram = Gram::zeros();
         for rows in &view.rows {
             let mut whitened = rows.clone();
@@ -272,7 +272,7 @@ fn restricted_likelihood(
     let squares =
         lens[(LENS_PARAMETERS, LENS_PARAMETERS)] - (pull.transpose() * inverse(&of_lens)? * pull).x;
     let variance = squares / left;
-    let cost = left * variance.ln() + log_determinants;
+    let cost = left * libm::log(variance) + log_determinants;
     cost.is_finite().then_some((cost, variance))
 }
 
@@ -283,7 +283,7 @@ fn log_determinant<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<f64> {
     let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] / (scale[i] * scale[j]));
     let factor = DMatrix::from_column_slice(N, N, scaled.as_slice()).cholesky()?;
     let factor = factor.l_dirty();
-    let of_scaled: f64 = (0..N).map(|i| factor[(i, i)].ln()).sum();
-    let of_scale: f64 = scale.iter().map(|s| s.ln()).sum();
+    let of_scaled: f64 = (0..N).map(|i| libm::log(factor[(i, i)])).sum();
+    let of_scale: f64 = scale.iter().map(|s| libm::log(*s)).sum();
     Some(2.0 * (of_scaled + of_scale))
 }

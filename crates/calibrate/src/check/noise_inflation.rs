@@ -75,9 +75,9 @@ fn excess_variance_px2(residuals_px: &[Vec<Residual>]) -> f64 {
     // −2 log L of two coordinates per corner at the best s², up to a constant.
     let cost = |rho: f64| {
         let (squares, logs) = corners.iter().fold((0.0, 0.0), |(squares, logs), (q, v)| {
-            (squares + q / (v + rho), logs + (v + rho).ln())
+            (squares + q / (v + rho), logs + libm::log(v + rho))
         });
-        2.0 * (count * (squares / count).ln() + logs)
+        2.0 * (count * libm::log(squares / count) + logs)
     };
     let mut best = (cost(0.0) - MIN_GAIN, 0.0);
     let mut rho = 0.01 * least;
@@ -105,7 +105,7 @@ fn factors(residuals_px: &[Vec<Residual>], excess_px2: f64) -> Vec<f64> {
         .map(|view| {
             let freedom = 2.0 * view.len() as f64 - HOMOGRAPHY;
             let squares: f64 = view.iter().filter_map(squared).sum();
-            let log = (squares / freedom).ln();
+            let log = libm::log(squares / freedom);
             (freedom > 0.0 && log.is_finite()).then_some((log, 2.0 * ALIKE / freedom))
         })
         .collect();
@@ -119,7 +119,7 @@ fn factors(residuals_px: &[Vec<Residual>], excess_px2: f64) -> Vec<f64> {
     let by_chance = known().map(|(_, chance)| chance).sum::<f64>() / count;
     let differ = (scatter - by_chance).max(0.0);
     let factor = |view: &Option<(f64, f64)>| {
-        view.map_or(1.0, |(log, chance)| ((log - mean) * differ / (differ + chance)).exp())
+        view.map_or(1.0, |(log, chance)| libm::exp((log - mean) * differ / (differ + chance)))
     };
     let factors: Vec<f64> = views.iter().map(factor).collect();
     // The information of all stays the same.

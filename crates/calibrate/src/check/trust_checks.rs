@@ -190,7 +190,8 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     // Tilt azimuths are the directions of the principal lines; the normals have the same singular values.
     let mut normals = Matrix2::zeros();
     for view in evidence.views.iter().filter(|view| view.tilt_rad >= TILT_NONE_RAD) {
-        let along = Vector2::new(view.tilt_azimuth_rad.cos(), view.tilt_azimuth_rad.sin());
+        let along =
+            Vector2::new(libm::cos(view.tilt_azimuth_rad), libm::sin(view.tilt_azimuth_rad));
         normals += along * along.transpose();
     }
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();

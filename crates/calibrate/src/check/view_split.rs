@@ -111,9 +111,9 @@ pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {
             let (views, marked) = (views as u64, odd.iter().filter(|odd| **odd).count() as u64);
             let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
             let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
-            2.0 * ((views as f64).ln() + of_this_size)
+            2.0 * (libm::log(views as f64) + of_this_size)
         }
-        Cause::FocusJump(_) => 2.0 * ((views - 1) as f64).ln(),
+        Cause::FocusJump(_) => 2.0 * libm::log((views - 1) as f64),
         _ => 0.0,
     }
 }

@@ -105,10 +105,10 @@ pub(crate) fn fit_models(
     let n = search.observations.coordinate_count() as f64;
     let criterion = |bundle: &Bundle, per_parameter: f64| {
         let cost = (bundle.cost / n).max(search.noise_floor * search.noise_floor);
-        n * cost.ln() + bundle.freedom.count() as f64 * per_parameter
+        n * libm::log(cost) + bundle.freedom.count() as f64 * per_parameter
     };
     let may = |model: &LensModel| search.allowed.contains(model);
-    let bic: Vec<f64> = fitted.iter().map(|(_, bundle)| criterion(bundle, n.ln())).collect();
+    let bic: Vec<f64> = fitted.iter().map(|(_, bundle)| criterion(bundle, libm::log(n))).collect();
     let chosen = (0..fitted.len())
         .filter(|i| may(&fitted[*i].0))
         .min_by(|i, j| bic[*i].total_cmp(&bic[*j]))?;
@@ -119,7 +119,7 @@ pub(crate) fn fit_models(
         .map(|(model, bundle)| {
             // Capped, so that the sum of weights stays finite.
             if may(model) {
-                (-0.5 * (penalised(bundle) - chosen_cost)).min(600.0).exp()
+                libm::exp((-0.5 * (penalised(bundle) - chosen_cost)).min(600.0))
             } else {
                 0.0
             }
@@ -256,9 +256,9 @@ impl ModelChoice {
             let factors = (&precision + DMatrix::from_diagonal(&prior)).cholesky()?;
             let left = factors.inverse();
             let mean = &left * &pull;
-            let log_evidence =
-                0.5 * (prior.map(f64::ln).sum() - factors.ln_determinant()) + 0.5 * mean.dot(&pull);
-            let likely = probability * log_evidence.min(300.0).exp();
+            let log_evidence = 0.5 * (prior.map(libm::log).sum() - factors.ln_determinant())
+                + 0.5 * mean.dot(&pull);
+            let likely = probability * libm::exp(log_evidence.min(300.0));
             spread += (left + &mean * mean.transpose()) * likely;
             total += likely;
         }

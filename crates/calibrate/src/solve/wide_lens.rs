@@ -56,7 +56,7 @@ pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
 
 /// Angle between a ray and the optical axis.
 fn off_axis_rad(ray: &Vector3<f64>) -> f64 {
-    ray.xy().norm().atan2(ray.z)
+    libm::atan2(ray.xy().norm(), ray.z)
 }
 
 fn corners_px(image_size: ImageSize) -> [Point2<f64>; 4] {
@@ -106,7 +106,7 @@ pub(crate) fn better_family(
     let gain = brown.map_or(f64::INFINITY, |brown| search.bic(&brown) - best.bic);
     let rival = |other: WideLens| Rival {
         camera: other.state.camera,
-        odds: (-0.5 * (other.bic - best.bic)).exp(),
+        odds: libm::exp(-0.5 * (other.bic - best.bic)),
     };
     Some(WideLens { rivals: found.map(rival).collect(), gain, ..best })
 }
@@ -154,7 +154,7 @@ impl WideSearch<'_> {
     fn bic(&self, bundle: &Bundle) -> f64 {
         let n = self.observations.coordinate_count() as f64;
         let cost = (bundle.cost / n).max(self.noise_floor * self.noise_floor);
-        n * cost.ln() + bundle.freedom.count() as f64 * n.ln()
+        n * libm::log(cost) + bundle.freedom.count() as f64 * libm::log(n)
     }
 
     fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
@@ -224,7 +224,7 @@ fn as_rational(fisheye: &BundleState, image_size: ImageSize) -> Option<BundleSta
     for step in 1..=STEPS {
         let angle_rad = widest_rad * f64::from(step) / f64::from(STEPS);
         let seen = camera.distortion.apply(&Point2::new(angle_rad, 0.0)).x;
-        let r = angle_rad.tan();
+        let r = libm::tan(angle_rad);
         let m = seen / r;
         let (r2, r4, r6) = (r * r, r.powi(4), r.powi(6));
         // In proportion to the height in the picture.

@@ -127,11 +127,11 @@ pub(crate) fn advise(
         let tilt_azimuth_rad = Some(tilt_azimuth_rad);
         [
             (off.turn_rad.abs() / OFF_RAD, Advice::TipTowards { tilt_azimuth_rad, wanted_rad }),
-            ((tilt_rad / target.tilt_rad).ln().abs() / TILTED.ln(), tilt),
+            (libm::log(tilt_rad / target.tilt_rad).abs() / libm::log(TILTED), tilt),
         ]
     };
     let [direction, tilt] = tipped;
-    let size = (ratio.ln().abs() / SIZED.ln(), size);
+    let size = (libm::log(ratio).abs() / libm::log(SIZED), size);
     let place = (off.shift_px.norm() / (SHIFTED * off.radius_px), place);
     let (most, advice) =
         [tilt, size, place].into_iter().fold(direction, |a, b| if b.0 > a.0 { b } else { a });

@@ -50,7 +50,7 @@ pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
         if count > 0.0 { sum / (count * width_px * width_px) } else { f64::INFINITY }
     };
     let nearest = accepted.iter().map(apart_widths2).fold(f64::INFINITY, f64::min);
-    1.0 - (-nearest / (NEW_WIDTHS * NEW_WIDTHS)).exp()
+    1.0 - libm::exp(-nearest / (NEW_WIDTHS * NEW_WIDTHS))
 }
 
 /// What the corners of a board err by that is shown as asked, with this camera and by this hand.

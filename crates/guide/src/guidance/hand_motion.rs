@@ -306,15 +306,15 @@ impl Window {
 /// Covariance of the places at two times.
 fn place_covariance(one_secs: f64, other_secs: f64) -> f64 {
     let apart = (one_secs - other_secs).abs();
-    let sway = (1.0 + SWAY_PER_SEC * apart) * (-SWAY_PER_SEC * apart).exp();
-    let tremor = TREMOR * TREMOR * envelope(apart) * (TREMOR_RAD_PER_S * apart).cos();
+    let sway = (1.0 + SWAY_PER_SEC * apart) * libm::exp(-SWAY_PER_SEC * apart);
+    let tremor = TREMOR * TREMOR * envelope(apart) * libm::cos(TREMOR_RAD_PER_S * apart);
     sway + tremor + INTENDED.0 + INTENDED.1 * one_secs * other_secs
 }
 
 /// Covariance of the velocity at time 0 and the place at another.
 fn velocity_covariance(secs: f64) -> f64 {
-    let sway = SWAY_PER_SEC.powi(2) * secs * (-SWAY_PER_SEC * secs.abs()).exp();
-    let (sin, cos) = (TREMOR_RAD_PER_S * secs).sin_cos();
+    let sway = SWAY_PER_SEC.powi(2) * secs * libm::exp(-SWAY_PER_SEC * secs.abs());
+    let (sin, cos) = libm::sincos(TREMOR_RAD_PER_S * secs);
     let width2 = TREMOR_WIDTH_RAD_PER_S.powi(2);
     let tremor = TREMOR * TREMOR * envelope(secs) * (width2 * secs * cos + TREMOR_RAD_PER_S * sin);
     sway + tremor + INTENDED.1 * secs
@@ -323,8 +323,8 @@ fn velocity_covariance(secs: f64) -> f64 {
 /// Covariance of the acceleration at time 0 and the place at another.
 fn acceleration_covariance(secs: f64) -> f64 {
     let apart = SWAY_PER_SEC * secs.abs();
-    let sway = SWAY_PER_SEC.powi(2) * (apart - 1.0) * (-apart).exp();
-    let (sin, cos) = (TREMOR_RAD_PER_S * secs).sin_cos();
+    let sway = SWAY_PER_SEC.powi(2) * (apart - 1.0) * libm::exp(-apart);
+    let (sin, cos) = libm::sincos(TREMOR_RAD_PER_S * secs);
     let width2 = TREMOR_WIDTH_RAD_PER_S.powi(2);
     let bend = (width2 * secs).powi(2) - width2 - TREMOR_RAD_PER_S.powi(2);
     let tremor = bend * cos + 2.0 * width2 * secs * TREMOR_RAD_PER_S * sin;
@@ -332,5 +332,5 @@ fn acceleration_covariance(secs: f64) -> f64 {
 }
 
 fn envelope(secs: f64) -> f64 {
-    (-0.5 * (TREMOR_WIDTH_RAD_PER_S * secs).powi(2)).exp()
+    libm::exp(-0.5 * (TREMOR_WIDTH_RAD_PER_S * secs).powi(2))
 }

@@ -71,7 +71,7 @@ pub fn role_of(
         if opposed_rad <= params.partner_slot_rad && partner_of(index, accepted).is_none() {
             return Ok(Role::Partner { of: index });
         }
-        let sigma_rad = view.line.sigma_phi_rad().hypot(other.line.sigma_phi_rad());
+        let sigma_rad = libm::hypot(view.line.sigma_phi_rad(), other.line.sigma_phi_rad());
         let angle_rad = view.line.angle_to(&other.line);
         let wanted_rad = LEAST_RAD.max(params.independent_sigmas * sigma_rad);
         if angle_rad <= wanted_rad && nearest.is_none_or(|(least, _)| angle_rad < least) {

@@ -79,7 +79,7 @@ fn usual_from_full(
 fn prior_sigma(lens_estimate: &LensEstimate) -> [f64; PARAMETERS] {
     let values = lens_estimate.camera.lens_parameters();
     USUAL.map(|(parameter, sigma)| match parameter.is_distortion() {
-        true => sigma.hypot(values[parameter.index()]),
+        true => libm::hypot(sigma, values[parameter.index()]),
         false => sigma * width_scale(lens_estimate.image_size),
     })
 }

@@ -93,7 +93,7 @@ fn clear_directions_rad(
 ) -> Vec<f64> {
     let slots = slots_deg(lens_estimate.image_size);
     let all = BETWEEN_DEG.into_iter().flat_map(|more| slots.map(|slot| (slot + more).to_radians()));
-    let off_rad = |one: f64, other: f64| (one - other).sin().abs().asin();
+    let off_rad = |one: f64, other: f64| libm::asin(libm::sin(one - other).abs());
     let all: Vec<f64> = all.filter(|direction| !is_tried(*direction, tried_rad)).collect();
     let clear_by = |least_rad: f64| -> Vec<f64> {
         let is_clear = |direction: &&f64| {
@@ -161,7 +161,7 @@ fn leaves_picture(
     let mut inside = 0;
     for point in points {
         let in_cam = pose.transform_point(&Point3::new(point.x, point.y, 0.0)).coords;
-        if normal.dot(&in_cam) < STEEPEST_LOOK_RAD.cos() * in_cam.norm() {
+        if normal.dot(&in_cam) < libm::cos(STEEPEST_LOOK_RAD) * in_cam.norm() {
             return false;
         }
         let Some(px) = lens_estimate.camera.px_from_board(pose, point) else { return false };

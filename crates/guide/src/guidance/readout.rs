@@ -103,8 +103,10 @@ impl Readout {
         height_px: f64,
     ) -> Vec<Corner> {
         let Some(velocity) = velocity else { return corners.to_vec() };
-        let unknown_px = (velocity.speed_px_per_s() * self.sd_secs())
-            .hypot(velocity.unknown_px_per_s() * self.secs());
+        let unknown_px = libm::hypot(
+            velocity.speed_px_per_s() * self.sd_secs(),
+            velocity.unknown_px_per_s() * self.secs(),
+        );
         let moved = corners.iter().map(|corner| {
             let row = corner.px.y / height_px - 0.5;
             let px = corner.px - velocity.moved_px(&corner.px, row * self.secs());

@@ -115,7 +115,7 @@ fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
 /// Rotation of a board that faced the camera and was tilted by `tilt_rad` so that it recedes towards
 /// `tilt_azimuth_rad`.
 pub fn tilted(tilt_azimuth_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
-    let (sin, cos) = tilt_azimuth_rad.sin_cos();
+    let (sin, cos) = libm::sincos(tilt_azimuth_rad);
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
     UnitQuaternion::from_axis_angle(&axis, tilt_rad)
 }

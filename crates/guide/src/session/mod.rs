@@ -1,8 +1,8 @@
 //! Guided session: its state, and the only code that changes it.
 //!
 //! The program is a fold: [`Session::handle`] applies one [`Input`] and returns what it decided. It reads no
-//! clock, file, thread or random number, so a recording of the inputs replays to the same decisions: bit for
-//! bit in one build on one processor, up to rounding elsewhere.
+//! clock, file, thread or random number, so a recording of the inputs replays to the same decisions, bit for
+//! bit, on every processor.
 //!
 //! # State
 //!

@@ -157,9 +157,9 @@ impl Seen {
         let weight = 1.0 / (relative * relative).max(1e-6);
         let (weights, sum, least) = self.focal;
         let least = least.unwrap_or(relative).min(relative);
-        self.focal = (weights + weight, sum + weight * focal.f_px.ln(), Some(least));
-        let f_px = (self.focal.1 / self.focal.0).exp();
-        let change = (f_px / lens_estimate.camera.f_px.x).ln().abs();
+        self.focal = (weights + weight, sum + weight * libm::log(focal.f_px), Some(least));
+        let f_px = libm::exp(self.focal.1 / self.focal.0);
+        let change = libm::log(f_px / lens_estimate.camera.f_px.x).abs();
         if change <= FOCAL_CHANGE {
             return false;
         }

@@ -150,7 +150,7 @@ pub fn lateral_offset_px(
     pp_px: &Point2<f64>,
 ) -> f64 {
     let offset = middle_px - pp_px;
-    offset.y * tilt_azimuth_rad.cos() - offset.x * tilt_azimuth_rad.sin()
+    offset.y * libm::cos(tilt_azimuth_rad) - offset.x * libm::sin(tilt_azimuth_rad)
 }
 
 impl LiveView {

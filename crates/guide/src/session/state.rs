@@ -158,7 +158,7 @@ impl Derived {
             .map(|(taken, corners)| remeasured(&taken.view, corners, setup, &lens_estimate))
             .collect();
         let precision = solved.map(|solved| precision_of(solved, *image_size));
-        let noise_px = precision.as_ref().map(|it| it.noise_px.hypot(common_px(&measured)));
+        let noise_px = precision.as_ref().map(|it| libm::hypot(it.noise_px, common_px(&measured)));
         let guidance = &seen.limits(&setup.guidance, board, accepted, noise_px);
         let calm_px_per_s = HOLD_WIDTHS_PER_SEC * f64::from(image_size.width_px);
         let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance)

@@ -56,7 +56,7 @@ impl Line {
 }
 
 /// Relative tolerance (absolute near zero) up to which two numbers differ by rounding only.
-/// Processors round differently (some multiply and add in one step): 3e-11 was seen.
+/// Versions may compute the same number in another order.
 const ROUNDING: f64 = 1e-7;
 
 /// A decision that came out differently.
@@ -76,8 +76,8 @@ impl Difference {
         RecordedOutcome::of(&self.recorded) != RecordedOutcome::of(&self.replayed)
     }
 
-    /// Largest relative difference of two numbers, if nothing but rounding differs: the session was recorded on a
-    /// processor that rounds otherwise. `None` if the decision is another.
+    /// Largest relative difference of two numbers, if nothing but rounding differs: another version recorded the
+    /// session. `None` if the decision is another.
     pub fn rounding(&self) -> Option<f64> {
         let parsed = |text: &str| serde_json::from_str::<Value>(text).ok();
         let largest = apart(&parsed(&self.recorded)?, &parsed(&self.replayed)?);

@@ -91,19 +91,19 @@ impl Street {
     pub fn stand(&self, at_secs: f64) -> Stand {
         let (f, day) = (self.camera.f_px.x, std::f64::consts::TAU * at_secs / DAY_SECS);
         let slow = |of: u64| self.sway * RESTLESS_PX * self.restless(at_secs, of);
-        let mut pan_px = self.sway * SWAY_PX[0] * day.cos() + slow(1);
-        let mut tilt_px = self.sway * SWAY_PX[1] * (day + 0.7).sin() + slow(2);
-        let mut roll_rad = self.sway * SWAY_ROLL_DEG.to_radians() * (day + 2.0).cos();
-        let mut log_focal = 5e-5 * day.sin();
+        let mut pan_px = self.sway * SWAY_PX[0] * libm::cos(day) + slow(1);
+        let mut tilt_px = self.sway * SWAY_PX[1] * libm::sin(day + 0.7) + slow(2);
+        let mut roll_rad = self.sway * SWAY_ROLL_DEG.to_radians() * libm::cos(day + 2.0);
+        let mut log_focal = 5e-5 * libm::sin(day);
         for planted in &self.planted {
             let amount = planted.amount_at(self.day_of(at_secs));
             match planted.what {
                 What::Pan => pan_px += amount,
                 What::Tilt => tilt_px += amount,
                 What::Roll => roll_rad += amount.to_radians(),
-                What::Focal => log_focal += (amount / 100.0).ln_1p(),
+                What::Focal => log_focal += libm::log1p(amount / 100.0),
                 What::Infrared if Panorama::is_dark(self.hour_of(at_secs)) => {
-                    log_focal += (amount / 100.0).ln_1p();
+                    log_focal += libm::log1p(amount / 100.0);
                 }
                 What::Blur | What::Dirt | What::Fog | What::Cover | What::Infrared => {}
             }
@@ -168,8 +168,8 @@ impl Street {
             let mut level = level * gain;
             level = (1.0 - fog) * level + fog * mean * gain;
             if dirt > 0.0 {
-                let away =
-                    ((i % width) as f64 - spot[0]).hypot((i / width) as f64 - spot[1]) / spot[2];
+                let away = libm::hypot((i % width) as f64 - spot[0], (i / width) as f64 - spot[1])
+                    / spot[2];
                 let opacity = dirt * (1.0 - (away - 0.75).max(0.0) * 2.0).clamp(0.0, 1.0);
                 level = (1.0 - opacity) * level + opacity * 0.5 * mean * gain;
             }
@@ -199,7 +199,7 @@ impl Street {
         let stand = self.stand(at_secs);
         let back = UnitQuaternion::from_scaled_axis(stand.rotation_rad).inverse();
         let (columns, rows) = (width.div_ceil(STEP) + 1, height.div_ceil(STEP) + 1);
-        let (scale, pp) = (stand.log_focal.exp(), self.camera.pp_px);
+        let (scale, pp) = (libm::exp(stand.log_focal), self.camera.pp_px);
         let mut directions = Vec::with_capacity(columns * rows);
         for j in 0..rows {
             for i in 0..columns {
@@ -207,7 +207,7 @@ impl Street {
                 let ray =
                     self.camera.ray_from_px(&(pp + (px - pp) / scale)).unwrap_or_else(Vector3::z);
                 let ray = back * ray;
-                directions.push([ray.x.atan2(ray.z), ray.y.atan2(ray.xz().norm())]);
+                directions.push([libm::atan2(ray.x, ray.z), libm::atan2(ray.y, ray.xz().norm())]);
             }
         }
         let mut out = Vec::with_capacity(width * height);
@@ -276,7 +276,7 @@ impl Street {
 fn blur(levels: &mut Vec<f64>, width: usize, height: usize, sigma_px: f64) {
     let reach = (3.0 * sigma_px).ceil() as isize;
     let weights: Vec<f64> =
-        (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma_px).powi(2)).exp()).collect();
+        (-reach..=reach).map(|i| libm::exp(-0.5 * (i as f64 / sigma_px).powi(2))).collect();
     let total: f64 = weights.iter().sum();
     for (step, line, lines) in [(1, width, height), (width, height, width)] {
         let mut out = vec![0.0; levels.len()];

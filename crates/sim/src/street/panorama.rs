@@ -125,7 +125,7 @@ impl Panorama {
 
     /// How high the sun stands at an hour, and how light the day is, 0 to 1.
     fn sun(hour: f64) -> (f64, f64) {
-        let height = ((hour - 12.0) * std::f64::consts::PI / 12.0).cos();
+        let height = libm::cos((hour - 12.0) * std::f64::consts::PI / 12.0);
         (height, (4.0 * height + 0.5).clamp(0.0, 1.0))
     }
 
@@ -173,16 +173,16 @@ impl Panorama {
             .iter()
             .map(|[a, e]| {
                 let away = ((azimuth - a) / 0.16).powi(2) + ((elevation - e) / 0.22).powi(2);
-                (-away).exp()
+                libm::exp(-away)
             })
             .sum::<f64>()
             * light.lamps;
-        let torch = light.torch * (-(azimuth.powi(2) + elevation.powi(2)) / 0.5).exp();
+        let torch = light.torch * libm::exp(-(azimuth.powi(2) + elevation.powi(2)) / 0.5);
         let ambient = light.ambient + lamp + torch;
         match self.kinds[at] {
             Kind::Sky => {
                 let wave = |i: usize, a: f64, b: f64| {
-                    (a * azimuth + b * elevation + light.clouds[i]).sin()
+                    libm::sin(a * azimuth + b * elevation + light.clouds[i])
                 };
                 let clouds = 0.5
                     + 0.2 * wave(0, 5.0, 3.0)
@@ -198,7 +198,8 @@ impl Panorama {
             Kind::Road => {
                 // Shadows of the houses reach farther the lower the sun stands.
                 let reach = 0.08 + 0.35 * light.side.abs();
-                let edge = HORIZON + reach * (0.6 + 0.4 * (7.0 * azimuth + 3.0 * light.side).sin());
+                let edge =
+                    HORIZON + reach * (0.6 + 0.4 * libm::sin(7.0 * azimuth + 3.0 * light.side));
                 let sun = if elevation > edge { light.sun } else { 0.0 };
                 albedo * (ambient + sun)
             }
@@ -211,7 +212,7 @@ impl Panorama {
         let falls = (1.0 - (light.side - facing).abs()).max(0.0);
         let shadow = HORIZON - 0.25
             + 0.3 * light.side * facing
-            + 0.15 * (4.0 * azimuth + f64::from(wall)).sin();
+            + 0.15 * libm::sin(4.0 * azimuth + f64::from(wall));
         if elevation > shadow { 0.25 * falls * light.sun } else { falls * light.sun }
     }
 }

@@ -128,7 +128,7 @@ impl Habits {
         );
         let middle_px = self.image_size.centre_px() + off_px - self.camera.pp_px;
         let ray = middle_px.component_div(&self.camera.f_px);
-        let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+        let (sin, cos) = libm::sincos(rng.random_range(0.0..std::f64::consts::TAU));
         let tilt_rad = rng.random_range(0.0..WANDERING_TILT_RAD);
         Isometry3::from_parts(
             Translation3::new(ray.x * depth_m, ray.y * depth_m, depth_m),

@@ -325,7 +325,7 @@ impl Technician {
             Instruction::Distance { ratio } => {
                 let (least, largest) = DISTANCE_RATIOS;
                 let ratio = if ratio > 0.0 { ratio.clamp(least, largest) } else { 1.0 };
-                Isometry3::from_parts((at * ratio.powf(response)).into(), from.rotation)
+                Isometry3::from_parts((at * libm::pow(ratio, response)).into(), from.rotation)
             }
             Instruction::Shift { right_px, down_px } => {
                 let limit_px = LARGEST_SHIFT * f64::from(self.image_size.width_px);
@@ -363,7 +363,8 @@ impl Technician {
         let farther =
             self.error_scale * params.distance_error * self.rng.random_range(-1.0..1.0_f64);
         let at = wanted.translation.vector;
-        let lateral = Vector2::new(direction_rad.cos(), direction_rad.sin()) * lateral_px * at.z;
+        let lateral =
+            Vector2::new(libm::cos(direction_rad), libm::sin(direction_rad)) * lateral_px * at.z;
         let lateral_m = lateral.component_div(&self.camera.f_px);
         let missed = Isometry3::from_parts(
             ((at + Vector3::new(lateral_m.x, lateral_m.y, 0.0)) * (1.0 + farther)).into(),

@@ -77,7 +77,7 @@ impl Reach {
         let elapsed_secs = time.secs_since(self.start);
         let held_secs = elapsed_secs - self.first_secs - 2.0 * self.correction_secs;
         if held_secs >= 0.0 {
-            let sunk_m = self.sink_m * -(-held_secs / SINKING_SECS).exp_m1();
+            let sunk_m = self.sink_m * -libm::expm1(-held_secs / SINKING_SECS);
             let mut sunk = self.to;
             sunk.translation.vector.y += sunk_m;
             return sunk;
@@ -121,8 +121,8 @@ pub(super) fn tipped(
     let across = Vector3::z().cross(&normal);
     let now = across
         .try_normalize(1e-12)
-        .map_or_else(Vector3::zeros, |axis| axis * across.norm().atan2(normal.z));
-    let wanted = Vector3::new(azimuth_rad.sin(), -azimuth_rad.cos(), 0.0) * tilt_rad;
+        .map_or_else(Vector3::zeros, |axis| axis * libm::atan2(across.norm(), normal.z));
+    let wanted = Vector3::new(libm::sin(azimuth_rad), -libm::cos(azimuth_rad), 0.0) * tilt_rad;
     let next = now + gain * (wanted - now);
     Isometry3::from_parts(
         pose.translation,

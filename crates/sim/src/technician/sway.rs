@@ -97,7 +97,7 @@ impl Shake {
 
     fn sway(rng: &mut ChaCha8Rng, rms: Vector6<f64>) -> Self {
         let (low, high) = SWAY_BAND_HZ;
-        let edge_hz = |i: usize| low * (high / low).powf(i as f64 / SWAY_SINES as f64);
+        let edge_hz = |i: usize| low * libm::pow(high / low, i as f64 / SWAY_SINES as f64);
         let bands = (0..SWAY_SINES).map(|i| {
             let (from_hz, to_hz) = (edge_hz(i), edge_hz(i + 1));
             let falling = (SWAY_CORNER_HZ / (from_hz * to_hz).sqrt()).min(1.0).powi(3);
@@ -134,7 +134,7 @@ impl Shake {
     fn at(&self, secs: f64) -> Vector6<f64> {
         Vector6::from_fn(|i, _| {
             let swing =
-                |sine: &Sine| sine.weight * (sine.rad_per_s[i] * secs + sine.phase_rad[i]).sin();
+                |sine: &Sine| sine.weight * libm::sin(sine.rad_per_s[i] * secs + sine.phase_rad[i]);
             self.amplitude[i] * self.sines.iter().map(swing).sum::<f64>()
         })
     }
