@@ -34,6 +34,19 @@ impl<'a> CameraAnnouncer<'a> {
                 say(&format!("  {}: {cause}. {action}", fault.code()));
             }
         }
+        // One that moves the geometry is an obstacle; the others are put right meanwhile.
+        let told = |control: &Control| !control.moves_geometry();
+        for (control, change) in now.changed.iter().filter(|(control, _)| told(control)) {
+            if before.changed.get(control) != Some(change) {
+                say(&format!("  {}", words::put_right(change)));
+            }
+        }
+        for control in before.changed.keys().filter(|control| told(control)) {
+            let is_back = !now.changed.contains_key(control);
+            if is_back && now.locks.of(*control) == before.locks.of(*control) {
+                say(&format!("  {}", words::is_back(*control)));
+            }
+        }
         let (was, is) = (words::obstacle(&before), words::obstacle(now));
         match is {
             Some((cause, action)) if was.as_ref().is_none_or(|(before, _)| *before != cause) => {
@@ -59,5 +72,35 @@ impl<'a> CameraAnnouncer<'a> {
             };
             say(&format!("  Controls: {fixed}"));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use boresight_geometry::{device::ControlChange, frame::CaptureTime};
+
+    #[test]
+    fn a_control_that_is_put_right_is_told_once_and_again_when_it_is_back() {
+        let said = Arc::new(Mutex::new(Vec::new()));
+        let heard = Arc::clone(&said);
+        let announcer = Announcer::new(move |line| {
+            heard.lock().expect("whole").push(line.trim().to_owned());
+        });
+        let control = Control::Exposure;
+        let good_until = CaptureTime { nanos: 1 };
+        let change = ControlChange { control, from: 8000, to: 33333, good_until };
+        let away = CameraState { changed: [(control, change)].into(), ..CameraState::default() };
+        let mut announcing = CameraAnnouncer::new(&announcer);
+        announcing.announce(&away);
+        announcing.announce(&CameraState { dropped: 1, ..away });
+        announcing.announce(&CameraState { dropped: 1, ..CameraState::default() });
+        let said = said.lock().expect("whole");
+        assert_eq!(
+            *said,
+            ["Exposure changed (8000 to 33333). Setting it back…", "Exposure is set back"]
+        );
     }
 }

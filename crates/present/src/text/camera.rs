@@ -197,6 +197,16 @@ fn moved(change: &ControlChange) -> String {
     format!("{} changed ({} to {})", capital(control(change.control)), change.from, change.to)
 }
 
+/// A control that changed and doesn't hold up the session: "Exposure changed (8000 to 33333). Setting it back…".
+pub fn put_right(change: &ControlChange) -> String {
+    format!("{}. Setting it back…", moved(change))
+}
+
+/// A control that is as it was: "Exposure is set back".
+pub fn is_back(which: Control) -> String {
+    format!("{} is set back", capital(control(which)))
+}
+
 /// A control that the person set.
 fn set(change: &ControlChange) -> String {
     let name = capital(control(change.control));
@@ -224,9 +234,7 @@ pub fn event(event: &CameraEvent) -> Option<String> {
         CameraEvent::ControlSet { control: which, lock: is, .. } => {
             format!("{} was set by hand: {}", capital(control(*which)), lock(*is))
         }
-        CameraEvent::ControlRestored { control: which, .. } => {
-            format!("{} is set back", capital(control(*which)))
-        }
+        CameraEvent::ControlRestored { control: which, .. } => is_back(*which),
         CameraEvent::Locked { .. } | CameraEvent::Counted { .. } => return None,
     })
 }
