@@ -12,8 +12,8 @@ use std::{
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use super::terminal::{announcer, log, log_as_json, say};
-use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, verdict_name};
+use super::terminal::{announcer, log, log_as_json, log_to, say};
+use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, state_topic, verdict_name};
 use boresight_files::{Overwrite, may_save};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::{Outcome, Snapshot};
@@ -52,6 +52,9 @@ pub(super) struct OperationArguments {
     /// Write how the session goes to this file for Prometheus' node exporter, every few seconds.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
+    /// Publish the lines of `--log json` on the topic /boresight/state of ROS 2 (std_msgs/msg/String), for other nodes to watch.
+    #[arg(long)]
+    ros2_state: bool,
 }
 
 impl OperationArguments {
@@ -65,15 +68,20 @@ impl OperationArguments {
                 Some(SessionMetrics::start(path, announcer())?)
             }
         };
+        if self.ros2_state {
+            log_to(Some(state_topic()?));
+        }
         let on_finish = self.on_finish.clone().map(OnFinish::new);
-        Ok(Operation { is_json: self.log == LogForm::Json, metrics, on_finish })
+        let has_events = self.ros2_state || self.log == LogForm::Json;
+        Ok(Operation { has_events, metrics, on_finish })
     }
 }
 
 /// Looks on at sessions for the machine that runs them. When dropped, it waits for the commands of `--on-finish`.
 #[derive(Default)]
 pub(super) struct Operation {
-    is_json: bool,
+    /// A program reads them.
+    has_events: bool,
     metrics: Option<SessionMetrics>,
     on_finish: Option<OnFinish>,
 }
@@ -81,7 +89,7 @@ pub(super) struct Operation {
 impl Operation {
     /// Who looks on at each session.
     pub(super) fn onlookers(&self) -> Onlookers {
-        let events = self.is_json.then(|| Arc::new(Events) as Arc<dyn Onlooker>);
+        let events = self.has_events.then(|| Arc::new(Events) as Arc<dyn Onlooker>);
         self.metrics.iter().map(SessionMetrics::onlooker).chain(events).collect()
     }
 
@@ -104,6 +112,13 @@ impl Operation {
                 ("BORESIGHT_VERDICT", verdict.into()),
             ]);
         }
+    }
+}
+
+impl Drop for Operation {
+    /// The last lines are heard before the program ends.
+    fn drop(&mut self) {
+        log_to(None);
     }
 }
 

@@ -13,7 +13,7 @@ use anyhow::Context;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
-use boresight_app::Announcer;
+use boresight_app::{Announcer, Lines};
 use boresight_present::text;
 
 /// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
@@ -49,10 +49,19 @@ pub(super) fn log_as_json() {
     AS_JSON.store(true, Ordering::Relaxed);
 }
 
+/// Another reader of the events.
+static READER: Mutex<Option<Lines>> = Mutex::new(None);
+
+/// From now on, `reader` gets every event, too; `None` ends that.
+pub(super) fn log_to(reader: Option<Lines>) {
+    *READER.lock().unwrap_or_else(PoisonError::into_inner) = reader;
+}
+
 /// Writes a line to stderr; without a reader the work continues. Names from files and devices command no terminal.
 pub fn say(line: &str) {
-    if AS_JSON.load(Ordering::Relaxed) {
-        return log("message", || json!({ "text": line.trim() }));
+    log("message", || json!({ "text": line.trim() }));
+    if is_json() {
+        return;
     }
     let is_shown = |c: &char| text::camera::is_harmless(*c) || *c == '\n';
     let line: String = line.chars().filter(is_shown).collect();
@@ -65,16 +74,22 @@ pub fn say(line: &str) {
     }
 }
 
-/// Writes an event with its `fields` to stderr, if a program reads there.
+/// Hands an event with its `fields` to the programs that read them, on stderr or elsewhere.
 pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
-    if !AS_JSON.load(Ordering::Relaxed) {
+    let reader = READER.lock().unwrap_or_else(PoisonError::into_inner);
+    if reader.is_none() && !is_json() {
         return;
     }
     let mut line = fields();
     line["event"] = event.into();
     line["time"] = jiff::Timestamp::now().to_string().into();
-    // One write, so that lines of several threads stay whole.
-    let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
+    if let Some(reader) = &*reader {
+        reader(&line.to_string());
+    }
+    if is_json() {
+        // One write, so that lines of several threads stay whole.
+        let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
+    }
 }
 
 /// How long a second Ctrl-C counts as the first: some shells and wrappers pass it on twice.

@@ -1,4 +1,4 @@
-//! A calibration for the camera's own driver: `set_camera_info` of ROS 2.
+//! What other nodes of ROS 2 get: a calibration for the camera's own driver (`set_camera_info`), and how a session goes.
 
 use std::path::Path;
 
@@ -44,5 +44,31 @@ pub fn set_camera_info(input: &Path, source: &str, announcer: &Announcer) -> any
 /// [`MissingFeature::ROS2`].
 #[cfg(not(all(target_os = "linux", feature = "ros2")))]
 pub fn set_camera_info(_: &Path, _: &str, _: &Announcer) -> anyhow::Result<bool> {
+    Err(MissingFeature::ROS2.into())
+}
+
+/// Where a session's events go: one call for each line.
+pub type Lines = Box<dyn Fn(&str) + Send>;
+
+/// Publishes lines on `/boresight/state`, as `std_msgs/msg/String`.
+///
+/// # Errors
+///
+/// If the program can't join the network of ROS 2.
+#[cfg(all(target_os = "linux", feature = "ros2"))]
+pub fn state_topic() -> anyhow::Result<Lines> {
+    let words =
+        boresight_capture::ros2::Words::on("/boresight/state", super::camera::ros2_domain()?);
+    let words = words.map_err(|err| anyhow::anyhow!("ROS 2 can't be reached: {err}"))?;
+    Ok(Box::new(move |line| words.say(line)))
+}
+
+/// A build without ROS 2 publishes nothing.
+///
+/// # Errors
+///
+/// [`MissingFeature::ROS2`].
+#[cfg(not(all(target_os = "linux", feature = "ros2")))]
+pub fn state_topic() -> anyhow::Result<Lines> {
     Err(MissingFeature::ROS2.into())
 }

@@ -87,7 +87,7 @@ pub mod watch;
 
 pub use announcer::Announcer;
 pub use bag_copy::BagCopy;
-pub use camera_driver::set_camera_info;
+pub use camera_driver::{Lines, set_camera_info, state_topic};
 pub use cue_link::PersonCues;
 pub use error_code::error_code;
 pub use explain::explain;

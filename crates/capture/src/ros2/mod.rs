@@ -6,6 +6,7 @@
 //! | `raw` | messages as bytes, and waiting for them |
 //! | `source` | the pictures of one topic as a frame source |
 //! | `driver` | the service with which a camera's driver takes a calibration |
+//! | `words` | lines of text for other nodes |
 //!
 //! Names of topics and types in DDS: <https://design.ros2.org/articles/topic_and_service_names.html>.
 
@@ -13,7 +14,9 @@ mod driver;
 mod node;
 mod raw;
 mod source;
+mod words;
 
 pub use driver::{Answer, NotSet, set_camera_info};
 pub use node::{Domain, ImageTopic, topics};
 pub use source::Ros2;
+pub use words::Words;
