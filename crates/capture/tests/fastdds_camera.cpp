@@ -1,10 +1,11 @@
 // A ROS 2 camera's driver in software, over eProsima Fast DDS, which most of ROS 2 uses (Debian: libfastrtps-dev).
 //
 //     g++ -std=c++17 -O1 fastdds_camera.cpp -lfastrtps -lfastcdr -o fastdds_camera
-//     fastdds_camera DOMAIN
+//     fastdds_camera DOMAIN [WIDTH HEIGHT SECONDS FILE.raw ...]
 //
-// Publishes sensor_msgs/msg/Image on /camera/image_raw, 320x240 in mono8, 20 a second: pixel (x, y) of picture n is
-// (x + y + 16 n) mod 256. Serves /camera/set_camera_info as rmw_fastrtps does: the request's identity stands beside the
+// Publishes sensor_msgs/msg/Image on /camera/image_raw, in mono8, 20 a second: 320x240, pixel (x, y) of picture n is
+// (x + y + 16 n) mod 256; or files of one byte a pixel, each for some seconds, with the lowest bit turned in every other
+// picture. Serves /camera/set_camera_info as rmw_fastrtps does: the request's identity stands beside the
 // message. Says on standard output what happens, a line each: `ready`, `info` and the request's bytes in hexadecimal.
 
 #include <atomic>
@@ -21,6 +22,8 @@
 #include <fastdds/dds/topic/TopicDataType.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
 #include <fastdds/rtps/common/WriteParams.h>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <vector>
@@ -67,8 +70,14 @@ static void text(Bytes& bytes, const std::string& text) {
     bytes.push_back(0);
 }
 
-static Bytes image(uint32_t number) {
-    const uint32_t width = 320, height = 240;
+struct Shown {
+    uint32_t width = 320, height = 240;
+    double seconds = 1;
+    std::vector<Bytes> files;
+};
+
+static Bytes image(const Shown& shown, uint32_t number) {
+    const auto& [width, height, seconds, files] = shown;
     const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
     Bytes bytes{0, 1, 0, 0};
     whole(bytes, static_cast<uint32_t>(now / 1000000000));
@@ -80,12 +89,27 @@ static Bytes image(uint32_t number) {
     bytes.push_back(0);
     whole(bytes, width);
     whole(bytes, width * height);
+    if (!files.empty()) {
+        const Bytes& file = files[static_cast<size_t>(number / (20 * seconds)) % files.size()];
+        for (uint8_t value : file) bytes.push_back(value ^ (number & 1));
+        return bytes;
+    }
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) bytes.push_back(static_cast<uint8_t>(x + y + 16 * number));
     return bytes;
 }
 
-int main(int, char** arguments) {
+int main(int count, char** arguments) {
+    Shown shown;
+    if (count > 4) {
+        shown.width = std::stoi(arguments[2]);
+        shown.height = std::stoi(arguments[3]);
+        shown.seconds = std::stod(arguments[4]);
+    }
+    for (int at = 5; at < count; ++at) {
+        std::ifstream file(arguments[at], std::ios::binary);
+        shown.files.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    }
     auto* participant = DomainParticipantFactory::get_instance()->create_participant(std::stoi(arguments[1]), PARTICIPANT_QOS_DEFAULT);
     auto topic = [&](const char* name, const char* type) {
         TypeSupport(new Raw(type)).register_type(participant);
@@ -105,7 +129,7 @@ int main(int, char** arguments) {
     puts("ready");
     fflush(stdout);
     for (uint32_t number = 0;; ++number) {
-        Bytes picture = image(number);
+        Bytes picture = image(shown, number);
         images->write(&picture);
         Bytes request;
         SampleInfo info;
