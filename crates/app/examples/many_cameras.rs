@@ -1,11 +1,12 @@
-//! Many simulated cameras, watched in one process as `boresight watch --list --once` does it: pictures are drawn, measured,
+//! Many simulated cameras, watched in one process as `boresight watch --list --once` does it: pictures are read, measured,
 //! learned from and stored. Prints what was said of them, memory, processor time and the stores' size.
 //!
 //! ```text
 //! many_cameras FOLDER CAMERAS DAYS HOURS STREET…
 //! ```
 //!
-//! Each camera gets the next of the streets (`pan=2.5px@12d`), a seed of its own, and a picture every HOURS.
+//! Each street (`7,pan=2.5px@24d`: a seed, and what is planted) is drawn first, a picture every HOURS, since that takes longer
+//! than watching. Then each camera watches the next of them.
 
 use std::{
     collections::BTreeMap,
@@ -18,24 +19,33 @@ use boresight_app::{
     Announcer,
     watch::{Feed, Places, Round, WatchedCamera, run},
 };
-use boresight_run::config::Config;
+use boresight_sim::street::Street;
+use boresight_watch::Lens;
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [folder, cameras, days, hours, streets @ ..] = arguments.as_slice() else {
         anyhow::bail!("FOLDER CAMERAS DAYS HOURS STREET…");
     };
-    let (config, announcer) = (Config::load(None, &[])?, Announcer::silent());
-    let plan = |n: usize| streets.get(n % streets.len().max(1)).map_or("", String::as_str);
+    anyhow::ensure!(!streets.is_empty(), "name a street at least");
+    let announcer = Announcer::silent();
+    let every = Duration::from_secs_f64(3600.0 * hours.parse::<f64>()?);
+    let drawn: Vec<(Lens, Feed)> = streets
+        .iter()
+        .enumerate()
+        .map(|(n, street)| {
+            draw(street, &Path::new(folder).join(format!("street-{n}")), days, every)
+        })
+        .collect::<Result<_, _>>()?;
+    let plan = |n: usize| (&streets[n % streets.len()], &drawn[n % streets.len()]);
+    let stores = Path::new(folder).join("stores");
     let mut rounds = Vec::new();
     for n in 0..cameras.parse()? {
-        let street = format!("sim:street:{},days={days},{}", n + 1, plan(n));
-        let feed = Feed::parse(&[street.trim_end_matches(',').into()], &config, &announcer)?;
+        let (_, (lens, feed)) = plan(n);
         let name = format!("{n:03}");
-        let store = Path::new(folder).join(&name);
-        let (camera, _) = WatchedCamera::open(&store, &name, None, (feed.own_lens(), false))?;
-        let every = Duration::from_secs_f64(3600.0 * hours.parse::<f64>()?);
-        rounds.push(Round { name, places: Places::one(camera), feed, every });
+        let (camera, _) =
+            WatchedCamera::open(&stores.join(&name), &name, None, (Some(lens.clone()), false))?;
+        rounds.push(Round { name, places: Places::one(camera), feed: feed.clone(), every });
     }
     let said: Mutex<BTreeMap<String, Vec<&str>>> = Mutex::default();
     let hear = |camera: &WatchedCamera, decision: &boresight_watch::Decision| {
@@ -50,21 +60,35 @@ fn main() -> anyhow::Result<()> {
     let (wall, spent) = (began.elapsed().as_secs_f64(), processor_secs() - spent);
     let mut counts: BTreeMap<(&str, String), u32> = BTreeMap::new();
     for (name, states) in &said.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        *counts.entry((plan(name.parse()?), states.join(" → "))).or_default() += 1;
+        *counts.entry((plan(name.parse()?).0, states.join(" → "))).or_default() += 1;
     }
-    for ((plan, states), count) in counts {
-        println!("{count:4} cameras, {}: {states}", if plan.is_empty() { "nothing" } else { plan });
+    for ((street, states), count) in counts {
+        println!("{count:4} cameras, {street}: {states}");
     }
     let pictures: u64 =
         rounds.iter().flat_map(|r| r.places.cameras()).flat_map(WatchedCamera::pictures).sum();
     println!(
-        "{pictures} pictures: {spent:.0} s of processor time ({:.0} ms each, drawing too) in {wall:.0} s",
+        "{pictures} pictures: {spent:.0} s of processor time ({:.0} ms each, reading too) in {wall:.0} s",
         1e3 * spent / pictures as f64
     );
-    println!("{:.2} MB in each store", megabytes(Path::new(folder)) / rounds.len().max(1) as f64);
+    println!("{:.2} MB in each store", megabytes(&stores) / rounds.len().max(1) as f64);
     let status = std::fs::read_to_string("/proc/self/status")?;
     status.lines().filter(|line| line.starts_with("VmHWM")).for_each(|line| println!("{line}"));
     Ok(())
+}
+
+/// The pictures of a street in a folder, named by their time.
+fn draw(street: &str, folder: &Path, days: &str, every: Duration) -> anyhow::Result<(Lens, Feed)> {
+    let street = Street::parse(&format!("{street},days={days}"))?;
+    std::fs::create_dir_all(folder)?;
+    let mut files = Vec::new();
+    let mut at_secs = street.began_secs;
+    while at_secs < street.began_secs + 86_400.0 * street.days {
+        files.push(folder.join(format!("{at_secs}.png")));
+        street.picture(at_secs).save(&files[files.len() - 1])?;
+        at_secs += every.as_secs_f64();
+    }
+    Ok((Lens::new(street.camera, None, street.image_size), Feed::Files(files)))
 }
 
 /// User and system time of this process; a tick is 10 ms on Linux.

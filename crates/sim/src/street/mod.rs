@@ -6,6 +6,8 @@
 mod panorama;
 mod script;
 
+use std::sync::OnceLock;
+
 use image::{GrayImage, codecs::jpeg::JpegEncoder};
 use nalgebra::{Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -54,7 +56,8 @@ pub struct Street {
     /// Moves and changes of the glass.
     pub planted: Vec<Planted>,
     seed: u64,
-    panorama: Panorama,
+    /// Drawn for the first picture: it's large, and a street that's only named needs none.
+    panorama: OnceLock<Panorama>,
 }
 
 /// How the camera stands at one time: tilt, pan, roll as a rotation vector (rad), and the log focal ratio.
@@ -83,7 +86,7 @@ impl Street {
             presets: 1,
             planted: Vec::new(),
             seed,
-            panorama: Panorama::new(seed),
+            panorama: OnceLock::new(),
         }
     }
 
@@ -143,12 +146,13 @@ impl Street {
             (self.image_size.width_px as usize, self.image_size.height_px as usize);
         let seed = self.seed.wrapping_mul(31).wrapping_add(at_secs.round() as u64);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut light = self.panorama.light(self.hour_of(at_secs), &mut rng);
+        let panorama = self.panorama.get_or_init(|| Panorama::new(self.seed));
+        let mut light = panorama.light(self.hour_of(at_secs), &mut rng);
         if self.planted.iter().any(|p| p.what == What::Infrared) {
             light.switch_to_infrared();
         }
-        let mut levels = self
-            .seen(at_secs, |azimuth, elevation| self.panorama.level(&light, azimuth, elevation));
+        let mut levels =
+            self.seen(at_secs, |azimuth, elevation| panorama.level(&light, azimuth, elevation));
         let amount = |what: What| -> f64 {
             let own = self.planted.iter().filter(|p| p.what == what);
             own.map(|p| p.amount_at(self.day_of(at_secs))).sum()

@@ -16,6 +16,8 @@ const AMBIENT: f64 = 0.35;
 const SUN: f64 = 0.9;
 /// Daylight below which lamps are lit.
 const DARK: f64 = 0.3;
+/// A lamp's light at this exponent is no level of any picture.
+const UNLIT: f64 = 20.0;
 /// A passer-by's width and height, rad.
 const PERSON: [f64; 2] = [0.02, 0.055];
 const PEOPLE: usize = 9;
@@ -168,18 +170,19 @@ impl Panorama {
         let y = ((elevation + HALF_HEIGHT) * DENSITY).clamp(0.0, self.rows as f64 - 1.0) as usize;
         let at = y * self.columns + x;
         let albedo = f64::from(self.albedo[at]);
-        let lamp: f64 = self
-            .lamps
-            .iter()
-            .map(|[a, e]| {
-                let away = ((azimuth - a) / 0.16).powi(2) + ((elevation - e) / 0.22).powi(2);
-                libm::exp(-away)
-            })
-            .sum::<f64>()
-            * light.lamps;
-        let torch = light.torch * libm::exp(-(azimuth.powi(2) + elevation.powi(2)) / 0.5);
-        let ambient = light.ambient + lamp + torch;
+        let mut ambient = light.ambient;
+        if light.lamps > 0.0 {
+            let away = |[a, e]: &[f64; 2]| {
+                ((azimuth - a) / 0.16).powi(2) + ((elevation - e) / 0.22).powi(2)
+            };
+            let near = self.lamps.iter().map(away).filter(|away| *away < UNLIT);
+            ambient += light.lamps * near.map(|away| libm::exp(-away)).sum::<f64>();
+        }
+        if light.torch > 0.0 {
+            ambient += light.torch * libm::exp(-(azimuth.powi(2) + elevation.powi(2)) / 0.5);
+        }
         match self.kinds[at] {
+            Kind::Sky if light.sun <= 0.0 => 2.2 * light.ambient,
             Kind::Sky => {
                 let wave = |i: usize, a: f64, b: f64| {
                     libm::sin(a * azimuth + b * elevation + light.clouds[i])
@@ -188,7 +191,7 @@ impl Panorama {
                     + 0.2 * wave(0, 5.0, 3.0)
                     + 0.15 * wave(1, 11.0, -7.0)
                     + 0.1 * wave(2, 23.0, 31.0);
-                light.ambient * 2.2 + 0.5 * light.sun * clouds
+                2.2 * light.ambient + 0.5 * light.sun * clouds
             }
             Kind::Wall(wall) => albedo * (ambient + self.sun_on(wall, light, azimuth, elevation)),
             Kind::Window(wall, is_lit) => {
@@ -208,6 +211,9 @@ impl Panorama {
 
     /// The sun on a wall: walls face different ways, and a shadow moves up each.
     fn sun_on(&self, wall: u8, light: &Light, azimuth: f64, elevation: f64) -> f64 {
+        if light.sun <= 0.0 {
+            return 0.0;
+        }
         let facing = self.slant[usize::from(wall)];
         let falls = (1.0 - (light.side - facing).abs()).max(0.0);
         let shadow = HORIZON - 0.25
