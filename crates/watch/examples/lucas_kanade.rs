@@ -113,7 +113,6 @@ fn measured(gallery: &Gallery, view: &View, lens: &Lens, way: Way) -> Option<(Fi
     for index in order {
         let reference = &gallery.references[index];
         let turn = guess.since(&reference.turn);
-        let found = reference.find(view, lens, &turn);
         if way == Way::LucasKanade {
             let own = reference.turn.rotation().inverse();
             for landmark in &reference.landmarks {
@@ -131,7 +130,7 @@ fn measured(gallery: &Gallery, view: &View, lens: &Lens, way: Way) -> Option<(Fi
             }
             continue;
         }
-        for (index, mut sighting) in found {
+        for (index, mut sighting) in reference.find(view, lens, &turn) {
             if way == Way::Both {
                 let landmark = &reference.landmarks[index];
                 match tracked(landmark, &view.fine, sighting.px, FROM_PEAK) {

@@ -1,8 +1,9 @@
 //! Runs a folder through station and watch as the program does: learning, adopting, cycle, test. From a picture on, something
-//! is planted. Prints each change of state; writes the lines.
+//! is planted: several changes are planted one after the other into the same camera. Prints each change of state; writes the
+//! lines.
 //!
 //! ```text
-//! series FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]] [--lines FILE.jsonl]
+//! series FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE.jsonl]
 //! ```
 //!
 //! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`.
@@ -21,50 +22,85 @@ fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [folder, numbers, options @ ..] = arguments.as_slice() else {
         return Err(
-            "FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]] [--lines FILE]".into()
+            "FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE]".into()
         );
     };
-    let option = |name: &str| {
-        options
-            .iter()
-            .position(|o| o == name)
-            .and_then(|at| options.get(at + 1))
-            .map(String::as_str)
+    let given = |name: &str| -> Vec<&str> {
+        let pairs = options.windows(2).filter(|pair| pair[0] == name);
+        pairs.map(|pair| pair[1].as_str()).collect()
     };
     let files = pictures(folder)?;
     let lens = lens(numbers, ImageSize::of(&read(&files[0])?))?;
-    let (mut station, mut watch) = (Station::new(lens.clone()), Watch::new(&lens));
-    let mut shelf = InMemory::default();
-    let mut lines = option("--lines").map(std::fs::File::create).transpose()?;
-    let planted = option("--plant").map(Planted::parse).transpose()?;
-    let (mut before, mut none, mut findings) = ("", BTreeMap::new(), BTreeMap::new());
-    for (number, file) in files.iter().enumerate() {
-        let at = seconds(file).ok_or("no time in a name")?;
-        let grey = read(file)?;
-        let grey = match &planted {
-            Some(planted) if (planted.from..planted.until).contains(&number) => {
-                planted.apply(&grey, &lens)
+    let mut lines = given("--lines").first().map(std::fs::File::create).transpose()?;
+    let planted: Vec<Planted> =
+        given("--plant").into_iter().map(Planted::parse).collect::<Result<_, _>>()?;
+    let mut camera = Watched {
+        station: Station::new(lens.clone()),
+        watch: Watch::new(&lens),
+        shelf: InMemory::default(),
+        before: "",
+        none: BTreeMap::new(),
+        findings: BTreeMap::new(),
+    };
+    // What comes before the first change is the same for all.
+    let common = planted.iter().map(|p| p.from).min().unwrap_or(files.len()).min(files.len());
+    for (number, file) in files.iter().enumerate().take(common) {
+        camera.look(number, file, read(file)?, &mut lines)?;
+    }
+    for planted in &planted {
+        println!("== {}={}@{}", planted.what, planted.amount, planted.from);
+        let mut camera = camera.clone();
+        for (number, file) in files.iter().enumerate().skip(common) {
+            let mut grey = read(file)?;
+            if (planted.from..planted.until).contains(&number) {
+                grey = planted.apply(&grey, &lens);
             }
-            _ => grey,
-        };
-        for input in station.look(grey, at, &watch, &mut shelf).inputs {
-            if let Some(lines) = &mut lines {
+            camera.look(number, file, grey, &mut lines)?;
+        }
+        camera.conclude(files.len());
+    }
+    if planted.is_empty() {
+        camera.conclude(files.len());
+    }
+    Ok(())
+}
+
+#[derive(Clone)]
+struct Watched {
+    station: Station,
+    watch: Watch,
+    shelf: InMemory,
+    before: &'static str,
+    none: BTreeMap<String, u32>,
+    findings: BTreeMap<&'static str, u32>,
+}
+
+impl Watched {
+    fn look(
+        &mut self,
+        number: usize,
+        file: &Path,
+        grey: GrayImage,
+        lines: &mut Option<std::fs::File>,
+    ) -> Result<(), Failed> {
+        let at = seconds(file).ok_or("no time in a name")?;
+        for input in self.station.look(grey, at, &self.watch, &mut self.shelf).inputs {
+            if let Some(lines) = lines {
                 writeln!(lines, "{}", serde_json::to_string(&input)?)?;
             }
             if let Input::Picture(picture) = &input
                 && let Some(reason) = picture.none
                 && !matches!(reason, NoAnswer::NoReferences)
             {
-                *none
-                    .entry(format!("{reason:?}").split(' ').next().unwrap_or("").to_owned())
-                    .or_insert(0) += 1;
+                let reason = format!("{reason:?}").split(' ').next().unwrap_or("").to_owned();
+                *self.none.entry(reason).or_insert(0) += 1;
             }
-            let decision = watch.handle(&input);
+            let decision = self.watch.handle(&input);
             for finding in &decision.findings {
-                *findings.entry(finding.code()).or_insert(0) += 1;
+                *self.findings.entry(finding.code()).or_insert(0) += 1;
             }
             let code = decision.state.code();
-            if code != before {
+            if code != self.before {
                 let hours = (at - decision.since_secs) / 3600.0;
                 let name = file.file_stem().unwrap_or_default().to_string_lossy();
                 println!(
@@ -73,15 +109,21 @@ fn main() -> Result<(), Failed> {
                     decision.smallest_visible_px.as_slice(),
                     decision.findings
                 );
-                before = code;
+                self.before = code;
             }
         }
+        Ok(())
     }
-    println!(
-        "{} pictures; without an answer {none:?}; pictures with findings {findings:?}; at the end {before}",
-        files.len()
-    );
-    Ok(())
+
+    fn conclude(&self, pictures: usize) {
+        println!(
+            "{pictures} pictures; without an answer {:?}; pictures with findings {:?}; at the end {}, {:?}",
+            self.none,
+            self.findings,
+            self.before,
+            self.watch.decision().findings
+        );
+    }
 }
 
 struct Planted {
@@ -123,7 +165,7 @@ impl Planted {
 }
 
 /// Learning pictures in memory.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct InMemory(BTreeMap<u64, GrayImage>);
 
 impl Shelf for InMemory {

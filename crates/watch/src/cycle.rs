@@ -55,12 +55,13 @@ impl Cycle {
         let value = |sample: &Sample| {
             sample.value_px - held.map_or(Vector4::zeros(), |held| held.transpose())
         };
+        let hours: Vec<SVector<f64, TERMS>> =
+            samples.iter().map(|s| harmonics(s.at_secs)).collect();
         let mut weights = vec![1.0; count];
         for _ in 0..8 {
             let mut normal = SMatrix::<f64, TERMS, TERMS>::zeros();
             let mut right = SMatrix::<f64, TERMS, 4>::zeros();
-            for (sample, weight) in samples.iter().zip(&weights) {
-                let h = harmonics(sample.at_secs);
+            for ((sample, h), weight) in samples.iter().zip(&hours).zip(&weights) {
                 normal += h * h.transpose() * *weight;
                 right += h * value(sample).transpose() * *weight;
             }
@@ -72,10 +73,8 @@ impl Cycle {
                 normal[(0, 0)] += 1e-9;
             }
             terms = normal.cholesky()?.solve(&right);
-            let off: Vec<Vector4<f64>> = samples
-                .iter()
-                .map(|s| value(s) - terms.transpose() * harmonics(s.at_secs))
-                .collect();
+            let off: Vec<Vector4<f64>> =
+                samples.iter().zip(&hours).map(|(s, h)| value(s) - terms.transpose() * h).collect();
             let scale = Vector4::from_fn(|i, _| {
                 let mut all: Vec<f64> = off.iter().map(|o| o[i].abs()).collect();
                 SIGMA_OF_MEDIAN * crate::fit::median(&mut all).unwrap_or(0.0) + 1e-9

@@ -8,6 +8,7 @@ use crate::{
     measure::{FEWEST_FOUND, Measured, NEAREST},
     overlay::Mask,
     reference::{Reference, UNKNOWN_SIGMA_PX},
+    slot::SEVERAL,
     turn::{Lens, Turn},
 };
 
@@ -15,8 +16,6 @@ use crate::{
 pub const SIZE: usize = 24;
 /// Share of the pictures like its reference in which a patch must be found.
 const LEAST_FOUND: f64 = 0.35;
-/// Fewest comparisons before patches are judged.
-const FEWEST_TRIES: usize = 3;
 /// Standard deviations of patches, px: none is better, and one that is worse stands on something that moves.
 const BEST_SIGMA_PX: f64 = 0.1;
 const WORST_SIGMA_PX: f64 = 1.5;
@@ -188,7 +187,7 @@ impl Gallery {
         let switches =
             by_time.windows(2).filter(|w| modes.0.contains(&w[0]) != modes.0.contains(&w[1]));
         let is_apart = gap(split) > range(modes.0).max(range(modes.1));
-        if !is_apart || modes.0.len().min(modes.1.len()) < FEWEST_TRIES || switches.count() < 2 {
+        if !is_apart || modes.0.len().min(modes.1.len()) < SEVERAL || switches.count() < 2 {
             return;
         }
         for mode in [modes.0, modes.1] {
@@ -268,7 +267,7 @@ impl Track {
         let mut off_px = std::mem::take(&mut self.off_px).into_iter();
         reference.landmarks.retain_mut(|landmark| {
             let mut off_px = off_px.next().unwrap_or_default();
-            let is_found = self.tries < FEWEST_TRIES || off_px.len() as f64 >= fewest;
+            let is_found = self.tries < SEVERAL || off_px.len() as f64 >= fewest;
             let sigma_px = median(&mut off_px).map_or(UNKNOWN_SIGMA_PX, |m| SIGMA_OF_MEDIAN * m);
             landmark.sigma_px = sigma_px.max(BEST_SIGMA_PX);
             is_found && sigma_px < WORST_SIGMA_PX

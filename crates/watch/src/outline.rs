@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use crate::{
-    patches::FINE_HALF,
+    patches::{FINE_HALF, FINE_SIDE as SIDE},
     reference::Reference,
     turn::{Lens, Turn},
 };
@@ -33,7 +33,6 @@ impl Reference {
 
 /// Pixels of a patch at which its slope is steepest across the edge.
 fn edges(levels: &[u8]) -> Vec<[f64; 2]> {
-    const SIDE: usize = 2 * FINE_HALF + 1;
     let at = |x: usize, y: usize| f32::from(levels[y * SIDE + x]);
     let mut slopes = [[0.0_f32; 2]; SIDE * SIDE];
     for y in 1..SIDE - 1 {

@@ -2,8 +2,8 @@
 
 use image::GrayImage;
 
-/// Fewest pictures of different light that tell text from the scene.
-pub(crate) const FEWEST: usize = 3;
+use crate::slot::SEVERAL;
+
 /// Share by which the mean brightness of pictures must differ to be of different light.
 const DIFFERENT_LIGHT: f64 = 1.5;
 
@@ -39,7 +39,7 @@ impl Mask {
         let darkest = means.iter().copied().fold(f64::INFINITY, f64::min).max(1.0);
         let brightest = means.iter().copied().fold(0.0, f64::max);
         let same_size = pictures.iter().all(|p| p.dimensions() == first.dimensions());
-        if pictures.len() < FEWEST
+        if pictures.len() < SEVERAL
             || !same_size
             || brightest < DIFFERENT_LIGHT * darkest
             || w < 4

@@ -7,6 +7,8 @@ use crate::level::{COARSE, MEAN_LEVEL};
 
 /// Half the side of a patch in a picture of full size, px.
 pub const FINE_HALF: usize = 15;
+/// That side.
+pub(crate) const FINE_SIDE: usize = 2 * FINE_HALF + 1;
 /// Half the side of a patch in the reduced picture, px.
 pub const COARSE_HALF: usize = 7;
 /// Half the side of the search around the prediction, px.

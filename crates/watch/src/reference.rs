@@ -8,7 +8,8 @@ use crate::{
     measure::FEWEST_FOUND,
     overlay::Mask,
     patches::{
-        COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, Patch, corners, full_px, reduced_px,
+        COARSE_HALF, COARSE_SEARCH, FINE_HALF, FINE_SEARCH, FINE_SIDE, Patch, corners, full_px,
+        reduced_px,
     },
     shift::best_shift,
     texture::Texture,
@@ -91,7 +92,7 @@ impl Reference {
         sigma_px: f64,
     ) -> Option<Landmark> {
         let ray = lens.ray(&Point2::new(px[0] as f64, px[1] as f64))?;
-        let fine = Patch::from_bytes(fine, 2 * FINE_HALF + 1)?;
+        let fine = Patch::from_bytes(fine, FINE_SIDE)?;
         let coarse = match coarse {
             None => None,
             Some(levels) => Some(Patch::from_bytes(levels, 2 * COARSE_HALF + 1)?),

@@ -2,21 +2,20 @@
 
 use nalgebra::Vector4;
 
-use crate::slot::{SLOT_SECS, median4};
+use crate::slot::{DAY_SECS, SEVERAL, SLOT_SECS, median4};
 
 /// What is relevant: this share of the picture's width, wherever in the picture it's most, as in a check with a board.
 pub const RELEVANT: f64 = 0.0008;
-/// Standard deviations that a six-hour mean may be off without counting, the sum from which on it's an alarm, and the most
-/// that is summed: so that a camera that comes back is soon back.
+/// Standard deviations that a six-hour mean may be off without counting, and the sum from which on it's an alarm.
 const ALLOWANCE: f64 = 2.0;
 const LIMIT: f64 = 5.0;
-const CAP: f64 = 1.2 * LIMIT;
-/// A single estimate counts at most so many standard deviations.
+/// A single estimate counts at most so many standard deviations, and no more is summed, so that a camera that comes back is
+/// soon back. Several in a row beyond it on one side, within a slot, are a jump.
 const CLIP: f64 = 6.0;
-/// A persistent change of so many standard deviations is found within two days.
-const VISIBLE: f64 = ALLOWANCE + LIMIT / 8.0 + 0.5;
-/// So many answers in a row aren't chance: within a slot, all on the same side and beyond the clip, they're a jump.
-pub(crate) const IN_A_ROW: usize = 3;
+/// What is promised to be seen is seen within this time.
+pub(crate) const SEEN_WITHIN_SECS: f64 = 2.0 * DAY_SECS;
+/// A persistent change of so many standard deviations is, with half of one to spare.
+const VISIBLE: f64 = ALLOWANCE + LIMIT * SLOT_SECS / SEEN_WITHIN_SECS + 0.5;
 
 /// A sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
 #[derive(Clone, Debug)]
@@ -30,8 +29,8 @@ pub struct Sequential {
     width_px: f64,
 }
 
-/// How far known quiet days must stay from an alarm: so many times.
-const MARGIN: f64 = 2.0;
+/// What a camera has done by itself so far is usual up to so many times as much.
+pub(crate) const MARGIN: f64 = 2.0;
 
 /// The least scatter with which days that are known to be quiet stay well clear of an alarm: distances from the cycle, px,
 /// by time. No distribution is assumed: a mount that jerks rarely but far has the limits that it needs, and one that sways
@@ -48,7 +47,7 @@ pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
                 quiet = middle;
             }
         }
-        let jumps = known.windows(IN_A_ROW).filter(|w| w[IN_A_ROW - 1].0 - w[0].0 < SLOT_SECS);
+        let jumps = known.windows(SEVERAL).filter(|w| w[SEVERAL - 1].0 - w[0].0 < SLOT_SECS);
         let jump = jumps.map(|w| {
             let side = w[0].1[i].signum();
             w.iter().map(|(_, off)| side * off[i]).fold(f64::INFINITY, f64::min)
@@ -129,7 +128,7 @@ impl Sequential {
                 if *sum <= 0.0 {
                     self.grown_since[side][i] = at_secs;
                 }
-                *sum = (*sum + share * (sign * z[i] - ALLOWANCE)).clamp(0.0, CAP);
+                *sum = (*sum + share * (sign * z[i] - ALLOWANCE)).clamp(0.0, CLIP);
             }
         }
         self.recent.retain(|(at, _)| at_secs - at < SLOT_SECS);
@@ -139,11 +138,11 @@ impl Sequential {
             self.sums[0][i] > LIMIT || self.sums[1][i] > LIMIT || jumped[i]
         });
         // After a jump, the hours before it say nothing of where the camera points.
-        let newest = if jumped.contains(&true) { IN_A_ROW } else { self.recent.len() };
+        let newest = if jumped.contains(&true) { SEVERAL } else { self.recent.len() };
         let values: Vec<Vector4<f64>> =
             self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
         let level_px = median4(&values);
-        let jump_secs = self.recent.iter().rev().nth(IN_A_ROW - 1).map(|(at, _)| *at);
+        let jump_secs = self.recent.iter().rev().nth(SEVERAL - 1).map(|(at, _)| *at);
         let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {
             let summed = (0..2)
                 .filter(|side| self.sums[*side][i] > 0.0)
@@ -156,11 +155,11 @@ impl Sequential {
 
     /// Parameters whose newest answers are all far out on the same side.
     fn jumped(&self, scale_px: &Vector4<f64>) -> [bool; 4] {
-        let Some(newest) = self.recent.rchunks(IN_A_ROW).next() else { return [false; 4] };
+        let Some(newest) = self.recent.rchunks(SEVERAL).next() else { return [false; 4] };
         std::array::from_fn(|i| {
             let is_far =
                 |side: f64| newest.iter().all(|(_, off)| side * off[i] > CLIP * scale_px[i]);
-            newest.len() == IN_A_ROW && (is_far(1.0) || is_far(-1.0))
+            newest.len() == SEVERAL && (is_far(1.0) || is_far(-1.0))
         })
     }
 }

@@ -4,6 +4,8 @@ use nalgebra::Vector4;
 
 pub(crate) const HOUR_SECS: f64 = 3600.0;
 pub(crate) const DAY_SECS: f64 = 24.0 * HOUR_SECS;
+/// So many that agree aren't chance: one may be wrong, and two may contradict each other.
+pub(crate) const SEVERAL: usize = 3;
 /// Estimates closer than this aren't independent: a camera's sway lasts for hours.
 pub(crate) const SLOT_SECS: f64 = DAY_SECS / 4.0;
 

@@ -22,11 +22,9 @@ use crate::{
 const POOL: usize = 160;
 /// References are first learned from so many pictures, and again whenever their number has doubled.
 const FIRST_POOL: usize = 6;
-/// Pictures of different light among which text is looked for.
-const MASK_PICTURES: usize = 24;
 /// References that a day may add, and the most that are kept beyond those learned.
 const ADOPTED_A_DAY: usize = 4;
-const MOST: usize = SIZE + 8;
+const MOST: usize = SIZE + 2 * ADOPTED_A_DAY;
 /// First references that stay as anchors: without them, each new one's error would add up.
 const ANCHORS: usize = 10;
 /// Comparisons after which an adopted reference's patches are judged.
@@ -272,7 +270,7 @@ impl Station {
             light.extend(shelf.take(*number).map(|grey| (sum(grey), *number)));
         }
         light.sort_unstable();
-        let step = light.len().div_ceil(MASK_PICTURES).max(1);
+        let step = light.len().div_ceil(SIZE).max(1);
         let pictures: Vec<GrayImage> =
             light.iter().step_by(step).filter_map(|(_, number)| shelf.take(*number)).collect();
         self.mask = Mask::of(&pictures);

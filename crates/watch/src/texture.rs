@@ -2,7 +2,7 @@
 
 use image::GrayImage;
 
-use crate::patches::{FINE_HALF, square};
+use crate::patches::{FINE_HALF, FINE_SIDE as SIDE, square};
 
 /// How a patch looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,6 @@ impl Texture {
     ///
     /// Fine detail is taken 2 px apart, after a little blur: noise and JPEG's blocks are weaker there.
     pub fn at(grey: &GrayImage, px: [i64; 2]) -> Option<Self> {
-        const SIDE: usize = 2 * FINE_HALF + 1;
         /// Gaussian of σ 0.8 px.
         const BLUR: [f32; 5] = [0.021_927, 0.228_51, 0.499_126, 0.228_51, 0.021_927];
         let levels = square(grey, px, FINE_HALF)?;

@@ -10,8 +10,8 @@ use crate::{
     fit::SHARED,
     input::{Answer, Input, Picture, turn_of},
     measure::NoAnswer,
-    sequential::{IN_A_ROW, RELEVANT, Sequential},
-    slot::{DAY_SECS, HOUR_SECS, median4},
+    sequential::{MARGIN, RELEVANT, SEEN_WITHIN_SECS, Sequential},
+    slot::{DAY_SECS, HOUR_SECS, SEVERAL, median4},
     state::{Cause, Decision, Finding, State},
     turn::{Lens, px_per_turn},
 };
@@ -26,10 +26,6 @@ const UNSETTLED: f64 = 3.0;
 /// The cycle follows the season over so many days, in which a creep shows, too.
 const FOLLOWED_DAYS: usize = 14;
 const FOLLOWED_SECS: f64 = FOLLOWED_DAYS as f64 * DAY_SECS;
-/// Answers younger than this don't teach the cycle: so long may a change stay unseen.
-const UNVOUCHED_SECS: f64 = 2.0 * DAY_SECS;
-/// Nothing can be told after a day without an answer, or after so many times the longest gap of these days, at least an hour.
-const UNUSUAL_GAP: f64 = 2.0;
 /// Standard deviations beyond which a focal length has changed, the lens's own error included.
 const FOCAL_SIGMAS: f64 = 3.0;
 /// A slope of so many of its standard deviations is a creep.
@@ -173,8 +169,9 @@ impl Watch {
     fn unanswered(&mut self, at_secs: f64, count: usize, reason: NoAnswer) {
         let since = self.decision.answered_secs.unwrap_or(at_secs);
         let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
-        let patience = (UNUSUAL_GAP * usual).clamp(HOUR_SECS, DAY_SECS);
-        if self.cycle.is_some() && count >= IN_A_ROW && at_secs - since > patience {
+        // A gap that is unusual for these days, at least an hour, at most a day.
+        let patience = (MARGIN * usual).clamp(HOUR_SECS, DAY_SECS);
+        if self.cycle.is_some() && count >= SEVERAL && at_secs - since > patience {
             self.enter(State::CannotTell(reason), since);
         }
     }
@@ -273,7 +270,8 @@ impl Watch {
             self.first.clone_from(&self.cycle);
             return;
         }
-        let vouched = self.samples.iter().filter(|s| at_secs - s.at_secs >= UNVOUCHED_SECS);
+        // A change since then may not have been seen yet.
+        let vouched = self.samples.iter().filter(|s| at_secs - s.at_secs >= SEEN_WITHIN_SECS);
         let samples: Vec<Sample> = vouched.copied().collect();
         let length =
             samples.last().zip(samples.first()).map_or(0.0, |(b, a)| b.at_secs - a.at_secs);
@@ -302,10 +300,10 @@ impl Watch {
         if self.decision.off_px.fixed_rows::<2>(0).norm() > FARTHEST_KNOCK * self.width_px {
             return Cause::Turned;
         }
-        if self.causes.len() < IN_A_ROW {
+        if self.causes.len() < SEVERAL {
             return Cause::Either;
         }
-        let evidence = self.causes.iter().rev().take(IN_A_ROW).sum::<f64>() / IN_A_ROW as f64;
+        let evidence = self.causes.iter().rev().take(SEVERAL).sum::<f64>() / SEVERAL as f64;
         match evidence {
             e if e > SURE => Cause::Turned,
             e if e < -SURE => Cause::Knocked,
