@@ -21,7 +21,7 @@ use crate::{
     window_host::WindowHost,
 };
 use boresight_app::{
-    AppHost, Exit, Opening,
+    AppHost, Exit, Opening, memory,
     recordings::DecidedRecording,
     usual_memory,
     watch::{self, Feed, Step, WatchedCamera},
@@ -80,7 +80,8 @@ pub(super) fn adjust(
             outcome
         };
         let worker = Builder::new().name("way back".into()).spawn_scoped(scope, work)?;
-        let opened = or_say_why(ui::run_adjust(AdjustPage::new(link, faces)));
+        let memory = usual_memory().as_deref().map(memory::read).unwrap_or_default();
+        let opened = or_say_why(ui::run_adjust(AdjustPage::new(link, faces, &memory)));
         stop.store(true, Ordering::Relaxed);
         let outcome = worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload));
         opened.and(outcome)

@@ -18,10 +18,14 @@ use nalgebra::Point2;
 use super::{
     guide::icon,
     picture::{Picture, Placed},
+    screen::Preferences,
     sound::{Sound, Tone},
     theme,
 };
-use boresight_app::watch::{Step, with_scale};
+use boresight_app::{
+    host::Memory,
+    watch::{Step, with_scale},
+};
 use boresight_geometry::frame;
 use boresight_guide::session::Gravity;
 use boresight_present::{
@@ -88,15 +92,18 @@ pub struct AdjustPage {
     shown: Option<WayBack>,
     picture: Picture,
     faces: bool,
-    sound: Sound,
+    /// None for a person who has turned the tone off.
+    sound: Option<Sound>,
     sounded_secs: f64,
 }
 
 impl AdjustPage {
-    /// A page that shows what `link` brings, for a person who stands behind the camera or `faces` it.
-    pub fn new(link: Arc<Link>, faces: bool) -> Self {
-        let (shown, picture) = (None, Picture::default());
-        Self { link, shown, picture, faces, sound: Sound::new(), sounded_secs: 0.0 }
+    /// A page that shows what `link` brings, for a person who stands behind the camera or `faces` it, and who made the
+    /// choices in `memory`.
+    pub fn new(link: Arc<Link>, faces: bool, memory: &Memory) -> Self {
+        let has_tone = memory.tone.unwrap_or(Preferences::default().tone);
+        let (shown, picture, sound) = (None, Picture::default(), has_tone.then(Sound::new));
+        Self { link, shown, picture, faces, sound, sounded_secs: 0.0 }
     }
 
     /// Shows it.
@@ -190,10 +197,11 @@ impl AdjustPage {
 
     /// A tone that rises by two octaves on the way.
     fn sound(&mut self, now_secs: f64) {
+        let Some(sound) = &mut self.sound else { return };
         let close = self.shown.as_ref().and_then(|shown| shown.close).unwrap_or(0.0);
         if close > HEARD && now_secs - self.sounded_secs >= TONE_SECS {
             self.sounded_secs = now_secs;
-            self.sound.play(Tone::Near { hertz: (200.0 * 4_f64.powf(close)) as u16 });
+            sound.play(Tone::Near { hertz: (200.0 * 4_f64.powf(close)) as u16 });
         }
     }
 }

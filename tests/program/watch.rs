@@ -86,6 +86,7 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
     says(&boresight(here, &page), 0, &["Written"]);
     let html = fs::read_to_string(here.join("cam.html")).expect("readable");
     assert_eq!(html.matches("<polygon").count(), 4);
+    assert!(html.contains("<p>Watched cameras: 1. Made "), "no calibrated ones are counted");
     assert!(html.contains("MOVED. The camera points") && !html.contains("NaN"));
 
     says(&boresight(here, &["watch", "accept", "--store", "cam"]), 1, &["--reason"]);

@@ -8,6 +8,7 @@ use std::sync::{
 use boresight::{
     app::{
         Announcer,
+        host::Memory,
         watch::{Feed, Step, WatchedCamera, adjust},
     },
     config::Config,
@@ -36,7 +37,10 @@ fn page(step: WayBack, size: Vec2) -> Harness<'static, AdjustPage> {
         .with_theme(Theme::Dark)
         .renderer(Painter::default())
         .with_context_setup(apply_theme)
-        .build_ui_state(|ui, page: &mut AdjustPage| page.show(ui), AdjustPage::new(link, false));
+        .build_ui_state(
+            |ui, page: &mut AdjustPage| page.show(ui),
+            AdjustPage::new(link, false, &Memory::default()),
+        );
     harness.run();
     harness
 }

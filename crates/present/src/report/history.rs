@@ -80,10 +80,19 @@ pub fn history_page(page: &HistoryPage) -> String {
     let HistoryPage { made, due_after, models, cameras, watched } = page;
     let drifting = cameras.iter().filter(|camera| camera.drifts).count();
     let due = cameras.iter().filter(|camera| !camera.due.is_empty()).count();
+    let mut said = String::new();
+    if !cameras.is_empty() || watched.is_empty() {
+        said += &format!(
+            "{} cameras: {drifting} have changed, {due} are due (older than {}). ",
+            cameras.len(),
+            escaped(due_after)
+        );
+    }
+    if !watched.is_empty() {
+        said += &format!("Watched cameras: {}. ", watched.len());
+    }
     let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>Cameras over time</title><style>\n{STYLE}</style></head><body>\n<h1>Cameras over time</h1>\n<p>{} cameras: {drifting} have changed, {due} are due (older than {}). Made {}.</p>\n",
-        cameras.len(),
-        escaped(due_after),
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>Cameras over time</title><style>\n{STYLE}</style></head><body>\n<h1>Cameras over time</h1>\n<p>{said}Made {}.</p>\n",
         escaped(made),
     );
     if !watched.is_empty() {
