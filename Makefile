@@ -139,14 +139,15 @@ windows:
 # Whole sessions from cameras, topics and bags that aren't ours. Not part of `make test`: most of the other side comes from
 # PyPI.
 SOURCES_TEST = $(abspath $(TARGET))/sources-test
-test-sources: PACKAGES += aravis-tools g++ libfastrtps-dev
+test-sources: PACKAGES += aravis-tools g++ libfastrtps-dev $(VIDEO_PACKAGES)
 test-sources: setup
 	cargo build --release --no-default-features --features live,bags,gige,ros2
 	$(PYTHON) -m venv $(SOURCES_TEST)
 	$(SOURCES_TEST)/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" "cyclonedds>=11" "viva-genicam>=0.10" numpy opencv-python-headless
 	g++ -std=c++17 -O1 crates/capture/tests/fastdds_camera.cpp -lfastrtps -lfastcdr -o $(SOURCES_TEST)/fastdds_camera
 	BORESIGHT_PYTHON=$(SOURCES_TEST)/bin/python BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera cargo test -p boresight-capture --features ros2 --test ros2
-	for source in bags ros2 gige; do $(SOURCES_TEST)/bin/python tests/sources/$$source.py --boresight $(TARGET)/release/boresight || exit 1; done
+	for source in bags ros2 gige; do BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera $(SOURCES_TEST)/bin/python tests/sources/$$source.py --boresight $(TARGET)/release/boresight || exit 1; done
+	$(SOURCES_TEST)/bin/python tests/sources/latency.py
 
 # Every format with every kind of lens there and back, read by the programs that it's for: mrcal is Debian's, and needs
 # Debian's numpy; the others come from PyPI. Not part of `make test`.
