@@ -10,6 +10,8 @@ use std::{
     },
 };
 
+use image::GrayImage;
+
 #[cfg(feature = "serve")]
 use boresight_app::host::PhoneLink;
 use boresight_app::{
@@ -20,7 +22,7 @@ use boresight_app::{
         AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, SeenCode,
         SessionRequest, SmallPictures, Storing, UserError, Wake,
     },
-    lookout::{Connected, Lookout},
+    lookout::{Connected, Lookout, read_code_beside},
     memory,
     opening::new_session_path,
     printed_board,
@@ -138,12 +140,7 @@ impl AppHost for WindowHost {
         }
         let mut cameras = self.lookout.as_ref().map(Lookout::cameras).unwrap_or_default();
         for code in cameras.iter_mut().filter_map(|camera| camera.code.as_mut()) {
-            let boards = &self.opening.config.boards;
-            let id = code.id.parse::<BoardId>().ok();
-            let named = |key: &str| id.is_some() && key.parse::<BoardId>().ok() == id;
-            if let Some((_, measured)) = boards.iter().find(|(key, _)| named(key)) {
-                code.square_m = measured.square_mm * 1e-3;
-            }
+            self.measured(code);
             self.code = Some(code.clone());
         }
         cameras
@@ -153,6 +150,13 @@ impl AppHost for WindowHost {
         if let Some(lookout) = &self.lookout {
             lookout.count_board(source);
         }
+    }
+
+    fn read_code(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
+        let mut code = read_code_beside(image, board)?;
+        self.measured(&mut code);
+        self.code = Some(code.clone());
+        Some(code)
     }
 
     fn stop_looking(&mut self) {
@@ -409,6 +413,16 @@ impl WindowHost {
             let name = new_session_path().file_name()?.to_owned();
             (!folder.trim().is_empty()).then(|| Path::new(folder.trim()).join(name))
         })
+    }
+
+    /// Gives the board that `code` names its measured square, if the settings have one.
+    fn measured(&self, code: &mut SeenCode) {
+        let id = code.id.parse::<BoardId>().ok();
+        let named = |key: &str| id.is_some() && key.parse::<BoardId>().ok() == id;
+        let mut boards = self.opening.config.boards.iter();
+        if let Some((_, measured)) = boards.find(|(key, _)| named(key)) {
+            code.square_m = measured.square_mm * 1e-3;
+        }
     }
 
     fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {

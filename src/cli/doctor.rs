@@ -93,7 +93,7 @@ impl Arguments {
             say(&format!("boresight: {count} in {session:?}"));
             return Ok(Exit::Failed);
         }
-        say("Whole.");
+        say("No damage found.");
         Ok(Exit::Good)
     }
 }

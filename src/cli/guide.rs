@@ -120,6 +120,9 @@ impl Arguments {
         if let Some(phone) = self.beside.phone()? {
             return with_phone(&phone, &opening, &onlookers, &operation, self.json);
         }
+        if cfg!(feature = "serve") && std::env::var_os("SSH_CONNECTION").is_some() {
+            say(words::OVER_SSH);
+        }
         let finished = in_terminal(&opening, voice.is_some(), onlookers)?;
         conclude_seen(finished, &operation, self.json)
     }
@@ -223,7 +226,14 @@ fn with_phone(
     let (announcer, stop) = (announcer(), stop_flag()?);
     let mut opening = opening.clone();
     loop {
-        let concluded = phone.session(&opening, onlookers, (&stop, false), &announcer)?;
+        let (status, mut onlookers) = (Status::new(), onlookers.clone());
+        onlookers.extend(status.iter().map(Status::onlooker));
+        let said = match status {
+            Some(_) => announcer.clone().without_requests(),
+            None => announcer.clone(),
+        };
+        let concluded = phone.session(&opening, &onlookers, (&stop, false), &said)?;
+        drop(status);
         report(&concluded, operation, json)?;
         let goes_on = phone.linger(&stop, boresight_present::text::phone::LINGERING, &announcer);
         if !goes_on {

@@ -26,7 +26,7 @@ use super::{
     settings,
     sound::{Sound, Tone},
     start::{self, Choices, StartPage},
-    theme::{self, background, switch},
+    theme::{self, SMALLEST, background, switch},
     user_error,
 };
 use boresight_app::host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake};
@@ -101,6 +101,8 @@ pub struct App {
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
     help: bool,
+    /// By how much everything is smaller than the person wants it, so that it fits into the window; 1 if it does.
+    shrunk: f32,
     note: Option<String>,
     /// Why nothing can be heard, since it was tried last.
     no_voice: Option<String>,
@@ -174,6 +176,7 @@ impl App {
             wants_distance: false,
             touched_secs: 0.0,
             help: false,
+            shrunk: 1.0,
             note: None,
             no_voice: None,
             exported: None,
@@ -212,6 +215,17 @@ impl App {
         if fills != self.fills_screen {
             self.fills_screen = fills;
             ctx.send_viewport_cmd(ViewportCommand::Fullscreen(fills));
+        }
+    }
+
+    /// Shows everything smaller in a window that is too small for it, as on a laptop that doubles its pixels.
+    fn fit(&mut self, ctx: &Context) {
+        let zoom = ctx.zoom_factor();
+        let size = ctx.content_rect().size() * zoom;
+        let shrunk = (size / SMALLEST).min_elem().min(1.0);
+        if (shrunk - self.shrunk).abs() > 1e-3 {
+            ctx.set_zoom_factor(zoom / self.shrunk * shrunk);
+            self.shrunk = shrunk;
         }
     }
 
@@ -269,16 +283,22 @@ impl App {
 
     /// Starts a new session with another board.
     fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
-        let before = self.wish.board;
-        // Only the number of corners names the board in view.
+        let image = self.screen.picture.grey();
+        let code = image.and_then(|image| self.host.read_code(&image, board));
+        // Without a code only the number of corners names the board in view.
+        let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
         let (go_on_with, first, markers) = (None, None, None);
-        let wish = SessionRequest { board, markers, go_on_with, first, ..self.wish.clone() };
-        (self.start.draft.board, self.start.draft.markers) = (board, markers);
+        let wish =
+            SessionRequest { board, square_m, markers, go_on_with, first, ..self.wish.clone() };
+        let draft = &mut self.start.draft;
+        (draft.board, draft.square_m, draft.markers) = (board, square_m, markers);
         if self.memory.board.is_some() {
-            self.memorise(Memory { board: Some(board), markers, ..self.memory.clone() });
+            let (board, square_m) = (Some(board), Some(square_m));
+            self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
         }
         self.open(ctx, wish);
-        self.note = Some(text::start::switched(board, before));
+        let id = code.as_ref().map(|code| code.id.as_str());
+        self.note = Some(text::start::switched(id, board, square_m));
     }
 
     /// Switches the voice as the person wants it; off if no program here speaks.
@@ -311,7 +331,7 @@ impl App {
             panels: changed(preferences.panels, usual.panels, before.panels),
             full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
             knows_guide: (!preferences.hint).then_some(true),
-            zoom: Some(ctx.zoom_factor()).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
+            zoom: Some(ctx.zoom_factor() / self.shrunk).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
             ..before.clone()
         };
         self.memorise(memory);
@@ -366,6 +386,7 @@ impl App {
     /// Work that needs no painting, done also while the window is hidden: the session goes on and ends by itself.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
+        self.fit(ctx);
         self.notice_hands(ctx);
         self.voice();
         if self.host.interrupted() {

@@ -42,6 +42,6 @@ pub use adjust::{AdjustPage, Link, WayBack};
 pub use app::{App, Page};
 pub use keys::UiAction;
 pub use picture::{Picture, Placed};
-pub use run::{NoWindow, SMALLEST, open, options, run, run_adjust, run_replay};
+pub use run::{NoWindow, open, options, run, run_adjust, run_replay};
 pub use screen::{Preferences, Screen};
-pub use theme::apply as apply_theme;
+pub use theme::{SMALLEST, apply as apply_theme};

@@ -66,6 +66,13 @@ impl Picture {
         }
     }
 
+    /// The picture itself.
+    pub fn grey(&self) -> Option<GrayImage> {
+        let pixels = self.pixels.as_ref()?;
+        let [width, height] = pixels.size.map(|side| side as u32);
+        GrayImage::from_raw(width, height, pixels.pixels.iter().map(Color32::r).collect())
+    }
+
     /// Pictures per second of the source, by its time stamps.
     pub fn per_sec(&self) -> Option<f64> {
         self.interval_secs.map(|secs| 1.0 / secs)

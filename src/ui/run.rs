@@ -16,8 +16,8 @@ use boresight_app::{AppHost, desktop::has_display, recordings::DecidedRecording}
 use boresight_geometry::panic_message;
 use boresight_present::text::window as words;
 
-/// Smallest window in which nothing is cut off.
-pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
+/// A window below that can't be read.
+const LEAST: Vec2 = Vec2::new(640.0, 400.0);
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
@@ -94,7 +94,7 @@ pub fn options() -> eframe::NativeOptions {
             .with_app_id(words::TITLE)
             .with_icon(window_icon())
             .with_inner_size([1280.0, 800.0])
-            .with_min_inner_size(SMALLEST),
+            .with_min_inner_size(LEAST),
         renderer: eframe::Renderer::Glow,
         // Dithering only smooths gradients, of which there are none, at a cost for each painted pixel.
         dithering: false,

@@ -31,6 +31,8 @@ pub const TITLE: f32 = 18.0;
 pub(super) const VERDICT: f32 = 24.0;
 /// Unit of spacing.
 pub const UNIT: f32 = 8.0;
+/// Smallest window in which nothing is cut off. A smaller one shows everything smaller.
+pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
 /// Colour behind the sentence.
 pub const BAND: Color32 = Color32::from_gray(18);
 /// Area that boards have covered.

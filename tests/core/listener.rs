@@ -15,7 +15,10 @@ use boresight::{
 };
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
-use crate::world::{SIZE, World, setup};
+use crate::{
+    asked_for,
+    world::{SIZE, World, setup},
+};
 
 /// How much a person does about a word that states no amount.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,9 +136,17 @@ fn listen(seed: u64, reading: Reading) -> (Session, f64) {
 
 #[test]
 fn who_only_hears_gets_there() {
-    let sessions: u64 =
-        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
-    let (mut usable, mut all) = (0, 0);
+    words_are_enough(asked_for("BORESIGHT_SESSIONS").unwrap_or(3));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn long_who_only_hears_gets_there_20_times() {
+    words_are_enough(20);
+}
+
+fn words_are_enough(sessions: u64) {
+    let (mut good, mut all) = (0, 0);
     for reading in [Reading::Timid, Reading::Bold] {
         for seed in 1..=sessions {
             let (session, secs) = listen(seed, reading);
@@ -146,9 +157,9 @@ fn who_only_hears_gets_there() {
                 session.progress()
             );
             all += 1;
-            usable += u32::from(matches!(verdict, Some(Verdict::Good | Verdict::Care)));
+            good += u32::from(verdict == Some(Verdict::Good));
         }
     }
-    println!("{usable} of {all} are usable");
-    assert!(20 * usable >= 19 * all, "{usable} of {all} are usable");
+    println!("{good} of {all} are GOOD");
+    assert_eq!(good, all);
 }

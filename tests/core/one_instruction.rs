@@ -184,7 +184,16 @@ const CAMERAS: [(u64, f64); 3] = [(33_000_000, 0.05), (67_000_000, 0.1), (100_00
 
 #[test]
 fn what_is_shown_and_told_never_contradicts() {
-    let sessions = asked_for("BORESIGHT_SESSIONS").unwrap_or(12);
+    nothing_contradicts(asked_for("BORESIGHT_SESSIONS").unwrap_or(12));
+}
+
+#[test]
+#[ignore = "takes half an hour"]
+fn long_nothing_contradicts_in_400_sessions() {
+    nothing_contradicts(400);
+}
+
+fn nothing_contradicts(sessions: u64) {
     let mut found: BTreeMap<&str, u32> = BTreeMap::new();
     let (mut frames, mut changes, mut secs, mut tips, mut instead) = (0, 0, 0.0, 0, 0);
     let mut most: f64 = 0.0;
@@ -221,29 +230,37 @@ fn what_is_shown_and_told_never_contradicts() {
 
 #[test]
 fn the_card_alone_is_enough() {
-    let sessions = asked_for("BORESIGHT_SESSIONS").unwrap_or(3).min(20);
+    card_is_enough(asked_for("BORESIGHT_SESSIONS").unwrap_or(3).min(20));
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn long_the_card_alone_is_enough_for_20_people() {
+    card_is_enough(20);
+}
+
+fn card_is_enough(sessions: u64) {
     for follows in [Follows::Both, Follows::Card] {
-        let (mut good, mut usable, mut times, mut views) = (0, 0, Vec::new(), 0);
+        let (mut good, mut times, mut views) = (0, Vec::new(), 0);
         for seed in 1..=sessions {
             let who = (seed, Person::Usual.params());
             let (session, secs) = sitting(who, (33_000_000, 0.1), follows, |_, _, _| ());
             let verdict = session.calibration().map(|calibration| calibration.verdict);
-            if !matches!(verdict, Some(Verdict::Good | Verdict::Care)) {
+            if verdict != Some(Verdict::Good) {
                 let (views, ending) = (session.accepted().len(), session.ending());
                 println!("{follows:?} {seed}: {verdict:?}, {ending:?}, {views} views, {secs:.0} s");
             }
             good += u64::from(verdict == Some(Verdict::Good));
-            usable += u64::from(matches!(verdict, Some(Verdict::Good | Verdict::Care)));
             times.push(secs);
             views += session.accepted().len();
         }
         times.sort_by(f64::total_cmp);
         println!(
-            "{follows:?}: {good} of {sessions} GOOD, {usable} usable, median {:.0} s, longest {:.0} s, {:.1} views",
+            "{follows:?}: {good} of {sessions} GOOD, median {:.0} s, longest {:.0} s, {:.1} views",
             times[times.len() / 2],
             times[times.len() - 1],
             views as f64 / sessions as f64
         );
-        assert!(10 * usable >= 9 * sessions, "{follows:?}: {usable} of {sessions} are usable");
+        assert_eq!(good, sessions, "{follows:?}");
     }
 }

@@ -51,7 +51,7 @@ fn an_older_installations_sessions_index_and_settings_are_kept() {
     let journal = fs::read(sessions.join("good/journal.jsonl")).expect("readable");
     let index = fs::read(place.join("history.sqlite")).expect("readable");
 
-    says(&boresight(place, &["doctor", "sessions/good"]), 0, &["Whole."]);
+    says(&boresight(place, &["doctor", "sessions/good"]), 0, &["No damage found."]);
     says(&boresight(place, &["report", "sessions/good"]), 0, &[]);
     says(&boresight(place, &["history"]), 0, &["Imported"]);
     assert_eq!(fs::read(sessions.join("good/journal.jsonl")).expect("there"), journal);

@@ -24,8 +24,12 @@ pub(crate) type Window = Harness<'static, Option<App>>;
 
 /// A window of the smallest size.
 pub(crate) fn window(app: impl FnOnce(&egui::Context) -> App) -> Window {
+    window_of(SMALLEST, app)
+}
+
+fn window_of(size: egui::Vec2, app: impl FnOnce(&egui::Context) -> App) -> Window {
     let mut window =
-        Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui_state(
+        Harness::builder().with_size(size).renderer(Painter::default()).build_ui_state(
             |ui, app: &mut Option<App>| {
                 let Some(app) = app else { return };
                 app.look(&ui.ctx().clone());
@@ -108,6 +112,23 @@ fn says(window: &Window, role: Role, start: &str) -> bool {
 
 fn text(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
+}
+
+/// A laptop of 1920×1080 pixels that doubles them, less its bars.
+#[test]
+fn a_window_that_is_too_small_shows_everything_smaller() {
+    let size = egui::vec2(960.0, 500.0);
+    let host = app_host(&[], false).expect("arguments");
+    let mut window = window_of(size, |ctx| App::new(ctx, host));
+    let zoom = 500.0 / SMALLEST.y;
+    // As many points as the same window then has.
+    let points = size / zoom;
+    window.set_size(points);
+    for _ in 0..3 {
+        window.step();
+        assert!((window.ctx.zoom_factor() - zoom).abs() < 1e-3, "{}", window.ctx.zoom_factor());
+    }
+    assert_eq!(crate::fits::outside(&window, points), Vec::<String>::new());
 }
 
 #[test]

@@ -69,9 +69,9 @@ pub(crate) fn moments() -> Vec<Moment> {
     beyond.shown = asking(Prompt::ShowWholeFirst);
     add("beyond the edge", &beyond, "Start with the whole board");
     let done = story.last().expect("a session has an end");
-    add("done good", done, "Done!");
-    add("done care", &judged(done, Verdict::Care, Severity::Care), "Done!");
-    add("done untrustworthy", &judged(done, Verdict::Untrustworthy, Severity::Bad), "Done!");
+    add("done good", done, "Finished!");
+    add("done care", &judged(done, Verdict::Care, Severity::Care), "Finished!");
+    add("done untrustworthy", &judged(done, Verdict::Untrustworthy, Severity::Bad), "Finished!");
     let middle = first(&|s| s.views.len() == 2 && s.live.is_some());
     for refusal in refusals() {
         let mut snapshot = middle.clone();

@@ -88,7 +88,7 @@ fn the_only_camera_is_chosen_and_one_click_starts() {
     let any = SessionRequest { source: "auto".into(), go_on_with: None, ..draft() };
     let mut page = page(any, choices());
     page.get_by_role_and_label(Role::Image, "10 × 7 squares, 9 × 6 inner corners");
-    press(&mut page, Role::RadioButton, "Quick, about ½ min");
+    press(&mut page, Role::RadioButton, "Quick, about 20 s");
     press(&mut page, Role::Button, words::GO);
     let wanted = SessionRequest {
         source: "usb:046d:0825:1F3A".into(),
@@ -323,6 +323,11 @@ impl AppHost for WithCamera {
         vec![camera(&self.source, "Webcam")]
     }
 
+    fn read_code(&mut self, image: &image::GrayImage, board: [u16; 2]) -> Option<SeenCode> {
+        assert_eq!(image.dimensions(), (640, 480), "the picture in which another board was seen");
+        Some(SeenCode { id: "ZX5N".into(), board, square_m: 0.032 })
+    }
+
     fn papers(&self) -> Vec<&'static str> {
         self.inner.papers()
     }
@@ -483,7 +488,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     };
     assert_eq!(boards, [[9, 6], [7, 5]], "the board in view is used");
     let setup = app(&window).screen().snapshot.as_ref().map(|s| s.setup.board).expect("runs");
-    assert_eq!((setup.columns(), setup.rows()), (7, 5));
+    assert_eq!((setup.columns(), setup.rows(), setup.square_m()), (7, 5, 0.032), "by its code");
 
     // Away and back: the session goes on.
     click(&mut window, Role::Button, "Start");

@@ -287,6 +287,10 @@ impl Shared {
 }
 
 /// The code beside a board of that many inner corners in `image`.
+pub fn read_code_beside(image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
+    code_beside(&mut Detector::new(DetectorParams::default()), image, board)
+}
+
 fn code_beside(
     detector: &mut Detector,
     image: &GrayImage,

@@ -16,7 +16,7 @@ use boresight_run::recording::Header;
 
 /// Result of a session.
 pub struct Conclusion {
-    /// The exit status that it deserves: good only if the plan is complete.
+    /// The exit status that it deserves.
     pub exit: Exit,
     /// The file to write.
     pub result: CalibrationFile,
@@ -30,12 +30,8 @@ pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Co
     for (worker, reason) in session.failures() {
         announcer.say(&format!("The {worker} failed: {reason}"));
     }
-    let exit = match session.progress() {
-        Progress::Complete => exit,
-        Progress::Collecting if !session.failures().is_empty() => Exit::Failed,
-        Progress::Collecting | Progress::Exhausted => Exit::NotTrustworthy,
-    };
-    Conclusion { exit, result }
+    let has_failed = session.progress() == Progress::Collecting && !session.failures().is_empty();
+    Conclusion { exit: if has_failed { Exit::Failed } else { exit }, result }
 }
 
 /// Writes `result` into the folder of `session`, and beside it the corners of its views as a table that other programs read.

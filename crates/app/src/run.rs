@@ -282,16 +282,16 @@ const LEAST_FOR_NOISE: usize = 4;
 /// Announces each change of what the person is asked to do and every view taken, then passes the frame on.
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = None;
-    let mut far = None;
+    let mut is_far = false;
     let mut knows_goal = false;
     move |report| {
         let snapshot = report.snapshot;
         if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
             announcer.say(&outcome);
         }
-        if snapshot.far != far {
-            far = snapshot.far;
-            if let Some(board) = &far {
+        if snapshot.far.is_some() != is_far {
+            is_far = !is_far;
+            if let Some(board) = &snapshot.far {
                 announcer.say(&text::session_news::far_board(board));
             }
         }

@@ -147,9 +147,14 @@ impl Card {
             .collect()
     }
 
-    /// Share of the card's rim that lies outside a picture of `image_size`, or behind the camera, 0 to 1: what is left tells
-    /// which edge is near.
-    pub fn share_outside(&self, image_size: ImageSize) -> f64 {
+    /// True if more than a quarter of the card's rim lies outside a picture of `image_size`: what is left doesn't tell which
+    /// edge is near.
+    pub fn lies_outside(&self, image_size: ImageSize) -> bool {
+        self.share_outside(image_size) > 0.25
+    }
+
+    /// Share of the card's rim that lies outside the picture, or behind the camera, 0 to 1.
+    fn share_outside(&self, image_size: ImageSize) -> f64 {
         let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
         let [x, y] = self.half_m;
         let is_outside = |[x, y]: &[f64; 2]| {

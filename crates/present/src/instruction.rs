@@ -38,7 +38,8 @@ pub enum Moment {
 }
 
 /// A movement of the board, with its direction on the screen.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Movement {
     /// Tip the edge at this angle, clockwise from the right, away from the camera.
     Tip {

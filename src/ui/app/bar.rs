@@ -76,10 +76,12 @@ impl App {
         let mut open = true;
         egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
             egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
-                for act in Act::ALL.iter().copied() {
-                    let control = act.words();
-                    ui.label(RichText::new(control.key).strong().monospace());
-                    ui.label(format!("{}: {}", control.label, control.tip));
+                let acts = Act::ALL.iter().map(|act| act.words());
+                let acts = acts.map(|it| (it.key, format!("{}: {}", it.label, it.tip)));
+                let others = words::OTHER_KEYS.iter().map(|(key, what)| (*key, (*what).to_owned()));
+                for (key, what) in acts.chain(others) {
+                    ui.label(RichText::new(key).strong().monospace());
+                    ui.label(what);
                     ui.end_row();
                 }
             });

@@ -20,9 +20,7 @@ const RIM: [f32; 2] = [3.0, 12.0];
 const OUTLINE: f32 = 3.0;
 /// Way of the shadow to the right and down.
 const SHADOW: f32 = 14.0;
-/// Share of the card outside the picture from which both are shown side by side …
-const OUTSIDE: f64 = 0.25;
-/// … at this size, as a share of the picture's height, and at least in points.
+/// Size of both side by side, as a share of the picture's height, and at least in points.
 const INSET: (f32, f32) = (0.2, 96.0);
 
 pub(super) fn paint(
@@ -50,7 +48,7 @@ pub(super) fn paint(
         }
     }
     if let (Some(card), Some(wanted)) = (&instruction.card, &wanted)
-        && card.share_outside(image_size) > OUTSIDE
+        && card.lies_outside(image_size)
     {
         canvas.inset(now.as_deref(), wanted, color);
     }

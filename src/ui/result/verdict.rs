@@ -28,8 +28,11 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Ve
     };
     theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
-        verdict(ui, screen, snapshot, calibration);
         let may_go_on = matches!(state, State::Ended(_));
+        verdict(ui, screen, snapshot, calibration);
+        if may_go_on {
+            ui.label(text::ending(snapshot.ending));
+        }
         uncovered(ui, (snapshot, calibration), may_go_on, asks);
     });
 }

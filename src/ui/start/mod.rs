@@ -87,7 +87,7 @@ fn start(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<Ui
     ui.label(RichText::new(words::PLAN).strong());
     for plan in [Plan::Quick, Plan::Adaptive, Plan::Full] {
         let (name, tip) = window::plan(plan);
-        let label = format!("{name}, {}", words::minutes(plan));
+        let label = format!("{name}, {}", words::duration(plan));
         ui.radio_value(&mut page.draft.plan, plan, label).on_hover_text(tip);
         ui.label(RichText::new(tip).small().weak());
     }

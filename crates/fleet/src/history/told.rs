@@ -103,7 +103,7 @@ pub fn name(history: &CameraHistory) -> String {
 /// What a camera's trend says.
 pub fn trend(history: &CameraHistory) -> String {
     let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
-        return "one usable calibration at most, nothing to compare".into();
+        return "needs two usable calibrations to compare".into();
     };
     let LensDifference { change_px, sd_px, displacement_px, .. } = change;
     let said = if drifts { "changed" } else { "no change" };

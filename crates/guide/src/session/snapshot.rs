@@ -3,7 +3,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix2, Point2};
 
 use super::{
-    accepted::AcceptedView, calm::Shown, camera::CameraState, decision::Decision,
+    accepted::AcceptedView, calm::Shown, camera::CameraState, decision::Decision, ending::Ending,
     far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
     view_number::ViewNumber,
 };
@@ -21,6 +21,8 @@ use boresight_geometry::{
 pub struct Snapshot {
     /// Setup of the session, with the limits that views must meet.
     pub setup: Arc<SessionSetup>,
+    /// How the session has ended, or would if it ended now.
+    pub ending: Ending,
     /// The newest decision.
     pub decision: Decision,
     /// Prompt and advice on the screen: calmer than the newest decision's advice.

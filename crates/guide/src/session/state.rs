@@ -388,6 +388,7 @@ impl Session {
         let lens = &derived.lens_estimate;
         Snapshot {
             setup: Arc::clone(setup),
+            ending: self.ending(),
             decision,
             shown: calm.shown(),
             hold: tracking.hold.as_ref().map(|hold| hold.progress(setup.guidance.hold_secs)),

@@ -7,10 +7,7 @@ use serde::Serialize;
 use crate::text::{self, phone as words};
 use boresight_calibrate::{NotCalibrated, Verdict};
 use boresight_formats::CalibrationFile;
-use boresight_guide::{
-    guidance::Progress,
-    session::{Ending, Session},
-};
+use boresight_guide::session::Session;
 
 /// A result, as the page shows it.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -96,10 +93,9 @@ impl EndedPage {
             },
             aloud: words::aloud(calibration.verdict),
             what: text::of_source(source, text::verdict_on(calibration)),
-            action: match (findings.first(), session.progress()) {
-                (Some((_, action)), _) => action.clone(),
-                (None, Progress::Collecting) => text::ending(Ending::Early).to_owned(),
-                (None, _) => words::USE_IT.to_owned(),
+            action: {
+                let action = findings.first().map_or(words::USE_IT, |(_, action)| action);
+                format!("{}. {action}", text::ending(session.ending()))
             },
             findings,
             lines: text::result::result_lines(calibration)

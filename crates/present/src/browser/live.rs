@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::{
     ghost::Card,
-    instruction::{Instruction, Moment},
+    instruction::{Instruction, Moment, Movement},
     speech::{Narrator, Word},
     text::{self, Trouble, window as words},
 };
@@ -32,8 +32,12 @@ pub struct Live {
     pub hold: Option<f64>,
     /// What the session is about now.
     pub moment: Option<Moment>,
+    /// Sign of the movement that the sentence asks for, and the same with left and right exchanged.
+    pub sign: [Option<Movement>; 2],
     /// True if the card is shown.
     pub card: bool,
+    /// True if so much of it lies outside the picture that it's shown beside the board, small and whole.
+    pub beside: bool,
     /// Closeness of the board to the card, 0 to 1.
     pub close: Option<f32>,
     /// Points around the board, in the picture's pixels, if its outline is shown.
@@ -115,7 +119,9 @@ impl Live {
             tone: Gravity::Plain,
             hold: None,
             moment: None,
+            sign: [None, None],
             card: false,
+            beside: false,
             close: None,
             board: None,
             away_rad: None,
@@ -144,7 +150,9 @@ impl Live {
             tone: now.gravity(),
             hold: now.hold.map(|hold| round(hold, 100.0)),
             moment: Some(now.moment),
+            sign: [now.movement(false), now.movement(true)],
             card: now.card.is_some(),
+            beside: now.card.as_ref().is_some_and(|it| it.lies_outside(snapshot.setup.image_size)),
             close: now.close.map(|close| (close * 1e3).round() / 1e3),
             board: now
                 .board

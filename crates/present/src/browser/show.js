@@ -53,6 +53,7 @@ function paint() {
     say(el('sentence'), lack ? lack.what : side(live.sentence));
     say(el('arrow'), pushing && !lost ? side(live.push[0]) : '');
     say(el('number'), pushing && !lost ? live.push[1] : '');
+    sign(lack || pushing ? null : side(live.sign));
     fit();
     say(el('views'), String(live.views));
     const about = innerHeight <= 420 && innerWidth > innerHeight ? 'of ≈' : 'of about ';
@@ -75,16 +76,47 @@ function paint() {
   if (shown === 'wait') offer();
 }
 function fit() {
-  const box = el('words'), text = el('sentence'), is = text.textContent + box.clientWidth + 'x' + box.clientHeight, room = box.clientHeight - 12 - el('push').offsetHeight;
+  const box = el('words'), text = el('sentence'), beside = el('sign').hidden ? 0 : el('sign').offsetWidth + 10, is = text.textContent + box.clientWidth + 'x' + box.clientHeight + '+' + beside, room = box.clientHeight - 12 - el('push').offsetHeight;
   if (fit.last === is) return;
   fit.last = is;
   let low = 18, high = live && live.push ? 56 : 240;
   while (high - low > 1) {
     const size = (low + high) >> 1;
     text.style.fontSize = size + 'px';
-    if (text.scrollWidth <= box.clientWidth - 20 && text.offsetHeight <= room) low = size; else high = size;
+    if (text.scrollWidth <= box.clientWidth - 20 - beside && text.offsetHeight <= room) low = size; else high = size;
   }
   text.style.fontSize = low + 'px';
+}
+
+// The sign of the movement: a card and the way of its far edge, an arrow, or a square that grows or shrinks.
+function sign(movement) {
+  const canvas = el('sign');
+  canvas.hidden = !movement;
+  if (!movement) return;
+  const px = Math.round(canvas.clientWidth * (window.devicePixelRatio || 1)), half = px / 2, width = .07 * px;
+  canvas.width = canvas.height = px;
+  const c = canvas.getContext('2d');
+  c.translate(half, half); c.lineWidth = width; c.lineJoin = 'round';
+  c.strokeStyle = c.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--ink');
+  const line = points => { c.beginPath(); for (const [x, y] of points) c.lineTo(x * half, y * half); };
+  const arrow = (from, to) => {
+    const way = Math.atan2(to[1] - from[1], to[0] - from[0]), head = 3.2 * width / half, wide = 1.9 * width / half;
+    const base = [to[0] - head * Math.cos(way), to[1] - head * Math.sin(way)], across = [-wide * Math.sin(way), wide * Math.cos(way)];
+    line([from, base]); c.stroke();
+    line([to, [base[0] + across[0], base[1] + across[1]], [base[0] - across[0], base[1] - across[1]]]); c.fill();
+  };
+  if (movement.kind === 'tip' || movement.kind === 'shift') c.rotate(movement.towards_rad);
+  if (movement.kind === 'tip') {
+    line([[-.9, -.85], [.25, -.5], [.25, .5], [-.9, .85]]); c.closePath(); c.globalAlpha = .25; c.fill(); c.globalAlpha = 1; c.stroke();
+    arrow([-.35, 0], [1, 0]);
+  } else if (movement.kind === 'shift') arrow([-.9, 0], [.95, 0]);
+  else {
+    line([[-.25, -.25], [.25, -.25], [.25, .25], [-.25, .25]]); c.closePath(); c.stroke();
+    for (const [x, y] of [[1, 1], [1, -1], [-1, 1], [-1, -1]]) {
+      const way = [[.35 * x, .35 * y], [.85 * x, .85 * y]];
+      arrow(...(movement.kind === 'nearer' ? way : way.reverse()));
+    }
+  }
 }
 
 // ---- The live picture with the pose to show.
@@ -148,6 +180,29 @@ function draw() {
       c.lineWidth = 7 * unit; c.strokeStyle = css(GREEN); c.beginPath(); c.arc(x, y, r, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * Math.max(.02, live.hold)); c.stroke();
     }
   }
+  if (ghost && live.card && live.beside) inset(c, k, live.moment === 'match' ? approach(Math.pow(close, 3)) : AMBER);
+}
+// Both cards, small and whole, side by side: the board as it is, and as it's wanted.
+function inset(c, k, rgb) {
+  const turn = rim => rim.map(p => [mirrored ? c.canvas.width - p[0] * k : p[0] * k, p[1] * k, p.length > 2 ? p[2] : .5]);
+  const bounds = rim => [0, 1].map(j => [Math.min(...rim.map(p => p[j])), Math.max(...rim.map(p => p[j]))]);
+  const reach = rim => Math.max(...bounds(rim).map(([low, high]) => high - low), 1);
+  const cards = [[plan.ghost.rim, css(rgb), 'like this']];
+  if (live.board) cards.unshift([live.board, '#fff', 'now']);
+  const rims = cards.map(card => turn(card[0])), largest = Math.max(...rims.map(reach));
+  const side = .26 * c.canvas.height, left = c.canvas.width - 1.1 * cards.length * side - .03 * side, top = .03 * side;
+  c.setTransform(1, 0, 0, 1, 0, 0);
+  c.fillStyle = 'rgba(0,0,0,.84)'; c.fillRect(left, top, 1.1 * cards.length * side, 1.2 * side);
+  c.font = .16 * side + 'px system-ui, sans-serif'; c.textAlign = 'center';
+  cards.forEach(([, style, words], number) => {
+    const middle = bounds(rims[number]).map(([low, high]) => (low + high) / 2), scale = .8 * side / largest;
+    const at = [left + 1.1 * side * (number + .5), top + .52 * side];
+    const rim = rims[number].map(p => [at[0] + (p[0] - middle[0]) * scale, at[1] + (p[1] - middle[1]) * scale, p[2]]);
+    c.beginPath(); rim.forEach(p => c.lineTo(p[0], p[1])); c.closePath();
+    c.fillStyle = c.strokeStyle = style; c.globalAlpha = .5; c.fill(); c.globalAlpha = 1;
+    rim.forEach((p, i) => { const q = rim[(i + 1) % rim.length], near = (p[2] + q[2]) / 2; c.lineWidth = side / 96 * (1 + 4 * near * near); c.beginPath(); c.moveTo(p[0], p[1]); c.lineTo(q[0], q[1]); c.stroke(); });
+    c.fillStyle = '#fff'; c.fillText(words, at[0], top + 1.12 * side);
+  });
 }
 // The scene's edges where they should be: where they meet those of the picture, the camera points right.
 function outline(c, k) {

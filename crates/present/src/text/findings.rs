@@ -73,17 +73,15 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
         FindingCode::DirectionsFew { spread, wanted } => (
             {
                 let (spread, wanted) = apart(spread, wanted, 2);
-                format!(
-                    "The board was always tipped about the same axis (spread {spread}, at least {wanted})"
-                )
+                format!("The tilts were too similar (spread {spread}, at least {wanted})")
             },
             "Tip it in other directions too, 90° apart.",
         ),
         FindingCode::PriorUsed { focal_length } => (
             if focal_length {
-                "Too few views to measure the focal length and lens. Typical values were used instead".into()
+                "Too few views to measure the focal length and lens. The program assumed typical values".into()
             } else {
-                "Too few views to measure the lens. Typical values were used instead".into()
+                "Too few views to measure the lens. The program assumed typical values".into()
             },
             "Take more tipped views.",
         ),
@@ -333,8 +331,11 @@ pub const NOT_OF_THE_BOARD: &str = "its corners aren't the board's: their order 
 /// Why there is no calibration at all, and what to do.
 pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
     match *reason {
-        NotCalibrated::NoViews => ("No view of the board".into(), "Show the whole board."),
-        NotCalibrated::NoModels => ("No lens model to try".into(), "Name one."),
+        NotCalibrated::NoViews => (
+            "No view of the board".into(),
+            "Show the whole board, match the outline, and hold still.",
+        ),
+        NotCalibrated::NoModels => ("No lens model to try".into(), "Choose one with --lens."),
         NotCalibrated::NoPicture { width_px, height_px } => {
             (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
         }

@@ -64,7 +64,7 @@ use boresight_guide::{
 /// The next action: six words at most and no number, so that it's read from afar and at a glance.
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
-        Prompt::Complete => "Done!".into(),
+        Prompt::Complete => "Finished!".into(),
         Prompt::Exhausted => "Stopped, short of the goal".into(),
         Prompt::Failed => "The session has stopped".into(),
         Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
@@ -82,9 +82,9 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::CutOff(Side::Top) => "Move down. It's cut off".into(),
         Prompt::CutOff(Side::Bottom) => "Move up. It's cut off".into(),
         Prompt::Uncover => "Uncover it, or tip it less".into(),
-        Prompt::Glare => "Too much glare. Tilt the board".into(),
-        Prompt::OtherBoard { .. } => "This is a different board".into(),
-        Prompt::OtherMarkers => "This board has different markers".into(),
+        Prompt::Glare => "Too much glare. Tip the board".into(),
+        Prompt::OtherBoard { .. } => "Wrong board. Show the other".into(),
+        Prompt::OtherMarkers => "Wrong markers. Show the other board".into(),
         Prompt::OtherSquares => "Different ChArUco layout".into(),
         Prompt::Closer => "Come closer".into(),
         Prompt::Farther => "Step back a little".into(),
@@ -190,7 +190,7 @@ pub fn miss(miss: &Miss) -> String {
             format!("{found} of {wanted} corners found: uncover the board, or tip it less")
         }
         Miss::Glare { found, wanted } => format!(
-            "Too much glare: {found} of {wanted} corners found. Tilt the board away from the light"
+            "Too much glare: {found} of {wanted} corners found. Tip the board away from the light"
         ),
         Miss::OtherBoard { columns, rows } => format!(
             "Different board: it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}"

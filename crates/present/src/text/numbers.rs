@@ -125,7 +125,7 @@ pub fn coverage(snapshot: &Snapshot) -> String {
 /// Labels and tooltips of the numbers beside the picture.
 pub const NUMBERS: [(&str, &str); 10] = [
     (
-        "Centre",
+        "Principal point",
         "Principal point: where the optical axis meets the picture, with one standard deviation, from four views on.",
     ),
     (
@@ -133,7 +133,7 @@ pub const NUMBERS: [(&str, &str); 10] = [
         "Focal length from all views, with one standard deviation, from four views on.",
     ),
     (
-        "Accuracy",
+        "Point error",
         "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
     ),
     (

@@ -40,7 +40,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     let [first, .., last] = names.as_slice() else {
         let only = names.first()?;
         return Some(format!(
-            "The board hardly reached the {only} corner of the picture. The lens is extrapolated there. Two more views would cover it."
+            "The board hardly reached the {only} corner of the picture. Results there are a guess. Two more views would cover it."
         ));
     };
     let corners = match names.as_slice() {
@@ -49,7 +49,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
         _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
     };
     Some(format!(
-        "The board hardly reached the {corners} corners of the picture. The lens is extrapolated there. Two more views would help."
+        "The board hardly reached the {corners} corners of the picture. Results there are a guess. Two more views would help."
     ))
 }
 
@@ -62,7 +62,7 @@ pub const TAKE_MORE_TIP: &str =
 /// Distance of the independent check from the result; `None` without one.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
     let off_px = (points.free_homography?.px - points.bundle?.px).norm();
-    Some(format!("Independent check: agrees within {} px", super::numbers::small(off_px)))
+    Some(format!("A second method agrees within {} px", super::numbers::small(off_px)))
 }
 
 /// Why there is no view, from the most frequent requests of frames.
@@ -277,7 +277,7 @@ mod tests {
         let said = most_often(&asked).expect("there are reasons");
         assert_eq!(
             said,
-            "Most often: “Come closer” (12 pictures), “Too much glare. Tilt the board” (1 picture)."
+            "Most often: “Come closer” (12 pictures), “Too much glare. Tip the board” (1 picture)."
         );
         assert_eq!(most_often(&[]), None);
     }

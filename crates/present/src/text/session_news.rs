@@ -15,7 +15,7 @@ pub fn far_board(far: &FarBoard) -> String {
         )
     });
     format!(
-        "At {size} of the picture, this board can measure the principal point to about {pp} and projection to {projection}.{twice} Judging by projection."
+        "At {size} of the picture, this board can measure the principal point to about {pp} and projection to {projection}.{twice}"
     )
 }
 
@@ -41,11 +41,14 @@ pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     ))
 }
 
-/// Error with which the newest pair was predicted: "Earlier views predicted views 3 and 4 to 0.11 px".
+/// Error with which the newest pair was predicted: "Check: earlier views predicted views 3 and 4 to 0.11 px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
     let (first, second) = (first?.number, second?.number);
-    Some(format!("Earlier views predicted views {first} and {second} to {}", px(pair.rms_px)))
+    Some(format!(
+        "Check: earlier views predicted views {first} and {second} to {}",
+        px(pair.rms_px)
+    ))
 }
 
 fn px(value_px: f64) -> String {
@@ -68,9 +71,9 @@ mod tests {
         let far = FarBoard { span_fraction: 0.28, reach, twice_the_size: Some(twice) };
         assert_eq!(
             far_board(&far),
-            "At 28 % of the picture, this board can measure the principal point to about 6.2 px and projection to 1.2 px. With a board twice the size: 1.6 px and 0.31 px. Judging by projection."
+            "At 28 % of the picture, this board can measure the principal point to about 6.2 px and projection to 1.2 px. With a board twice the size: 1.6 px and 0.31 px."
         );
         let alone = far_board(&FarBoard { twice_the_size: None, ..far });
-        assert!(alone.ends_with("projection to 1.2 px. Judging by projection."), "{alone}");
+        assert!(alone.ends_with("projection to 1.2 px."), "{alone}");
     }
 }

@@ -8,7 +8,7 @@ use boresight_guide::session::Prompt;
 /// The next action, in six spoken words at most and without a number.
 pub fn spoken(asked: Prompt) -> String {
     match asked {
-        Prompt::Complete => "Done. Put the board down".into(),
+        Prompt::Complete => "Finished. Put the board down".into(),
         Prompt::Exhausted => "Stopped, short of the goal".into(),
         Prompt::Failed => "Stopped. Your views are safe".into(),
         Prompt::CameraLost => "Camera lost".into(),
@@ -22,9 +22,10 @@ pub fn spoken(asked: Prompt) -> String {
         Prompt::CutOff(Side::Right) => "Move left".into(),
         Prompt::CutOff(Side::Top) => "Move down".into(),
         Prompt::CutOff(Side::Bottom) => "Move up".into(),
-        Prompt::Glare => "Glare. Tilt the board".into(),
+        Prompt::Glare => "Glare. Tip the board".into(),
         Prompt::Blurred => "Blurry. Hold still".into(),
         Prompt::SteadyTheBoard => "Rest your elbows".into(),
+        Prompt::FollowTheOutline => "Tip it, or move it".into(),
         Prompt::CameraNotReady => "Wait for the camera".into(),
         other => prompt(other),
     }

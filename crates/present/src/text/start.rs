@@ -175,23 +175,19 @@ pub const GO: &str = "Start session";
 pub const GO_TIP: &str = "Begin. Photos are taken automatically.";
 /// The choice of a plan.
 pub const PLAN: &str = "How thorough?";
-/// Seconds per view, from the first frame on, of people with shaky hands: the median of 13 simulated sessions. Over 38
-/// sessions of people of all kinds it's 3.8.
-const SECS_PER_VIEW: f64 = 6.0;
+/// Seconds per view, from the first frame on, of people of all kinds: 3 for most simulated ones, 4 for those who don't
+/// look or whose picture is small.
+const SECS_PER_VIEW: u32 = 4;
 
 /// Time that a session may last.
-pub fn minutes(plan: Plan) -> String {
+pub fn duration(plan: Plan) -> String {
     let views = match plan {
-        Plan::Quick => 4.0,
-        Plan::Adaptive => 6.0,
-        Plan::Full => 8.0,
+        Plan::Quick => 4,
+        Plan::Adaptive => 6,
+        Plan::Full => 8,
     };
-    let halves = (SECS_PER_VIEW * views / 30.0).ceil() as u32;
-    match (halves / 2, halves % 2) {
-        (0, _) => "about ½ min".into(),
-        (minutes, 0) => format!("about {minutes} min"),
-        (minutes, _) => format!("about {minutes}½ min"),
-    }
+    // In steps of five seconds.
+    format!("about {} s", (SECS_PER_VIEW * views).div_ceil(5) * 5)
 }
 /// The next steps.
 pub const STEPS: [&str; 3] = [
@@ -217,11 +213,18 @@ pub const RUNNING_ACTION: &str =
 /// The button back to it.
 pub const BACK: &str = "Back to the session";
 
-/// Report that the board was switched.
-pub fn switched([columns, rows]: [u16; 2], [before_columns, before_rows]: [u16; 2]) -> String {
-    format!(
-        "This board has {columns} × {rows} inner corners: used instead of {before_columns} × {before_rows}"
-    )
+/// Report that the board in view is used from now on: as its code names it, or with squares that nobody has measured.
+pub fn switched(id: Option<&str>, board: [u16; 2], square_m: f64) -> String {
+    match id {
+        Some(id) => format!("{} is used now", by_code(id, board, square_m)),
+        None => {
+            let [columns, rows] = board;
+            let square = square(square_m);
+            format!(
+                "The board in view is used now: {columns} × {rows} inner corners. Is a square {square}? If not, type it on the start page"
+            )
+        }
+    }
 }
 
 /// The board as its printed code names it.
@@ -238,8 +241,8 @@ mod tests {
 
     #[test]
     fn more_views_take_longer() {
-        assert_eq!(minutes(Plan::Quick), "about ½ min");
-        assert_eq!(minutes(Plan::Adaptive), "about 1 min");
-        assert_eq!(minutes(Plan::Full), "about 1 min");
+        assert_eq!(duration(Plan::Quick), "about 20 s");
+        assert_eq!(duration(Plan::Adaptive), "about 25 s");
+        assert_eq!(duration(Plan::Full), "about 35 s");
     }
 }

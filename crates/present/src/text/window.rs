@@ -242,8 +242,18 @@ pub const SIMULATED_TIP: &str =
 
 /// The result could not be stored and nobody knows why.
 pub const ENDING_FAILED: &str = "The result couldn't be saved";
-/// A file was dropped where it means nothing.
-pub const DROP_TIP: &str = "Drop a session folder here to replay it. After a session, drop an older calibration to compare.";
+
+/// Nobody stands at this terminal and in front of the camera at once.
+pub const OVER_SSH: &str =
+    "The person at the camera can see this on a phone: start with --serve, and scan the code.";
+
+/// Keys that have no button, and what they do.
+pub const OTHER_KEYS: [(&str, &str); 4] = [
+    ("Ctrl +/−/0", "Everything larger, smaller, as usual"),
+    ("← →", "In a recording: the frame before, the next"),
+    ("PgUp PgDn", "In a recording: the view before, the next"),
+    ("Space", "In a recording: play, stop"),
+];
 
 /// Heading of the list of keys.
 pub const HELP: &str = "Keys";
