@@ -5,10 +5,20 @@ pub mod fit;
 use nalgebra::Point2;
 
 use crate::text::window::Gauge;
+use boresight_geometry::{GRID_COLUMNS, GRID_ROWS};
 use boresight_guide::{
     guidance::{HOLD_WIDTHS_PER_SEC, direction_difference_rad},
     session::{Snapshot, lateral_offset_px},
 };
+
+/// The largest standard deviation of a cell that counts as valid: as many cells of the picture as `share` says. `sds_px` are
+/// those of the cells that the lens maps.
+pub fn valid_up_to_px(sds_px: impl IntoIterator<Item = f64>, share: f64) -> f64 {
+    let mut sorted: Vec<f64> = sds_px.into_iter().collect();
+    sorted.sort_by(f64::total_cmp);
+    let count = (share * f64::from(GRID_COLUMNS * GRID_ROWS)).round() as usize;
+    count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
+}
 
 /// A measurement on its scale, in the unit of its gauge: radians, shares of the picture, or pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -49,7 +49,7 @@ let offering = null;
 function wait(trouble, offer) {
   offering = Object.assign({}, offer || offering, { trouble });
   plan = ended = told = null; missed = 0;
-  live = { stage: 'waiting', offer: offering, sentence: ['', ''], views: 0, taken: 0 };
+  live = { stage: 'waiting', offer: offering, sentence: ['', ''], sign: [null, null], views: 0, taken: 0 };
   paint();
 }
 async function start(chosen) {

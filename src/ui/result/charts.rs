@@ -17,6 +17,7 @@ use boresight_geometry::{
     GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
 use boresight_guide::session::Snapshot;
+use boresight_present::reading::valid_up_to_px;
 use boresight_present::text::{
     charts::{self as words, Chart},
     knows_sd,
@@ -125,16 +126,6 @@ fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
     20.0
 }
 
-/// The largest standard deviation of a cell that counts as valid: as many cells as the calibration says.
-fn valid_up_to_px(calibration: &Calibration) -> f64 {
-    let sd = &calibration.projection_sd;
-    let mut sorted: Vec<f64> = sd.grid.iter().map(|place| place.sd_px).collect();
-    sorted.sort_by(f64::total_cmp);
-    let of = (sorted.len() + sd.unmapped) as f64;
-    let count = (calibration.valid_area.share * of).round() as usize;
-    count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
-}
-
 /// Cells of the picture by the standard deviation of projection there: green where the goal is met.
 fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
     if !knows_sd(calibration) {
@@ -143,7 +134,8 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     let sd = &calibration.projection_sd;
     let cell =
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
-    let valid_px = valid_up_to_px(calibration);
+    let sds_px = sd.grid.iter().map(|place| place.sd_px);
+    let valid_px = valid_up_to_px(sds_px, calibration.valid_area.share);
     for place in &sd.grid {
         let is_valid = place.sd_px <= valid_px;
         let fill = if is_valid { theme::GREEN } else { theme::AMBER };

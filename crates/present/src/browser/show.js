@@ -190,7 +190,7 @@ function inset(c, k, rgb) {
   const cards = [[plan.ghost.rim, css(rgb), 'like this']];
   if (live.board) cards.unshift([live.board, '#fff', 'now']);
   const rims = cards.map(card => turn(card[0])), largest = Math.max(...rims.map(reach));
-  const side = .26 * c.canvas.height, left = c.canvas.width - 1.1 * cards.length * side - .03 * side, top = .03 * side;
+  const side = .26 * c.canvas.height, left = c.canvas.width - 1.1 * cards.length * side - .03 * side, top = .03 * side + 24 * Math.min(2, window.devicePixelRatio || 1);
   c.setTransform(1, 0, 0, 1, 0, 0);
   c.fillStyle = 'rgba(0,0,0,.84)'; c.fillRect(left, top, 1.1 * cards.length * side, 1.2 * side);
   c.font = .16 * side + 'px system-ui, sans-serif'; c.textAlign = 'center';
@@ -501,18 +501,19 @@ function result() {
 }
 function map() {
   const canvas = el('map'), none = !ended.map.length;
-  canvas.hidden = el('maphead').hidden = none;
+  canvas.hidden = el('maphead').hidden = el('legend').hidden = none;
   if (none) return;
+  say(el('legend'), ended.legend);
   const [w, h] = ended.image_size_px, c = canvas.getContext('2d');
   canvas.width = 960; canvas.height = Math.round(960 * h / w);
   const xs = [...new Set(ended.map.map(m => m[0]))].sort((a, b) => a - b), ys = [...new Set(ended.map.map(m => m[1]))].sort((a, b) => a - b);
   const k = 960 / w, stepX = xs.length > 1 ? xs[1] - xs[0] : w, stepY = ys.length > 1 ? ys[1] - ys[0] : h;
-  const sds = ended.map.map(m => m[2]), least = Math.min(...sds), most = Math.max(...sds);
+  const most = Math.max(...ended.map.map(m => m[2]));
   for (const [x, y, sd] of ended.map) {
-    const share = most > least && least > 0 ? Math.log(sd / least) / Math.log(most / least) : 0;
-    c.fillStyle = css(mix([222, 235, 247], [8, 69, 148], share));
+    // The brighter, the surer.
+    c.fillStyle = css(mix([20, 20, 20], sd <= ended.valid_px ? GREEN : AMBER, 1 - .3 * sd / most));
     c.fillRect((x - stepX / 2) * k, (y - stepY / 2) * k, stepX * k + 1, stepY * k + 1);
-    c.fillStyle = share > .55 ? '#fff' : '#111'; c.font = Math.min(28, stepX * k / 3.2) + 'px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'middle';
+    c.fillStyle = '#111'; c.font = Math.min(28, stepX * k / 3.2) + 'px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'middle';
     c.fillText(sd < 9.95 ? sd.toFixed(most < .1 ? 3 : 2).replace(/^0/, '') : sd.toFixed(0), x * k, y * k);
   }
 }

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::{
     chart::{Canvas, Stroke},
+    reading::valid_up_to_px,
     text::report::{self as words, Section},
 };
 use boresight_formats::CalibrationFile;
@@ -27,7 +28,9 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let [width_px, height_px] = calibration.image_size;
     let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
     let mut canvas = Canvas::large_picture(calibration.size_px(), Section::Projection.heading());
-    let valid_px = valid_up_to_px(calibration);
+    let valid_px = calibration.valid_area.as_ref().map_or(f64::INFINITY, |area| {
+        valid_up_to_px(projection.grid.iter().map(|[_, _, sd_px]| *sd_px), area.share)
+    });
     let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
     let mut hatched = false;
     for (centre, corners) in cells(size) {
@@ -60,18 +63,6 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         .map_or(String::new(), |area| format!(" {}", words::within_goal(area.goal_px, area.share)));
     let note = words::projection_note(&mean_px, &max_px, hatched) + &goal;
     figure(Section::Projection, &canvas.svg(), &note)
-}
-
-/// The largest standard deviation of a cell that counts as valid: as many cells as the calibration says.
-fn valid_up_to_px(calibration: &CalibrationFile) -> f64 {
-    let (Some(projection), Some(area)) = (&calibration.projection_sd_px, &calibration.valid_area)
-    else {
-        return f64::INFINITY;
-    };
-    let mut sorted: Vec<f64> = projection.grid.iter().map(|[_, _, sd]| *sd).collect();
-    sorted.sort_by(f64::total_cmp);
-    let count = (area.share * f64::from(GRID_COLUMNS * GRID_ROWS)).round() as usize;
-    count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
 }
 
 /// Centre and corners of every cell of the grid, row by row.
