@@ -305,7 +305,7 @@ fn photographs_are_guided_replayed_and_verified() {
     assert_eq!(replayed["result"], report["result"]);
     let what_if = boresight(folder.path(), &["replay", "session", "--set", "guidance.min_views=8"]);
     assert!(!what_if.stderr.contains("\n0 of"), "{}", what_if.stderr);
-    says(&boresight(folder.path(), &["doctor", "session"]), 0, &["Whole"]);
+    says(&boresight(folder.path(), &["doctor", "session"]), 0, &["No damage found"]);
     assert_eq!(contents(&folder.path().join("session")), before, "nothing is touched");
 
     let journal = folder.path().join("session/journal.jsonl");
@@ -318,7 +318,7 @@ fn photographs_are_guided_replayed_and_verified() {
     let recovered =
         boresight(folder.path(), &["doctor", "session", "--recover", "session/../saved"]);
     says(&recovered, 0, &["damaged", "Recovered"]);
-    says(&boresight(folder.path(), &["doctor", "saved"]), 0, &["Whole"]);
+    says(&boresight(folder.path(), &["doctor", "saved"]), 0, &["No damage found"]);
 }
 
 #[test]

@@ -184,7 +184,11 @@ fn doctor_names_the_damage_and_the_next_step() {
         0,
         &["Recovered 2"],
     );
-    says(&boresight(place.path(), &["doctor", "saved"]), 0, &["2 journal lines", "Whole"]);
+    says(
+        &boresight(place.path(), &["doctor", "saved"]),
+        0,
+        &["2 journal lines", "No damage found"],
+    );
 
     // A journal that is gone altogether is no whole session.
     fs::remove_file(&journal).expect("removed");

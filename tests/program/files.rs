@@ -172,7 +172,7 @@ fn a_refused_session_is_not_changed() {
 fn doctor_is_not_fooled() {
     let doctor = |place: &TempDir| boresight(place.path(), &["doctor", "session"]);
     let place = copy();
-    says(&doctor(&place), 0, &["Whole"]);
+    says(&doctor(&place), 0, &["No damage found"]);
     let at = |name: &str| place.path().join("session").join(name);
     let journal = fs::read(at("journal.jsonl")).expect("there");
     let go_on = ["guide", "--headless", "--session", "session", "--max-frames", "3"];
@@ -184,7 +184,7 @@ fn doctor_is_not_fooled() {
         fs::write(at("journal.jsonl"), &journal[..kept]).expect("written");
         let ended = doctor(&place);
         says(&ended, 1, &["missing", "journal.jsonl"]);
-        assert!(!ended.stderr.contains("Whole"), "{}", ended.stderr);
+        assert!(!ended.stderr.contains("No damage found"), "{}", ended.stderr);
         says(&ends_soon(place.path(), &go_on), 1, &["missing", "--recover"]);
     }
     // The result alone tells it, too.
@@ -216,7 +216,7 @@ fn doctor_is_not_fooled() {
     fs::write(at("journal.jsonl"), without_checksum(&journal)).expect("written");
     says(&doctor(&place), 1, &["doesn't belong"]);
     fs::write(at("session.toml"), &header).expect("written");
-    says(&doctor(&place), 0, &["Whole"]);
+    says(&doctor(&place), 0, &["No damage found"]);
 }
 
 /// A journal as it was before its first line had a checksum of `session.toml`.
@@ -246,7 +246,7 @@ fn what_is_recovered_is_whole() {
     says(&boresight(place.path(), &["doctor", "session"]), 1, &["3 problems"]);
     let recovered = boresight(place.path(), &["doctor", "session", "--recover", "new"]);
     says(&recovered, 0, &["Recovered", "3 pictures are damaged or missing"]);
-    says(&boresight(place.path(), &["doctor", "new"]), 0, &["Whole"]);
+    says(&boresight(place.path(), &["doctor", "new"]), 0, &["No damage found"]);
     let copied = contents(&place.path().join("new"));
     assert!(!format!("{copied:?}").contains("secret"));
     let views = |name: &str| {
