@@ -277,7 +277,8 @@ fn who_wipes_as_told_sees_clearly() {
 /// The way back while somebody looks at the page, from behind the camera or before it: each sign, number and sentence is
 /// followed on the spot.
 #[test]
-fn who_follows_the_page_literally_is_soon_there() {
+#[ignore = "takes most of a minute"]
+fn long_who_follows_the_page_literally_is_soon_there() {
     let learned = Installed::learned();
     // The page is content with half a pixel, and the mount does something by itself.
     let limit_px = learned.watch.scatter_px().expect("learned").map(|own_px| 0.5 + 3.0 * own_px);
