@@ -15,7 +15,7 @@ use super::{
     stream_args::StreamArguments,
     terminal::{announcer, print, say, stop_flag},
 };
-use boresight_app::{BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
+use boresight_app::{Announcer, BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
 #[cfg(feature = "serve")]
 use boresight_phone::session_page::{Phone, going_on};
 use boresight_present::text::window as words;
@@ -176,17 +176,24 @@ pub(super) fn in_terminal(
     paced: bool,
     mut onlookers: Onlookers,
 ) -> anyhow::Result<FinishedRun> {
-    let mut announcer = announcer();
+    let announcer = announcer();
     let mut run = opening.open(&announcer)?;
-    let status = Status::new();
-    if let Some(status) = &status {
-        onlookers.push(status.onlooker());
-        announcer = announcer.without_requests();
-    }
+    let (_status, announcer) = with_status(&mut onlookers, announcer);
     if paced {
         run = run.paced();
     }
     run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)
+}
+
+/// The lines on the terminal, if it has any, which look on from now on; and the announcer, which leaves requests to them.
+fn with_status(onlookers: &mut Onlookers, announcer: Announcer) -> (Option<Status>, Announcer) {
+    match Status::new() {
+        Some(status) => {
+            onlookers.push(status.onlooker());
+            (Some(status), announcer.without_requests())
+        }
+        None => (None, announcer),
+    }
 }
 
 /// Runs a session in the terminal; prints the result as JSON with `json`.
@@ -226,12 +233,8 @@ fn with_phone(
     let (announcer, stop) = (announcer(), stop_flag()?);
     let mut opening = opening.clone();
     loop {
-        let (status, mut onlookers) = (Status::new(), onlookers.clone());
-        onlookers.extend(status.iter().map(Status::onlooker));
-        let said = match status {
-            Some(_) => announcer.clone().without_requests(),
-            None => announcer.clone(),
-        };
+        let mut onlookers = onlookers.clone();
+        let (status, said) = with_status(&mut onlookers, announcer.clone());
         let concluded = phone.session(&opening, &onlookers, (&stop, false), &said)?;
         drop(status);
         report(&concluded, operation, json)?;

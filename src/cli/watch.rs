@@ -65,7 +65,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "presets", "patches_only"])]
     list: Option<PathBuf>,
     /// The camera turns between up to N presets. Watch tells them apart by their pictures and watches each separately, in
-    /// a folder of its own below --store.
+    /// its own folder below --store.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
     presets: Option<u8>,
     /// Store patches of the scene only and no picture: for sites with people. Learning starts over if the program is

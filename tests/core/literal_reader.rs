@@ -9,8 +9,8 @@ use boresight::{
     simulation::street::{Planted, Street, What},
     text::watch as words,
     watch::{
-        Adjust, Advice, Answer, Decision, Finding, Input, Lens, Picture, RELEVANT, Shelf, State,
-        Station, View, Watch,
+        Adjust, Advice, Answer, Decision, Finding, Input, Lens, Picture, RELEVANT, State, Station,
+        View, Watch,
     },
 };
 use image::GrayImage;
@@ -18,24 +18,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 const HOUR_SECS: f64 = 3600.0;
 const DAY_SECS: f64 = 24.0 * HOUR_SECS;
-
-/// Learning pictures in memory.
-#[derive(Clone, Default)]
-struct InMemory(BTreeMap<u64, GrayImage>);
-
-impl Shelf for InMemory {
-    fn put(&mut self, number: u64, _: f64, grey: &GrayImage) {
-        self.0.insert(number, grey.clone());
-    }
-
-    fn take(&mut self, number: u64) -> Option<GrayImage> {
-        self.0.get(&number).cloned()
-    }
-
-    fn drop(&mut self, number: u64) {
-        self.0.remove(&number);
-    }
-}
 
 /// A camera on its mount, over a street, and its watch.
 #[derive(Clone)]
@@ -50,7 +32,7 @@ struct Installed {
     glass: Vec<(What, f64)>,
     station: Station,
     watch: Watch,
-    shelf: InMemory,
+    shelf: BTreeMap<u64, GrayImage>,
     at_secs: f64,
 }
 
@@ -90,7 +72,7 @@ impl Installed {
             turned: UnitQuaternion::identity(),
             larger_percent: 0.0,
             glass: Vec::new(),
-            shelf: InMemory::default(),
+            shelf: BTreeMap::new(),
             street,
             lens,
         };

@@ -14,7 +14,7 @@ mod common;
 use std::{collections::BTreeMap, io::Write, path::Path};
 
 use boresight_geometry::frame::ImageSize;
-use boresight_watch::{Input, NoAnswer, Shelf, Station, Turn, Watch};
+use boresight_watch::{Input, NoAnswer, Station, Turn, Watch};
 use common::{Failed, blurred, dirty, foggy, lens, noisy, pictures, read, turn_by, veiled};
 use image::GrayImage;
 
@@ -37,7 +37,7 @@ fn main() -> Result<(), Failed> {
     let mut camera = Watched {
         station: Station::new(lens.clone()),
         watch: Watch::new(&lens),
-        shelf: InMemory::default(),
+        shelf: BTreeMap::new(),
         before: "",
         none: BTreeMap::new(),
         findings: BTreeMap::new(),
@@ -69,7 +69,7 @@ fn main() -> Result<(), Failed> {
 struct Watched {
     station: Station,
     watch: Watch,
-    shelf: InMemory,
+    shelf: BTreeMap<u64, GrayImage>,
     before: &'static str,
     none: BTreeMap<String, u32>,
     findings: BTreeMap<&'static str, u32>,
@@ -161,24 +161,6 @@ impl Planted {
             _ => return GrayImage::from_pixel(grey.width(), grey.height(), image::Luma([30])),
         };
         turn_by(grey, lens, &turn)
-    }
-}
-
-/// Learning pictures in memory.
-#[derive(Clone, Default)]
-struct InMemory(BTreeMap<u64, GrayImage>);
-
-impl Shelf for InMemory {
-    fn put(&mut self, number: u64, _: f64, grey: &GrayImage) {
-        self.0.insert(number, grey.clone());
-    }
-
-    fn take(&mut self, number: u64) -> Option<GrayImage> {
-        self.0.get(&number).cloned()
-    }
-
-    fn drop(&mut self, number: u64) {
-        self.0.remove(&number);
     }
 }
 

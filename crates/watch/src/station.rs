@@ -1,5 +1,7 @@
 //! One camera's pictures: measured, and what is learned from them. Pictures in, inputs of the fold out.
 
+use std::collections::BTreeMap;
+
 use image::GrayImage;
 
 use crate::{
@@ -40,6 +42,21 @@ pub trait Shelf {
     fn take(&mut self, number: u64) -> Option<GrayImage>;
     /// Forgets a picture.
     fn drop(&mut self, number: u64);
+}
+
+/// In memory.
+impl Shelf for BTreeMap<u64, GrayImage> {
+    fn put(&mut self, number: u64, _at_secs: f64, grey: &GrayImage) {
+        self.insert(number, grey.clone());
+    }
+
+    fn take(&mut self, number: u64) -> Option<GrayImage> {
+        self.get(&number).cloned()
+    }
+
+    fn drop(&mut self, number: u64) {
+        self.remove(&number);
+    }
 }
 
 /// What a picture led to.

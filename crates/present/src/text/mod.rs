@@ -83,7 +83,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::CutOff(Side::Bottom) => "Move up. It's cut off".into(),
         Prompt::Uncover => "Uncover it, or tip it less".into(),
         Prompt::Glare => "Too much glare. Tip the board".into(),
-        Prompt::OtherBoard { .. } => "Wrong board. Show the other".into(),
+        Prompt::OtherBoard { .. } => "This is a different board".into(),
         Prompt::OtherMarkers => "Wrong markers. Show the other board".into(),
         Prompt::OtherSquares => "Different ChArUco layout".into(),
         Prompt::Closer => "Come closer".into(),

@@ -21,7 +21,7 @@ pub const LINGERING: &str =
 /// Verdict on the page, without a result.
 pub const NO_CALIBRATION: &str = "No calibration";
 /// Verdict on the page, if nothing speaks against the result.
-pub const USE_IT: &str = "You can use this calibration. The camera is done.";
+pub const USE_IT: &str = "You can use this calibration.";
 /// The verdict for the ear, in six words at most.
 pub fn aloud(verdict: Verdict) -> &'static str {
     match verdict {
