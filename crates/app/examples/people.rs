@@ -6,13 +6,16 @@
 //! people SEEDS [ROW]
 //! ```
 
+mod best_turn;
+
 use std::{collections::VecDeque, sync::Mutex, thread};
 
+use best_turn::{differences_px, rms_px};
 use boresight_app::PersonCues;
 use boresight_calibrate::{Calibration, CalibrationParams, Verdict};
 use boresight_detect::{Detection, Miss, Quality};
 use boresight_geometry::{
-    Camera, Corner, cell_centres_px,
+    Camera, Corner,
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
 };
 use boresight_guide::{
@@ -23,7 +26,7 @@ use boresight_sim::{
     Scene,
     technician::{Person, Technician, TechnicianParams},
 };
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, Vector2};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -260,39 +263,11 @@ fn look(
     }
 }
 
-/// Root mean square error of projection over the picture, the best turn of the camera taken out.
+/// Root mean square error of projection over the picture a coordinate, the best turn of the camera taken out.
 fn error_px(found: &Calibration, truth: &Camera) -> f64 {
-    let rays: Vec<(Point2<f64>, Vector3<f64>)> = cell_centres_px(found.image_size)
-        .filter_map(|px| Some((px, truth.ray_from_px(&px)?)))
-        .collect();
-    let mut turn = UnitQuaternion::identity();
-    let error = |turn: &UnitQuaternion<f64>, px: &Point2<f64>, ray: &Vector3<f64>| {
-        found.camera.project(&Point3::from(turn * ray)).map(|at| at - px)
-    };
-    for _ in 0..4 {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (px, ray) in &rays {
-            let Some(off) = error(&turn, px, ray) else { continue };
-            let step = 1e-6;
-            let by = |axis: Vector3<f64>| {
-                let turned = UnitQuaternion::from_scaled_axis(axis * step) * turn;
-                error(&turned, px, ray).map_or(Vector2::zeros(), |it| (it - off) / step)
-            };
-            let columns = [by(Vector3::x()), by(Vector3::y()), by(Vector3::z())];
-            for i in 0..3 {
-                right[i] -= columns[i].dot(&off);
-                for j in 0..3 {
-                    normal[(i, j)] += columns[i].dot(&columns[j]);
-                }
-            }
-        }
-        let Some(step) = normal.lu().solve(&right) else { break };
-        turn = UnitQuaternion::from_scaled_axis(step) * turn;
-    }
-    let squares =
-        rays.iter().filter_map(|(px, ray)| error(&turn, px, ray)).map(|e| e.norm_squared());
-    let (sum, count) = squares.fold((0.0, 0.0), |(sum, count), it| (sum + it, count + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
+    let project = |point: &_| found.camera.project(point);
+    differences_px(truth, &project, found.image_size, &|_| true)
+        .map_or(f64::INFINITY, |differences| rms_px(&differences))
 }
 
 fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {

@@ -2,20 +2,26 @@
 //! with the best turn between them taken out, with what both state.
 //!
 //! ```text
-//! split_halves LIST SPLITS [FAMILY]
+//! split_halves LIST SPLITS
 //! ```
 //!
 //! A line of LIST names a file of `boresight detect --json` lines (`{"file", "corners": [[column, row, x, y, sigma], …]}`), the
 //! board's corners, and the pictures' size: `antonio.jsonl 11x10 1280x720`.
 
+mod best_turn;
+mod outlines;
+
 use std::{path::Path, sync::Mutex, thread};
 
 use anyhow::Context;
+use best_turn::{differences_px, rms_px};
 use boresight_calibrate::{
-    Calibration, CalibrationParams, Limits, Severity, Verdict, calibrate, projection_jacobian,
+    Calibration, CalibrationParams, DriftVerdict, Limits, OldLens, Severity, Verdict, calibrate,
+    drift, projection_jacobian,
 };
-use boresight_geometry::{Camera, Corner, board::Checkerboard, cell_centres_px, frame::ImageSize};
-use nalgebra::{Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
+use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+use nalgebra::Point2;
+use outlines::outlines;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 
@@ -34,10 +40,12 @@ struct Halves {
     z_covered: f64,
     z_picture: f64,
     z_corners: f64,
-    /// Root mean square over the part that both cover, in pixels.
+    /// Root mean square a coordinate over the part that both cover, in pixels.
     difference_px: f64,
     inside: bool,
     good_wrong: bool,
+    /// What checks of each half against the other say, with all its views and with four; `None` without a verdict.
+    checks: [[Option<DriftVerdict>; 2]; 2],
 }
 
 fn read(line: &str, folder: &Path) -> anyhow::Result<Set> {
@@ -85,31 +93,23 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
     };
     let views = [half(0), half(1)];
     let [a, b] = [result_of(set, &views[0], params)?, result_of(set, &views[1], params)?];
-    let covered = |views: &[Vec<Corner>]| {
-        let outlines: Vec<_> = views
-            .iter()
-            .filter_map(|view| {
-                let px: Vec<_> = view.iter().map(|corner| corner.px).collect();
-                set.board.target().outline(&px, &|index| view[index].is_seen())
-            })
-            .collect();
-        move |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px))
-    };
-    let (in_a, in_b) = (covered(&views[0]), covered(&views[1]));
-    let both = |px: &Point2<f64>| in_a(px) && in_b(px);
+    let boards = [outlines(&set.board, &views[0]), outlines(&set.board, &views[1])];
+    let both =
+        |px: &Point2<f64>| boards.iter().all(|half| half.iter().any(|board| board.covers(px)));
     let covariance = a.covariance_all + b.covariance_all;
     let whole = projection_jacobian(&a.camera, set.size)?;
     let off = |is_inside: &dyn Fn(&Point2<f64>) -> bool| -> Option<(f64, f64)> {
-        let differences = differences_px(&a.camera, &b.camera, set.size, is_inside)?;
+        let project = |point: &_| b.camera.project(point);
+        let differences = differences_px(&a.camera, &project, set.size, is_inside)?;
         let stated = whole.turned_over(is_inside)?.sd(&covariance);
-        let sum = differences.iter().map(|(_, off)| off.norm_squared()).sum::<f64>();
-        let variance: f64 = stated
+        let variances: Vec<f64> = stated
             .grid
             .iter()
             .filter(|point| differences.iter().any(|(px, _)| *px == point.px))
-            .map(|point| 2.0 * point.sd_px.powi(2))
-            .sum();
-        Some(((sum / differences.len() as f64).sqrt(), (sum / variance).sqrt()))
+            .map(|point| point.sd_px.powi(2))
+            .collect();
+        let sd_px = (variances.iter().sum::<f64>() / variances.len() as f64).sqrt();
+        Some((rms_px(&differences), rms_px(&differences) / sd_px))
     };
     let (difference_px, z_covered) = off(&both)?;
     let (_, z_picture) = off(&|_| true)?;
@@ -125,6 +125,17 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
     let bounds = [a.covered_bound_px?, b.covered_bound_px?];
     let bound_px = bounds[0].hypot(bounds[1]);
     let is_good = a.verdict == Verdict::Good && b.verdict == Verdict::Good;
+    let check = |old: &Calibration, half: usize| {
+        let old = OldLens {
+            camera: old.camera,
+            covariance: Some(old.covariance_all),
+            outlines: &boards[half],
+            image_size: set.size,
+        };
+        let new = &views[1 - half];
+        let four: Vec<_> = new.iter().step_by((new.len() / 4).max(1)).take(4).cloned().collect();
+        [new, &four].map(|new| drift(new, &set.board, set.size, &old).ok().map(|it| it.verdict))
+    };
     Some(Halves {
         z,
         z_covered,
@@ -133,43 +144,8 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
         difference_px,
         inside: difference_px <= bound_px,
         good_wrong: is_good && difference_px > 2.0 * bound_px,
+        checks: [check(&a, 0), check(&b, 1)],
     })
-}
-
-/// How far rays of `a` are from where `b` has them, after the best turn over the part that `is_inside` selects.
-fn differences_px(
-    a: &Camera,
-    b: &Camera,
-    size: ImageSize,
-    is_inside: &dyn Fn(&Point2<f64>) -> bool,
-) -> Option<Vec<(Point2<f64>, Vector2<f64>)>> {
-    let rays: Vec<(Point2<f64>, Vector3<f64>)> = cell_centres_px(size)
-        .filter(|px| is_inside(px))
-        .filter_map(|px| Some((px, a.ray_from_px(&px)?)))
-        .collect();
-    let mut turn = UnitQuaternion::identity();
-    let error = |turn: &UnitQuaternion<f64>, px: &Point2<f64>, ray: &Vector3<f64>| {
-        b.project(&Point3::from(turn * ray)).map(|at| at - px)
-    };
-    for _ in 0..5 {
-        let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
-        for (px, ray) in &rays {
-            let Some(off) = error(&turn, px, ray) else { continue };
-            let columns = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| {
-                let turned = UnitQuaternion::from_scaled_axis(axis * 1e-6) * turn;
-                error(&turned, px, ray).map_or(Vector2::zeros(), |it| (it - off) / 1e-6)
-            });
-            for i in 0..3 {
-                right[i] -= columns[i].dot(&off);
-                for j in 0..3 {
-                    normal[(i, j)] += columns[i].dot(&columns[j]);
-                }
-            }
-        }
-        turn = UnitQuaternion::from_scaled_axis(normal.lu().solve(&right)?) * turn;
-    }
-    let all = rays.iter().filter_map(|(px, ray)| Some((*px, error(&turn, px, ray)?)));
-    Some(all.collect())
 }
 
 /// The columns of a table of z: root mean square, and median of the sizes.
@@ -215,9 +191,9 @@ fn main() -> anyhow::Result<()> {
     let mut rows = rows.into_inner().unwrap_or_default();
     rows.sort_by(|a, b| a.0.name.cmp(&b.0.name));
     println!(
-        "| set | views | model | verdict | bound (covered, picture) | goal | valid | halves differ by | inside | z of f, cx, cy | findings |"
+        "| set | views | model | verdict | bound (covered, picture) | goal | valid | halves differ by | inside | z of f, cx, cy | alarms (all, four views) | findings |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let (mut agree, mut good_of_agreeing, mut good) = (0, 0, 0);
     for (set, whole, halves) in &rows {
         let Some(whole) = whole else {
@@ -241,8 +217,12 @@ fn main() -> anyhow::Result<()> {
             .iter()
             .map(|it| format!("{:.1} {:.1} {:.1}", it.z[0], it.z[1], it.z[2]))
             .collect();
+        let alarms = |which: usize| {
+            let checks = halves.iter().flat_map(|it| &it.checks).filter_map(|it| it[which]);
+            checks.filter(|verdict| *verdict != DriftVerdict::Ok).count()
+        };
         println!(
-            "| {} | {} | {:?} | {:?} | {:.2}, {:.2} | {goal_px:.2} | {:.0} % | {differ_px:.2} | {}/{} | {} | {} |",
+            "| {} | {} | {:?} | {:?} | {:.2}, {:.2} | {goal_px:.2} | {:.0} % | {differ_px:.2} | {}/{} | {} | {}, {} | {} |",
             set.name,
             set.views.len(),
             whole.model,
@@ -253,6 +233,8 @@ fn main() -> anyhow::Result<()> {
             halves.iter().filter(|it| it.inside).count(),
             halves.len(),
             z.join("; "),
+            alarms(0),
+            alarms(1),
             findings.join(" ")
         );
     }
@@ -266,6 +248,12 @@ fn main() -> anyhow::Result<()> {
     println!("corners: {}", spread(all().map(|it| it.z_corners)));
     println!("inside the bound: {} of {count}", all().filter(|it| it.inside).count());
     println!("GOOD and wrong: {}", all().filter(|it| it.good_wrong).count());
+    for (name, which) in ["all views", "four views"].iter().zip(0..) {
+        let told: Vec<DriftVerdict> =
+            all().flat_map(|it| &it.checks).filter_map(|check| check[which]).collect();
+        let alarms = told.iter().filter(|verdict| **verdict != DriftVerdict::Ok).count();
+        println!("check with {name}: {alarms} alarms of {}", told.len());
+    }
     println!(
         "GOOD: {good} of {} sets; {good_of_agreeing} of the {agree} whose halves agree within the goal",
         rows.len()
