@@ -2,19 +2,21 @@
 //! learned from and stored. Prints what was said of them, memory, processor time and the stores' size.
 //!
 //! ```text
-//! many_cameras FOLDER CAMERAS DAYS HOURS STREET…
+//! many_cameras FOLDER CAMERAS DAYS HOURS:STREET…
 //! ```
 //!
-//! Each street (`7,pan=2.5px@24d`: a seed, and what is planted) is drawn first, a picture every HOURS, since that takes longer
-//! than watching. Then each camera watches the next of them.
+//! Each street (`6:7,pan=2.5px@24d`: a picture every 6 hours, a seed, and what is planted) is drawn first into `FOLDER/street-N`,
+//! since that takes longer than watching; pictures that are there already are taken as they are. Then each camera watches the
+//! next street. Cameras of one street begin a picture apart, so that no two learn from the same pictures.
 
 use std::{
     collections::BTreeMap,
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Mutex, PoisonError, atomic::AtomicBool},
     time::{Duration, Instant},
 };
 
+use anyhow::Context;
 use boresight_app::{
     Announcer,
     watch::{Feed, Places, Round, WatchedCamera, run},
@@ -24,28 +26,26 @@ use boresight_watch::Lens;
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [folder, cameras, days, hours, streets @ ..] = arguments.as_slice() else {
-        anyhow::bail!("FOLDER CAMERAS DAYS HOURS STREET…");
+    let [folder, cameras, days, streets @ ..] = arguments.as_slice() else {
+        anyhow::bail!("FOLDER CAMERAS DAYS HOURS:STREET…");
     };
     anyhow::ensure!(!streets.is_empty(), "name a street at least");
     let announcer = Announcer::silent();
-    let every = Duration::from_secs_f64(3600.0 * hours.parse::<f64>()?);
-    let drawn: Vec<(Lens, Feed)> = streets
+    let drawn: Vec<Drawn> = streets
         .iter()
         .enumerate()
-        .map(|(n, street)| {
-            draw(street, &Path::new(folder).join(format!("street-{n}")), days, every)
-        })
+        .map(|(n, street)| draw(street, &Path::new(folder).join(format!("street-{n}")), days))
         .collect::<Result<_, _>>()?;
     let plan = |n: usize| (&streets[n % streets.len()], &drawn[n % streets.len()]);
     let stores = Path::new(folder).join("stores");
     let mut rounds = Vec::new();
     for n in 0..cameras.parse()? {
-        let (_, (lens, feed)) = plan(n);
+        let (_, Drawn { lens, files, every }) = plan(n);
         let name = format!("{n:03}");
         let (camera, _) =
             WatchedCamera::open(&stores.join(&name), &name, None, (Some(lens.clone()), false))?;
-        rounds.push(Round { name, places: Places::one(camera), feed: feed.clone(), every });
+        let feed = Feed::Files(files[(n / streets.len()).min(files.len())..].to_vec());
+        rounds.push(Round { name, places: Places::one(camera), feed, every: *every });
     }
     let said: Mutex<BTreeMap<String, Vec<&str>>> = Mutex::default();
     let hear = |camera: &WatchedCamera, decision: &boresight_watch::Decision| {
@@ -68,8 +68,9 @@ fn main() -> anyhow::Result<()> {
     let pictures: u64 =
         rounds.iter().flat_map(|r| r.places.cameras()).flat_map(WatchedCamera::pictures).sum();
     println!(
-        "{pictures} pictures: {spent:.0} s of processor time ({:.0} ms each, reading too) in {wall:.0} s",
-        1e3 * spent / pictures as f64
+        "{pictures} pictures: {spent:.0} s of processor time ({:.0} ms each, reading too) in {wall:.0} s: {:.3} % of one processor over {days} days",
+        1e3 * spent / pictures as f64,
+        100.0 * spent / (86_400.0 * days.parse::<f64>()?)
     );
     println!("{:.2} MB in each store", megabytes(&stores) / rounds.len().max(1) as f64);
     let status = std::fs::read_to_string("/proc/self/status")?;
@@ -77,18 +78,29 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The pictures of a street in a folder, named by their time.
-fn draw(street: &str, folder: &Path, days: &str, every: Duration) -> anyhow::Result<(Lens, Feed)> {
+/// A street's pictures, in files that are named by their time.
+struct Drawn {
+    lens: Lens,
+    files: Vec<PathBuf>,
+    every: Duration,
+}
+
+fn draw(street: &str, folder: &Path, days: &str) -> anyhow::Result<Drawn> {
+    let (hours, street) = street.split_once(':').context("HOURS:STREET")?;
+    let every = Duration::from_secs_f64(3600.0 * hours.parse::<f64>()?);
     let street = Street::parse(&format!("{street},days={days}"))?;
     std::fs::create_dir_all(folder)?;
     let mut files = Vec::new();
     let mut at_secs = street.began_secs;
     while at_secs < street.began_secs + 86_400.0 * street.days {
-        files.push(folder.join(format!("{at_secs}.png")));
-        street.picture(at_secs).save(&files[files.len() - 1])?;
+        let file = folder.join(format!("{at_secs}.png"));
+        if !file.exists() {
+            street.picture(at_secs).save(&file)?;
+        }
+        files.push(file);
         at_secs += every.as_secs_f64();
     }
-    Ok((Lens::new(street.camera, None, street.image_size), Feed::Files(files)))
+    Ok(Drawn { lens: Lens::new(street.camera, None, street.image_size), files, every })
 }
 
 /// User and system time of this process; a tick is 10 ms on Linux.
