@@ -96,7 +96,7 @@ struct Place {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Help to push a camera back: says live what to do, roll first, until it's tight and points right.
+    /// Help to push a camera back: says live what to do, roll first, until it's tight and points where it should.
     ///
     /// The camera is compared with where it stood at this hour of the day. A window, and with --serve a phone's page, shows
     /// the live picture with the edges of the scene where they should be, an arrow, a number and a sentence, and sounds a

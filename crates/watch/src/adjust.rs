@@ -1,11 +1,11 @@
 //! Pushing a camera back: one thing at a time, and whether it stays.
 
+use std::collections::VecDeque;
+
 use nalgebra::Vector4;
 
-use crate::{level::COARSE, measure::NoAnswer, patches::COARSE_SEARCH};
+use crate::{level::COARSE, measure::NoAnswer, patches::COARSE_SEARCH, slot::median4};
 
-/// Nearer than this nobody can push a camera by hand, px.
-const NEAREST_PX: f64 = 0.5;
 /// Farther than this the coarse search no longer reaches in one step, px: the tone starts here.
 const FAR_PX: f64 = (COARSE * COARSE_SEARCH as u32) as f64;
 /// Time for which it must stand right before it's tightened, and until it's looked at again after that.
@@ -55,15 +55,16 @@ pub enum Advice {
 #[derive(Clone, Debug)]
 pub struct Adjust {
     limits_px: Vector4<f64>,
+    /// Since when the camera has stood right, and its last estimates: a mast trembles while it's held.
     within_since: Option<f64>,
+    held: VecDeque<(f64, Vector4<f64>)>,
     tighten_since: Option<f64>,
 }
 
 impl Adjust {
-    /// For a camera whose estimates scatter so much by themselves, px.
-    pub fn new(scatter_px: Option<Vector4<f64>>) -> Self {
-        let limits_px = scatter_px.unwrap_or_default().map(|s| s.max(NEAREST_PX));
-        Self { limits_px, within_since: None, tighten_since: None }
+    /// For a camera that may be left so far off: [`crate::Watch::may_be_left_px`].
+    pub fn new(limits_px: Vector4<f64>) -> Self {
+        Self { limits_px, within_since: None, held: VecDeque::new(), tighten_since: None }
     }
 
     /// How near the camera is, for a tone: 1 where it stands right, falling with the logarithm of the distance to 0 where
@@ -83,7 +84,7 @@ impl Adjust {
 
     fn near(limit_px: f64, off_px: f64) -> f64 {
         let times = off_px.abs() / limit_px;
-        (1.0 - libm::log(times.max(1.0)) / libm::log(FAR_PX / NEAREST_PX)).max(0.0)
+        (1.0 - libm::log(times.max(1.0)) / libm::log(FAR_PX / limit_px)).max(0.0)
     }
 
     /// Takes how far the camera is from where it should point at this hour, px, or why that isn't known.
@@ -95,7 +96,15 @@ impl Adjust {
                 return Advice::Lost(reason);
             }
         };
-        let is_within = |i: usize| off[i].abs() <= self.limits_px[i];
+        if self.within_since.is_none() {
+            self.held.clear();
+        }
+        self.held.retain(|(at, _)| at_secs - at <= HOLD_SECS);
+        self.held.push_back((at_secs, off));
+        let held: Vec<Vector4<f64>> = self.held.iter().map(|(_, off)| *off).collect();
+        let off = median4(&held);
+        let times = off.component_div(&self.limits_px).abs();
+        let is_within = |i: usize| times[i] <= 1.0;
         let largest_px = off.fixed_rows::<3>(0).amax();
         let within_secs = if is_within(0) && is_within(1) && is_within(2) {
             at_secs - *self.within_since.get_or_insert(at_secs)
@@ -126,7 +135,7 @@ impl Adjust {
         if !is_within(2) {
             return Advice::Push { axis: Axis::Roll, off_px: off[2] };
         }
-        if off[0].abs() >= off[1].abs() {
+        if times[0] >= times[1] {
             Advice::Push { axis: Axis::Pan, off_px: off[0] }
         } else {
             Advice::Push { axis: Axis::Tilt, off_px: off[1] }
@@ -140,7 +149,7 @@ mod tests {
 
     #[test]
     fn roll_first_then_the_larger_one_then_hold_tighten_and_look_again() {
-        let mut adjust = Adjust::new(None);
+        let mut adjust = Adjust::new(Vector4::repeat(0.5));
         let mut at = 0.0;
         let mut see = |off: [f64; 3], secs: f64| {
             at += secs;
@@ -161,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_tone_rises_as_it_comes_nearer() {
-        let adjust = Adjust::new(None);
+        let adjust = Adjust::new(Vector4::repeat(0.5));
         let near = |off_px| adjust.closeness(&Advice::Push { axis: Axis::Pan, off_px });
         let heard = [-90.0, 40.0, -12.0, 3.0, 0.6, 0.5].map(|off_px| near(off_px).expect("known"));
         assert!(heard.is_sorted(), "{heard:?}");
@@ -171,8 +180,27 @@ mod tests {
     }
 
     #[test]
+    fn a_mast_that_trembles_is_right_by_its_median() {
+        let mut adjust = Adjust::new(Vector4::repeat(0.3));
+        let mut told = (0..660).map(|i| {
+            let trembles_px = [0.0, -0.2, 0.9, 0.1, -0.8][i % 5];
+            adjust.handle(0.1 * i as f64, Ok(Vector4::new(trembles_px, 0.1, 0.0, 0.0)))
+        });
+        assert!(told.all(|advice| !matches!(advice, Advice::Push { .. })));
+        assert_eq!(adjust.handle(66.0, Ok(Vector4::zeros())), Advice::Right);
+        // Whoever pushes it away reads so as soon as most of what was seen is off.
+        let mut adjust = Adjust::new(Vector4::repeat(0.3));
+        let seen = (0..60).map(|i| {
+            let pushed_px = if i < 10 { 0.0 } else { 5.0 };
+            adjust.handle(0.1 * f64::from(i), Ok(Vector4::new(pushed_px, 0.0, 0.0, 0.0)))
+        });
+        let told = seen.enumerate().find(|(_, advice)| matches!(advice, Advice::Push { .. }));
+        assert!((11..=21).contains(&told.expect("told").0), "{told:?}");
+    }
+
+    #[test]
     fn a_camera_that_is_lost_starts_over() {
-        let mut adjust = Adjust::new(Some(Vector4::repeat(0.9)));
+        let mut adjust = Adjust::new(Vector4::repeat(0.9));
         assert!(matches!(adjust.handle(0.0, Ok(Vector4::repeat(0.8))), Advice::Hold { .. }));
         assert_eq!(adjust.handle(1.0, Err(NoAnswer::TooDark)), Advice::Lost(NoAnswer::TooDark));
         assert_eq!(adjust.handle(9.0, Ok(Vector4::zeros())), Advice::Hold { left_secs: 3.0 });

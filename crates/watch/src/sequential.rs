@@ -111,6 +111,11 @@ impl Sequential {
         self.scale_px(scatter_px) * VISIBLE
     }
 
+    /// How far off a camera may be left, px: with what it does by itself, it stays within what's never counted.
+    pub fn may_be_left_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
+        self.scale_px(scatter_px) * ALLOWANCE - scatter_px
+    }
+
     /// Takes an estimate: its distance from the cycle, and the scatter about it, px.
     pub fn step(
         &mut self,

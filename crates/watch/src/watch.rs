@@ -149,6 +149,11 @@ impl Watch {
         self.cycle.as_ref().map(|cycle| cycle.scatter_px)
     }
 
+    /// How far from [`Self::target_px`] a camera that's pushed back may be left, so that it's OK from then on, px.
+    pub fn may_be_left_px(&self) -> Vector4<f64> {
+        self.test.may_be_left_px(&self.scatter_px().unwrap_or_default())
+    }
+
     /// True once three days have been learned.
     pub fn is_settled(&self, at_secs: f64) -> bool {
         self.cycle.is_some() && self.began_secs.is_some_and(|began| at_secs - began >= SETTLED_SECS)
@@ -214,7 +219,7 @@ impl Watch {
         let state = if is_zoom {
             State::Zoom
         } else if verdict.alarms[..3].contains(&true) {
-            State::Moved(self.cause())
+            State::Moved(self.cause(verdict.alarms[2]))
         } else if self.condition.is_blurred() {
             State::Blurred
         } else {
@@ -295,19 +300,21 @@ impl Watch {
         self.days.drain(..first);
     }
 
-    fn cause(&self) -> Cause {
+    /// What has moved the picture; a lens that's knocked doesn't roll it.
+    fn cause(&self, rolled: bool) -> Cause {
         // A lens that is knocked so far no longer fills the picture.
         if self.decision.off_px.fixed_rows::<2>(0).norm() > FARTHEST_KNOCK * self.width_px {
             return Cause::Turned;
         }
+        let unknown = if rolled { Cause::Turned } else { Cause::Either };
         if self.causes.len() < SEVERAL {
-            return Cause::Either;
+            return unknown;
         }
         let evidence = self.causes.iter().rev().take(SEVERAL).sum::<f64>() / SEVERAL as f64;
         match evidence {
             e if e > SURE => Cause::Turned,
             e if e < -SURE => Cause::Knocked,
-            _ => Cause::Either,
+            _ => unknown,
         }
     }
 

@@ -82,7 +82,7 @@ pub fn adjust(
     stop: &AtomicBool,
     hear: &mut dyn FnMut(&Step<'_>),
 ) -> anyhow::Result<bool> {
-    let adjust = Adjust::new(camera.watch().scatter_px());
+    let adjust = Adjust::new(camera.watch().may_be_left_px());
     let mut way = Way { camera, adjust, drawn: None };
     let mut take = |frame: &Arc<Frame>, at_secs: f64, now_secs: f64| {
         let step = way.step(frame, at_secs, now_secs);

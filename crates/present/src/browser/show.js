@@ -204,7 +204,7 @@ function inset(c, k, rgb) {
     c.fillStyle = '#fff'; c.fillText(words, at[0], top + 1.12 * side);
   });
 }
-// The scene's edges where they should be: where they meet those of the picture, the camera points right.
+// The scene's edges where they should be: where they meet those of the picture, the camera points where it should.
 function outline(c, k) {
   const dot = Math.max(1.5, 1.2 * k);
   for (const [wider, style] of [[1, 'rgba(0,0,0,.55)'], [0, css(live.close === null ? GREY : approach(live.close))]]) {

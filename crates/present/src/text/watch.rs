@@ -86,7 +86,7 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
     match decision.state {
         State::Learning { pictures, hours } => (
             format!(
-                "It learns where the camera points: {pictures} pictures in {hours:.0} hours so far."
+                "It's learning where the camera points: {pictures} pictures in {hours:.0} hours so far."
             ),
             "Wait for 60 pictures in 20 hours; after three days it's surest.".into(),
         ),
@@ -118,14 +118,14 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
             let larger = if decision.off_px[3] > 0.0 { "larger" } else { "smaller" };
             (
                 format!(
-                    "Everything is {percent:.2} % {larger} since {}: zoom or focus has changed.",
+                    "Everything has been {percent:.2} % {larger} since {}: zoom or focus has changed.",
                     since()
                 ),
                 "Calibrate again.".into(),
             )
         }
         State::Blurred => (
-            format!("The picture is blurred since {}: focus or a wet glass.", since()),
+            format!("The picture has been blurred since {}: focus or a wet glass.", since()),
             "Wipe the glass. If that doesn't help, focus and calibrate again.".into(),
         ),
         State::CannotTell(reason) => {
@@ -140,19 +140,19 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
     match reason {
         NoAnswer::TooDark => (
             "too dark, or too little contrast, to compare".into(),
-            "Wait for light, or look whether the lens is covered.",
+            "Wait for light, or check whether the lens is covered.",
         ),
         NoAnswer::FewFound { found, of } => (
             format!("only {found} of {of} patches of the scene are found"),
-            "Look whether the camera is covered or points elsewhere.",
+            "Check whether the camera is covered or points elsewhere.",
         ),
         NoAnswer::Disagree { agree, found } => (
             format!("only {agree} of {found} patches of the scene agree"),
-            "Look whether something large is before the camera, or whether it was shifted.",
+            "Check whether something large is in front of the camera, or whether it was shifted.",
         ),
         NoAnswer::OneCorner => (
             "only one corner of the picture shows what it did".into(),
-            "Look whether something large is before the camera.",
+            "Check whether something large is in front of the camera.",
         ),
         NoAnswer::Shakes => ("the camera shakes".into(), "Tighten its mount."),
         NoAnswer::NoReferences => ("there are no references yet".into(), "Wait."),
@@ -161,11 +161,9 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
             "Set the camera to the size it was calibrated in.",
         ),
         NoAnswer::BetweenPresets => {
-            ("the camera doesn't look there".into(), "Look whether it still visits this preset.")
+            ("the camera doesn't look there".into(), "Check whether it still visits this preset.")
         }
-        NoAnswer::NoPicture => {
-            ("no picture comes".into(), "Look after the camera and its connection.")
-        }
+        NoAnswer::NoPicture => ("no picture comes".into(), "Check the camera and its connection."),
     }
 }
 
@@ -285,13 +283,13 @@ pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
                 say("↺", number, "Turn it anticlockwise.")
             }
         }
-        Advice::Hold { left_secs } => say("●", format!("{left_secs:.0} s"), "Hold it so."),
+        Advice::Hold { left_secs } => say("●", format!("{left_secs:.0} s"), "Hold it there."),
         Advice::Tighten { left_secs, off_px } => say(
             "●",
             format!("{left_secs:.0} s"),
             &format!("Tighten the mount. It's off by {}.", pixels(off_px)),
         ),
-        Advice::Right => say("●", String::new(), "It's tight, and it still points right."),
+        Advice::Right => say("●", String::new(), "It's tight, and it points where it should."),
     }
 }
 
@@ -317,9 +315,9 @@ pub fn aloud(advice: &Advice) -> Option<&'static str> {
         Advice::Push { axis: Axis::Tilt, .. } => "Push it down",
         Advice::Push { axis: Axis::Roll, off_px } if off_px > 0.0 => "Turn it clockwise",
         Advice::Push { axis: Axis::Roll, .. } => "Turn it anticlockwise",
-        Advice::Hold { .. } => "Hold it so",
+        Advice::Hold { .. } => "Hold it there",
         Advice::Tighten { .. } => "Tighten the mount",
-        Advice::Right => "It still points right",
+        Advice::Right => "It points where it should",
     })
 }
 
@@ -405,7 +403,7 @@ mod tests {
         let scale =
             Scale { f_px: [1000.0, 1000.0], half_diagonal_px: 640.0, when: &when, day: &when };
         let mut off = [7.3, -4.1, -6.2];
-        let mut way = boresight_watch::Adjust::new(None);
+        let mut way = boresight_watch::Adjust::new(nalgebra::Vector4::repeat(0.5));
         for step in 0..20 {
             let now = nalgebra::Vector4::new(off[0], off[1], off[2], 0.0);
             let cue = cue(&way.handle(f64::from(step) * 0.1, Ok(now)), &scale);
