@@ -278,7 +278,11 @@ fn due(watched: &[PathBuf], older: f64, common: &Common) -> anyhow::Result<Exit>
         }
     }
     if !watched.is_empty() {
-        say(&format!("{} watched cameras have changed", changed.len()));
+        say(&match changed.len() {
+            0 => "No watched camera has changed".to_owned(),
+            1 => "1 watched camera has changed".to_owned(),
+            count => format!("{count} watched cameras have changed"),
+        });
         if common.find()?.is_none() {
             return Ok(Exit::Good);
         }

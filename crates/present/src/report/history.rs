@@ -83,7 +83,7 @@ pub fn history_page(page: &HistoryPage) -> String {
     let mut said = String::new();
     if !cameras.is_empty() || watched.is_empty() {
         said += &format!(
-            "{} cameras: {drifting} have changed, {due} are due (older than {}). ",
+            "Cameras: {}; changed: {drifting}; due (older than {}): {due}. ",
             cameras.len(),
             escaped(due_after)
         );
@@ -96,7 +96,7 @@ pub fn history_page(page: &HistoryPage) -> String {
         escaped(made),
     );
     if !watched.is_empty() {
-        html += "<h2>Watched</h2>\n<p>Dots are pictures. The line is what repeats daily, the band the smallest change that is found within two days. Broken lines are what happened, listed below each drawing.</p>\n";
+        html += "<h2>Watched</h2>\n<p>Dots are pictures: above 0 the camera points to the left or down, is turned anticlockwise, or shows everything larger. The line is what repeats daily, the band the smallest change that's found within two days; both are known after three days. Broken lines are what happened, listed below each drawing.</p>\n";
         html.extend(watched.iter().map(watched::section));
     }
     if models.is_empty() {
