@@ -45,7 +45,7 @@ fn main() -> Result<(), Failed> {
         for year in 0..years {
             let mut rng = ChaCha8Rng::seed_from_u64(year as u64);
             let mut watch = Watch::new(&lens);
-            let mut before = "LEARNING";
+            let (mut before, mut found) = ("LEARNING", Vec::<&str>::new());
             for (at, answer) in days.drawn(365, times, &mut rng) {
                 pictures += 1;
                 let decision = watch.handle(&Input::Picture(Box::new(Picture {
@@ -67,13 +67,19 @@ fn main() -> Result<(), Failed> {
                     }
                 }
                 before = code;
+                for finding in &decision.findings {
+                    if !found.contains(&finding.code()) {
+                        *alarms.entry(finding.code()).or_insert(0) += 1;
+                    }
+                }
+                found = decision.findings.iter().map(|f| f.code()).collect();
             }
             scatter.extend(watch.scatter_px().map(|s| s.amax()));
         }
         scatter.sort_by(f64::total_cmp);
         let middle = scatter.get(scatter.len() / 2).copied().unwrap_or(f64::NAN);
         println!(
-            "residuals x {times}: {years} camera-years, {pictures} pictures, alarms {alarms:?}; scatter at the end {middle:.2} px"
+            "residuals x {times}: {years} camera-years, {pictures} pictures, alarms and findings {alarms:?}; scatter at the end {middle:.2} px"
         );
     }
     if options.iter().any(|o| o == "--steps") {
