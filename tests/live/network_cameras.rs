@@ -4,6 +4,7 @@ use std::{
     fs,
     io::{BufRead, BufReader, Read, Write},
     net::TcpListener,
+    os::unix::fs::PermissionsExt,
     path::Path,
     process::{Child, Command, Output, Stdio},
     sync::{
@@ -303,6 +304,55 @@ fn refusals_of_a_server_are_told_apart() {
         }
         _ => panic!("it has no end"),
     }
+}
+
+/// A picture that never ends: what its server sends isn't collected without limit.
+#[test]
+#[ignore = "sends 270 MB"]
+fn long_an_endless_picture_does_not_fill_the_memory() {
+    let mut jpeg = Vec::new();
+    JpegEncoder::new(&mut jpeg).encode_image(&picture(PAIRS[0].0, PAIRS[0].1)).expect("encodes");
+    jpeg.truncate(jpeg.len() / 2);
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("http://{}/video.mjpg", listener.local_addr().expect("bound"));
+    let serve = move || {
+        let mut client = listener.accept().expect("a client").0;
+        let head = "HTTP/1.0 200 OK\r\nContent-Type: multipart/x-mixed-replace; boundary=frame\r\n\r\n--frame\r\nContent-Type: image/jpeg\r\n\r\n";
+        let asked = client.read(&mut [0; 2048]);
+        asked.and_then(|_| client.write_all(head.as_bytes())).expect("asked");
+        client.write_all(&jpeg).expect("begun");
+        while client.write_all(&[0x55; 1 << 20]).is_ok() {}
+    };
+    Builder::new().name("server".into()).spawn(serve).expect("a thread");
+    // ffmpeg, with its number written down.
+    let place = TempDir::new().expect("folder");
+    let (program, number) = (place.path().join("ffmpeg"), place.path().join("number"));
+    let script = format!("#!/bin/sh\necho $$ > {}\nexec ffmpeg \"$@\"\n", number.display());
+    fs::write(&program, script).expect("written");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("allowed");
+    let largest_kb = Builder::new().spawn(move || {
+        let status = || {
+            let number = fs::read_to_string(&number).ok()?;
+            fs::read_to_string(format!("/proc/{}/status", number.trim())).ok()
+        };
+        let began = Instant::now();
+        let mut largest_kb = 0_u64;
+        while largest_kb == 0 || status().is_some_and(|status| status.contains("VmHWM")) {
+            assert!(began.elapsed().as_secs() < 60, "ffmpeg didn't start, or didn't end");
+            let status = status().unwrap_or_default();
+            let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+            let kb = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
+            largest_kb = largest_kb.max(kb.unwrap_or(0));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        largest_kb
+    });
+    let opened = Ffmpeg::open_with(&program.display().to_string(), &address);
+    let largest_kb = largest_kb.expect("a thread").join().expect("ended");
+    let Err(CaptureError::Camera { detail, .. }) = opened else { panic!("it isn't a picture") };
+    println!("{} MB at most: {detail}", largest_kb / 1024);
+    assert!(largest_kb < 400 << 10, "{largest_kb} kB");
+    assert!(!detail.contains("no picture came within"), "its patience ended it: {detail}");
 }
 
 /// A session with a quick plan from `address`, in `place`/session.
