@@ -229,6 +229,7 @@ impl Watch {
             verdict.since_secs.or_else(|| self.condition.blurred_since()).unwrap_or(at_secs);
         self.enter(state, since);
         if state == State::Ok {
+            self.note_day(at_secs, off_px);
             self.samples.push_back(sample);
             if self.is_settled(at_secs) {
                 self.usual_share =
@@ -236,7 +237,6 @@ impl Watch {
             }
         }
         self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
-        self.note_day(at_secs, off_px);
         self.follow(at_secs);
         self.decision.findings = self.findings(&cycle);
     }
