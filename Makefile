@@ -14,7 +14,7 @@ RTSP_PACKAGES = gir1.2-gst-rtsp-server-1.0 python3-gi gstreamer1.0-plugins-good
 # Machine-vision cameras in software and what writes into pipes: neither is ours.
 CAMERA_PACKAGES = aravis-tools gstreamer1.0-tools gstreamer1.0-plugins-base gstreamer1.0-plugins-good python3
 # What the tests on the kernel's own camera drivers need (tests/vm).
-VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3
+VM_PACKAGES = qemu-system-x86 busybox-static cpio zstd xz-utils kmod binutils python3 v4l-utils
 
 # Without a display, or with --headless, `make run` builds everything but the window: little more than half of the crates.
 ifeq (,$(findstring --headless,$(ARGS))$(if $(DISPLAY)$(WAYLAND_DISPLAY),,none))

@@ -9,6 +9,7 @@ mod rates;
 mod refused;
 mod replugs;
 mod time_stamps;
+mod vivid;
 
 use std::{
     collections::BTreeSet,
@@ -335,19 +336,4 @@ fn two_equal_cameras_are_known_by_their_ports() {
     let seen = until(&mut source, |seen| returned(seen) && seen.frames > 0);
     row("one of them unplugged and back", &words(Fault::Unplugged), seen.took);
     assert_eq!(source.camera().node.place, found[0].node.place);
-}
-
-#[test]
-#[ignore = "needs the driver vivid"]
-fn the_test_driver_of_the_kernel_streams() {
-    let found = discover(&mut Linux::default()).cameras;
-    let camera = found.into_iter().find(|c| c.driver == "vivid").expect("vivid");
-    assert!(camera.is_virtual && !camera.is_ordinary());
-    for layout in [PixelLayout::Yuyv, PixelLayout::Nv12, PixelLayout::Grey] {
-        let wanted = wanted(640, 360, layout);
-        let mut source =
-            LiveCamera::open(Linux::default(), camera.clone(), &wanted).expect("opens");
-        let seen = frames(&mut source, 20);
-        println!("vivid {}: 20 pictures in {:.1} s", layout.name(), seen.took.as_secs_f64());
-    }
 }

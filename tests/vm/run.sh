@@ -45,7 +45,7 @@ part "a USB camera and its faults" $vm --uvcsim "$uvcsim" --with "$target/debug/
 part "a USB camera with a clock that jumps" $vm --uvcsim "$uvcsim" --driver-args hwtimestamps=1 \
 	"$tests" "${options[@]}" time_stamps
 part "two equal cameras" $vm --uvcsim "$uvcsim" --camera-args --twin "$tests" "${options[@]}" two_equal
-part "the kernel's test driver" $vm --camera vivid "$tests" "${options[@]}" the_test_driver
+part "the kernel's test driver" $vm --camera vivid --with "$(command -v v4l2-ctl)" "$tests" "${options[@]}" the_test_driver
 part "the backend nokhwa" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" nokhwa:: --skip freezes
 # Apart, for its thread keeps the camera.
 part "the backend nokhwa, and a camera that freezes" $vm --uvcsim "$uvcsim" "$tests" "${options[@]}" \

@@ -135,21 +135,19 @@ impl Feed {
         }
     }
 
-    /// How a command whose output has ended came to its end: `None` if it has done what it was for, as standard input
-    /// always has.
+    /// How a command whose output has ended came to its end, with its last words: `None` if it has done what it was for,
+    /// as standard input always has.
     pub(super) fn failure(&mut self) -> Option<String> {
-        match self {
-            Self::Command(running) => running.failure(),
-            Self::Stdin(_) => None,
-        }
+        let Self::Command(running) = self else { return None };
+        let how = running.failure()?;
+        Some(self.with_last_words(how))
     }
 
-    /// What a command last said; empty if nothing.
-    pub(super) fn last_words(&mut self) -> String {
-        match self {
-            Self::Command(running) => running.last_words(),
-            Self::Stdin(_) => String::new(),
-        }
+    /// `what`, and after it what the command said last.
+    pub(super) fn with_last_words(&mut self, what: String) -> String {
+        let Self::Command(running) = self else { return what };
+        let words = running.last_words();
+        if words.is_empty() { what } else { format!("{what}: {words}") }
     }
 }
 
@@ -177,14 +175,12 @@ impl Running {
     }
 
     fn failure(&mut self) -> Option<String> {
-        let status = match self.wait() {
-            Some(status) if status.success() => return None,
-            Some(status) => ended(status),
+        match self.wait() {
+            Some(status) if status.success() => None,
+            Some(status) => Some(ended(status)),
             // It has closed its output and goes on.
-            None => "its output ended".into(),
-        };
-        let words = self.last_words();
-        Some(if words.is_empty() { status } else { format!("{status}: {words}") })
+            None => Some("its output ended".into()),
+        }
     }
 
     /// Waits a moment for the command to end.

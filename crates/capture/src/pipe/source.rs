@@ -149,12 +149,16 @@ impl Pipe {
             Ok(Next::Nothing) => {
                 let patience = if run.count == 0 { START_PATIENCE } else { STEADY_PATIENCE };
                 if self.report.is_silent(patience) {
-                    let detail = format!("nothing for {} s", patience.as_secs());
+                    let nothing = format!("nothing for {} s", patience.as_secs());
+                    let detail = run.feed.with_last_words(nothing);
                     self.broken((Fault::NoPictures, detail))?;
                 }
             }
             Ok(Next::End) => match (run.feed.failure(), run.count) {
-                (None, 0) => self.broken((Fault::CommandEnded, "without a picture".into()))?,
+                (None, 0) => {
+                    let detail = run.feed.with_last_words(NO_PICTURE.into());
+                    self.broken((Fault::CommandEnded, detail))?;
+                }
                 (None, _) => self.report.end(),
                 (Some(how), _) => self.broken((Fault::CommandEnded, how))?,
             },
@@ -228,7 +232,7 @@ impl Run {
                     let detail = match (self.feed.failure(), flaw) {
                         (Some(how), _) => how,
                         (None, Some(_)) => return Err((Fault::NotPictures, DAMAGED.into())),
-                        (None, None) => "without a picture".into(),
+                        (None, None) => self.feed.with_last_words(NO_PICTURE.into()),
                     };
                     return Err((Fault::CommandEnded, detail));
                 }
@@ -238,10 +242,7 @@ impl Run {
                 }
                 Ok(Next::Nothing) => {
                     let nothing = format!("nothing for {} s", START_PATIENCE.as_secs());
-                    let words = self.feed.last_words();
-                    let detail =
-                        if words.is_empty() { nothing } else { format!("{nothing}: {words}") };
-                    return Err((Fault::NoPictures, detail));
+                    return Err((Fault::NoPictures, self.feed.with_last_words(nothing)));
                 }
                 Err(err) => return Err((Fault::CommandEnded, err.to_string())),
             }
@@ -305,6 +306,8 @@ impl Run {
     }
 }
 
+/// When a command ends as if all were well, and has sent nothing.
+const NO_PICTURE: &str = "without a picture";
 /// When every picture was refused.
 const DAMAGED: &str = "every picture is damaged, or in a kind of JPEG that no camera sends";
 

@@ -237,6 +237,8 @@ fn what_cannot_be_opened_says_why() {
     assert_eq!(refused("pipe:", None).0, Fault::NoCommand);
     assert_eq!(refused("pipe:a 'b", None), (Fault::NoCommand, "a quote has no end".into()));
     assert_eq!(refused(&name("exit 0"), None), (Fault::CommandEnded, "without a picture".into()));
+    let silent = (Fault::CommandEnded, "without a picture: Device or resource busy".into());
+    assert_eq!(refused(&name("echo Device or resource busy >&2"), None), silent);
     assert_eq!(
         refused(&name("echo starting >&2; echo 'no cameras available' >&2; exit 3"), None),
         (Fault::CommandEnded, "exit status 3: no cameras available".into())
