@@ -15,7 +15,8 @@ use image::GrayImage;
 #[cfg(feature = "serve")]
 use boresight_app::host::PhoneLink;
 use boresight_app::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison, desktop,
+    Announcer, BoardFromCode, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
+    desktop,
     explain::user_error,
     export,
     host::{
@@ -449,17 +450,32 @@ impl WindowHost {
             against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
             out: self.folder_for(wish),
             backend: self.opening.backend.clone(),
+            // The start page has read the code of later boards.
+            board_code: std::mem::replace(&mut self.opening.board_code, BoardFromCode::Nothing),
             ..self.opening
         };
+        let asks_square = opening.board_code == BoardFromCode::All;
         let mut run = opening.open(&self.announcer)?;
         #[cfg(feature = "serve")]
         if let Some(phone) = &self.phone {
-            phone.hub().simulates(run.open.truth.is_some());
+            phone.opens(&run);
         }
         if opening.out.is_some() && opening.out == self.opening.out {
             self.named = self.opening.out.take();
         }
         let (pictures, note) = (run.pictures()?, run.note.take());
+        let board = run.session.setup().board;
+        let note = note.or_else(|| match run.board_id.as_str() {
+            "" if asks_square && run.open.truth.is_none() && !run.resumed => {
+                Some(text::start::assumed_square(board.square_m()))
+            }
+            "" => None,
+            id => Some(text::start::named_board(
+                id,
+                [board.columns(), board.rows()],
+                board.square_m(),
+            )),
+        });
         let source = run.open.source.identity().name;
         let (mut setup, context) = run.setup(&self.announcer)?;
         let adjustables = setup.source.adjustables();

@@ -107,11 +107,13 @@ impl Arguments {
             #[cfg(feature = "window")]
             if has_display() {
                 let at_once = self.says_something();
+                if at_once {
+                    opening.board_code = self.board.open_to_code()?;
+                }
                 return window::run(opening, &self.beside, operation, (at_once, self.json));
             }
             say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
-        // A window names the board that it sees by itself.
         opening.board_code = self.board.open_to_code()?;
         let voice = self.beside.voice()?;
         let mut onlookers = operation.onlookers();

@@ -549,6 +549,7 @@ impl App {
                 ctx.send_viewport_cmd(ViewportCommand::Title(title));
                 self.screen.folder = Some(opened.folder.clone());
                 self.note.clone_from(&opened.note);
+                self.screen.opening_note.clone_from(&opened.note);
                 for (view, picture) in &opened.pictures {
                     self.screen.add_thumbnail(ctx, *view, picture);
                 }

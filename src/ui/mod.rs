@@ -36,6 +36,7 @@ mod sound;
 pub mod start;
 pub mod theme;
 pub mod user_error;
+mod valid_map;
 mod window_icon;
 
 pub use adjust::{AdjustPage, Link, WayBack};

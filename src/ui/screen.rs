@@ -63,6 +63,8 @@ pub struct Screen {
     pub source: String,
     /// Folder of the session.
     pub folder: Option<std::path::PathBuf>,
+    /// What's said of source and board until the first view is taken.
+    pub opening_note: Option<String>,
     /// Frames that newer ones replaced before they were looked at.
     pub frames_replaced: u64,
     /// Time at which the last view was taken, by the window's clock.

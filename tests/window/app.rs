@@ -188,8 +188,8 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     for (format, file) in [
         ("COLMAP", "cameras.txt"),
         ("MATLAB", "camera.m"),
-        ("Views", "views.csv"),
-        ("Corners", "corners.vnl"),
+        ("Photos (CSV)", "views.csv"),
+        ("Corners (VNL)", "corners.vnl"),
     ] {
         click(&mut window, Role::Button, format);
         assert!(text(&session.join(file)).lines().count() > 1, "{format}");

@@ -78,8 +78,8 @@ impl Format {
         match self {
             Self::Camera(format) => format.label(),
             Self::Json => "JSON",
-            Self::ViewsCsv => "Views",
-            Self::Vnl => "Corners",
+            Self::ViewsCsv => "Photos (CSV)",
+            Self::Vnl => "Corners (VNL)",
         }
     }
 

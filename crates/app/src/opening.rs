@@ -141,6 +141,7 @@ impl Opening {
     ) -> anyhow::Result<Run> {
         let image_size = open.image_size()?;
         let session = Session::new(config.session(image_size)?);
+        let board_id = config.certificate.board_id.clone();
         let header = Header::new(source, image_size, config).of_camera(open.source.camera_facts());
         let header = match &self.against {
             Some(old) => header.against(old),
@@ -156,6 +157,7 @@ impl Opening {
             stored: Vec::new(),
             resumed: false,
             first: None,
+            board_id,
             note: None,
         })
     }
@@ -192,6 +194,7 @@ impl Opening {
         Ok(Run {
             folder,
             session: saved.session,
+            board_id: saved.header.config.certificate.board_id,
             note: self.note(&name),
             open,
             record_stream: self.record_stream,

@@ -51,6 +51,8 @@ pub struct Run {
     pub resumed: bool,
     /// A command that the session gets before its first frame.
     pub first: Option<Command>,
+    /// ID of the board, from its printed code or the settings; empty without one.
+    pub board_id: String,
     /// Notice shown at the start, e.g. that the camera is simulated.
     pub note: Option<String>,
 }

@@ -1,5 +1,7 @@
 //! Choice of the best mode that a camera offers.
 
+use std::collections::BTreeSet;
+
 use boresight_geometry::{
     device::{PixelLayout, Wanted},
     frame::ImageSize,
@@ -73,6 +75,20 @@ pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
         .copied()
 }
 
+/// What the camera called `name` offers, where [`choose`] found nothing that was wanted.
+pub(crate) fn not_offered(name: &str, offers: &[CameraMode], wanted: &Wanted) -> String {
+    let readable = offers.iter().filter(|offer| layout(offer.fourcc).is_some());
+    let sizes: BTreeSet<_> = readable.map(|it| (it.size.width_px, it.size.height_px)).collect();
+    match wanted.size {
+        Some(ImageSize { width_px, height_px }) if !sizes.is_empty() => {
+            let sizes: Vec<String> =
+                sizes.iter().rev().map(|(width, height)| format!("{width}x{height}")).collect();
+            format!("{name} has {}, not {width_px}x{height_px}", sizes.join(", "))
+        }
+        _ => name.into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,5 +121,19 @@ mod tests {
         let packed = Wanted { layout: Some(PixelLayout::Mjpeg), ..any };
         check(&[offer(b"YUYV", 640, 480, 30), offer(b"MJPG", 640, 480, 30)], packed, 1);
         assert_eq!(choose(&[offer(b"H264", 640, 480, 30)], &any), None);
+    }
+
+    #[test]
+    fn a_size_that_isnt_offered_is_told_beside_those_that_are() {
+        let offers = [
+            offer(b"MJPG", 640, 480, 30),
+            offer(b"H264", 3840, 2160, 30),
+            offer(b"YUYV", 1280, 720, 10),
+        ];
+        let size = Some(ImageSize { width_px: 800, height_px: 600 });
+        let wanted = Wanted { size, ..Wanted::default() };
+        assert_eq!(choose(&offers, &wanted), None);
+        assert_eq!(not_offered("Cam", &offers, &wanted), "Cam has 1280x720, 640x480, not 800x600");
+        assert_eq!(not_offered("Cam", &offers[1..2], &wanted), "Cam");
     }
 }

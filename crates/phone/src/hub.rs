@@ -66,6 +66,8 @@ pub(super) struct State {
     pub(super) news: u64,
     /// True if the session's pictures are rendered.
     pub(super) simulated: bool,
+    /// The board in front of the camera, in words.
+    pub(super) board: String,
 }
 
 /// Stage of the program.
@@ -171,8 +173,14 @@ impl Default for Hub {
 impl Hub {
     /// Shows that a session is being opened.
     pub fn new() -> Self {
-        let state =
-            State { version: 0, stage: Stage::Starting, snapshot: None, news: 0, simulated: false };
+        let state = State {
+            version: 0,
+            stage: Stage::Starting,
+            snapshot: None,
+            news: 0,
+            simulated: false,
+            board: String::new(),
+        };
         Self {
             picture: watch::Sender::new(None),
             unjudged: Mutex::default(),
@@ -268,11 +276,11 @@ impl Hub {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// Says whether the pictures of the session are rendered.
-    pub fn simulates(&self, simulated: bool) {
+    /// Says whether the pictures of the session that opens are rendered, and which board they show.
+    pub fn opens(&self, simulated: bool, board: String) {
         self.state.send_modify(|state| {
             state.version += 1;
-            state.simulated = simulated;
+            (state.simulated, state.board) = (simulated, board);
         });
     }
 

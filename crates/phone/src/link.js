@@ -214,6 +214,7 @@ addEventListener('hashchange', () => location.reload());
 // A page that the browser keeps in the background would keep its connections, of which a browser has few.
 addEventListener('pagehide', () => { for (const open of [stream, asking]) if (open) open.abort(); });
 say(el('kept'), 'Everything is stored on the computer at the camera, too.');
+el('code').hidden = false;
 if (Element.prototype.replaceChildren) {
   say(el('closedwhat'), 'Connecting…'); say(el('closedwhy'), '');
   enter().then(ok => { if (ok) { el('silent').checked = !speaks; paint(); follow(); pictures(); } });

@@ -16,6 +16,14 @@ pub(super) struct Live<'a> {
     push: Option<([&'static str; 2], &'a str)>,
 }
 
+/// Fields that change with a view.
+#[derive(Serialize)]
+pub(super) struct PlanOfBoard<'a> {
+    #[serde(flatten)]
+    plan: Plan,
+    board: &'a str,
+}
+
 /// The live part.
 pub(super) fn live(state: &State) -> Live<'_> {
     let stage = match state.stage {
@@ -49,10 +57,12 @@ pub(super) fn live(state: &State) -> Live<'_> {
 }
 
 /// The part that changes with a view, or the edges of a watched camera; `None` before the first frame.
-pub(super) fn plan(state: &State, hub: &Hub) -> Option<Plan> {
-    if let Stage::Adjusting(page) = &state.stage {
+pub(super) fn plan<'a>(state: &'a State, hub: &Hub) -> Option<PlanOfBoard<'a>> {
+    let plan = if let Stage::Adjusting(page) = &state.stage {
         let AdjustPage { image_size_px: size, ref outline, .. } = **page;
-        return Some(Plan::of_edges(size, outline.clone()));
-    }
-    Some(Plan::of(state.snapshot.as_ref()?, hub.refused()))
+        Plan::of_edges(size, outline.clone())
+    } else {
+        Plan::of(state.snapshot.as_ref()?, hub.refused())
+    };
+    Some(PlanOfBoard { plan, board: &state.board })
 }

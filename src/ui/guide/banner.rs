@@ -1,4 +1,4 @@
-//! Banner over the picture: the trouble and its next action.
+//! Banner over the picture: what keeps views from being taken, and its next action.
 
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
@@ -15,7 +15,7 @@ pub(super) fn is_needed(screen: &Screen) -> bool {
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     // Read from afar, too.
     let larger = if screen.distance { 1.5 } else { 1.0 };
-    for Trouble { what, action, detail, board } in troubles(screen) {
+    for Trouble { what, action, detail, board, .. } in troubles(screen) {
         let is_board = board.is_some();
         let (fill, title) =
             if is_board { (theme::BAND, theme::AMBER) } else { (theme::ALARM, Color32::WHITE) };
@@ -65,10 +65,11 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// Everything that is wrong, most important first.
+/// Everything that keeps views from being taken, most important first.
 pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
     let Some(snapshot) = &screen.snapshot else { return Vec::new() };
     let mut troubles = text::troubles(snapshot);
+    troubles.retain(|trouble| !trouble.is_doubt);
     if let Some(silent) = screen.stalled_secs().filter(|_| troubles.is_empty()) {
         troubles.push(Trouble::plain((words::stalled(silent), words::STALLED_ACTION.into())));
     }

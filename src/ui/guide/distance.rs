@@ -1,14 +1,16 @@
 //! View from afar: progress of the hold along the bottom edge, and the number of views.
 
-use egui::{Align2, Color32, FontId, Painter, Rect, Sense, Ui, Vec2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Sense, Ui, Vec2};
 
 use super::super::{screen::Screen, theme};
-use boresight_present::instruction::Instruction;
+use boresight_present::{instruction::Instruction, text::window as words};
 
 /// Height of the bar as a share of the window's.
 const BAR: f32 = 0.035;
 /// Height of the count as a share of the picture's.
 const COUNT: f32 = 0.3;
+/// The same of the words below it.
+const OF_ABOUT: f32 = 0.07;
 /// Width of the count's outline as a share of its height.
 const OUTLINE: f32 = 0.025;
 
@@ -24,20 +26,29 @@ pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     }
 }
 
-/// The number of views, in a corner of the picture.
+/// The number of photos in a corner of the picture, and below it, of about how many.
 pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     let Some(snapshot) = screen.snapshot.as_ref().filter(|snapshot| !snapshot.views.is_empty())
     else {
         return;
     };
-    let font = FontId::proportional(COUNT * rect.height());
-    let at = rect.right_bottom() - Vec2::splat(2.0 * theme::UNIT);
-    let number = snapshot.views.len().to_string();
-    // An outline makes it visible on any picture.
-    let wide = (OUTLINE * font.size).max(2.0);
+    let taken = snapshot.views.len();
+    let mut at = rect.right_bottom() - Vec2::splat(2.0 * theme::UNIT);
+    if let Some(to_go) = snapshot.views_to_go.filter(|to_go| *to_go > 0) {
+        let size = OF_ABOUT * rect.height();
+        outlined(painter, at, &words::of_about(taken + to_go), size);
+        at.y -= size;
+    }
+    outlined(painter, at, &taken.to_string(), COUNT * rect.height());
+}
+
+/// Text that ends at that bottom right corner, with an outline, which makes it visible on any picture.
+fn outlined(painter: &Painter, at: Pos2, text: &str, size: f32) {
+    let font = FontId::proportional(size);
+    let wide = (OUTLINE * size).max(2.0);
     for step in 0..16 {
         let aside = wide * Vec2::angled(step as f32 * std::f32::consts::TAU / 16.0);
-        painter.text(at + aside, Align2::RIGHT_BOTTOM, &number, font.clone(), Color32::BLACK);
+        painter.text(at + aside, Align2::RIGHT_BOTTOM, text, font.clone(), Color32::BLACK);
     }
-    painter.text(at, Align2::RIGHT_BOTTOM, number, font, Color32::WHITE);
+    painter.text(at, Align2::RIGHT_BOTTOM, text, font, Color32::WHITE);
 }

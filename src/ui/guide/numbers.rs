@@ -3,7 +3,10 @@
 use egui::{Grid, RichText, Ui};
 
 use super::super::{screen::Screen, theme};
-use boresight_present::text::window as words;
+use boresight_present::text::{Trouble, troubles, window as words};
+
+/// Most letters of a value in the usual size.
+const LONG: usize = 24;
 
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     let Some(snapshot) = &screen.snapshot else { return };
@@ -23,7 +26,9 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {
             let Some(value) = value else { continue };
             ui.label(RichText::new(name).size(theme::SMALL).weak()).on_hover_text(tip);
-            ui.label(RichText::new(value).size(theme::BODY).strong()).on_hover_text(tip);
+            // Beside each other, long values are small: those of a large picture fit, too.
+            let size = if value.chars().count() > LONG { theme::SMALL } else { theme::BODY };
+            ui.label(RichText::new(value).size(size).strong()).on_hover_text(tip);
             ui.end_row();
         }
     });
@@ -45,4 +50,9 @@ pub(super) fn camera(ui: &mut Ui, screen: &Screen) {
             ui.end_row();
         }
     });
+    for doubt in troubles(snapshot).into_iter().filter(|trouble| trouble.is_doubt) {
+        let Trouble { what, action, detail, .. } = doubt;
+        let tip = if detail.is_empty() { action } else { format!("{action}\n{detail}") };
+        ui.label(RichText::new(what).small().color(theme::AMBER)).on_hover_text(tip);
+    }
 }

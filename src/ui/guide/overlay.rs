@@ -42,15 +42,25 @@ pub(super) fn paint(
         live(painter, placed, snapshot, opacity(screen.overlay_age_secs()));
         principal_point(painter, placed, snapshot);
     }
-    if text::is_simulated(&screen.source) {
-        let at = placed.rect.left_top() + Vec2::splat(1.5 * theme::UNIT);
-        let size = (0.028 * placed.rect.height()).max(theme::BODY);
-        shaded_text(painter, at, Align2::LEFT_TOP, text::window::SIMULATED_CAMERA, size);
+    // What the result will say of the pictures, whatever the board does.
+    let mut at = placed.rect.left_top() + Vec2::splat(1.5 * theme::UNIT);
+    let size = (0.028 * placed.rect.height()).max(theme::BODY);
+    let simulated = text::is_simulated(&screen.source);
+    let simulated = simulated.then(|| text::window::SIMULATED_CAMERA.to_owned());
+    let doubts = text::troubles(snapshot).into_iter().filter(|trouble| trouble.is_doubt);
+    for told in simulated.into_iter().chain(doubts.map(|doubt| doubt.what)) {
+        shaded_text(painter, at, Align2::LEFT_TOP, &told, size);
+        at.y += 1.8 * size;
     }
-    if screen.preferences.hint && instruction.card.is_some() {
-        let at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
+    if instruction.card.is_some() {
+        let hint = screen.preferences.hint.then_some(text::window::HINT);
+        let note = screen.opening_note.as_deref().filter(|_| snapshot.views.is_empty());
+        let mut at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
         let size = (0.032 * placed.rect.height()).max(theme::BODY);
-        shaded_text(painter, at, Align2::CENTER_BOTTOM, text::window::HINT, size);
+        for told in hint.into_iter().chain(note) {
+            shaded_text(painter, at, Align2::CENTER_BOTTOM, told, size);
+            at.y -= 1.8 * size;
+        }
     }
     if let Some(hold) = instruction.hold {
         ring(painter, placed, instruction, hold as f32);

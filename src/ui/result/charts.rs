@@ -7,7 +7,7 @@ use egui::{
 use nalgebra::Point2;
 
 use super::{
-    super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme},
+    super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme, valid_map},
     correlations, distance, poses,
     result_page::ResultPage,
     scatter, view_bars,
@@ -17,7 +17,6 @@ use boresight_geometry::{
     GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
 use boresight_guide::session::Snapshot;
-use boresight_present::reading::valid_up_to_px;
 use boresight_present::text::{
     charts::{self as words, Chart},
     knows_sd,
@@ -131,27 +130,16 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     if !knows_sd(calibration) {
         return words::TOO_FEW.into();
     }
-    let sd = &calibration.projection_sd;
-    let cell =
-        vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
-    let sds_px = sd.grid.iter().map(|place| place.sd_px);
-    let valid_px = valid_up_to_px(sds_px, calibration.valid_area.share);
-    for place in &sd.grid {
-        let is_valid = place.sd_px <= valid_px;
-        let fill = if is_valid { theme::GREEN } else { theme::AMBER };
-        // The brighter, the surer.
-        let share = 1.0 - 0.3 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
-        let color = Color32::from_gray(20).lerp_to_gamma(fill, share);
-        let rect = Rect::from_center_size(placed.pos(&place.px), cell);
-        painter.rect_filled(rect.shrink(0.5), 0.0, color);
+    valid_map::cells(painter, placed, calibration, |place, rect| {
         let number = if place.sd_px < 0.095 {
             format!("{:.3}", place.sd_px)
         } else {
             format!("{:.2}", place.sd_px)
         };
-        let font = egui::FontId::proportional((0.28 * cell.y).clamp(8.0, 14.0));
+        let font = FontId::proportional((0.28 * rect.height()).clamp(8.0, 14.0));
         painter.text(rect.center(), Align2::CENTER_CENTER, number, font, Color32::BLACK);
-    }
+    });
+    let sd = &calibration.projection_sd;
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
 

@@ -41,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     });
     let palette = theme::palette(ui.visuals());
     if let Some(code) = page.code() {
-        let said = words::by_code(&code.id, code.board, code.square_m);
+        let said = words::named_board(&code.id, code.board.map(usize::from), code.square_m);
         ui.label(RichText::new(said).strong().color(palette.good));
     } else if !page.knows_square {
         ui.label(RichText::new(words::ASK_SQUARE).color(palette.care));

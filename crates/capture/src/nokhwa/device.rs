@@ -13,7 +13,7 @@ use ::nokhwa::{
     },
 };
 
-use crate::{CameraMode, choose};
+use crate::{CameraMode, camera_mode::not_offered, choose};
 use boresight_geometry::{
     device::{Fault, Mode, PixelLayout, Wanted},
     frame::ImageSize,
@@ -116,7 +116,7 @@ impl Streaming {
         let current = offer(&camera.camera_format()).filter(|_| offers.is_empty());
         let chosen = choose(&offers, wanted).or(current);
         let chosen = chosen.and_then(|offer| format(&offer)).ok_or_else(|| {
-            (Fault::NoFormat, format!("{} has no suitable mode", camera.info().human_name()))
+            (Fault::NoFormat, not_offered(&camera.info().human_name(), &offers, wanted))
         })?;
         if camera.camera_format() != chosen {
             let exact = RequestedFormatType::Exact(chosen);

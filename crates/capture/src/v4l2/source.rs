@@ -32,7 +32,9 @@ use super::{
     stream::{Loss, Picture, Stream},
 };
 use crate::{
-    Arrival, CameraMode, CaptureError, FrameSource, SourceIdentity, choose,
+    Arrival, CameraMode, CaptureError, FrameSource, SourceIdentity,
+    camera_mode::not_offered,
+    choose,
     health::{light, sharpness},
 };
 use boresight_geometry::{
@@ -155,8 +157,10 @@ impl<K: Kernel> LiveCamera<K> {
         only_looks: bool,
     ) -> Result<Self, CaptureError> {
         let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
-        let offer = choose(&camera.offers, wanted)
-            .ok_or_else(|| failed((Fault::NoFormat, camera.stable_name())))?;
+        let offer = choose(&camera.offers, wanted).ok_or_else(|| {
+            let name = camera.stable_name();
+            failed((Fault::NoFormat, not_offered(&name, &camera.offers, wanted)))
+        })?;
         let stream = Stream::start(&mut kernel, &camera, &offer).map_err(failed)?;
         let survey =
             if only_looks { Survey::default() } else { Survey::of(&mut kernel, stream.device) };

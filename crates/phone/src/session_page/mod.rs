@@ -20,9 +20,13 @@ pub use head::Head;
 pub use result::ended_page;
 
 use crate::{EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
-use boresight_app::{Announcer, Opening, run::Concluded, watch::Step};
+use boresight_app::{
+    Announcer, Opening,
+    run::{Concluded, Run},
+    watch::Step,
+};
 use boresight_guide::session::Session;
-use boresight_present::text::phone as words;
+use boresight_present::text::{self, phone as words};
 use boresight_run::pipeline::Onlookers;
 use boresight_watch::Lens;
 
@@ -85,6 +89,14 @@ impl Phone {
         self.hub.adjusting(step.frame, adjust_page(step, lens));
     }
 
+    /// Says what the pictures of a session that opens are of.
+    pub fn opens(&self, run: &Run) {
+        let board = run.session.setup().board;
+        let corners = [board.columns(), board.rows()];
+        let board = text::start::named_board(&run.board_id, corners, board.square_m());
+        self.hub.opens(run.open.truth.is_some(), board);
+    }
+
     /// Shows that the result is being computed.
     pub fn ending(&self) {
         self.hub.show(Stage::Ending);
@@ -112,7 +124,7 @@ impl Phone {
     ) -> anyhow::Result<Concluded> {
         self.hub.show(Stage::Starting);
         let run = opening.open(announcer)?.paced();
-        self.hub.simulates(run.open.truth.is_some());
+        self.opens(&run);
         let mut onlookers = others.clone();
         onlookers.push(Arc::clone(&self.hub) as _);
         let finished = run.carry_out_before(stop, &onlookers, announcer)?;

@@ -4,10 +4,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use crate::{
-    reading::valid_up_to_px,
-    text::{self, phone as words},
-};
+use super::ValidMap;
+use crate::text::{self, phone as words};
 use boresight_calibrate::{NotCalibrated, Verdict};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::Session;
@@ -29,12 +27,8 @@ pub struct EndedPage {
     pub findings: Vec<(String, String)>,
     /// Size of the picture.
     pub image_size_px: [u32; 2],
-    /// Uncertainty of the projection over the picture: x, y, standard deviation, in pixels.
-    pub map: Vec<[f64; 3]>,
-    /// Cells up to this standard deviation meet the goal, in pixels.
-    pub valid_px: f64,
-    /// What the map's colours mean.
-    pub legend: String,
+    /// Where the picture is known well enough; none if that isn't known.
+    pub map: Option<ValidMap>,
     /// True if the page may start another session.
     pub can_restart: bool,
     /// True if this session can go on with two more views.
@@ -91,14 +85,7 @@ impl EndedPage {
                 (what, action.to_owned())
             })
             .collect();
-        let map = result.projection_sd_px.as_ref().filter(|_| text::knows_sd(calibration));
-        let area = &calibration.valid_area;
-        let sds_px = map.iter().flat_map(|map| map.grid.iter().map(|[_, _, sd_px]| *sd_px));
-        let valid_px = valid_up_to_px(sds_px, area.share);
         Self {
-            // JSON has no infinity.
-            valid_px: valid_px.max(0.0),
-            legend: text::report::within_goal(area.goal_px, area.share),
             verdict: match calibration.verdict {
                 Verdict::Good => "good",
                 Verdict::Care => "care",
@@ -115,7 +102,7 @@ impl EndedPage {
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value))
                 .collect(),
-            map: map.map_or_else(Vec::new, |map| map.grid.clone()),
+            map: ValidMap::of(calibration),
             ..page
         }
     }

@@ -3,6 +3,7 @@
 use nalgebra::Point2;
 use serde::Serialize;
 
+use super::ValidMap;
 use crate::{
     ghost::Card,
     instruction::{Instruction, Moment, Movement},
@@ -77,6 +78,8 @@ pub struct Plan {
     refused: Vec<(String, u64)>,
     /// Points on edges where a watched camera should show them.
     outline: Vec<[i32; 2]>,
+    /// Where the picture is known well enough so far.
+    map: Option<ValidMap>,
 }
 
 /// The card, in the picture's pixels.
@@ -229,6 +232,7 @@ impl Plan {
                 .collect(),
             refused: refused.into_iter().take(MOST_REASONS).collect(),
             outline: Vec::new(),
+            map: snapshot.calibration.as_deref().and_then(ValidMap::of),
         }
     }
 }

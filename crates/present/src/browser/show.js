@@ -237,7 +237,10 @@ function wheel() {
 // ---- What is told.
 function receive(name, value) {
   if (name === 'live') { if (value.stage === 'starting') forget(); live = value; tellTaken(); if (live.say && started && !lacks()) queue.offer(now() / 1000, live.say); }
-  if (name === 'plan') plan = value;
+  if (name === 'plan') {
+    if (value.board && (!plan || plan.board !== value.board)) toast(value.board);
+    plan = value;
+  }
   if (name === 'ended') { ended = value; result(); if (ended && started && live && live.stage !== 'ended') news({ rank: 'taken', text: ended.aloud, mirrored: ended.aloud, age_ms: 0 }); }
   // Noted before all else: whatever is cut off from here on, this isn't told again.
   if (name === 'news') { if (value.view) told = value.view; news(value); }
@@ -472,7 +475,7 @@ el('kind').addEventListener('change', () => {
 function item(text, button) { const li = document.createElement('li'), span = document.createElement('span'); span.textContent = text; li.append(span); if (button) li.append(button); return li; }
 let listed = null;
 function views() {
-  const is = JSON.stringify([plan && plan.views, plan && plan.refused, mirrored, role]);
+  const is = JSON.stringify([plan && plan.views, plan && plan.refused, plan && plan.map, mirrored, role]);
   el('restore').hidden = live.removed === null;
   if (is === listed || !plan) return;
   listed = is;
@@ -482,6 +485,8 @@ function views() {
     return item('View ' + view.name + ': ' + side(view.edge) + ' edge away' + (view.partner ? ', opposite of view ' + view.partner : ', no partner yet'), button);
   }));
   if (!plan.views.length) el('taken').append(item('No view yet'));
+  say(el('board'), plan.board || '');
+  map(plan.map, plan.size, ['sofar', 'sofarhead', 'sofarlegend']);
   const all = plan.refused.reduce((sum, r) => sum + r[1], 0) || 1;
   el('refused').replaceChildren(...plan.refused.map(([what, count]) => item(what + ': ' + Math.round(100 * count / all) + ' %')));
 }
@@ -497,21 +502,21 @@ function result() {
   if (ended.findings.length) { const h = document.createElement('h2'); h.textContent = 'What to know'; el('findings').append(h); }
   for (const [what, action] of ended.findings) { const p = document.createElement('p'), b = document.createElement('b'); b.textContent = what + '. '; p.append(b, action); el('findings').append(p); }
   el('files').replaceChildren(...ended.files.map((file, n) => { const b = document.createElement('button'); b.textContent = file.label; b.addEventListener('click', () => fetchFile(file, n)); return b; }));
-  map();
+  map(ended.map, ended.image_size_px, ['map', 'maphead', 'legend']);
 }
-function map() {
-  const canvas = el('map'), none = !ended.map.length;
-  canvas.hidden = el('maphead').hidden = el('legend').hidden = none;
-  if (none) return;
-  say(el('legend'), ended.legend);
-  const [w, h] = ended.image_size_px, c = canvas.getContext('2d');
+// Green cells meet the goal. The ids are of canvas, heading and legend.
+function map(map, [w, h], ids) {
+  for (const id of ids) el(id).hidden = !map;
+  if (!map) return;
+  say(el(ids[2]), map.legend);
+  const canvas = el(ids[0]), c = canvas.getContext('2d');
   canvas.width = 960; canvas.height = Math.round(960 * h / w);
-  const xs = [...new Set(ended.map.map(m => m[0]))].sort((a, b) => a - b), ys = [...new Set(ended.map.map(m => m[1]))].sort((a, b) => a - b);
+  const xs = [...new Set(map.cells.map(m => m[0]))].sort((a, b) => a - b), ys = [...new Set(map.cells.map(m => m[1]))].sort((a, b) => a - b);
   const k = 960 / w, stepX = xs.length > 1 ? xs[1] - xs[0] : w, stepY = ys.length > 1 ? ys[1] - ys[0] : h;
-  const most = Math.max(...ended.map.map(m => m[2]));
-  for (const [x, y, sd] of ended.map) {
+  const most = Math.max(...map.cells.map(m => m[2]));
+  for (const [x, y, sd] of map.cells) {
     // The brighter, the surer.
-    c.fillStyle = css(mix([20, 20, 20], sd <= ended.valid_px ? GREEN : AMBER, 1 - .3 * sd / most));
+    c.fillStyle = css(mix([20, 20, 20], sd <= map.valid_px ? GREEN : AMBER, 1 - .3 * sd / most));
     c.fillRect((x - stepX / 2) * k, (y - stepY / 2) * k, stepX * k + 1, stepY * k + 1);
     c.fillStyle = '#111'; c.font = Math.min(28, stepX * k / 3.2) + 'px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'middle';
     c.fillText(sd < 9.95 ? sd.toFixed(most < .1 ? 3 : 2).replace(/^0/, '') : sd.toFixed(0), x * k, y * k);

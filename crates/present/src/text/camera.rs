@@ -39,8 +39,8 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "Cover the lens with your hand to check which one it is. From now on it's identified by its USB port.",
         ),
         Fault::NoFormat => (
-            "The camera offers no supported picture format",
-            "Supported formats are MJPG, YUYV, NV12, GREY, Y10, Y12, Y16, RGB3, BGR3 and 8-bit Bayer. See `boresight devices`, or try another camera with --source.",
+            "The camera offers no picture of that size in a supported format",
+            "Choose a size that it offers (camera.mode). Supported formats are MJPG, YUYV, NV12, GREY, Y10, Y12, Y16, RGB3, BGR3 and 8-bit Bayer. See `boresight devices`, or try another camera with --source.",
         ),
         Fault::OtherMode => (
             "The camera chose a different mode",

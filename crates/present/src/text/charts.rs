@@ -129,6 +129,24 @@ pub fn within_goal(goal_px: f64, share: f64) -> String {
     format!("below {goal_px:.1} px: {} of the picture", super::percent(share))
 }
 
+/// Below the small map of a session that goes on: the share of the picture that meets the goal, if that's known yet.
+pub fn valid_so_far(share: Option<f64>) -> String {
+    share.map_or_else(
+        || "Valid: not yet".into(),
+        |share| format!("Valid: {}", super::percent(share)),
+    )
+}
+
+/// Tooltip of the small map.
+pub fn valid_tip(goal_px: Option<f64>) -> String {
+    match goal_px {
+        Some(goal_px) => format!(
+            "The picture as the camera sees it. Green: the error is below {goal_px:.1} px there. Amber: not yet. Photos that reach there help."
+        ),
+        None => "After a few photos, this map shows where the picture is known well enough.".into(),
+    }
+}
+
 /// Legend of amber cells.
 pub const BEYOND_GOAL: &str = "above it";
 

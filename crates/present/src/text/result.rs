@@ -200,7 +200,7 @@ pub fn valid_part(calibration: &Calibration) -> Option<String> {
 
 /// Smallest relative change of the focal length that would be reported.
 pub fn unseen_drift(change: f64) -> String {
-    format!("changes below {:.2} % wouldn't show in these views", 100.0 * change)
+    format!("stable to {:.2} % in these views", 100.0 * change)
 }
 
 /// Noise of a corner by the fit, beside the measured one.

@@ -216,7 +216,7 @@ pub const BACK: &str = "Back to the session";
 /// Report that the board in view is used from now on: as its code names it, or with squares that nobody has measured.
 pub fn switched(id: Option<&str>, board: [u16; 2], square_m: f64) -> String {
     match id {
-        Some(id) => format!("{} is used now", by_code(id, board, square_m)),
+        Some(id) => format!("{} is used now", named_board(id, board.map(usize::from), square_m)),
         None => {
             let [columns, rows] = board;
             let square = square(square_m);
@@ -227,9 +227,15 @@ pub fn switched(id: Option<&str>, board: [u16; 2], square_m: f64) -> String {
     }
 }
 
-/// The board as its printed code names it.
-pub fn by_code(id: &str, [columns, rows]: [u16; 2], square_m: f64) -> String {
-    format!("Board {id}: {columns} × {rows}, {}", square(square_m))
+/// A board as its printed code names it; `id` is empty without a code.
+pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> String {
+    let gap = if id.is_empty() { "" } else { " " };
+    format!("Board{gap}{id}: {columns} × {rows}, {}", square(square_m))
+}
+
+/// Nobody has said how large the squares are, and no code beside the board does.
+pub fn assumed_square(square_m: f64) -> String {
+    format!("Is a square {}? If not, type it on the start page", square(square_m))
 }
 
 /// The side of a square is the usual one, and nobody has said that it's right.

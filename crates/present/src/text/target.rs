@@ -17,7 +17,7 @@ pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String
 
 /// Note about a board that is printed with a code.
 pub fn code_in_margin(id: &str) -> String {
-    format!("Board ID {id}: commands read the board from the code in its margin, without --board")
+    format!("Board ID {id}: you won't need to type its size. The code in its margin says it")
 }
 
 /// Reason why a board is printed without a code.
@@ -76,7 +76,7 @@ pub fn target_steps(plan: &Plan) -> Vec<String> {
         vec![
             "Print at 100 % (\"actual size\", not \"fit to page\") on matt paper.".into(),
             measure("print again"),
-            "Glue the whole sheet to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: three sheets of office paper (0.3 mm) must not slip under it.".into(),
+            "Glue the whole sheet to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: no gap may be wider than 0.3 mm (three sheets of paper).".into(),
         ]
     };
     if plan.white_mm() < 0.999 * plan.square_mm {

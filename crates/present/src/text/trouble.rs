@@ -18,12 +18,14 @@ pub struct Trouble {
     pub detail: String,
     /// Inner corners (columns, rows) of a board that could be used instead.
     pub board: Option<[u16; 2]>,
+    /// True if views can be taken all the same: a doubt about the camera, which the result states.
+    pub is_doubt: bool,
 }
 
 impl Trouble {
     /// A trouble without a detail.
     pub fn plain((what, action): (String, String)) -> Self {
-        Self { what, action, detail: String::new(), board: None }
+        Self { what, action, detail: String::new(), board: None, is_doubt: false }
     }
 }
 
@@ -50,7 +52,11 @@ pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
     let doubts = || camera.doubts.iter().map(|(fault, detail)| (*fault, detail.as_str()));
     let (first, others) =
         (doubts().filter(|(fault, _)| frozen(fault)), doubts().filter(|(fault, _)| !frozen(fault)));
-    let doubts = first.chain(others).map(|(fault, detail)| of_fault(fault, detail));
+    let doubts = first.chain(others).map(|(fault, detail)| Trouble {
+        // A picture that stands still is none of the board.
+        is_doubt: fault != Fault::Frozen,
+        ..of_fault(fault, detail)
+    });
     let board = words::other_board(snapshot)
         .map(|said| Trouble { board: board_in_view(snapshot), ..Trouble::plain(said) });
     let mut troubles: Vec<Trouble> = Vec::new();

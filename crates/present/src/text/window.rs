@@ -201,12 +201,17 @@ pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
 /// Name and explanation of a plan.
 pub fn plan(plan: Plan) -> (&'static str, &'static str) {
     match plan {
-        Plan::Quick => ("Quick", "Four views."),
-        Plan::Full => ("Full", "Eight views, tipped in every direction."),
+        Plan::Quick => ("Quick", "Four photos."),
+        Plan::Full => ("Full", "Eight photos, tipped in every direction."),
         Plan::Adaptive => {
-            ("Adaptive", "Four views, then the most useful ones until the goal is reached.")
+            ("Adaptive", "Four photos, then the most useful ones until it's accurate enough.")
         }
     }
+}
+
+/// Below the number of photos in the view from afar: of how many, as far as that can be told.
+pub fn of_about(views: usize) -> String {
+    format!("of about {views}")
 }
 
 /// A second Ctrl-C.
