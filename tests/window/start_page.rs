@@ -128,6 +128,17 @@ fn without_a_camera_there_is_a_way_on() {
     page.run();
     press(&mut page, Role::Button, words::GO);
     assert_eq!(started(&page), "rtsp://10.0.0.7/front/2");
+    // Whatever opens by its name, though no list has it.
+    for named in ["pipe:rpicam-vid -t 0 -o -", "ros2:/camera/image_raw", "gige:10.0.0.9"] {
+        let field = page.get_by_role_and_label(Role::TextInput, words::OTHER);
+        field.focus();
+        page.run();
+        page.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        page.get_by_role_and_label(Role::TextInput, words::OTHER).type_text(named);
+        page.run();
+        press(&mut page, Role::Button, words::GO);
+        assert_eq!(started(&page), named);
+    }
 }
 
 #[test]

@@ -111,9 +111,9 @@ impl StartPage {
         choices.cameras.iter().find(|camera| camera.source == self.draft.source)
     }
 
-    /// True if the source is, or was, one of this computer's cameras.
+    /// True if the source is, or was, one of this computer's cameras, and nobody has typed its name now.
     fn names_camera(&self) -> bool {
-        is_camera_name(&self.draft.source)
+        is_camera_name(&self.draft.source) && self.typed.trim() != self.draft.source.trim()
     }
 
     /// True if there is something to start with.

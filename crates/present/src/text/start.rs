@@ -14,8 +14,7 @@ pub const START: &str = "Start";
 /// Note in place of a list of cameras.
 pub const NO_CAMERA: &str = "No camera found";
 /// Action when there is no camera.
-pub const NO_CAMERA_ACTION: &str =
-    "Plug one in: it appears here. Or try a simulation, or look at a recording.";
+pub const NO_CAMERA_ACTION: &str = "Plug in a camera, or try the simulation.";
 /// While a camera gets ready.
 pub const WAITING: &str = "Waiting for a picture";
 /// The button for the simulated camera.
