@@ -84,6 +84,7 @@ impl AppHost for WindowHost {
             board: [config.board.columns, config.board.rows],
             markers: config.board.markers(),
             square_m: config.board.square_mm * 1e-3,
+            board_code: self.opening.board_code,
             plan: config.guidance.plan.into(),
             go_on_with: self.opening.session.clone(),
             first: None,
@@ -450,8 +451,7 @@ impl WindowHost {
             against: self.opening.against.clone().filter(|_| wish.go_on_with.is_none()),
             out: self.folder_for(wish),
             backend: self.opening.backend.clone(),
-            // The start page has read the code of later boards.
-            board_code: std::mem::replace(&mut self.opening.board_code, BoardFromCode::Nothing),
+            board_code: wish.board_code,
             ..self.opening
         };
         let asks_square = opening.board_code == BoardFromCode::All;
@@ -545,6 +545,7 @@ mod tests {
             board: [9, 6],
             markers: None,
             square_m: 0.02,
+            board_code: BoardFromCode::Nothing,
             plan: boresight_guide::guidance::Plan::Quick,
             go_on_with,
             first: None,

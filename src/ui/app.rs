@@ -29,7 +29,10 @@ use super::{
     theme::{self, SMALLEST, background, switch},
     user_error,
 };
-use boresight_app::host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake};
+use boresight_app::{
+    BoardFromCode,
+    host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake},
+};
 use boresight_geometry::device::Control;
 use boresight_guide::session::{Command, Prompt};
 use boresight_present::text::{self, Act, window as words};
@@ -566,7 +569,7 @@ impl App {
             }
             Err(trouble) => SessionState::NotStarted(trouble),
         };
-        self.wish = SessionRequest { first: None, ..wish };
+        self.wish = SessionRequest { first: None, board_code: BoardFromCode::Nothing, ..wish };
     }
 
     /// Ends the running session, if there is one.

@@ -15,6 +15,7 @@ use std::{
 };
 
 use boresight::{
+    app::BoardFromCode,
     app::host::{
         AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
         UserError, Wake,
@@ -111,6 +112,7 @@ impl AppHost for Bench {
             board: [9, 6],
             markers: None,
             square_m: 0.025,
+            board_code: BoardFromCode::Nothing,
             plan: Plan::Adaptive,
             go_on_with: None,
             first: None,

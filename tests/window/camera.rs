@@ -6,6 +6,7 @@ use std::{
 };
 
 use boresight::{
+    app::BoardFromCode,
     app::host::{
         AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
         UserError, Wake,
@@ -91,6 +92,7 @@ impl AppHost for OneCamera {
             board: [9, 6],
             markers: None,
             square_m: 0.025,
+            board_code: BoardFromCode::Nothing,
             plan: Plan::Quick,
             go_on_with: None,
             first: None,

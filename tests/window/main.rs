@@ -25,6 +25,7 @@ mod world;
 
 use boresight::{
     app::{
+        BoardFromCode,
         host::{Ended, Memory, SessionRequest, UserError},
         recordings::DecidedRecording,
     },
@@ -83,6 +84,7 @@ fn draft() -> SessionRequest {
         board: [9, 6],
         markers: None,
         square_m: 0.025,
+        board_code: BoardFromCode::Nothing,
         plan: Plan::Adaptive,
         go_on_with: Some("sessions/one".into()),
         first: None,
@@ -321,6 +323,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
         board: [9, 6],
         markers: None,
         square_m: 0.025,
+        board_code: BoardFromCode::Nothing,
         plan: Plan::Adaptive,
         go_on_with: None,
         first: None,

@@ -7,7 +7,7 @@ use std::{
 
 use boresight::{
     app::{
-        AppHost,
+        AppHost, BoardFromCode,
         host::{
             CameraView, Comparing, Loading, Memory, Opened, PrintedBoard, SeenCode, SessionRequest,
             Storing, UserError, Wake,
@@ -93,6 +93,8 @@ fn the_only_camera_is_chosen_and_one_click_starts() {
     let wanted = SessionRequest {
         source: "usb:046d:0825:1F3A".into(),
         plan: Plan::Quick,
+        // Nobody has said how large the squares are: a code beside the board may.
+        board_code: BoardFromCode::All,
         go_on_with: None,
         ..draft()
     };

@@ -9,7 +9,7 @@ use image::GrayImage;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    camera,
+    BoardFromCode, camera,
     recordings::{DecidedRecording, Dropped, Recording, StoredSession},
 };
 use boresight_calibrate::{BOARD_SCALE_SD, Drift};
@@ -233,6 +233,8 @@ pub struct SessionRequest {
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
+    /// What of the board a code beside it decides: whatever nobody has said.
+    pub board_code: BoardFromCode,
     /// Plan, which sets the number of views.
     pub plan: Plan,
     /// Folder of the session to resume.

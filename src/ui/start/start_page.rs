@@ -3,8 +3,9 @@ use std::collections::BTreeMap;
 use egui::{Context, TextureHandle, TextureOptions};
 
 use crate::ui::picture::grey;
-use boresight_app::host::{
-    CameraView, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name,
+use boresight_app::{
+    BoardFromCode,
+    host::{CameraView, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name},
 };
 use boresight_geometry::{
     board::Checkerboard,
@@ -168,8 +169,10 @@ impl StartPage {
 
     /// A new session as it's chosen.
     pub(super) fn wish(&self) -> SessionRequest {
+        let is_said = self.knows_square || self.draft.markers.is_some();
         SessionRequest {
             source: self.draft.source.trim().into(),
+            board_code: if is_said { BoardFromCode::Nothing } else { BoardFromCode::All },
             go_on_with: None,
             first: None,
             ..self.draft.clone()
