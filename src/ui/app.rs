@@ -41,8 +41,11 @@ use boresight_present::text::{self, Act, window as words};
 const MOVING: Duration = Duration::from_millis(16);
 /// Wakes within this time paint once: a picture, and what is found in it.
 const MOMENT: Duration = Duration::from_millis(15);
-/// Time between two looks of the window while nothing comes, or nothing that anybody waits for.
+/// Time between two looks of the window while a session runs and nothing comes.
 const IDLE: Duration = Duration::from_millis(500);
+/// The same while nobody waits for anything: the person has paused, or no session runs. Without a graphics card, a look
+/// costs the processor 30 ms.
+const REST: Duration = Duration::from_secs(2);
 /// Time without mouse or keys after which a session is shown in big letters.
 const UNTOUCHED_SECS: f64 = 2.0;
 /// Duration of the flash and of the moving words after a view, in seconds.
@@ -123,7 +126,7 @@ impl App {
             let (ctx, rests) = (ctx.clone(), Arc::clone(&rests));
             Arc::new(move || {
                 let rests = rests.load(Ordering::Relaxed);
-                ctx.request_repaint_after(if rests { IDLE } else { MOMENT });
+                ctx.request_repaint_after(if rests { REST } else { MOMENT });
             })
         };
         theme::apply(ctx);
@@ -526,7 +529,13 @@ impl App {
             self.keep(ui.ctx());
         }
         let moving = self.screen.since_taken_secs().is_some_and(|since| since < FLASH_SECS);
-        ui.ctx().request_repaint_after(if moving { MOVING } else { IDLE });
+        let runs = matches!(self.stage, SessionState::Running(_));
+        let next = match (moving, runs && !self.rests.load(Ordering::Relaxed)) {
+            (true, _) => MOVING,
+            (false, true) => IDLE,
+            (false, false) => REST,
+        };
+        ui.ctx().request_repaint_after(next);
     }
 
     /// Stores what there is; the window is closing.

@@ -41,12 +41,12 @@ pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     ))
 }
 
-/// Error with which the newest pair was predicted: "Check: earlier views predicted views 3 and 4 to 0.11 px".
+/// Error with which the newest pair was predicted: "Check: views 3 and 4 agree with the earlier ones to 0.11 px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
     let (first, second) = (first?.number, second?.number);
     Some(format!(
-        "Check: earlier views predicted views {first} and {second} to {}",
+        "Check: views {first} and {second} agree with the earlier ones to {}",
         px(pair.rms_px)
     ))
 }
