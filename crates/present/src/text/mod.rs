@@ -274,7 +274,7 @@ pub fn ending(ending: Ending) -> &'static str {
     match ending {
         Ending::Finished => "Finished: the goal is reached",
         Ending::WithoutCorners => {
-            "Finished without the corners: no board reached them, and results there are a guess"
+            "Finished without the corners: no board reached them, and what's stated there rests on the lens model"
         }
         Ending::Early => "Ended early: the goal isn't reached yet",
         Ending::Stopped => "Stopped: the goal isn't reached, and the findings say why",

@@ -40,7 +40,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     let [first, .., last] = names.as_slice() else {
         let only = names.first()?;
         return Some(format!(
-            "The board hardly reached the {only} corner of the picture. Results there are a guess. Two more views would cover it."
+            "The board hardly reached the {only} corner of the picture. What's stated there rests on the lens model. Two more views would check it."
         ));
     };
     let corners = match names.as_slice() {
@@ -49,7 +49,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
         _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
     };
     Some(format!(
-        "The board hardly reached the {corners} corners of the picture. Results there are a guess. Two more views would help."
+        "The board hardly reached the {corners} corners of the picture. What's stated there rests on the lens model. Two more views would check it."
     ))
 }
 
