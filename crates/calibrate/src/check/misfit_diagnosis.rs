@@ -152,7 +152,12 @@ pub(crate) fn causes(
     prefer_focus(&mut hypotheses, image_size);
     prefer_common_bend(&mut hypotheses);
     let mut doubt = doubt(&hypotheses, bundle, result, n);
-    let noise_variance = bundle.noise_factor().max(noise_floor).powi(2);
+    // The views count the evidence for a drift, too.
+    let noise_factor = bundle.noise_factor().max(noise_floor);
+    let overcount = bundle
+        .scatter(noise_factor)
+        .map_or(1.0, |scatter| scatter.overcount(observations.view_count()));
+    let noise_variance = noise_factor.powi(2) * overcount;
     if let Some(FirstStep { value, unit_variance, .. }) = drift {
         add_to_f(&mut doubt, unseen_drift(value, unit_variance * noise_variance), result);
     }
