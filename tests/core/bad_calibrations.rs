@@ -79,6 +79,7 @@ const SCRIPTS: &[Script] = &[
     Script { name: "one corner wrong", right: &["CORNER-ODD"], make: wrong_corner },
     Script { name: "stretched pixels", right: &["PIXELS-NOT-SQUARE"], make: stretched_pixels },
     Script { name: "another camera's views", right: &["VIEWS-MIXED"], make: other_camera },
+    Script { name: "each picture undistorted, too", right: &["VIEWS-MIXED"], make: undistorted },
 ];
 
 /// Causes that a calibration corrects, or weighs as what they are.
@@ -402,6 +403,19 @@ fn other_camera(scene: &mut Scene) -> Given {
     };
     let see = |view: usize, pose: &_, p: &Point2<f64>| {
         px(if view < 6 { &camera } else { &other }, pose, p)
+    };
+    scene.seen(&poses, see).into()
+}
+
+/// Each picture is followed by another one with its distortion removed: the two cameras differ in nothing else.
+fn undistorted(scene: &mut Scene) -> Given {
+    let plan = scene.plan(12);
+    let poses = scene.poses(&plan);
+    let straight = Camera { distortion: Distortion::default(), ..scene.camera };
+    let k1 = scene.camera.distortion.k1 - 0.1;
+    let raw = Camera { distortion: Distortion { k1, ..Distortion::default() }, ..straight };
+    let see = |view: usize, pose: &_, p: &Point2<f64>| {
+        px(if view.is_multiple_of(2) { &raw } else { &straight }, pose, p)
     };
     scene.seen(&poses, see).into()
 }

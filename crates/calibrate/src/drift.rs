@@ -4,6 +4,7 @@ use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 
 use super::{
     calibrate::calibrate,
+    check::finding::FindingCode,
     lens_change::{Change, F_AND_PP_LIMIT, Told},
     params::CalibrationParams,
     result::Focal,
@@ -129,6 +130,12 @@ pub enum NoDrift {
         /// Views that extend too far outside the part that the old calibration covers.
         outside: usize,
     },
+    /// The views are of two cameras, or of one in two modes: there's no lens to compare.
+    #[error("{odd_views} of the views are from another camera or mode")]
+    Mixed {
+        /// Views of the camera with fewer of them.
+        odd_views: usize,
+    },
     /// The views don't determine focal length and principal point.
     #[error("the views do not determine focal length and principal point")]
     Undetermined,
@@ -141,6 +148,7 @@ impl NoDrift {
             Self::OtherSize { .. } => "OTHER-SIZE",
             Self::FewViews { outside: 0, .. } => "VIEWS-FEW",
             Self::FewViews { .. } => "OUTSIDE-OLD-COVERAGE",
+            Self::Mixed { .. } => "VIEWS-MIXED",
             Self::Undetermined => "UNDETERMINED",
         }
     }
@@ -178,8 +186,8 @@ impl DriftVerdict {
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] views can be used, or if they don't determine
-/// the three parameters.
+/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] views can be used, if they are of two cameras, or
+/// if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -216,6 +224,13 @@ pub fn drift(
     let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
     if new.focal != Focal::Common {
         return Err(NoDrift::Undetermined);
+    }
+    let odd_views = new.findings.iter().find_map(|finding| match finding.code {
+        FindingCode::ViewsMixed { odd_views, .. } => Some(odd_views),
+        _ => None,
+    });
+    if let Some(odd_views) = odd_views {
+        return Err(NoDrift::Mixed { odd_views });
     }
     let told = Told::by(view_scatter::freedom(distinct_views(&scaled, board, image_size)));
     let change = Change::between((&camera, &old_covariance), (&new.camera, &new.covariance_all))

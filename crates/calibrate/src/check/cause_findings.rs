@@ -19,8 +19,11 @@ pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     let rivals = causes.rivals();
     // What is corrected is told by its correction.
     let is_moved = causes.focus_moved().is_some();
-    let severity = if is_moved { Severity::Bad } else { Severity::Care };
-    if rivals.is_empty() {
+    let is_clear = rivals.is_empty();
+    // No lens is that of two cameras.
+    let are_two = is_clear && matches!(best.explanation.cause, Cause::Mixed(_));
+    let severity = if is_moved || are_two { Severity::Bad } else { Severity::Care };
+    if is_clear {
         return finding_code(best).map(|code| Finding { code, severity }).into_iter().collect();
     }
     let mut codes = std::iter::once(best)

@@ -1,14 +1,18 @@
 //! Searches for the split of the views that explains a misfit best: another camera for some, or another focus from some
 //! view on.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix4, Vector4};
 use statrs::function::factorial::ln_binomial;
 
 use super::cause::Cause;
 use crate::solve::{bundle::Bundle, schur_lm::inverse};
 use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
-/// Splits the views into the two groups that disagree most about f and the principal point, and marks the smaller.
+/// What two cameras differ in: the parameters of [`Cause::Mixed`].
+const DIFFERENCE: [LensParameter; 4] =
+    [LensParameter::Fx, LensParameter::Cx, LensParameter::Cy, LensParameter::K1];
+
+/// Splits the views into the two groups that disagree most about f, the principal point and k1, and marks the smaller.
 ///
 /// With `I` and `g` the information and gradient of each view, splitting into A and B gains `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries
 /// consecutive views, and views sorted by the shift of each parameter; then improves the best split view by view. `None`
@@ -18,8 +22,8 @@ pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
         .view_information()
         .iter()
         .map(|(information, gradient)| Pull {
-            information: information.block(LensParameter::F_AND_PP, LensParameter::F_AND_PP),
-            gradient: LensParameter::F_AND_PP.map(|of| gradient[of.index()]).into(),
+            information: information.block(DIFFERENCE, DIFFERENCE),
+            gradient: DIFFERENCE.map(|of| gradient[of.index()]).into(),
         })
         .collect();
     let count = views.len();
@@ -33,7 +37,7 @@ pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
         Some((odd.gradient.transpose() * (first + second) * odd.gradient).x)
     };
     let mut orders: Vec<Vec<usize>> = vec![(0..count).collect()];
-    for i in 0..3 {
+    for i in 0..DIFFERENCE.len() {
         let mut order: Vec<usize> = (0..count).collect();
         let pull = |view: usize| {
             views[view].gradient[i] / views[view].information[(i, i)].max(f64::MIN_POSITIVE)
@@ -81,16 +85,16 @@ pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
     Some(odd)
 }
 
-/// Information of some views about f and the principal point.
+/// Information of some views about [`DIFFERENCE`].
 #[derive(Clone, Copy)]
 struct Pull {
-    information: Matrix3<f64>,
-    gradient: Vector3<f64>,
+    information: Matrix4<f64>,
+    gradient: Vector4<f64>,
 }
 
 impl Pull {
     fn zero() -> Self {
-        Self { information: Matrix3::zeros(), gradient: Vector3::zeros() }
+        Self { information: Matrix4::zeros(), gradient: Vector4::zeros() }
     }
 
     fn with(&self, other: &Self, times: f64) -> Self {

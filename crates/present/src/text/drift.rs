@@ -107,6 +107,10 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             ),
             "Hold the board where it was for the old calibration, or recalibrate.",
         ),
+        NoDrift::Mixed { odd_views } => (
+            format!("NO VERDICT: {odd_views} of the views are from another camera or mode"),
+            "Switch off automatic rotation, zoom and framing, and check again.",
+        ),
         NoDrift::Undetermined => (
             "NO VERDICT: the views aren't enough to measure focal length and principal point"
                 .into(),

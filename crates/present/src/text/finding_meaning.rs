@@ -135,8 +135,8 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
         ],
         FindingCode::ViewsMixed { .. } => [
             "Views of two cameras",
-            "Two groups of views with different focal lengths or principal points.",
-            "Some pictures are from a different camera, mode or size, or are rotated; or the camera frames or zooms automatically.",
+            "Two groups of views with different focal lengths, principal points or distortion.",
+            "Some pictures are from a different camera, mode or size, are rotated, or have their distortion removed already; or the camera frames or zooms automatically.",
             "Calibrate each camera, mode and orientation separately. Switch off automatic rotation, zoom and framing.",
             "No. It's the mean of two cameras.",
         ],

@@ -159,7 +159,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
         ),
         FindingCode::ViewsMixed { odd_views, view, f_ratio, shift_px, .. } => (
             format!(
-                "{odd_views} views (first: view {}) come from a different camera, mode or size: focal length × {f_ratio:.3}, principal point {shift_px:.1} px away",
+                "{odd_views} views (first: view {}) come from a different camera, mode or size, or have their distortion removed already: focal length × {f_ratio:.3}, principal point {shift_px:.1} px away",
                 called(view)
             ),
             "Calibrate each camera, mode and orientation separately. Switch off automatic rotation, zoom and framing.",
