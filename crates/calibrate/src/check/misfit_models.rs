@@ -44,8 +44,8 @@ pub(super) struct Explanation {
     pub(super) by_views: f64,
     /// Number of parameters added by the cause.
     pub(crate) parameters: usize,
-    /// Gain in BIC over the plain bundle: `by_views`, or what the corners tell beyond correlated noise if that's less, less the
-    /// penalty for the parameters.
+    /// Gain in BIC over the plain bundle: `by_views`, or what the corners tell beyond correlated noise where each view has
+    /// parameters of its own, less the penalty for the parameters.
     pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
@@ -248,10 +248,10 @@ impl<'a> Unexplained<'a> {
         };
         let by_corners = |cost: f64| n * libm::log(self.cost / cost.max(self.least_cost));
         let by_views = by_corners(cost) / overcount;
-        // Correlated noise explains residuals, too.
-        let told = |cost: f64| {
-            let by_corners = by_corners(cost);
-            (by_corners / overcount).min(by_corners - self.noise_gain)
+        // Correlated noise explains residuals, too: the views have counted it for what they share.
+        let told = |cost: f64| match cause.local_extras() {
+            0 => by_corners(cost) / overcount,
+            _ => by_corners(cost) - self.noise_gain,
         };
         let gain = match cause.local_sd() {
             Some(_) => {
