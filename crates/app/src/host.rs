@@ -9,7 +9,7 @@ use image::GrayImage;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BoardFromCode, camera,
+    camera,
     recordings::{DecidedRecording, Dropped, Recording, StoredSession},
 };
 use boresight_calibrate::{BOARD_SCALE_SD, Drift};
@@ -241,6 +241,18 @@ pub struct SessionRequest {
     pub go_on_with: Option<PathBuf>,
     /// Command to give as soon as the session runs.
     pub first: Option<Command>,
+}
+
+/// Properties of the board to read from a code in its margin, if the first frames show one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BoardFromCode {
+    /// Nothing: the board is given.
+    #[default]
+    Nothing,
+    /// Columns and rows: the square is given.
+    Counts,
+    /// Columns, rows and square.
+    All,
 }
 
 /// A camera, and what it sees before a session.

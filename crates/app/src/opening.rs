@@ -8,6 +8,7 @@ use super::{
     Announcer, Run, SavedSession,
     board_from_code::board_from_source,
     comparison,
+    host::BoardFromCode,
     source::{OpenSource, SourceName},
 };
 use boresight_capture::{is_address, is_command, is_topic};
@@ -47,18 +48,6 @@ pub struct Opening {
     pub max_frames: u64,
     /// Properties of the board that a code in its margin may decide in a new session.
     pub board_code: BoardFromCode,
-}
-
-/// Properties of the board to read from a code in its margin, if the first frames show one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum BoardFromCode {
-    /// Nothing: the board is given.
-    #[default]
-    Nothing,
-    /// Columns and rows: the square is given.
-    Counts,
-    /// Columns, rows and square.
-    All,
 }
 
 impl Opening {
