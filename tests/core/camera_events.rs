@@ -145,6 +145,7 @@ fn each_trouble_is_told_once_with_what_to_do_about_it() {
     // What keeps views from being taken comes first.
     assert_eq!(both[0].what, text::camera::fault(Fault::Frozen).0);
     assert_eq!(both[0].detail, "for 3 s");
+    assert_eq!([both[0].is_doubt, both[1].is_doubt], [false, true]);
     let lost = told(lost(Fault::OtherMode));
     assert_eq!(lost[0].what, text::camera::fault(Fault::OtherMode).0);
     assert!(lost[0].action.contains("until the camera grants it"), "{lost:#?}");

@@ -102,6 +102,8 @@ pub(crate) fn moments() -> Vec<Moment> {
     };
     add("focus set by hand", &with_views(&set), "Focus changed. Set it back");
     add("camera with controls", &after(vec![started(), locked()]), "Show the whole board");
+    let doubt = CameraEvent::Doubtful { fault: Fault::Unwatched, detail: String::new() };
+    add("camera in doubt", &after(vec![started(), doubt]), "Show the whole board");
     let mut paused = middle.clone();
     paused.paused = true;
     paused.shown = asking(Prompt::Paused);

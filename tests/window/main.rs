@@ -29,7 +29,7 @@ use boresight::{
         host::{Ended, Memory, SessionRequest, UserError},
         recordings::DecidedRecording,
     },
-    device::{Adjustable, Control},
+    device::{Adjustable, Control, Fault},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Plan,
     session::{Outcome, Snapshot},
@@ -285,6 +285,11 @@ fn faults_come_with_their_next_action() {
     let moved = harness(Page::Guide, at("focus moved"), Theme::Dark, 1.0);
     moved.get_by_label("Switch off autofocus and automatic framing in the camera's own program.");
     moved.get_by_label("locked at 30");
+    // A doubt keeps nobody from taking views: it's a line beside the picture, which stays free.
+    let doubt = harness(Page::Guide, at("camera in doubt"), Theme::Dark, 1.0);
+    let (what, action) = boresight::text::camera::fault(Fault::Unwatched);
+    doubt.get_by_label(what);
+    assert!(doubt.query_by_label(action).is_none());
     let failed = harness(Page::Guide, at("worker failed"), Theme::Dark, 1.0);
     failed.get_by_label("The detector failed: out of memory");
 }
