@@ -1,6 +1,10 @@
 //! Reads the board from its printed code, so that nobody types it.
 
-use std::{collections::VecDeque, path::PathBuf, time::Duration};
+use std::{
+    collections::VecDeque,
+    path::PathBuf,
+    time::{Duration, Instant},
+};
 
 use image::GrayImage;
 
@@ -11,10 +15,9 @@ use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
 use boresight_present::text;
 use boresight_run::config::Config;
 
-/// Number of pictures searched for a code; of frames in the case of a live camera, whose frames are closer to each
-/// other.
+/// Number of pictures searched for a code; of a live camera, those that come within this time: a person waits for it.
 const PICTURES: usize = 10;
-const LIVE_FRAMES: usize = 45;
+const LIVE: Duration = Duration::from_millis(1500);
 /// Smaller boards to try when the usual one is seen only in part: a smaller board looks like that.
 const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
 /// Most searches for boards in all pictures together.
@@ -108,12 +111,16 @@ pub fn board_from_source(
     let OpenSource { mut source, on_frame, truth } = open;
     let keeps_frames = source.waits();
     let mut first = VecDeque::new();
-    let (mut frames, mut waits) = (if keeps_frames { PICTURES } else { LIVE_FRAMES }, WAITS);
-    while frames > 0 && waits > 0 {
+    let (mut frames, mut waits, mut until) = (PICTURES, WAITS, None);
+    while frames > 0 && waits > 0 && until.is_none_or(|until| Instant::now() < until) {
         let arrival = source.next_frame(PATIENCE);
         let code = match &arrival {
             Ok(Arrival::Frame(frame)) => {
-                frames -= 1;
+                if keeps_frames {
+                    frames -= 1;
+                } else {
+                    until.get_or_insert_with(|| Instant::now() + LIVE);
+                }
                 reader.read(&frame.image)
             }
             Ok(Arrival::NothingYet) => {
