@@ -343,33 +343,55 @@ fn long_who_stops_as_soon_as_told_is_right_for_good() {
     }
 }
 
+/// The lens of a camera whose pictures nobody draws.
+fn undrawn() -> Lens {
+    let camera = Camera::pinhole(417.0, nalgebra::Point2::new(320.0, 240.0));
+    Lens::new(camera, None, Street::new(1).image_size)
+}
+
+/// What a picture tells at that hour: a pan by `pan_px`, and up to half of `chance_px` more.
+fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
+    let chance = f64::from((hour * 7919) % 97) / 97.0 - 0.5;
+    let answer = Answer {
+        turn: [1e6 * (pan_px + chance_px * chance) / lens.camera.f_px.x, 0.0, 0.0, 0.0],
+        cov: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.01, 0.0, 0.01],
+        patches: [180, 140],
+        sharp: None,
+        contrast: None,
+        cells: None,
+        shake: None,
+        causes: None,
+    };
+    let at = 1.774e9 + HOUR_SECS * f64::from(hour);
+    Input::Picture(Box::new(Picture { at, answer: Some(answer), none: None }))
+}
+
+#[test]
+fn a_push_and_its_way_back_are_no_creep() {
+    let lens = undrawn();
+    let mut watch = Watch::new(&lens);
+    let mut moved = 0;
+    for hour in 0..24 * 40 {
+        let day = f64::from(hour) / 24.0;
+        // Pushed for five days, and then for good.
+        let pushed_px = if (18.0..23.0).contains(&day) || day > 36.0 { 2.5 } else { 0.0 };
+        let decision = watch.handle(&panned(&lens, hour, (pushed_px, 0.1)));
+        moved += u32::from(matches!(decision.state, State::Moved(_)));
+        let creeps = decision.findings.iter().any(|f| matches!(f, Finding::Creeps { .. }));
+        assert!(!creeps, "day {day:.1}: {decision:?}");
+    }
+    assert!(moved > 24 * 7, "{moved} hours");
+}
+
 #[test]
 fn a_creep_matters_on_the_day_that_is_told() {
-    let lens = Lens::new(
-        Camera::pinhole(417.0, nalgebra::Point2::new(320.0, 240.0)),
-        None,
-        Street::new(1).image_size,
-    );
+    let lens = undrawn();
     let mut watch = Watch::new(&lens);
     let (per_day_px, matters_px) = (0.02, RELEVANT * f64::from(lens.image_size.width_px));
     let pan_px = |day: f64| per_day_px * (day - 4.0).max(0.0);
     let mut told = None;
     for hour in 0..24 * 60 {
-        let at = 1.774e9 + HOUR_SECS * f64::from(hour);
-        let chance = f64::from((hour * 7919) % 97) / 97.0 - 0.5;
-        let pan = pan_px(f64::from(hour) / 24.0) + 0.05 * chance;
-        let answer = Answer {
-            turn: [1e6 * pan / lens.camera.f_px.x, 0.0, 0.0, 0.0],
-            cov: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.01, 0.0, 0.01],
-            patches: [180, 140],
-            sharp: None,
-            contrast: None,
-            cells: None,
-            shake: None,
-            causes: None,
-        };
-        let picture = Picture { at, answer: Some(answer), none: None };
-        let decision = watch.handle(&Input::Picture(Box::new(picture)));
+        let decision = watch.handle(&panned(&lens, hour, (pan_px(f64::from(hour) / 24.0), 0.05)));
         if let Some(creep @ Finding::Creeps { matters_secs, .. }) = decision.findings.first() {
             told = Some((with_scale(&lens, |scale| words::finding(creep, scale)), *matters_secs));
             break;
