@@ -464,17 +464,12 @@ impl WindowHost {
             self.named = self.opening.out.take();
         }
         let (pictures, note) = (run.pictures()?, run.note.take());
-        let board = run.session.setup().board;
         let note = note.or_else(|| match run.board_id.as_str() {
             "" if asks_square && run.open.truth.is_none() && !run.resumed => {
-                Some(text::start::assumed_square(board.square_m()))
+                Some(text::start::assumed_square(run.session.setup().board.square_m()))
             }
             "" => None,
-            id => Some(text::start::named_board(
-                id,
-                [board.columns(), board.rows()],
-                board.square_m(),
-            )),
+            _ => Some(run.board_in_words()),
         });
         let source = run.open.source.identity().name;
         let (mut setup, context) = run.setup(&self.announcer)?;

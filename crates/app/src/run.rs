@@ -89,6 +89,13 @@ pub struct Concluded {
 }
 
 impl Run {
+    /// The board in words, with its ID if it has one: "Board K7Q2: 9 × 6, 20 mm".
+    pub fn board_in_words(&self) -> String {
+        let board = self.session.setup().board;
+        let corners = [board.columns(), board.rows()];
+        text::start::named_board(&self.board_id, corners, board.square_m())
+    }
+
     /// The pictures of the views accepted so far, by view number.
     ///
     /// # Errors

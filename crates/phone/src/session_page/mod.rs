@@ -26,7 +26,7 @@ use boresight_app::{
     watch::Step,
 };
 use boresight_guide::session::Session;
-use boresight_present::text::{self, phone as words};
+use boresight_present::text::phone as words;
 use boresight_run::pipeline::Onlookers;
 use boresight_watch::Lens;
 
@@ -91,10 +91,7 @@ impl Phone {
 
     /// Says what the pictures of a session that opens are of.
     pub fn opens(&self, run: &Run) {
-        let board = run.session.setup().board;
-        let corners = [board.columns(), board.rows()];
-        let board = text::start::named_board(&run.board_id, corners, board.square_m());
-        self.hub.opens(run.open.truth.is_some(), board);
+        self.hub.opens(run.open.truth.is_some(), run.board_in_words());
     }
 
     /// Shows that the result is being computed.
