@@ -76,7 +76,7 @@ pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
 }
 
 /// What the camera called `name` offers, where [`choose`] found nothing that was wanted.
-pub(crate) fn not_offered(name: &str, offers: &[CameraMode], wanted: &Wanted) -> String {
+pub fn not_offered(name: &str, offers: &[CameraMode], wanted: &Wanted) -> String {
     let readable = offers.iter().filter(|offer| layout(offer.fourcc).is_some());
     let sizes: BTreeSet<_> = readable.map(|it| (it.size.width_px, it.size.height_px)).collect();
     match wanted.size {

@@ -72,7 +72,7 @@ pub use address::{is_address, is_command, is_topic, without_secrets};
 #[cfg(feature = "bags")]
 pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
 pub use bag::{BagFlaw, bag_files, is_bag};
-pub use camera_mode::{CameraMode, choose, layout};
+pub use camera_mode::{CameraMode, choose, layout, not_offered};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
 #[cfg(all(unix, feature = "live"))]

@@ -13,7 +13,7 @@ use ::nokhwa::{
     },
 };
 
-use crate::{CameraMode, camera_mode::not_offered, choose};
+use crate::{CameraMode, choose, not_offered};
 use boresight_geometry::{
     device::{Fault, Mode, PixelLayout, Wanted},
     frame::ImageSize,

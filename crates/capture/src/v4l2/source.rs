@@ -32,10 +32,9 @@ use super::{
     stream::{Loss, Picture, Stream},
 };
 use crate::{
-    Arrival, CameraMode, CaptureError, FrameSource, SourceIdentity,
-    camera_mode::not_offered,
-    choose,
+    Arrival, CameraMode, CaptureError, FrameSource, SourceIdentity, choose,
     health::{light, sharpness},
+    not_offered,
 };
 use boresight_geometry::{
     device::{
