@@ -10,7 +10,7 @@ pub const RELEVANT: f64 = 0.0008;
 const ALLOWANCE: f64 = 2.0;
 const LIMIT: f64 = 5.0;
 /// A single estimate counts at most so many standard deviations, and no more is summed, so that a camera that comes back is
-/// soon back. Several in a row beyond it on one side, within a slot, are a jump.
+/// soon back. Several in a row that far from where the camera pointed, on one side and within a slot, are a jump.
 const CLIP: f64 = 6.0;
 /// What is promised to be seen is seen within this time.
 pub(crate) const SEEN_WITHIN_SECS: f64 = 2.0 * DAY_SECS;
@@ -25,7 +25,8 @@ pub struct Sequential {
     grown_since: [[f64; 4]; 2],
     last_secs: Option<f64>,
     recent: Vec<(f64, Vector4<f64>)>,
-    alarms: [bool; 4],
+    /// Where the camera has pointed since it last jumped, px from the cycle.
+    pointing_px: Vector4<f64>,
     width_px: f64,
 }
 
@@ -96,7 +97,7 @@ impl Sequential {
             grown_since: [[0.0; 4]; 2],
             last_secs: None,
             recent: Vec::new(),
-            alarms: [false; 4],
+            pointing_px: Vector4::zeros(),
             width_px,
         }
     }
@@ -138,34 +139,38 @@ impl Sequential {
         }
         self.recent.retain(|(at, _)| at_secs - at < SLOT_SECS);
         self.recent.push((at_secs, *off_px));
-        let jumped = self.jumped(&scale_px);
-        self.alarms = std::array::from_fn(|i| {
-            self.sums[0][i] > LIMIT || self.sums[1][i] > LIMIT || jumped[i]
+        self.jump(&scale_px);
+        let alarms = std::array::from_fn(|i| self.sums.iter().any(|sum| sum[i] > LIMIT));
+        let values: Vec<Vector4<f64>> = self.recent.iter().map(|(_, off)| *off).collect();
+        let since = (0..4).filter(|i| alarms[*i]).map(|i| {
+            let grown = (0..2).filter(|side| self.sums[*side][i] > 0.0);
+            grown.map(|side| self.grown_since[side][i]).fold(f64::INFINITY, f64::min)
         });
-        // After a jump, the hours before it say nothing of where the camera points.
-        let newest = if jumped.contains(&true) { SEVERAL } else { self.recent.len() };
-        let values: Vec<Vector4<f64>> =
-            self.recent.iter().rev().take(newest).map(|(_, off)| *off).collect();
-        let level_px = median4(&values);
-        let jump_secs = self.recent.iter().rev().nth(SEVERAL - 1).map(|(at, _)| *at);
-        let since = (0..4).filter(|i| self.alarms[*i]).map(|i| {
-            let summed = (0..2)
-                .filter(|side| self.sums[*side][i] > 0.0)
-                .map(|side| self.grown_since[side][i]);
-            summed.fold(f64::INFINITY, f64::min).min(jump_secs.unwrap_or(at_secs))
-        });
-        let since_secs = since.reduce(f64::min);
-        Verdict { alarms: self.alarms, level_px, since_secs }
+        Verdict { alarms, level_px: median4(&values), since_secs: since.reduce(f64::min) }
     }
 
-    /// Parameters whose newest answers are all far out on the same side.
-    fn jumped(&self, scale_px: &Vector4<f64>) -> [bool; 4] {
-        let Some(newest) = self.recent.rchunks(SEVERAL).next() else { return [false; 4] };
-        std::array::from_fn(|i| {
-            let is_far =
-                |side: f64| newest.iter().all(|(_, off)| side * off[i] > CLIP * scale_px[i]);
-            newest.len() == SEVERAL && (is_far(1.0) || is_far(-1.0))
-        })
+    /// Where the newest answers are all far from where the camera pointed, on one side, it has jumped: they alone say where it
+    /// points now, and whether that counts.
+    fn jump(&mut self, scale_px: &Vector4<f64>) {
+        let Some(first) = self.recent.len().checked_sub(SEVERAL) else { return };
+        let newest = &self.recent[first..];
+        let all = |i: usize, side: f64, from_px: f64, least: f64| {
+            newest.iter().all(|(_, off)| side * (off[i] - from_px) > least * scale_px[i])
+        };
+        let is_far = |i: usize, side| all(i, side, self.pointing_px[i], CLIP);
+        let jumped: Vec<usize> = (0..4).filter(|i| is_far(*i, 1.0) || is_far(*i, -1.0)).collect();
+        if jumped.is_empty() {
+            return;
+        }
+        let values: Vec<Vector4<f64>> = newest.iter().map(|(_, off)| *off).collect();
+        let level_px = median4(&values);
+        for i in jumped {
+            for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+                self.sums[side][i] = if all(i, sign, 0.0, ALLOWANCE) { CLIP } else { 0.0 };
+            }
+            self.pointing_px[i] = level_px[i];
+        }
+        self.recent.drain(..first);
     }
 }
 
@@ -235,5 +240,23 @@ mod tests {
         assert_eq!(moved.since_secs, Some(900.0));
         let back = (192..320).find(|i| !step(*i, 0.0).alarms[0]).expect("back");
         assert!(f64::from(back - 192) * 900.0 < 30.0 * HOUR_SECS);
+    }
+
+    #[test]
+    fn a_jump_near_the_cut_stays_told_until_the_camera_is_pushed_back() {
+        let mut test = Sequential::new(WIDTH_PX);
+        let scatter_px = Vector4::repeat(0.15);
+        let cut_px = CLIP * test.scale_px(&scatter_px)[0];
+        let mut is_off = |i: u32, pan_px: f64| {
+            let chance_px = 0.3 * (f64::from((i * 7919) % 97) / 97.0 - 0.5);
+            let off_px = Vector4::new(pan_px + chance_px, 0.0, 0.0, 0.0);
+            test.step(f64::from(i) * 900.0, &off_px, &scatter_px).alarms[0]
+        };
+        assert!((0..96).all(|i| !is_off(i, 0.0)));
+        let told = (96..192).find(|i| is_off(*i, 1.05 * cut_px)).expect("told");
+        assert!(told < 96 + 12, "{told}");
+        assert!((told + 1..288).all(|i| is_off(i, 1.05 * cut_px)));
+        let back = (288..400).find(|i| !is_off(*i, 0.0)).expect("back");
+        assert!(back <= 288 + 12, "{back}");
     }
 }

@@ -28,8 +28,9 @@ const FOLLOWED_DAYS: usize = 14;
 const FOLLOWED_SECS: f64 = FOLLOWED_DAYS as f64 * DAY_SECS;
 /// Standard deviations beyond which a focal length has changed, the lens's own error included.
 const FOCAL_SIGMAS: f64 = 3.0;
-/// A slope of so many of its standard deviations is a creep.
-const CREEP_SIGMAS: f64 = 4.0;
+/// A slope of so many of its standard deviations is a creep. Asked every day of four parameters over a dozen days (Student's
+/// t), chance says so once in some years.
+const CREEP_SIGMAS: f64 = 6.0;
 /// Logarithm of how much likelier a cause must be than the other: see [`Causes`].
 ///
 /// [`Causes`]: crate::Causes
@@ -38,8 +39,6 @@ const SURE: f64 = 6.0;
 const FARTHEST_KNOCK: f64 = 0.05;
 /// Share of the patches' usual agreement below which part of the scene no longer agrees.
 const LESS_AGREEMENT: f64 = 0.7;
-/// Growth of the scatter that is said.
-const SWAYS_MORE: f64 = 1.5;
 /// Shake that is said, px.
 const SHAKES_PX: f64 = 0.5;
 
@@ -330,9 +329,7 @@ impl Watch {
         }
         if let Some(first) = &self.first {
             let (was_px, is_px) = (first.scatter_px.amax(), cycle.scatter_px.amax());
-            found.extend(
-                (is_px > SWAYS_MORE * was_px).then_some(Finding::SwaysMore { was_px, is_px }),
-            );
+            found.extend((is_px > MARGIN * was_px).then_some(Finding::SwaysMore { was_px, is_px }));
         }
         found.extend(
             self.shake_px.filter(|px| *px > SHAKES_PX).map(|by_px| Finding::Shakes { by_px }),
