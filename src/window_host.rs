@@ -15,8 +15,7 @@ use image::GrayImage;
 #[cfg(feature = "serve")]
 use boresight_app::host::PhoneLink;
 use boresight_app::{
-    Announcer, BoardFromCode, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison,
-    desktop,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison, desktop,
     explain::user_error,
     export,
     host::{
@@ -454,7 +453,7 @@ impl WindowHost {
             board_code: wish.board_code,
             ..self.opening
         };
-        let asks_square = opening.board_code == BoardFromCode::All;
+        let asks_square = opening.board_code.has_square();
         let mut run = opening.open(&self.announcer)?;
         #[cfg(feature = "serve")]
         if let Some(phone) = &self.phone {
@@ -523,6 +522,7 @@ impl WindowHost {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use boresight_app::BoardFromCode;
     use boresight_run::config::Config;
 
     #[test]

@@ -152,15 +152,15 @@ impl BoardArguments {
 
     /// What a code in the board's margin may decide: what nothing here names.
     pub(super) fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
-        let says_counts = self.board.is_some()
-            || self.sets_of_board("columns")?
-            || self.sets_of_board("rows")?
+        let says_counts =
+            self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
+        // Only plain boards have a code.
+        let has_markers = self.board.is_some_and(|board| board.markers.is_some())
             || self.sets_of_board("dictionary")?;
-        Ok(match (says_counts, self.says_square()?) {
-            (true, _) => BoardFromCode::Nothing,
-            (false, true) => BoardFromCode::Counts,
-            (false, false) => BoardFromCode::All,
-        })
+        Ok(BoardFromCode::unless_given(
+            says_counts || has_markers,
+            self.says_square()? || has_markers,
+        ))
     }
 
     /// The configuration, with the board that a code in `pictures` names if nothing here does.
@@ -168,8 +168,7 @@ impl BoardArguments {
         let mut config = self.config()?;
         let open = self.open_to_code()?;
         if open != BoardFromCode::Nothing {
-            let keeps_square = open == BoardFromCode::Counts;
-            board_from_pictures(pictures, &mut config, keeps_square, &announcer())?;
+            board_from_pictures(pictures, &mut config, open, &announcer())?;
         }
         Ok(config)
     }

@@ -106,7 +106,7 @@ impl Arguments {
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         save(&path, &bytes, overwrite)?;
         say(&format!("Written: {}", path.display()));
-        for (i, step) in text::target_steps(&sheet.plan).iter().enumerate() {
+        for (i, step) in text::target_steps(&sheet.plan, sheet.id().is_some()).iter().enumerate() {
             say(&format!("  {}. {step}", i + 1));
         }
         if self.json {

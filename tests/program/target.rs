@@ -23,7 +23,8 @@ fn the_command_writes_and_says_what_to_do() {
             "100 mm",
             "250 mm",
             "straight edge",
-            "guide --board 9x6 --square 25mm",
+            "Calibrate: boresight guide. The code in the margin",
+            "--board 9x6 --square 25mm",
             "6.1 mm",
         ],
     );
@@ -105,6 +106,10 @@ fn a_printed_board_names_itself() {
     assert_eq!(board(&[&measured[..], &["--square", "24mm"]].concat())["square_mm"], 24.0);
     assert_eq!(board(&["--json"])["columns"], 7);
     assert_eq!(board(&["--json", "--board", "9x6"])["columns"], 9);
+    // A code beside the board that's meant says how large its squares are; beside another one, nothing.
+    assert_eq!(board(&["--json", "--board", "7x5"])["square_mm"], 23.0);
+    assert_eq!(board(&["--json", "--board", "9x6"])["square_mm"], 25.0);
+    assert_eq!(board(&["--json", "--square", "24mm"])["columns"], 7);
     let guide = ["guide", "--headless", "--source", "seen", "--out", "session"];
     says(&run(&guide), 3, &["Board from its code: 7x5, 23 mm, ID K7Q2", "calibration.json"]);
     let header = fs::read_to_string(folder.path().join("session/session.toml")).expect("readable");

@@ -8,7 +8,7 @@ use std::{
 
 use image::GrayImage;
 
-use super::{Announcer, source::OpenSource};
+use super::{Announcer, BoardFromCode, source::OpenSource};
 use boresight_capture::{Arrival, preceded, read_picture};
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, read_code};
 use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
@@ -71,8 +71,8 @@ impl CodeReader {
     }
 }
 
-/// Takes the board from the code in the first of `pictures` that shows one, and announces it. Without a code nothing
-/// changes. Pictures that can't be read are skipped.
+/// Takes what a code `decides` of the board from the first of `pictures` that shows one, and announces it. Without a code
+/// nothing changes. Pictures that can't be read are skipped.
 ///
 /// # Errors
 ///
@@ -80,13 +80,13 @@ impl CodeReader {
 pub fn board_from_pictures(
     pictures: &[PathBuf],
     config: &mut Config,
-    keeps_square: bool,
+    decides: BoardFromCode,
     announcer: &Announcer,
 ) -> anyhow::Result<()> {
     let mut reader = CodeReader::new(config.board()?);
     let mut images = pictures.iter().take(PICTURES).filter_map(|path| read_picture(path).ok());
     if let Some(code) = images.find_map(|image| reader.read(&image)) {
-        take(&code, config, keeps_square, announcer);
+        take(&code, config, decides, announcer);
     }
     Ok(())
 }
@@ -101,7 +101,7 @@ pub fn board_from_pictures(
 pub fn board_from_source(
     open: OpenSource,
     config: &mut Config,
-    keeps_square: bool,
+    decides: BoardFromCode,
     announcer: &Announcer,
 ) -> anyhow::Result<OpenSource> {
     if open.truth.is_some() {
@@ -137,23 +137,28 @@ pub fn board_from_source(
             first.push_back(arrival);
         }
         if let Some(code) = code {
-            take(&code, config, keeps_square, announcer);
+            take(&code, config, decides, announcer);
             break;
         }
     }
     Ok(OpenSource { source: Box::new(preceded(first, source)), on_frame, truth })
 }
 
-/// Puts the board that `code` names into `config`, with its measured square if the settings have one.
-fn take(code: &BoardCode, config: &mut Config, keeps_square: bool, announcer: &Announcer) {
+/// Puts what `code` decides of the board into `config`, with its measured square if the settings have one.
+fn take(code: &BoardCode, config: &mut Config, decides: BoardFromCode, announcer: &Announcer) {
     let Some(board) = code.board() else { return };
+    // Both are at most 99.
+    let counts = (board.columns() as u16, board.rows() as u16);
+    let given = (config.board.columns, config.board.rows);
+    if decides == BoardFromCode::Square && counts != given {
+        return;
+    }
     let id = code.id().to_string();
     let printed_mm = board.square_m() * 1e3;
     let measured = config.boards.iter().find(|(key, _)| key.parse() == Ok(code.id()));
     let measured = measured.map(|(_, board)| board.clone());
-    // Both are at most 99.
-    (config.board.columns, config.board.rows) = (board.columns() as u16, board.rows() as u16);
-    if !keeps_square {
+    (config.board.columns, config.board.rows) = counts;
+    if decides.has_square() {
         // Micrometres, as printed.
         let printed_mm = (printed_mm * 1e3).round() / 1e3;
         config.board.square_mm = measured.as_ref().map_or(printed_mm, |board| board.square_mm);

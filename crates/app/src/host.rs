@@ -251,8 +251,27 @@ pub enum BoardFromCode {
     Nothing,
     /// Columns and rows: the square is given.
     Counts,
+    /// The square: columns and rows are given. A code with others says nothing.
+    Square,
     /// Columns, rows and square.
     All,
+}
+
+impl BoardFromCode {
+    /// What's open where columns and rows, or the square, are given.
+    pub fn unless_given(counts: bool, square: bool) -> Self {
+        match (counts, square) {
+            (true, true) => Self::Nothing,
+            (false, true) => Self::Counts,
+            (true, false) => Self::Square,
+            (false, false) => Self::All,
+        }
+    }
+
+    /// Whether the square is open.
+    pub fn has_square(self) -> bool {
+        matches!(self, Self::Square | Self::All)
+    }
 }
 
 /// A camera, and what it sees before a session.

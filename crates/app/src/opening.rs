@@ -104,8 +104,7 @@ impl Opening {
         let name = SourceName::parse(&self.source, &config, announcer)?;
         let mut open = name.open(self.max_frames)?;
         if self.board_code != BoardFromCode::Nothing {
-            let keeps_square = self.board_code == BoardFromCode::Counts;
-            open = board_from_source(open, &mut config, keeps_square, announcer)?;
+            open = board_from_source(open, &mut config, self.board_code, announcer)?;
         }
         if let Some(old) = known {
             let lens = comparison::known_lens(old, open.image_size()?);

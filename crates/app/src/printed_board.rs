@@ -46,13 +46,14 @@ pub fn print(
         sheet.plan = sheet.plan.with_markers(markers)?;
     }
     let sheet = sheet.with_code(id);
-    let (bytes, plan) = (sheet.bytes(SheetKind::Pdf, None)?, sheet.plan);
+    let (bytes, has_code) = (sheet.bytes(SheetKind::Pdf, None)?, sheet.id().is_some());
+    let plan = sheet.plan;
     let name = format!("{}-{}", plan.file_stem(), paper.name());
     let file = free_or_same(folder, &name, &bytes)?;
     Ok(PrintedBoard {
         file,
         square_m: 1e-3 * plan.square_mm,
-        steps: text::target_steps(&plan).into_iter().take(3).collect(),
+        steps: text::target_steps(&plan, has_code).into_iter().take(3).collect(),
     })
 }
 

@@ -57,13 +57,13 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     ]
 }
 
-/// Instructions for the written file, step by step.
-pub fn target_steps(plan: &Plan) -> Vec<String> {
+/// Instructions for the written file, step by step; with a code in the margin, nobody types the board.
+pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
     let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
     let measure = |again: &str| {
         format!(
-            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} squares are {width} wide. If not, {again}, or give the measured width divided by {across} as --square."
+            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} squares are {width} wide. If not, {again}, or use the measured width ÷ {across} as the square."
         )
     };
     let mut steps = if plan.page.pixels.is_some() {
@@ -85,7 +85,12 @@ pub fn target_steps(plan: &Plan) -> Vec<String> {
             millimetres((10.0 * plan.white_mm()).floor() / 10.0)
         ));
     }
-    steps.push(format!("Calibrate: boresight guide {}", arguments(plan)));
+    let arguments = arguments(plan);
+    steps.push(if has_code {
+        format!("Calibrate: boresight guide. The code in the margin says which board it is ({arguments}).")
+    } else {
+        format!("Calibrate: boresight guide {arguments}")
+    });
     steps
 }
 
