@@ -20,11 +20,13 @@ use boresight_app::{
     Exit,
     json::DetectedLine,
     source::{SourceName, is_recording},
+    weighed_picture,
 };
 use boresight_capture::{Arrival, FrameSource, read_picture_turned};
-use boresight_detect::{Detector, DetectorParams};
+use boresight_detect::{Detector, DetectorParams, WeighedGrid};
+use boresight_files::{Overwrite, make_folder, save};
 use boresight_formats::corner_table::{self, Digits};
-use boresight_present::text;
+use boresight_present::text::{self, weighed};
 
 /// Detect the board's corners in pictures.
 ///
@@ -43,6 +45,9 @@ pub(super) struct Arguments {
     /// Read the pixels as they're stored, not turned as the pictures' EXIF orientation says.
     #[arg(long)]
     as_stored: bool,
+    /// Say what was weighed for each picture, grid by grid, and draw the grids into pictures in this folder.
+    #[arg(long, value_name = "DIR")]
+    explain: Option<PathBuf>,
     /// Print one JSON object per picture instead of the table.
     #[arg(long)]
     json: bool,
@@ -53,6 +58,7 @@ Examples:
   boresight detect pictures/*.png > corners.vnl
   boresight detect --board 9x6 pictures/*.png > corners.vnl
   boresight detect --board 9x6 --json picture.png
+  boresight detect --board 9x6 --explain why refused.png
   boresight detect --board 9x6 drive.mcap --topic /camera/image_raw";
 
 impl Arguments {
@@ -70,12 +76,22 @@ impl Arguments {
             print(corner_table::HEADER.trim_end())?;
         }
         let progress = Progress::new(FINDING, self.images.len());
+        if let Some(folder) = &self.explain {
+            make_folder(folder)?;
+            progress.say(weighed::ABOUT);
+        }
         let mut look = |name: &str, image: &GrayImage| {
             let started = Instant::now();
-            let seen = detector.detect(image, &board);
+            let (seen, weighed) = match &self.explain {
+                Some(_) => detector.explain(image, &board),
+                None => (detector.detect(image, &board), Vec::new()),
+            };
             let millis = started.elapsed().as_secs_f64() * 1e3;
             if let Err(miss) = &seen {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
+            }
+            if let Some(folder) = &self.explain {
+                explain(&progress, (folder, name), image, &weighed)?;
             }
             let line = if self.json {
                 serde_json::to_string(&DetectedLine::of(name, &board, &seen, millis))?
@@ -112,6 +128,28 @@ impl Arguments {
         }
         Ok(Exit::Good)
     }
+}
+
+/// Says what was `weighed` for the picture called `name`, and draws it into `folder`. A picture that's there stays.
+fn explain(
+    progress: &Progress,
+    (folder, name): (&Path, &str),
+    image: &GrayImage,
+    grids: &[WeighedGrid],
+) -> anyhow::Result<()> {
+    for (index, grid) in grids.iter().enumerate() {
+        for line in weighed::weighed(index + 1, grid) {
+            progress.say(&format!("  {line}"));
+        }
+    }
+    if grids.is_empty() {
+        progress.say(&format!("  {}", weighed::NO_GRID));
+    }
+    let name = Path::new(name).file_name().unwrap_or_default().to_string_lossy();
+    let path = folder.join(format!("{}.png", name.trim_end_matches(".png")));
+    save(&path, &weighed_picture(image, grids)?, Overwrite::Never)?;
+    progress.say(&format!("  Written: {}", path.display()));
+    Ok(())
 }
 
 /// Hands each picture of the recording `path` to `look`, under its number.

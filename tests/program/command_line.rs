@@ -105,6 +105,27 @@ fn names_of_files_command_neither_terminals_nor_spreadsheets() {
 }
 
 #[test]
+fn a_refusal_is_explained_in_bits_and_drawn() {
+    let folder = views(&good());
+    let name = &names(&good())[0];
+    let explained = |board: &str, why: &str| {
+        boresight(folder.path(), &["detect", "--board", board, "--explain", why, name])
+    };
+    let told = ["Grid of 9x6 corners, 54 seen", "Bits for white / more squares beyond: "];
+    says(&explained("9x6", "found"), 0, &[&told[..], &["54 corners of the board"]].concat());
+    let other = [&told[..], &["Different board: it has 9x6", "No place on the board: it's larger"]];
+    says(&explained("8x5", "why"), 0, &other.concat());
+    let drawn = |to: &str, colour: [u8; 3]| {
+        let path = folder.path().join(to).join(name);
+        let picture = image::open(path).expect("a picture").into_rgb8();
+        picture.pixels().filter(|pixel| pixel.0 == colour).count()
+    };
+    assert!(drawn("found", [60, 210, 90]) >= 54 && drawn("why", [60, 210, 90]) == 0);
+    assert!(drawn("why", [255, 180, 30]) >= 54);
+    says(&explained("8x5", "why"), 1, &["already a file", "why"]);
+}
+
+#[test]
 fn corners_go_through_a_table_unchanged() {
     let folder = views(&good());
     let mut arguments = vec!["detect", "--board", "9x6"];

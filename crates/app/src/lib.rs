@@ -30,6 +30,7 @@
 //! | `voice` | the computer's voice |
 //! | `prometheus`, `session_metrics` | how a batch or a session goes, for Prometheus |
 //! | `watch` | installed cameras that are watched without a board |
+//! | `weighed_picture` | a picture with the grids that the detector weighed |
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
@@ -84,6 +85,7 @@ pub mod truth;
 mod verdict;
 mod voice;
 pub mod watch;
+mod weighed_picture;
 
 pub use announcer::Announcer;
 pub use bag_copy::BagCopy;
@@ -100,6 +102,7 @@ pub use saved_session::{DecidedAgain, JournalReading, SavedSession};
 pub use session_metrics::{SessionMetrics, verdict_name};
 pub use verdict::{Exit, announce_result};
 pub use voice::{NoVoice, Voice};
+pub use weighed_picture::weighed_picture;
 
 /// Name of the report in the session's folder.
 pub const REPORT_FILE: &str = "report.html";

@@ -3,6 +3,7 @@
 use image::GrayImage;
 
 use super::{
+    explain::{Searched, WeighedGrid},
     grid_search::GridSearch,
     marker_cells::Polarity,
     outcome::{Detection, Miss},
@@ -58,6 +59,10 @@ impl Pass {
 
     fn halved(self) -> Halved {
         self.level().map_or(Halved::doubled(), Halved::whole)
+    }
+
+    fn searched(self) -> Searched {
+        Searched { scale: self.halved().scale, grown: matches!(self, Self::Grown(..)) }
     }
 }
 
@@ -132,6 +137,22 @@ impl Detector {
     /// the board.
     pub fn detect(&mut self, image: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
         self.search(image, board, Search::FULL)
+    }
+
+    /// As [`detect`](Self::detect), with every grid of corners that was held against the board, in the order in which it was
+    /// weighed. The last ones with corners of the board are those that the result is refined from. Takes longer.
+    ///
+    /// # Errors
+    ///
+    /// The [`Miss`], beside what was weighed.
+    pub fn explain(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+    ) -> (Result<Detection, Miss>, Vec<WeighedGrid>) {
+        self.grids.weighed = Some(Vec::new());
+        let found = self.detect(image, board);
+        (found, self.grids.weighed.take().unwrap_or_default())
     }
 
     /// Finds `board` in `image`, first where it is predicted, then anywhere.
@@ -318,8 +339,16 @@ impl Detector {
                 (&*grown, &*grown)
             }
         };
-        let full_px = pass.halved().scale;
-        grids.find((picture, plain, full_px), board, params, expected, keep_on)
+        let halved = pass.halved();
+        let before = grids.weighed.as_ref().map_or(0, Vec::len);
+        let found = grids.find((picture, plain, halved.scale), board, params, expected, keep_on);
+        for grid in grids.weighed.iter_mut().flat_map(|weighed| &mut weighed[before..]) {
+            grid.searched = pass.searched();
+            for at in &mut grid.corners_px {
+                *at = halved.full_px(at.map(|at| at as f32));
+            }
+        }
+        found
     }
 }
 

@@ -5,6 +5,7 @@ use image::GrayImage;
 use super::{
     board_match::{count_board, is_no_part, match_board},
     colours::are_discs,
+    explain::{GridOutcome, WeighedGrid},
     grow::Grower,
     junction::{self, Junction},
     lattice::Lattice,
@@ -43,6 +44,8 @@ pub(super) struct GridSearch {
     corners: Vec<Option<[f32; 2]>>,
     /// The largest part of the board so far.
     part: Vec<Option<[f32; 2]>>,
+    /// What was weighed since somebody asked.
+    pub(super) weighed: Option<Vec<WeighedGrid>>,
 }
 
 impl GridSearch {
@@ -139,7 +142,7 @@ impl GridSearch {
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
-        let Self { junctions, grower, lattice, corners, .. } = self;
+        let Self { junctions, grower, lattice, corners, weighed, .. } = self;
         let limits = grid_limits(board);
         let mut best_miss = Miss::NoBoard;
         while grower.next_grid(junctions, max_seeds, limits, lattice).is_some() {
@@ -149,12 +152,16 @@ impl GridSearch {
             if lattice.len() < LEAST_MARKED_GRID {
                 continue;
             }
-            match name_corners(picture, lattice, board, markers, corners) {
+            let square_px = lattice.mean_height() * full_px;
+            let named = name_corners(picture, lattice, board, markers, corners)
+                .map_err(|miss| or_too_small(miss, markers, square_px));
+            if let Some(weighed) = weighed {
+                let outcome = outcome_of(named.map(|_| &**corners));
+                weighed.push(WeighedGrid::marked(lattice, outcome));
+            }
+            match named {
                 Ok(polarity) => return Ok(polarity),
-                Err(miss) => {
-                    let square_px = lattice.mean_height() * full_px;
-                    best_miss = best_miss.or_closer(or_too_small(miss, markers, square_px));
-                }
+                Err(miss) => best_miss = best_miss.or_closer(miss),
             }
         }
         Err(best_miss)
@@ -169,17 +176,25 @@ impl GridSearch {
         expected: &Expected,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
-        let Self { junctions, grower, lattice, kept, corners, part, .. } = self;
+        let Self { junctions, grower, lattice, kept, corners, part, weighed, .. } = self;
         let (wanted, limits) = (board.corner_count(), grid_limits(board));
         kept.resize_with(GRIDS_KEPT, Lattice::default);
         kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
         part.clear();
         let mut best_miss = Miss::NoBoard;
         let mut is_whole = |lattice: &mut Lattice| {
-            if are_discs(plain, lattice) {
-                return false;
+            let are_discs = are_discs(plain, lattice);
+            let matched = if are_discs {
+                Err(Miss::NoBoard)
+            } else {
+                match_board(picture, lattice, board, expected, corners)
+            };
+            if let Some(weighed) = weighed.as_mut().filter(|_| lattice.len() > 0) {
+                let outcome = outcome_of(matched.map(|()| &**corners));
+                let outcome = if are_discs { GridOutcome::Circles } else { outcome };
+                weighed.push(WeighedGrid::of(picture, lattice, board, expected, outcome));
             }
-            if let Err(miss) = match_board(picture, lattice, board, expected, corners) {
+            if let Err(miss) = matched {
                 best_miss = best_miss.or_closer(miss);
                 return false;
             }
@@ -219,6 +234,14 @@ impl GridSearch {
         }
         corners.clone_from(part);
         Ok(())
+    }
+}
+
+/// What came of a grid with these corners of the board.
+fn outcome_of(corners: Result<&[Option<[f32; 2]>], Miss>) -> GridOutcome {
+    match corners {
+        Ok(corners) => GridOutcome::Named(corners.iter().flatten().count()),
+        Err(miss) => GridOutcome::Missed(miss),
     }
 }
 

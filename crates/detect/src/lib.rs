@@ -48,6 +48,7 @@
 //! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
 //! | `picture_quality` | says whether the picture is too dark or blurred, if no board is found | something else in it is light and sharp | – |
 //! | `printed_code` | reads the code in the margin of a printed board, for a part or if the caller asks | there is none | – |
+//! | `explain` | lists what was weighed, if somebody asks why a picture was refused | – | – |
 //! | `motion` | estimates how far the board moved during the exposure | motion is along a diagonal of the squares | – |
 //!
 //! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates, and each
@@ -81,6 +82,7 @@ mod detector;
 mod edge_model;
 mod edge_pixels;
 mod erf;
+mod explain;
 mod grid_search;
 mod grow;
 mod junction;
@@ -105,6 +107,7 @@ mod simd;
 mod track;
 
 pub use detector::{Detector, Search, detect};
+pub use explain::{GridOutcome, Searched, WeighedEnd, WeighedGrid, WeighedPlace};
 pub use outcome::{Detection, Miss, Quality, Side};
 pub use params::DetectorParams;
 pub use printed_code::read_code;

@@ -10,6 +10,7 @@ use nalgebra::Point2;
 
 use super::{
     colours::{dark_outside, inside},
+    explain::WeighedPlace,
     lattice::{Lattice, Node, axes, height},
     missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
     printed_code::{Plane, is_named_by_code},
@@ -108,6 +109,38 @@ pub(super) fn place_part(
     into.clear();
     into.extend(all.map(|place| lattice.get(placement.node(place))));
     true
+}
+
+/// The places where a grid may lie on `board`, with what speaks for them as [`place_part`] weighs it: best first.
+pub(super) fn places(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    board: &Checkerboard,
+    expected: &Expected,
+) -> Vec<WeighedPlace> {
+    let Some((low, high)) = lattice.extent() else { return Vec::new() };
+    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let by_code = by_code(image, lattice, board);
+    let weighed = |it: Placement| {
+        let (near, vanished) = track(image, lattice, &it, board, expected);
+        let by_track = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
+        let bits = [
+            of_ends(&it, (low, high), board, ends),
+            of_colours(image, lattice, &it, board),
+            if expected.corners.is_empty() { 0.0 } else { by_track },
+        ];
+        let corners = [it.place(low), it.place(high)];
+        WeighedPlace {
+            first: std::array::from_fn(|k| corners[0][k].min(corners[1][k]) as usize),
+            quarter_turns: TURNS.iter().position(|turn| *turn == it.turn).unwrap_or_default(),
+            bits: bits.map(f64::from),
+            has_code: by_code.as_ref().is_some_and(|is_named| is_named(&it)),
+        }
+    };
+    let mut places: Vec<WeighedPlace> = inside_board((low, high), board).map(weighed).collect();
+    let total = |place: &WeighedPlace| place.bits.iter().sum::<f64>();
+    places.sort_by(|a, b| total(b).total_cmp(&total(a)));
+    places
 }
 
 /// The placement that leads all others, if it has a witness.

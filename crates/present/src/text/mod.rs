@@ -33,6 +33,7 @@ pub mod terminal;
 mod trouble;
 mod uncertainty;
 pub mod watch;
+pub mod weighed;
 pub mod window;
 
 pub use controls::{Act, Control};

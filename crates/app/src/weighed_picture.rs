@@ -1,0 +1,53 @@
+//! A picture with the grids that the detector weighed, for whoever reports that it was refused.
+
+use boresight_detect::{GridOutcome, WeighedGrid};
+use image::{GrayImage, ImageFormat, Rgb, RgbImage, buffer::ConvertBuffer};
+
+const NAMED: Rgb<u8> = Rgb([60, 210, 90]);
+const MISSED: Rgb<u8> = Rgb([255, 180, 30]);
+const CIRCLES: Rgb<u8> = Rgb([160, 160, 255]);
+/// Half the length of a cross, and of its black rim, for each 640 px of the picture's width.
+const CROSS_PX: i64 = 3;
+
+/// `image` as a PNG with a cross on every corner of every grid: green where it's the board's, amber where it was refused,
+/// blue on circles. Grids that were weighed later lie on top.
+///
+/// # Errors
+///
+/// If the picture can't be written as a PNG.
+pub fn weighed_picture(image: &GrayImage, grids: &[WeighedGrid]) -> anyhow::Result<Vec<u8>> {
+    let mut drawn: RgbImage = image.convert();
+    let reach = CROSS_PX * (1 + i64::from(image.width()) / 640);
+    for grid in grids {
+        let colour = match grid.outcome {
+            GridOutcome::Named(_) => NAMED,
+            GridOutcome::Missed(_) => MISSED,
+            GridOutcome::Circles => CIRCLES,
+        };
+        for at in &grid.corners_px {
+            cross(&mut drawn, at.map(|at| at.round() as i64), reach, colour);
+        }
+    }
+    let mut png = std::io::Cursor::new(Vec::new());
+    drawn.write_to(&mut png, ImageFormat::Png)?;
+    Ok(png.into_inner())
+}
+
+/// Draws a cross with a black rim.
+fn cross(into: &mut RgbImage, [x, y]: [i64; 2], reach: i64, colour: Rgb<u8>) {
+    let mut dot = |x: i64, y: i64, colour: Rgb<u8>| {
+        if let (Ok(x), Ok(y)) = (u32::try_from(x), u32::try_from(y))
+            && let Some(pixel) = into.get_pixel_mut_checked(x, y)
+        {
+            *pixel = colour;
+        }
+    };
+    for (along, width, colour) in [(reach + 1, 1, Rgb([0; 3])), (reach, 0, colour)] {
+        for step in -along..=along {
+            for side in -width..=width {
+                dot(x + step, y + side, colour);
+                dot(x + side, y + step, colour);
+            }
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! What was weighed for a picture: the grids that were held against the board, and the bits that decided.
+
+use image::GrayImage;
+
+use super::{
+    lattice::{Lattice, Node},
+    missing::{SIDES, behind},
+    outcome::{Miss, Side},
+    placement::places,
+    track::Expected,
+};
+use boresight_geometry::board::Checkerboard;
+
+/// Most places of a grid that are listed.
+const PLACES: usize = 3;
+
+/// How a picture was searched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Searched {
+    /// Pixels of the picture in each pixel that was searched.
+    pub scale: f64,
+    /// Whether dark or light squares were grown first, because they might not touch.
+    pub grown: bool,
+}
+
+/// A grid of corners that was held against the board.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeighedGrid {
+    /// How the picture was searched.
+    pub searched: Searched,
+    /// The grid's corners, in pixels of the picture.
+    pub corners_px: Vec<[f64; 2]>,
+    /// How many corners it is long and wide, as far as it reaches; not all of them need be seen.
+    pub size: [usize; 2],
+    /// What lies behind its ends, by where they are in the picture. None for boards with markers, which are named by these.
+    pub ends: Vec<WeighedEnd>,
+    /// Where on the board it may lie: the places with most bits, best first. None for boards with markers.
+    pub places: Vec<WeighedPlace>,
+    /// What came of it.
+    pub outcome: GridOutcome,
+}
+
+/// What lies behind an end of a grid: bits against anything else that may be there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeighedEnd {
+    /// Where the end is, seen from the grid's middle.
+    pub side: Side,
+    /// Bits for the white around a board.
+    pub white_bits: f64,
+    /// Bits for more squares.
+    pub squares_bits: f64,
+}
+
+/// A place where a grid may lie on the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WeighedPlace {
+    /// Column and row, from 0, of the corner of the grid that's first on the board.
+    pub first: [usize; 2],
+    /// Quarter turns of the board, clockwise from the grid's own axes.
+    pub quarter_turns: usize,
+    /// Bits for it by what lies behind the ends, by the squares' colours, and by where the frames before lead.
+    pub bits: [f64; 3],
+    /// Whether the code in the board's margin is there.
+    pub has_code: bool,
+}
+
+/// What came of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GridOutcome {
+    /// So many of its corners are the board's.
+    Named(usize),
+    /// It has round dark shapes: a grid of circles.
+    Circles,
+    /// It isn't the board, or not clearly.
+    Missed(Miss),
+}
+
+impl WeighedGrid {
+    /// The grid in `lattice` of a plain board, with what was found out about it in `image`.
+    pub(super) fn of(
+        image: &GrayImage,
+        lattice: &mut Lattice,
+        board: &Checkerboard,
+        expected: &Expected,
+        outcome: GridOutcome,
+    ) -> Self {
+        let ends = SIDES.map(|out| WeighedEnd {
+            side: side_of(lattice, out),
+            white_bits: f64::from(behind(image, lattice, out).white),
+            squares_bits: f64::from(behind(image, lattice, out).squares),
+        });
+        let mut places = places(image, lattice, board, expected);
+        places.truncate(PLACES);
+        Self { ends: ends.to_vec(), places, ..Self::marked(lattice, outcome) }
+    }
+
+    /// The grid in `lattice` of a board with markers.
+    pub(super) fn marked(lattice: &Lattice, outcome: GridOutcome) -> Self {
+        let seen = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
+        let size = lattice.extent().map_or([0; 2], |(low, high)| {
+            [high.0 - low.0, high.1 - low.1].map(|span| span as usize + 1)
+        });
+        Self {
+            searched: Searched::default(),
+            corners_px: seen.map(|at| at.map(f64::from)).collect(),
+            size,
+            ends: Vec::new(),
+            places: Vec::new(),
+            outcome,
+        }
+    }
+}
+
+/// Where in the picture the end of a grid in the direction `out` is, seen from its middle.
+fn side_of(lattice: &Lattice, (di, dj): Node) -> Side {
+    let along = |(i, j): Node| (i * di + j * dj) as f32;
+    let count = lattice.len().max(1) as f32;
+    let middle = lattice.nodes().iter().map(|node| along(*node)).sum::<f32>() / count;
+    // The direction in the picture in which the nodes' numbers grow.
+    let [x, y] = lattice.nodes().iter().fold([0.0; 2], |sum: [f32; 2], node| {
+        let at = lattice.get(*node).unwrap_or_default();
+        let far = along(*node) - middle;
+        [sum[0] + far * at[0], sum[1] + far * at[1]]
+    });
+    match (x.abs() > y.abs(), x > 0.0, y > 0.0) {
+        (true, true, _) => Side::Right,
+        (true, false, _) => Side::Left,
+        (false, _, true) => Side::Bottom,
+        (false, _, false) => Side::Top,
+    }
+}
