@@ -394,8 +394,8 @@ impl WindowHost {
         Arc::clone(&self.exit)
     }
 
-    /// Folder for `wish`. A folder named for the first session belongs to that session. One that begins again with
-    /// another board gets a folder beside it, and any other one in `sessions`.
+    /// Folder for `wish`: the one that was named, if there's no session in it; one beside it for the next board; then one in
+    /// `sessions`.
     fn folder_for(&self, wish: &SessionRequest) -> Option<PathBuf> {
         if wish.go_on_with.is_some() {
             return None;
@@ -404,12 +404,12 @@ impl WindowHost {
             return Some(out.clone());
         }
         let [columns, rows] = wish.board;
-        let beside = self.named.as_ref().map(|named| {
+        let mut named = self.named.as_ref().into_iter().flat_map(|named| {
             let mut beside = named.clone().into_os_string();
             beside.push(format!("-{columns}x{rows}"));
-            PathBuf::from(beside)
+            [named.clone(), PathBuf::from(beside)]
         });
-        beside.filter(|beside| !beside.exists()).or_else(|| {
+        named.find(|folder| !folder.exists()).or_else(|| {
             let folder = self.remembered().folder;
             let name = new_session_path().file_name()?.to_owned();
             (!folder.trim().is_empty()).then(|| Path::new(folder.trim()).join(name))

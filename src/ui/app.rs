@@ -287,7 +287,7 @@ impl App {
         }
     }
 
-    /// Starts a new session with another board.
+    /// Starts the session again with another board, before its first view.
     fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
         let image = self.screen.picture.grey();
         let code = image.and_then(|image| self.host.read_code(&image, board));
@@ -301,6 +301,12 @@ impl App {
         if self.memory.board.is_some() {
             let (board, square_m) = (Some(board), Some(square_m));
             self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
+        }
+        // Dropping what is being ended waits for it. A session without a view stays only where there's no bin.
+        self.end();
+        self.stage = SessionState::Idle;
+        if let Some(empty) = &self.screen.folder {
+            let _ = self.host.delete(empty);
         }
         self.open(ctx, wish);
         let id = code.as_ref().map(|code| code.id.as_str());

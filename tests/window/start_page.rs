@@ -396,7 +396,8 @@ impl AppHost for WithCamera {
     }
 
     fn delete(&mut self, folder: &Path) -> Result<(), UserError> {
-        self.inner.delete(folder)
+        std::fs::remove_dir_all(folder).expect("a session");
+        Ok(())
     }
 
     fn show(&mut self, file: &Path) -> Result<(), UserError> {
@@ -530,9 +531,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let memory = remembered.lock().unwrap_or_else(PoisonError::into_inner).clone();
     assert_eq!(memory.board, Some([7, 5]), "remembered");
     assert_eq!(memory.knows_guide, Some(true), "it doesn't come again");
-    let second = folder.path().join("one-7x5");
-    assert!(first.is_dir() && second.join("report.html").is_file(), "beside the first");
+    assert!(first.join("report.html").is_file(), "in the place of the one without a view");
     let third = app(&window).screen().folder.clone().expect("a folder");
-    drop(window);
-    std::fs::remove_dir_all(third).expect("removed");
+    assert_eq!(third, folder.path().join("one-7x5"), "beside the first");
 }
