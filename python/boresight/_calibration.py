@@ -84,6 +84,16 @@ class Calibration:
         board = self.data.get("board")
         return None if board is None else Board.from_data(board)
 
+    @property
+    def points_mm(self) -> Floats | None:
+        """The board's inner corners as the views show them, N x 3, row by row: :attr:`Board.points_mm`, unless it's bent or
+        its squares aren't square. Residuals are from these; with :attr:`rvecs` and :attr:`tvecs`, ``cv2.projectPoints``
+        places them in the pictures."""
+        found = (self.data.get("board") or {}).get("points_mm")
+        if found is not None:
+            return np.array(found, dtype=np.float64)
+        return None if self.board is None else self.board.points_mm
+
     def _result(self) -> Mapping[str, Any]:
         if self.data["result"] is None:
             said = "; ".join(finding["message"] for finding in self.findings)
@@ -186,7 +196,7 @@ class Calibration:
     @property
     def tvecs(self) -> Floats:
         """Positions of the board's middle in the camera's frame of the used views, N x 3, in millimetres, as
-        :attr:`Board.points_mm`."""
+        :attr:`points_mm`."""
         return np.array([pose["translation_m"] for pose in self._poses()]).reshape(-1, 3) * 1000.0
 
     def project(self, points: Any) -> Floats:

@@ -3,7 +3,10 @@
 
 use boresight::{
     board::Checkerboard,
-    calibration::{Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate},
+    calibration::{
+        Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate,
+        files::{CalibrationFile, ViewName},
+    },
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
     text,
@@ -712,6 +715,47 @@ fn a_finding_names_the_view_by_its_number_among_all() {
         "{:?}",
         found.findings
     );
+}
+
+/// What is told of the residuals is told of the board as it was found, and whoever reads the file finds the same.
+#[test]
+fn a_calibration_states_the_board_that_its_residuals_are_from() {
+    let corners_m = board().corners_in_board_m();
+    let named: Vec<_> = corners_m.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
+    let mut scene = Scene::ordinary(4400);
+    let plan = scene.plan(10);
+    assert_eq!(run(&scene.views(&plan).into()).expect("calibrates").board_m, named);
+    for make in [bent, twisted, stretched_print] {
+        let mut scene = Scene::ordinary(4400);
+        let given = make(&mut scene);
+        let found = run(&given).expect("calibrates");
+        let names: Vec<_> = (0..given.views.len())
+            .map(|view| ViewName { name: view.to_string(), reason: None })
+            .collect();
+        let file = CalibrationFile::of(
+            Ok(&found),
+            given.image_size,
+            &given.board,
+            &names,
+            text::FINDING_WORDS,
+        );
+        let file = CalibrationFile::read(&file.to_json().expect("JSON")).expect("whole");
+        let points_m = file.board_m().expect("a board");
+        let rms_px = |points_m: &[Point3<f64>]| {
+            let squares = given.views.iter().zip(&found.views).flat_map(|(corners, view)| {
+                corners.iter().zip(points_m).map(|(corner, point_m)| {
+                    let px = found.camera.project(&(view.cam_from_board * point_m));
+                    (corner.px - px.expect("in front")).norm_squared()
+                })
+            });
+            let count = (2 * given.views.len() * points_m.len()) as f64;
+            (squares.sum::<f64>() / count).sqrt()
+        };
+        let (as_found, as_named) = (rms_px(&points_m), rms_px(&named));
+        println!("stated {} px, as found {as_found}, as named {as_named}", found.rms_px);
+        assert!((as_found / found.rms_px - 1.0).abs() < 0.02, "{as_found} {}", found.rms_px);
+        assert!(as_named > 2.0 * as_found, "{as_named} {as_found}");
+    }
 }
 
 /// The priors on the lens make the standard deviations of so few views too small to be believed.

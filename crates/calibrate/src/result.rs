@@ -1,4 +1,4 @@
-use nalgebra::{Isometry3, Matrix2, Point2, Vector2};
+use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2};
 
 use super::{
     acceptance::Acceptance,
@@ -88,6 +88,9 @@ pub enum Focal {
 pub struct Calibration {
     /// Size of the picture for which the calibration holds.
     pub image_size: ImageSize,
+    /// The board's points in metres as the views show them, in numbering order: its own, unless it's bent or stretched by more
+    /// than chance. Residuals are from these.
+    pub board_m: Vec<Point3<f64>>,
     /// The lens model chosen.
     pub model: LensModel,
     /// Focal lengths and principal point in pixels, and distortion.

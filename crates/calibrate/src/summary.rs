@@ -1,10 +1,11 @@
 //! Builds the [`Calibration`] from the solver's minimum: every view, every method, every check.
 
-use nalgebra::{Isometry3, Matrix2, Point2, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
 
 use super::{
     acceptance::{AcceptanceGoal, acceptance},
     check::{
+        correction::Correction,
         disagreement::Disagreement,
         finding::Verdict,
         held_out, leave_out,
@@ -161,8 +162,10 @@ pub(super) fn assemble(
         views.iter().zip(counts).fold((0.0, 0.0), |(squares, all), (view, count)| {
             (squares + count * view.residual_rms_px.powi(2), all + count)
         });
+    let flat_m = || inputs.board_m.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
     Some(Calibration {
         image_size: inputs.image_size,
+        board_m: inputs.correction.and_then(Correction::bent_m).map_or_else(flat_m, <[_]>::to_vec),
         model,
         camera,
         focal,

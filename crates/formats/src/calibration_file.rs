@@ -3,7 +3,9 @@
 //! Lengths are in pixels unless the name says otherwise; (0, 0) is the centre of the top-left pixel and y
 //! points down. Fields are only ever added to the schema, so that readers skip what they don't know.
 
-use nalgebra::{Isometry3, Matrix2, Point2, Quaternion, Translation3, UnitQuaternion, Vector2};
+use nalgebra::{
+    Isometry3, Matrix2, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector2,
+};
 use serde::{Deserialize, Serialize, Serializer, ser::SerializeMap};
 use serde_json::Value;
 
@@ -91,6 +93,10 @@ pub struct BoardEntry {
     /// The markers in its light squares; none on a plain board.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub markers: Option<MarkersEntry>,
+    /// The inner corners as the views show them, row by row, from the middle, in millimetres; left out if the board is flat
+    /// and its squares are square.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points_mm: Option<Vec<[f64; 3]>>,
 }
 
 /// Markers of a ChArUco board.
@@ -527,7 +533,7 @@ impl CalibrationFile {
 
     /// The board; `None` if the file has none, or one that cannot be. Plain if its markers are unknown here or don't fit.
     pub fn checkerboard(&self) -> Option<Checkerboard> {
-        let BoardEntry { columns, rows, square_mm, markers } = self.board.as_ref()?;
+        let BoardEntry { columns, rows, square_mm, markers, points_mm: _ } = self.board.as_ref()?;
         let count = |count: &u32| u16::try_from(*count).ok();
         let plain = Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
         let marked = markers.as_ref().and_then(|MarkersEntry { dictionary, side_mm }| {
@@ -535,6 +541,36 @@ impl CalibrationFile {
             plain.with_markers(markers).ok()
         });
         Some(marked.unwrap_or(plain))
+    }
+
+    /// The board's points in metres as the views show them, from which residuals are told. `None` without a board.
+    pub fn board_m(&self) -> Option<Vec<Point3<f64>>> {
+        let flat_m = self.checkerboard()?.corners_in_board_m();
+        let found_mm = self.board.as_ref().and_then(|board| board.points_mm.as_ref());
+        Some(match found_mm.filter(|points_mm| points_mm.len() == flat_m.len()) {
+            Some(points_mm) => {
+                points_mm.iter().map(|p| Point3::from(p.map(|mm| mm / 1000.0))).collect()
+            }
+            None => flat_m.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect(),
+        })
+    }
+
+    /// `corners` of `view` as a flat board would show them. `None` without a board, or without the view's pose.
+    pub fn as_flat(
+        &self,
+        lens: &LensEntry,
+        view: &ViewEntry,
+        mut corners: Vec<Corner>,
+    ) -> Option<Vec<Corner>> {
+        let (camera, pose) = (view.camera(lens), view.pose()?);
+        for (corner, point_m) in corners.iter_mut().zip(self.board_m()?) {
+            let bent_px = camera.project(&(pose * point_m));
+            let flat_px = camera.px_from_board(&pose, &point_m.xy());
+            if let (Some(bent_px), Some(flat_px)) = (bent_px, flat_px) {
+                corner.px -= bent_px - flat_px;
+            }
+        }
+        Some(corners)
     }
 
     /// The used views, numbered from 1.

@@ -1,6 +1,6 @@
 //! A calibration in memory → its file.
 
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 
 use super::{
     calibration_file::{
@@ -55,6 +55,10 @@ impl CalibrationFile {
         let file = Self::without_result(image_size, board, views);
         match result {
             Ok(calibration) => Self {
+                board: file
+                    .board
+                    .clone()
+                    .map(|named| BoardEntry { points_mm: found_mm(calibration, board), ..named }),
                 verdict: calibration.verdict.code().into(),
                 findings: calibration
                     .findings
@@ -102,6 +106,7 @@ impl CalibrationFile {
                 dictionary: markers.dictionary.to_string(),
                 side_mm: 1000.0 * board.square_m() * markers.side_squares,
             }),
+            points_mm: None,
         };
         let views = views.iter().map(unused).collect();
         Self { views, ..Self::empty(image_size, Some(board)) }
@@ -190,6 +195,16 @@ impl AcceptanceEntry {
             action: action.into(),
         }
     }
+}
+
+/// The points of a board that isn't as `board` names it.
+fn found_mm(calibration: &Calibration, board: &Checkerboard) -> Option<Vec<[f64; 3]>> {
+    let named_m = board.corners_in_board_m();
+    let is_named =
+        |(found, named): (&Point3<f64>, &Point2<f64>)| found.z == 0.0 && found.xy() == *named;
+    let differs = !calibration.board_m.iter().zip(&named_m).all(is_named);
+    differs
+        .then(|| calibration.board_m.iter().map(|p| [p.x, p.y, p.z].map(|m| 1000.0 * m)).collect())
 }
 
 /// A board's side has at most 65 535 corners.

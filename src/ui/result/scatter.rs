@@ -1,7 +1,7 @@
 //! Residuals of all corners as a cloud, and how often each size occurs.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
-use nalgebra::{Point2, Point3, Vector2};
+use nalgebra::{Point2, Vector2};
 
 use super::super::theme;
 use boresight_calibrate::Calibration;
@@ -22,15 +22,14 @@ pub(super) fn residuals_of(
         return Vec::new();
     };
     let camera = calibration.camera_of(index);
-    let corners_m = snapshot.setup.board.corners_in_board_m();
-    corners_m
+    calibration
+        .board_m
         .iter()
         .zip(view.corners_px.iter())
         .zip(&fitted.is_seen)
         .filter(|(_, is_seen)| **is_seen)
         .filter_map(|((corner, seen), _)| {
-            let in_cam = fitted.cam_from_board * Point3::new(corner.x, corner.y, 0.0);
-            let expected = camera.project(&in_cam)?;
+            let expected = camera.project(&(fitted.cam_from_board * corner))?;
             Some((expected, seen - expected))
         })
         .collect()

@@ -6,13 +6,14 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{Point2, SMatrix, Vector2};
+use nalgebra::{Point2, Point3, SMatrix};
 
 use super::{
     cause::Cause,
     cause_findings::finding_code,
     finding::{Finding, Severity},
     misfit_diagnosis::{Causes, positive_part},
+    misfit_models::Bent,
 };
 use crate::{params::CalibrationParams, solve::bundle::Bundle};
 use boresight_geometry::{Corner, LENS_PARAMETERS};
@@ -36,8 +37,7 @@ enum Kind {
     PixelAspect(f64),
     /// Squares of this height to width.
     BoardStretched(f64),
-    /// Shift of each seen corner in pixels, view by view.
-    BoardBent(Vec<Vec<Vector2<f64>>>),
+    BoardBent(Bent),
 }
 
 impl Correction {
@@ -50,7 +50,7 @@ impl Correction {
         let kind = match explanation.cause {
             Cause::PixelAspect => Kind::PixelAspect(camera.f_px.y / camera.f_px.x),
             Cause::BoardStretched => Kind::BoardStretched(1.0 + explanation.state.shared[0]),
-            Cause::BoardBent => Kind::BoardBent(explanation.shift_px.clone()),
+            Cause::BoardBent => Kind::BoardBent(explanation.bent.clone()?),
             _ => return None,
         };
         let parameters = bundle.freedom.count() + 6 * explanation.state.local.len();
@@ -75,16 +75,21 @@ impl Correction {
         CalibrationParams { square_pixels, ..params.clone() }
     }
 
-    /// The true board, in metres. A bent board is flat here: its corners are moved instead, see [`Self::views`].
+    /// The board in metres to calibrate with. A bent board is flat here: its corners are moved instead, see [`Self::views`].
     pub(crate) fn board_m(&self, board_m: &[Point2<f64>]) -> Vec<Point2<f64>> {
         let stretch = if let Kind::BoardStretched(aspect) = self.kind { aspect } else { 1.0 };
         board_m.iter().map(|point_m| Point2::new(point_m.x, point_m.y * stretch)).collect()
     }
 
+    /// The points of a bent board in metres; `None` if the board is flat.
+    pub(crate) fn bent_m(&self) -> Option<&[Point3<f64>]> {
+        if let Kind::BoardBent(bent) = &self.kind { Some(&bent.board_m) } else { None }
+    }
+
     /// The corners as a flat board would show them.
     pub(crate) fn views<'a>(&self, views: &'a [Vec<Corner>]) -> Cow<'a, [Vec<Corner>]> {
-        let Kind::BoardBent(shift_px) = &self.kind else { return Cow::Borrowed(views) };
-        let flat = |(corners, shifts): (&Vec<Corner>, &Vec<Vector2<f64>>)| {
+        let Kind::BoardBent(bent) = &self.kind else { return Cow::Borrowed(views) };
+        let flat = |(corners, shifts): (&Vec<Corner>, &Vec<_>)| {
             let mut shifts = shifts.iter();
             let flat = |corner: &Corner| {
                 let shift = corner.is_seen().then(|| shifts.next()).flatten();
@@ -92,14 +97,14 @@ impl Correction {
             };
             corners.iter().map(flat).collect()
         };
-        Cow::Owned(views.iter().zip(shift_px).map(flat).collect())
+        Cow::Owned(views.iter().zip(&bent.shift_px).map(flat).collect())
     }
 
     /// Corners of a view that repeats `kept`, the view of that number, as a flat board would show them: each is moved
     /// as the nearest one of `kept`.
     pub(crate) fn repeated(&self, view: usize, kept: &[Corner], corners: &[Corner]) -> Vec<Corner> {
         let shift_px = match &self.kind {
-            Kind::BoardBent(shift_px) => shift_px.get(view).map_or(&[][..], Vec::as_slice),
+            Kind::BoardBent(bent) => bent.shift_px.get(view).map_or(&[][..], Vec::as_slice),
             Kind::PixelAspect(_) | Kind::BoardStretched(_) => &[],
         };
         let seen = || kept.iter().filter(|corner| corner.is_seen()).zip(shift_px);

@@ -3,7 +3,7 @@
 //! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
 //! tells how probable it is.
 
-use nalgebra::{DMatrix, SMatrix, Vector2};
+use nalgebra::{DMatrix, Point3, SMatrix, Vector2};
 
 use super::{
     cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS},
@@ -54,8 +54,9 @@ pub(super) struct Explanation {
     pub(crate) unit_covariance: LensMatrix,
     /// Covariance of the lens for corners with the stated error, with the parameters of the cause known.
     pub(super) known_unit_covariance: LensMatrix,
-    /// Shift of each corner in pixels by the cause, view by view; empty unless the board is bent.
-    pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
+    /// The board's points in metres and the shift of each seen corner in pixels, view by view; `None` unless the board is
+    /// bent alike in all views.
+    pub(crate) bent: Option<Bent>,
     /// Largest shift in pixels that the cause adds to what the lens can explain: of a corner by a smooth field, of a place
     /// in the picture by pixels or squares that aren't square. `None` for other causes.
     pub(super) largest_shift_px: Option<f64>,
@@ -108,6 +109,15 @@ impl Explanation {
             _ => 0.0,
         }
     }
+}
+
+/// A board that is bent alike in all views.
+#[derive(Clone, Debug)]
+pub(crate) struct Bent {
+    /// Its points in metres, in numbering order.
+    pub(crate) board_m: Vec<Point3<f64>>,
+    /// Shift of each seen corner by the bend in pixels, view by view.
+    pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
 }
 
 /// Corners, and the minimum of the plain bundle that leaves them unexplained.
@@ -276,7 +286,14 @@ impl<'a> Unexplained<'a> {
         let known_unit_covariance = lens_covariance(&problem, &inverse(&known)?);
         let depth_m = depth_m(&problem, &state);
         let shifts_px = || problem.shifts_px(&state);
-        let shift_px = if cause == Cause::BoardBent { shifts_px()? } else { Vec::new() };
+        let bent = match cause {
+            Cause::BoardBent => {
+                let flat_m = self.observations.board_m().iter();
+                let on_board = |p| problem.on_board(&state.shared, &[0.0; LOCAL_EXTRAS], p);
+                Some(Bent { board_m: flat_m.map(on_board).collect(), shift_px: shifts_px()? })
+            }
+            _ => None,
+        };
         let largest_shift_px = match cause {
             Cause::SmoothField => {
                 Some(shifts_px()?.iter().flatten().map(Vector2::norm).fold(0.0, f64::max))
@@ -289,7 +306,7 @@ impl<'a> Unexplained<'a> {
             _ => None,
         };
         Some(Explanation {
-            shift_px,
+            bent,
             largest_shift_px,
             depth_m,
             parameters,

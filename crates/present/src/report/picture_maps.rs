@@ -87,16 +87,15 @@ pub(super) fn residuals(report: &Report) -> String {
 /// Every corner with its offset from the predicted place.
 pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     let calibration = &report.calibration;
-    let (Some(lens), Some(board)) = (&calibration.result, calibration.checkerboard()) else {
+    let (Some(lens), Some(board_m)) = (&calibration.result, calibration.board_m()) else {
         return Vec::new();
     };
-    let board_m = board.corners_in_board_m();
     let mut arrows = Vec::new();
     for ((_, view), corners) in calibration.used().zip(&report.corners) {
         let Some(pose) = view.pose() else { continue };
         let camera = view.camera(lens);
         for (corner, point_m) in corners.iter().zip(&board_m).filter(|(c, _)| c.is_seen()) {
-            if let Some(predicted) = camera.px_from_board(&pose, point_m) {
+            if let Some(predicted) = camera.project(&(pose * point_m)) {
                 arrows.push((corner.px, corner.px - predicted));
             }
         }

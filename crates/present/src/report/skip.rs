@@ -129,14 +129,17 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
     let poses: Option<Vec<Isometry3<f64>>> = views.iter().map(|(_, view)| view.pose()).collect();
     let corners: Option<Vec<Vec<Corner>>> = views
         .iter()
-        .map(|(number, view)| Some(lens.weighted(report.corners.get(number - 1)?, view)))
+        .map(|(number, view)| {
+            let corners = lens.weighted(report.corners.get(number - 1)?, view);
+            report.calibration.as_flat(lens, view, corners)
+        })
         .collect();
-    let (Some(board), Some(model), Some(poses), Some(corners)) =
-        (report.calibration.checkerboard(), lens.lens_model(), poses, corners)
+    let (Some(board_m), Some(model), Some(poses), Some(corners)) =
+        (report.calibration.board_m(), lens.lens_model(), poses, corners)
     else {
         return Bundles::NotDone(words::SKIP_NEEDS_CORNERS);
     };
-    let board_m = board.corners_in_board_m();
+    let board_m: Vec<Point2<f64>> = board_m.iter().map(nalgebra::Point3::xy).collect();
     let camera = lens.camera();
     let [width_px, height_px] = report.calibration.image_size;
     let prior = LensPrior::weak(ImageSize { width_px, height_px });

@@ -327,7 +327,7 @@ pub mod name {
 
 /// The board in words.
 pub fn board(board: &BoardEntry) -> String {
-    let BoardEntry { columns, rows, square_mm, markers } = board;
+    let BoardEntry { columns, rows, square_mm, markers, .. } = board;
     match markers {
         None => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
         Some(MarkersEntry { dictionary, side_mm }) => format!(
