@@ -82,10 +82,7 @@ impl Arguments {
             return Ok(Exit::Good);
         }
         if !problems.is_empty() {
-            say(&format!(
-                "To copy the undamaged part into a new session: boresight doctor {} --recover NEW",
-                session.display()
-            ));
+            say(&text::doctor::next(found.newer, &session.display().to_string()));
             let count = match problems.len() {
                 1 => "1 problem".to_owned(),
                 count => format!("{count} problems"),

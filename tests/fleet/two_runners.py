@@ -20,6 +20,9 @@ def made(root, count):
         journal = session / "journal.jsonl"
         text = b"".join(journal.read_bytes().splitlines(keepends=True)[:LINES])
         journal.write_bytes(text)
+        # A picture without its line would tell that lines are missing.
+        shutil.rmtree(session / "frames")
+        (session / "frames").mkdir()
         if number % EACH_BROKEN == 0:
             (session / "session.toml").write_text("nonsense")
 

@@ -10,8 +10,7 @@ use boresight_formats::CalibrationFile;
 use boresight_guide::guidance::RULES;
 use boresight_present::text;
 use boresight_run::recording::{
-    Journal, JournalContents, RecordingError, SessionFolder, missing_lines, stored_frame,
-    views_taken,
+    Journal, JournalContents, RecordingError, SessionFolder, stored_frame, views_taken,
 };
 
 /// What a verification found.
@@ -31,6 +30,8 @@ pub struct Diagnosis {
     pub first_difference: Option<usize>,
     /// What is damaged or missing; empty if the folder is whole.
     pub problems: Vec<String>,
+    /// Whether a newer version recorded it, so that nothing of it is damaged or could be copied by this one.
+    pub newer: bool,
 }
 
 /// `boresight.doctor/1`: what `doctor --json` prints.
@@ -94,8 +95,8 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     };
     let is_whole = problems.is_empty();
     if is_whole {
-        let missing = missing_lines(path, &contents).or_else(|| fewer_views(path, &contents));
-        problems.extend(missing.map(|reason| text::doctor::lines_missing(&reason)));
+        let fewer = fewer_views(path, &contents);
+        problems.extend(fewer.map(|reason| text::doctor::lines_missing(&reason)));
     }
     let is_proven = contents.header_crc32.is_some();
     let has_these_rules = header.guidance_rules == RULES;
@@ -107,7 +108,12 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     }
     let JournalContents { lines, stored, cut, .. } = reading.contents.clone();
     let lines = lines.len();
-    let saved = reading.session().map_err(|err| problems.push(said(&err))).ok();
+    let mut newer = false;
+    let unread = |err: anyhow::Error| {
+        newer = matches!(err.downcast_ref(), Some(RecordingError::Newer { .. }));
+        problems.push(said(&err));
+    };
+    let saved = reading.session().map_err(unread).ok();
     let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
     // Without a checksum of the header; other rules may change every decision.
     if is_whole
@@ -128,6 +134,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
         different_decisions: different.len(),
         first_difference: different.first().copied(),
         problems,
+        newer,
     })
 }
 

@@ -16,6 +16,16 @@ pub fn fewer_views(in_result: usize, in_journal: usize) -> String {
     format!("calibration.json has {in_result} views, the journal {in_journal}")
 }
 
+/// What to do with a `session` that can't be read whole: nothing is damaged in one that a newer version recorded.
+pub fn next(newer: bool, session: &str) -> String {
+    if newer {
+        return "Nothing is damaged: use the newer boresight that recorded it.".into();
+    }
+    format!(
+        "To copy the undamaged part into a new session: boresight doctor {session} --recover NEW"
+    )
+}
+
 /// Report of the copies in a new session.
 pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
     let pictures = match lost_pictures {
@@ -28,8 +38,12 @@ pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
 
 /// Problem of decisions that the rules they were recorded under don't give.
 pub fn other_decisions(count: usize, first_line: usize) -> String {
+    let which = match count {
+        1 => format!("the decision at line {first_line} doesn't"),
+        _ => format!("{count} decisions, the first at line {first_line}, don't"),
+    };
     format!(
-        "{count} decisions don't follow from what was recorded, the first at line {first_line}: somebody has changed the journal or its settings. The pictures of the views are as they were"
+        "{which} follow from what was recorded: somebody has changed the journal or its settings. The pictures of the views are as they were"
     )
 }
 

@@ -196,9 +196,6 @@ impl SessionFolder {
         let (header, header_crc32) = Self::header_with_checksum(path)?;
         let lock = lock(path)?;
         let contents = Self::journal_of(path, &header_crc32)?;
-        if let Some(reason) = missing_lines(path, &contents) {
-            return Err(RecordingError::LinesMissing { reason, path: path.join(JOURNAL) });
-        }
         let frames = path.join(FRAMES);
         if !is_own_folder(&frames) {
             let what = "not a folder of this session";
@@ -212,7 +209,7 @@ impl SessionFolder {
     ///
     /// # Errors
     ///
-    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`].
+    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`] and [`RecordingError::LinesMissing`].
     pub fn read(path: &Path) -> Result<(Header, JournalContents), RecordingError> {
         let (header, header_crc32) = Self::header_with_checksum(path)?;
         Ok((header, Self::journal_of(path, &header_crc32)?))
@@ -224,7 +221,12 @@ impl SessionFolder {
             Some(of_journal) if of_journal != header_crc32 => {
                 Err(RecordingError::OtherHeader { path: path.to_path_buf() })
             }
-            _ => Ok(contents),
+            _ => match missing_lines(path, &contents) {
+                Some(reason) => {
+                    Err(RecordingError::LinesMissing { reason, path: path.join(JOURNAL) })
+                }
+                None => Ok(contents),
+            },
         }
     }
 
@@ -314,7 +316,7 @@ fn lock(path: &Path) -> Result<File, RecordingError> {
 /// Evidence that the journal of the session at `path` once had more lines than `contents`; `None` if there is none.
 ///
 /// A crash can leave a picture whose line was never written: one, each time that the program ran.
-pub fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
+fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
     let named: std::collections::BTreeSet<PathBuf> = contents
         .stored
         .iter()

@@ -45,7 +45,7 @@ mod replay;
 pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
 pub use camera_table::CameraTable;
 pub use error::{Damage, RecordingError};
-pub use folder::{Header, SessionFolder, missing_lines, stored_frame, stored_png, views_taken};
+pub use folder::{Header, SessionFolder, stored_frame, stored_png, views_taken};
 #[cfg(feature = "schemas")]
 pub use format::journal_line_schema;
 pub use format::{Line, Stored};

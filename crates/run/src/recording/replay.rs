@@ -113,7 +113,8 @@ pub const MOST_KEPT: usize = 1000;
 impl Replayed {
     fn add(&mut self, difference: Difference) {
         if let Some(rounding) = difference.rounding() {
-            self.rounding.count += 1;
+            // The same values in another order or spelling are no difference.
+            self.rounding.count += usize::from(rounding > 0.0);
             self.rounding.largest = self.rounding.largest.max(rounding);
             return;
         }
