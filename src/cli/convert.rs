@@ -2,10 +2,9 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 
-use super::export::{format_name, written};
+use super::export::{format_name, told_by, written};
 use boresight_app::{Exit, export::Format};
 
 /// Convert a calibration from one program's format to another's.
@@ -39,10 +38,7 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let format = self.format.or_else(|| Format::of_file(&self.out));
-        let format = format.with_context(|| {
-            format!("the name {:?} doesn't tell its format: add --format", self.out)
-        })?;
+        let format = self.format.map_or_else(|| told_by(&self.out), Ok)?;
         written(&self.input, format, self.name.as_deref(), Some(&self.out), self.force)
     }
 }

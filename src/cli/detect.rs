@@ -119,6 +119,11 @@ impl Arguments {
             if let Err(err) = read {
                 unreadable += 1;
                 progress.say(&format!("boresight: {err:#}"));
+                if self.json {
+                    let line = DetectedLine::without(&name, &board, Some(format!("{err:#}")));
+                    let line = serde_json::to_string(&line)?;
+                    progress.aside(|| print(&line))?;
+                }
             }
             progress.step();
         }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::{
     Args,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
@@ -28,9 +29,9 @@ pub(super) struct Arguments {
     /// A session folder, or a calibration of boresight or another program; - reads one from standard input.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
-    /// Format to write.
-    #[arg(long, value_parser = format_name(), default_value = "opencv-yaml")]
-    format: Format,
+    /// Format to write [default: what FILE's name tells, else opencv-yaml].
+    #[arg(long, value_parser = format_name())]
+    format: Option<Format>,
     /// Camera name in the file [default: the name of the session or file].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
@@ -56,11 +57,13 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+/// What is written if nothing says otherwise.
+const USUAL: Format = Format::Camera(CameraFormat::OpencvYaml);
+
 /// Reads the name of a format; help lists them all.
 pub(super) fn format_name() -> impl TypedValueParser<Value = Format> {
     let names = Format::all().map(|format| PossibleValue::new(format.code()).help(format.about()));
-    PossibleValuesParser::new(names)
-        .map(|code| Format::by_code(&code).unwrap_or(Format::Camera(CameraFormat::OpencvYaml)))
+    PossibleValuesParser::new(names).map(|code| Format::by_code(&code).unwrap_or(USUAL))
 }
 
 const EXAMPLES: &str = "\
@@ -80,9 +83,28 @@ impl Arguments {
         if let Some(source) = &self.set_camera_info {
             return Ok(ended(set_camera_info(&self.input, source, &announcer())?));
         }
-        let format = if self.json { Format::Json } else { self.format };
+        let format = match (self.format, &self.out) {
+            _ if self.json => Format::Json,
+            (Some(format), _) => format,
+            (None, Some(out)) if Format::of_file(out).is_some() || is_anothers(out) => {
+                told_by(out)?
+            }
+            (None, _) => USUAL,
+        };
         written(&self.input, format, self.name.as_deref(), self.out.as_deref(), self.force)
     }
+}
+
+/// The format that a file's name tells.
+pub(super) fn told_by(out: &Path) -> anyhow::Result<Format> {
+    Format::of_file(out)
+        .with_context(|| format!("the name {out:?} doesn't tell its format: add --format"))
+}
+
+/// Whether a file's name ends as those of other formats than the usual one.
+fn is_anothers(out: &Path) -> bool {
+    let ends_so = |format: Format| Path::new(format.file()).extension() == out.extension();
+    !ends_so(USUAL) && Format::all().any(ends_so)
 }
 
 /// Writes the calibration in `input` to `out`, or to stdout.

@@ -26,6 +26,9 @@ Examples:
   boresight man ~/.local/share/man/man1
   man boresight-guide";
 
+/// Heading of what help says at its end.
+const EXTRA: &str = ".SH EXTRA\n";
+
 impl Arguments {
     /// `program` is what the pages describe.
     pub(super) fn run(self, program: Command) -> anyhow::Result<Exit> {
@@ -37,6 +40,11 @@ impl Arguments {
             let page = Man::new(command);
             let mut text = Vec::new();
             page.render(&mut text)?;
+            let mut text = String::from_utf8(text)?;
+            if let Some(examples) = text.find(EXTRA) {
+                // What help says at its end is broken into lines already; commands are no prose.
+                text.insert_str(examples + EXTRA.len(), ".nf\n");
+            }
             pages.push((self.folder.join(page.get_filename()), text));
         }
         let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
@@ -47,7 +55,7 @@ impl Arguments {
             may_save(path, overwrite)?;
         }
         for (path, text) in &pages {
-            save(path, text, overwrite)?;
+            save(path, text.as_bytes(), overwrite)?;
         }
         say(&format!("Written: {} pages in {}", pages.len(), self.folder.display()));
         Ok(Exit::Good)

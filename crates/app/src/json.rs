@@ -65,13 +65,24 @@ impl DetectedLine {
             QualityEntry { blur_px, contrast, glare, motion_px }
         });
         Self {
-            file: file.into(),
             found: seen.is_ok(),
-            reason: seen.as_ref().err().map(text::miss),
-            board: [board.columns(), board.rows()],
             corners,
             quality,
             millis,
+            ..Self::without(file, board, seen.as_ref().err().map(text::miss))
+        }
+    }
+
+    /// The line for a `file` without corners, and why.
+    pub fn without(file: &str, board: &Checkerboard, reason: Option<String>) -> Self {
+        Self {
+            file: file.into(),
+            found: false,
+            reason,
+            board: [board.columns(), board.rows()],
+            corners: None,
+            quality: None,
+            millis: 0.0,
         }
     }
 }

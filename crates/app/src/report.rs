@@ -40,7 +40,7 @@ pub fn of_text(
     stated: &CertificateConfig,
 ) -> anyhow::Result<Report> {
     let value: Value = serde_json::from_str(text)
-        .with_context(|| format!("not a calibration that boresight wrote: {path:?}"))?;
+        .with_context(|| format!("not a calibration that boresight wrote: {path:?}. To convert another program's: boresight convert IN NEW.json --format json"))?;
     let calibration = CalibrationFile::read(&value)
         .with_context(|| format!("not a whole calibration: {path:?}"))?;
     let [width_px, height_px] = calibration.image_size;

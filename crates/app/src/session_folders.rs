@@ -1,6 +1,9 @@
 //! The sessions, and the recorded bags, in and below a folder.
 
-use std::{io::ErrorKind, path::Path};
+use std::{
+    io::{Error, ErrorKind},
+    path::Path,
+};
 
 use boresight_capture::is_bag;
 use boresight_files::{FileError, entries, is_own_folder};
@@ -43,8 +46,11 @@ fn recordings(
     found: &mut dyn FnMut(&Path) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
     if !root.is_dir() && !is_one(root) {
-        let kind = if root.exists() { ErrorKind::NotADirectory } else { ErrorKind::NotFound };
-        return Err(FileError::reading(root)(kind.into()).into());
+        let why = match root.exists() {
+            true => Error::new(ErrorKind::NotADirectory, "it's neither a folder nor a session"),
+            false => Error::new(ErrorKind::NotFound, "nothing is there"),
+        };
+        return Err(FileError::reading(root)(why).into());
     }
     walk(&std::path::absolute(root)?, is_one, found)
 }

@@ -16,10 +16,8 @@ pub fn error_code(err: &anyhow::Error) -> &'static str {
             return "OTHER-BATCH";
         }
         #[cfg(feature = "history")]
-        match cause.downcast_ref() {
-            Some(history::IndexError::File(err)) => return err.code(),
-            Some(_) => return "INDEX",
-            None => {}
+        if !matches!(cause.downcast_ref(), None | Some(history::IndexError::File(_))) {
+            return "INDEX";
         }
     }
     boresight_app::error_code(err)

@@ -20,7 +20,7 @@ use boresight_files::{
 #[derive(Debug, thiserror::Error)]
 pub enum IndexError {
     /// A file can't be read or written.
-    #[error(transparent)]
+    #[error("could not use the index")]
     File(#[from] FileError),
     /// A row can't be written.
     #[error("could not write the index")]

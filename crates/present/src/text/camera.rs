@@ -292,6 +292,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn words_of_devices_command_no_terminal() {
+        assert_eq!(printable("a\u{1b}[2Jb\u{202e}c\u{2066}\nd – é"), "a[2Jbcd – é");
+    }
+
+    #[test]
     fn every_fault_has_a_cause_and_a_next_action() {
         for what in Fault::ALL {
             let (cause, action) = fault(what);
