@@ -141,6 +141,12 @@ fn what_is_due_is_listed_and_the_page_shows_every_camera() {
     let path = place.join("sessions/00003/0002/session.toml");
     let header = fs::read_to_string(&path).expect("readable").replace("2020-03-01T00:00:00Z", &now);
     fs::write(&path, header).expect("written");
+    // A clock that was wrong makes none new.
+    let path = place.join("sessions/00002/0002/session.toml");
+    let header = fs::read_to_string(&path).expect("readable");
+    let ahead = header.replace("2020-03-01T00:00:00Z", "2300-03-01T00:00:00Z");
+    assert_ne!(ahead, header);
+    fs::write(&path, ahead).expect("written");
     for time in 0..3 {
         let path = place.join(format!("sessions/00004/{time:04}/calibration.json"));
         let result = fs::read_to_string(&path).expect("readable");
@@ -156,6 +162,7 @@ fn what_is_due_is_listed_and_the_page_shows_every_camera() {
     assert_eq!(names.len(), 5, "{names:?}");
     assert!(names[0].ends_with(":00004") && due[0]["newest"].is_null(), "{names:?}");
     assert!(!names.iter().any(|name| name.ends_with(":00003")));
+    assert!(names.iter().any(|name| name.ends_with(":00002")));
     says(&boresight(place, &["history", "page", "--out", "page.html"]), 0, &["page.html"]);
     let page = fs::read_to_string(place.join("page.html")).expect("written");
     roxmltree::Document::parse(&page.replacen("<!DOCTYPE html>", "", 1)).expect("well-formed");

@@ -120,6 +120,12 @@ fn every_command_has_a_page() {
                 .expect("groff runs");
             let warnings = String::from_utf8_lossy(&output.stderr);
             assert!(output.status.success() && warnings.is_empty(), "{command}: {warnings}");
+            // No command is broken, or its words moved apart.
+            let shown = String::from_utf8_lossy(&output.stdout).replace('−', "-");
+            let help = boresight(folder.path(), &[command, "--help"]).stdout;
+            for example in help.lines().skip_while(|line| *line != "Examples:").skip(1) {
+                assert!(shown.contains(example.trim()), "{command}: {example}");
+            }
         }
         // Examples stand on their own lines.
         let help = boresight(folder.path(), &[command, "--help"]).stdout;

@@ -69,6 +69,21 @@ fn a_calibration_goes_through_every_format_that_holds_it() {
     says(&boresight(place, &["convert", "ros.yaml", "any.yaml"]), 1, &["--format"]);
     says(&boresight(place, &["convert", "ros.yaml", "cameras.txt"]), 1, &["--force"]);
     assert!(!place.join("open3d.json").exists());
+    // The name of a file tells `export` its format, too: no YAML under another ending.
+    let session = good();
+    let session = session.to_str().expect("a path");
+    for (name, begins) in
+        [("camera.yml", "%YAML"), ("cameras-2.txt", "# Camera"), ("x.cameramodel", "{")]
+    {
+        says(&boresight(place, &["export", session, "--out", name]), 0, &["Written"]);
+        let text = fs::read_to_string(place.join(name)).expect("written");
+        assert!(text.starts_with(begins), "{name}: {text}");
+    }
+    for name in ["x.xml", "x.json"] {
+        says(&boresight(place, &["export", session, "--out", name]), 1, &[name, "--format"]);
+        assert!(!place.join(name).exists());
+    }
+    says(&boresight(place, &["report", "ros.yaml"]), 1, &["boresight convert"]);
 }
 
 #[test]
@@ -129,6 +144,15 @@ fn machines_read_why_a_command_failed() {
         (&"boresight.error/1".into(), &"FILE-MISSING".into())
     );
     assert!(error["message"].is_string() && error["next"].is_string(), "{error}");
+    // Every picture has its line, also one that can't be read.
+    fs::write(place.join("a.png"), "no picture").expect("written");
+    let ended = boresight(place, &["detect", "--board", "7x5", "--json", "a.png", "no.png"]);
+    let lines: Vec<Value> = ended.stdout.lines().map(json).collect();
+    for (line, name) in lines.iter().zip(["a.png", "no.png"]) {
+        assert_eq!((&line["file"], &line["found"]), (&name.into(), &false.into()));
+        assert!(line["reason"].as_str().is_some_and(|reason| reason.contains(name)), "{line}");
+    }
+    assert_eq!(lines[2]["schema"], "boresight.error/1");
     for (arguments, word) in [
         (&["calibrate", "--square", "0mm", "a.png"][..], "square"),
         (&["calibrate", "--set", "nope=1", "a.png"], "nope"),
@@ -263,6 +287,13 @@ fn sessions_that_are_gone_or_damaged_leave_the_index() {
     says(&boresight(place, &["history"]), 1, &["delete it", "history add"]);
     fs::write(place.join("history.jsonl"), "").expect("written");
     says(&boresight(place, &["history"]), 0, &["no calibration yet", "history add"]);
+    says(
+        &boresight(place, &["history", "add", "none"]),
+        1,
+        &["nothing is there", "Check the name"],
+    );
+    let nowhere = ["history", "add", "s", "--index", "none/history.jsonl"];
+    says(&boresight(place, &nowhere), 1, &["the index", "exists and is writable"]);
 }
 
 #[test]
@@ -284,6 +315,34 @@ fn what_a_newer_version_wrote_is_not_damage() {
     let ended = boresight(place, &["replay", "session"]);
     says(&ended, 1, &["newer boresight"]);
     assert!(!ended.stderr.contains("--recover"), "{}", ended.stderr);
+    let ended = boresight(place, &["doctor", "session"]);
+    says(&ended, 1, &["newer boresight", "Nothing is damaged"]);
+    assert!(!ended.stderr.contains("--recover"), "{}", ended.stderr);
+    says(&boresight(place, &["doctor", "session", "--recover", "new"]), 1, &["Nothing is damaged"]);
+    assert!(!place.join("new").exists());
+}
+
+/// Zeros are what a power cut leaves, but its pictures say that there were lines.
+#[test]
+fn a_journal_of_anything_is_no_empty_session() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    for (name, bytes) in
+        [("noise", &b"\x07\x00\xff\n\x00 {"[..]), ("zeros", &[0; 2000]), ("empty", b"")]
+    {
+        copied("good", &place.join(name));
+        fs::write(place.join(name).join("journal.jsonl"), bytes).expect("written");
+        for command in ["replay", "report", "calibrate", "doctor"] {
+            says(&boresight(place, &[command, name]), 1, &["lines are missing", "--recover"]);
+        }
+    }
+    let manifest = boresight(place, &["batch", "plan", "."]).stdout;
+    fs::write(place.join("m.jsonl"), manifest).expect("written");
+    let run = ["batch", "run", "m.jsonl", "--action", "replay", "--out", "out"];
+    says(&boresight(place, &run), 0, &["3 of 3"]);
+    let rows = boresight(place, &["batch", "gather", "out"]).stdout;
+    assert_eq!(rows.lines().count(), 3);
+    assert!(rows.lines().all(|row| json(row)["code"] == "LINES-MISSING"), "{rows}");
 }
 
 #[test]
