@@ -465,7 +465,7 @@ impl WindowHost {
         let (pictures, note) = (run.pictures()?, run.note.take());
         let note = note.or_else(|| match run.board_id.as_str() {
             "" if asks_square && run.open.truth.is_none() && !run.resumed => {
-                Some(text::start::assumed_square(run.session.setup().board.square_m()))
+                Some(text::start::assumed_square(run.session.setup().board.measured_m()))
             }
             "" => None,
             _ => Some(run.board_in_words()),

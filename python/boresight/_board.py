@@ -17,7 +17,8 @@ Floats = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Board:
-    """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square.
+    """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square; or an
+    AprilGrid by the corners of its tags.
 
     The size of the squares only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
     found by their size as a share of a square's, so give both in the same unit.
@@ -33,16 +34,22 @@ class Board:
     dictionary: str | None = None
     #: Side of a marker with its black frame in millimetres; None for 0.75 of a square.
     marker_mm: float | None = None
+    #: White between the tags of an AprilGrid, as a share of their side, which is ``square_mm``; None on other boards.
+    tag_spacing: float | None = None
+    #: Number of an AprilGrid's first tag.
+    first_tag: int = 0
 
     @classmethod
     def of(cls, board: BoardLike, square_mm: float | None = None) -> Board:
-        """The board that ``board`` names: a Board, "9x6", (9, 6), or "charuco:8x11:DICT_4X4_50:15mm".
+        """The board that ``board`` names: a Board, "9x6", (9, 6), "charuco:8x11:DICT_4X4_50:15mm" or "aprilgrid:6x6".
 
-        The last is a ChArUco board of 8 by 11 *squares*, so 7 by 10 inner corners, with markers of 15 mm. The size of
-        the markers can be left out if it's 0.75 of a square.
+        "charuco:8x11:DICT_4X4_50:15mm" is a ChArUco board of 8 by 11 *squares*, so 7 by 10 inner corners, with markers
+        of 15 mm. The size of the markers can be left out if it's 0.75 of a square. "aprilgrid:6x6" is an AprilGrid of 6
+        by 6 *tags*, so 12 by 12 points; if they aren't 0.3 of a tag apart or the first isn't 0, these follow:
+        "aprilgrid:6x6:0.25:100".
         """
         if isinstance(board, str):
-            board = _charuco(board) if ":" in board else _counts(board)
+            board = _marked(board) if ":" in board else _counts(board)
         if not isinstance(board, Board):
             try:
                 columns, rows = (operator.index(count) for count in board)
@@ -63,26 +70,43 @@ class Board:
         return cls(int(across) - 1, int(down) - 1, square_mm, dictionary, marker_mm)
 
     @classmethod
+    def aprilgrid(
+        cls, tags: tuple[int, int], tag_mm: float = 25.0, spacing: float = 0.3, first: int = 0
+    ) -> Board:
+        """Kalibr's AprilGrid of so many *tags* in a row and in a column; ``spacing`` is its ``tagSpacing``.
+
+        Points are numbered row by row from the upper left; Kalibr numbers them from the lower left.
+        """
+        across, down = tags
+        return cls(2 * int(across), 2 * int(down), tag_mm, tag_spacing=float(spacing), first_tag=int(first))
+
+    @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Board:
         """The board as ``calibration.json`` states it."""
         markers = data.get("markers") or {}
+        if "tag_spacing" in markers:
+            tags = (data["columns"] // 2, data["rows"] // 2)
+            return cls.aprilgrid(tags, data["square_mm"], markers["tag_spacing"], markers.get("first_tag", 0))
         return cls(
             data["columns"], data["rows"], data["square_mm"], markers.get("dictionary"), markers.get("side_mm")
         )
 
     @property
     def points_mm(self) -> Floats:
-        """The inner corners on the board, N x 3, row by row, in millimetres.
+        """The inner corners, or corners of tags, on the board, N x 3, row by row, in millimetres.
 
         The origin is the centre of the grid, as in the poses ``cam_from_board`` of a calibration; z is 0.
         """
         y, x = np.mgrid[0 : self.rows, 0 : self.columns]
+        if self.tag_spacing is not None:
+            x, y = (line // 2 * (1 + self.tag_spacing) + line % 2 for line in (x, y))
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
         centred: Floats = (points - points.mean(axis=0)) * self.square_mm
         return centred
 
-    def _named(self) -> tuple[int, int, float, str | None, float | None]:
-        return (self.columns, self.rows, float(self.square_mm), self.dictionary, self.marker_mm)
+    def _named(self) -> tuple[int, int, float, str | None, float | None, tuple[float, int] | None]:
+        tags = None if self.tag_spacing is None else (self.tag_spacing, self.first_tag)
+        return (self.columns, self.rows, float(self.square_mm), self.dictionary, self.marker_mm, tags)
 
 
 def _counts(text: str) -> tuple[int, int]:
@@ -93,6 +117,21 @@ def _counts(text: str) -> tuple[int, int]:
 
 
 _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+
+def _marked(text: str) -> Board:
+    return _aprilgrid(text) if text.strip().lower().startswith("aprilgrid:") else _charuco(text)
+
+
+def _aprilgrid(text: str) -> Board:
+    named = re.fullmatch(r"aprilgrid:(\d+)[x×](\d+)(?::([\d.]+)(?::(\d+))?)?", text.strip(), re.IGNORECASE)
+    if not named:
+        raise ArgumentError(
+            "an AprilGrid is named by its tags, and by their spacing and the first one's number if they aren't 0.3 and "
+            f'0, for example "aprilgrid:6x6" or "aprilgrid:6x6:0.25:100", not {text!r}'
+        )
+    across, down, spacing, first = named.groups()
+    return Board.aprilgrid((int(across), int(down)), spacing=float(spacing or 0.3), first=int(first or 0))
 
 
 def _charuco(text: str) -> Board:

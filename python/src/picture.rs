@@ -1,6 +1,10 @@
 //! Arrays as pictures.
 
-use boresight::{board::Checkerboard, geometry::Corner, markers::MarkerChoice};
+use boresight::{
+    board::Checkerboard,
+    geometry::Corner,
+    markers::{MarkerChoice, Tags},
+};
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
 use numpy::{PyReadonlyArray2, PyReadonlyArray3, PyUntypedArrayMethods};
@@ -18,14 +22,18 @@ pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
 }
 
 /// A board as Python names it: inner corners in a row and in a column, side of a square in mm; of a ChArUco board the
-/// dictionary, and the side of a marker in mm, if it's given.
-pub(crate) type Named = (u16, u16, f64, Option<String>, Option<f64>);
+/// dictionary, and the side of a marker in mm, if it's given; of an AprilGrid the corners of tags, the side of a tag, and
+/// the tags' spacing with the first one's number.
+pub(crate) type Named = (u16, u16, f64, Option<String>, Option<f64>, Option<(f64, u16)>);
 
-/// The markers of a ChArUco board.
-pub(crate) fn markers((.., dictionary, marker_mm): &Named) -> PyResult<Option<MarkerChoice>> {
+/// The markers of a ChArUco board, or the tags of an AprilGrid.
+pub(crate) fn markers((.., dictionary, marker_mm, tags): &Named) -> PyResult<Option<MarkerChoice>> {
+    if let Some((spacing, first)) = *tags {
+        return Ok(Some(MarkerChoice::tags(Tags { spacing, first })));
+    }
     let Some(name) = dictionary else { return Ok(None) };
     let dictionary = name.parse().map_err(|err| wrong(format!("{err}")))?;
-    Ok(Some(MarkerChoice { dictionary, side_m: marker_mm.map(|mm| mm * 1e-3) }))
+    Ok(Some(MarkerChoice::in_squares(dictionary, marker_mm.map(|mm| mm * 1e-3))))
 }
 
 /// The board of that name.

@@ -13,7 +13,7 @@ use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     frame::ImageSize,
-    markers::{Dictionary, MarkerChoice},
+    markers::{Dictionary, MarkerChoice, Tags},
     target::{BoardChoice, InvalidChoice, length_m, millimetres},
 };
 use boresight_run::config::Config;
@@ -22,10 +22,11 @@ use boresight_run::config::Config;
 #[derive(Clone, Debug, Args)]
 pub(super) struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6]; or
-    /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm.
+    /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an
+    /// AprilGrid, for example aprilgrid:6x6.
     #[arg(long, value_name = "BOARD")]
     board: Option<BoardChoice>,
-    /// Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
+    /// Size of a square, or of a tag, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
     /// Settings file. config/default.toml explains every setting.
@@ -70,9 +71,10 @@ pub(super) fn with_true_defaults(program: Command) -> Command {
                 return command;
             }
             let square =
-                format!("Square size with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
+                format!("Size of a square, or of a tag, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
             let board = "Inner corners of the board, columns x rows [default: 9x6]; or squares, dictionary and marker size \
-                         of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm";
+                         of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an AprilGrid, for example \
+                         aprilgrid:6x6";
             command
                 .mut_arg("board", |arg| arg.help(board).long_help(None))
                 .mut_arg("square", |arg| arg.help(square).long_help(None))
@@ -132,8 +134,14 @@ impl BoardArguments {
 
     /// As `--board charuco:8x11:DICT_4X4_50`, which fits upright paper.
     pub(super) fn name_charuco(&mut self) {
-        let markers = MarkerChoice { dictionary: Dictionary::default(), side_m: None };
+        let markers = MarkerChoice::in_squares(Dictionary::default(), None);
         self.board = Some(BoardChoice { columns: 7, rows: 10, markers: Some(markers) });
+    }
+
+    /// As `--board aprilgrid:6x6`.
+    pub(super) fn name_aprilgrid(&mut self) {
+        let markers = Some(MarkerChoice::tags(Tags::default()));
+        self.board = Some(BoardChoice { columns: 12, rows: 12, markers });
     }
 
     /// Whether any of them is given.
@@ -156,7 +164,8 @@ impl BoardArguments {
             self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
         // Only plain boards have a code.
         let has_markers = self.board.is_some_and(|board| board.markers.is_some())
-            || self.sets_of_board("dictionary")?;
+            || self.sets_of_board("dictionary")?
+            || self.sets_of_board("tag_spacing")?;
         Ok(BoardFromCode::unless_given(
             says_counts || has_markers,
             self.says_square()? || has_markers,

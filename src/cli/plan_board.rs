@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args};
 use super::{
     board_args::Size,
     terminal::{print, say},
+    usage::WrongUsage,
 };
 use boresight_app::{
     Exit,
@@ -51,6 +52,8 @@ Examples:
   boresight plan-board --distance 3m --fov-diagonal 78deg --image-size 1920x1080
   boresight plan-board --distance 1m --f-px 980 --board 11x8";
 
+const NO_APRILGRID: &str = "plan-board plans checkerboards and ChArUco boards, not AprilGrids";
+
 /// A length in metres.
 #[derive(Clone, Copy, Debug)]
 struct Metres(f64);
@@ -88,6 +91,9 @@ fn focal_length(text: &str) -> Result<f64, String> {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        if self.board.markers.is_some_and(|markers| markers.tags.is_some()) {
+            return Err(WrongUsage(NO_APRILGRID.into()).into());
+        }
         let Size(image_size) = self.image_size;
         let (width, height) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
         let of =

@@ -71,6 +71,8 @@ enum Kind {
     Checkerboard,
     /// A ChArUco board, of which any part can be seen: charuco:8x11:DICT_4X4_50.
     Charuco,
+    /// Kalibr's AprilGrid, of which any part can be seen, too: aprilgrid:6x6.
+    Aprilgrid,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -93,7 +95,8 @@ Examples:
   boresight target --board 11x8 --square 30mm --paper a3
   boresight target --board 9x6 --paper screen --dpi 92
   boresight target --kind charuco
-  boresight target --board charuco:5x7:DICT_5X5_100:30mm --square 40mm --paper a3";
+  boresight target --board charuco:5x7:DICT_5X5_100:30mm --square 40mm --paper a3
+  boresight target --board aprilgrid:6x6 --square 22mm";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -118,8 +121,10 @@ impl Arguments {
 
     fn sheet(&self) -> anyhow::Result<BoardSheet> {
         let mut board = self.board.clone();
-        if self.kind == Some(Kind::Charuco) {
-            board.name_charuco();
+        match self.kind {
+            Some(Kind::Charuco) => board.name_charuco(),
+            Some(Kind::Aprilgrid) => board.name_aprilgrid(),
+            Some(Kind::Checkerboard) | None => {}
         }
         let config = board.config()?.board;
         let asked_mm = self.board.says_square()?.then_some(config.square_mm);

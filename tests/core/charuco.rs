@@ -27,7 +27,7 @@ fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Check
     let dictionary = dictionary.parse().expect("a dictionary");
     Checkerboard::new(across - 1, down - 1, 0.02)
         .expect("valid")
-        .with_markers(Markers { dictionary, side_squares })
+        .with_markers(Markers::sized(dictionary, Some(side_squares)))
         .expect("enough markers")
 }
 
@@ -174,7 +174,7 @@ fn a_printed_board_is_the_one_that_opencv_draws() {
         let mut plan =
             plan(across - 1, down - 1, Square::Largest, &[page]).expect("fits on the screen");
         let dictionary: Dictionary = dictionary.parse().expect("a dictionary");
-        plan.markers = Some(Markers { dictionary, side_squares });
+        plan.markers = Some(Markers::sized(dictionary, Some(side_squares)));
         let sheet = sheet(&plan, &[const { String::new() }; LINES]);
         let is_black = |x_mm: f64, y_mm: f64| {
             let covers = |it: &Rectangle| {

@@ -8,6 +8,7 @@ mod trust;
 mod world;
 
 mod acceptance;
+mod aprilgrid;
 mod bad_calibrations;
 mod bent_board;
 mod beyond_edge;

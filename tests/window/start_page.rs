@@ -222,19 +222,19 @@ fn a_board_with_markers_is_chosen_by_its_squares() {
         Some(UiAction::Start(wish)) => wish.markers,
         other => panic!("{other:?}"),
     };
-    assert_eq!(wish(&page), Some(MarkerChoice { dictionary, side_m: None }));
+    assert_eq!(wish(&page), Some(MarkerChoice::in_squares(dictionary, None)));
     press(&mut page, Role::RadioButton, "Checkerboard");
     press(&mut page, Role::Button, words::GO);
     assert_eq!(wish(&page), None);
     press(&mut page, Role::RadioButton, "ChArUco");
     press(&mut page, Role::Button, words::GO);
-    assert_eq!(wish(&page), Some(MarkerChoice { dictionary, side_m: None }), "as it was");
+    assert_eq!(wish(&page), Some(MarkerChoice::in_squares(dictionary, None)), "as it was");
 }
 
 #[test]
 fn a_board_that_cant_be_is_told_before_it_starts() {
     let dictionary = "APRILTAG_16h5".parse().expect("known");
-    let markers = Some(MarkerChoice { dictionary, side_m: None });
+    let markers = Some(MarkerChoice::in_squares(dictionary, None));
     let mut page = page(SessionRequest { markers, ..chosen() }, choices());
     page.get_by_label("This board has 35 markers, and DICT_APRILTAG_16h5 has 30");
     page.get_by_label("Choose a larger dictionary, or fewer squares.");
@@ -242,7 +242,7 @@ fn a_board_that_cant_be_is_told_before_it_starts() {
     press(&mut page, Role::Button, words::GO);
     press(&mut page, Role::Button, words::PRINT);
     assert_eq!(page.state().2, [], "neither started nor printed");
-    let large = MarkerChoice { dictionary: Dictionary::default(), side_m: Some(0.025) };
+    let large = MarkerChoice::in_squares(Dictionary::default(), Some(0.025));
     page.state_mut().0.draft.markers = Some(large);
     page.run();
     page.get_by_label("Markers in these squares have sides of 7.5 mm to 23.75 mm");
@@ -254,10 +254,10 @@ fn a_board_that_cant_be_is_told_before_it_starts() {
 #[test]
 fn a_board_with_markers_looks_as_it_did() {
     let dictionary = Dictionary::default();
-    let markers = Some(MarkerChoice { dictionary, side_m: Some(0.015) });
+    let markers = Some(MarkerChoice::in_squares(dictionary, Some(0.015)));
     let fits = SessionRequest { board: [7, 10], markers, square_m: 0.02, ..chosen() };
     let small = "APRILTAG_16h5".parse().expect("known");
-    let too_small = Some(MarkerChoice { dictionary: small, side_m: None });
+    let too_small = Some(MarkerChoice::in_squares(small, None));
     let cannot_be = SessionRequest { markers: too_small, ..fits.clone() };
     let mut results = SnapshotResults::new();
     for (file, draft, size, scale, theme) in [

@@ -7,11 +7,10 @@ use serde::Serialize;
 
 use boresight_geometry::{
     board_code::{BoardCode, BoardId},
-    markers::Markers,
     target::BoardChoice,
 };
 use boresight_present::{
-    target::{Page, Paper, Plan, Resolution, Square, pdf, plan, png, sheet, svg},
+    target::{Page, Paper, Plan, Resolution, Square, pdf, plan_of, png, sheet, svg},
     text,
 };
 
@@ -88,12 +87,16 @@ pub struct TargetBoard {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square.
+    /// Side of a square or tag.
     pub square_mm: f64,
-    /// Dictionary of a ChArUco board's markers; null on a plain board.
+    /// Dictionary of a ChArUco board's markers, or of an AprilGrid's tags; null on a plain board.
     pub dictionary: Option<String>,
     /// Side of a marker.
     pub marker_mm: Option<f64>,
+    /// White between the tags of an AprilGrid, as a share of a tag's side; null on other boards.
+    pub tag_spacing: Option<f64>,
+    /// Number of an AprilGrid's first tag; null on other boards.
+    pub first_tag: Option<u16>,
 }
 
 /// A board on its page, with the code in its margin if there is one.
@@ -113,11 +116,10 @@ impl BoardSheet {
     /// If it fits on none of them, or can't have these markers.
     pub fn new(board: BoardChoice, square_mm: Option<f64>, pages: &[Page]) -> anyhow::Result<Self> {
         let square = square_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
-        let mut plan = plan(board.columns, board.rows, square, pages)
+        let mut plan = plan_of(&board, square, pages)
             .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
         if let Some(markers) = board.markers {
-            let side_squares = markers.side_m.map(|side_m| 1e3 * side_m / plan.square_mm);
-            plan = plan.with_markers(Markers::sized(markers.dictionary, side_squares))?;
+            plan = plan.with_markers(markers.in_squares_of(1e-3 * plan.square_mm))?;
         }
         Ok(Self { plan, code: None })
     }
@@ -164,6 +166,7 @@ impl BoardSheet {
     /// What `target --json` prints of the sheet that was written to `file`, on the paper of that name.
     pub fn told(&self, file: &Path, paper: &str) -> TargetFile {
         let plan = &self.plan;
+        let tags = plan.markers.and_then(|markers| markers.tags);
         TargetFile {
             schema: TARGET_SCHEMA.into(),
             file: file.display().to_string(),
@@ -173,7 +176,9 @@ impl BoardSheet {
                 rows: plan.rows,
                 square_mm: plan.square_mm,
                 dictionary: plan.markers.map(|markers| markers.dictionary.name().into()),
-                marker_mm: plan.markers.map(|markers| plan.square_mm * markers.side_squares),
+                marker_mm: plan.markers.map(|markers| plan.square_mm * markers.share()),
+                tag_spacing: tags.map(|tags| tags.spacing),
+                first_tag: tags.map(|tags| tags.first),
             },
             paper: paper.into(),
             page_mm: [plan.page.width_mm, plan.page.height_mm],

@@ -52,7 +52,7 @@ mod tests {
         let mut memory = Memory {
             source: Some("usb:046d:0825:1F3A".into()),
             board: Some([7, 5]),
-            markers: Some(MarkerChoice { dictionary: "5x5_100".parse()?, side_m: Some(0.021) }),
+            markers: Some(MarkerChoice::in_squares("5x5_100".parse()?, Some(0.021))),
             square_m: Some(0.0305),
             plan: Some(Plan::Quick),
             mirrored: Some(true),

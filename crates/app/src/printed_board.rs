@@ -7,7 +7,11 @@ use super::{
     host::PrintedBoard,
 };
 use boresight_files::{Links, Overwrite, read, save};
-use boresight_geometry::{board_code::BoardId, markers::Markers, target::BoardChoice};
+use boresight_geometry::{
+    board_code::BoardId,
+    markers::{MarkerChoice, Markers},
+    target::BoardChoice,
+};
 use boresight_present::{target::Paper, text};
 
 /// Largest size that is read, in bytes; a sheet with a board is far smaller.
@@ -40,7 +44,8 @@ pub fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let board = BoardChoice { columns, rows, markers: None };
+    let tags = markers.and_then(|markers| markers.tags).map(MarkerChoice::tags);
+    let board = BoardChoice { columns, rows, markers: tags };
     let mut sheet = BoardSheet::new(board, None, &paper.pages())?;
     if let Some(markers) = markers {
         sheet.plan = sheet.plan.with_markers(markers)?;

@@ -93,7 +93,7 @@ impl Run {
     pub fn board_in_words(&self) -> String {
         let board = self.session.setup().board;
         let corners = [board.columns(), board.rows()];
-        text::start::named_board(&self.board_id, corners, board.square_m())
+        text::start::named_board(&self.board_id, corners, board.measured_m())
     }
 
     /// The pictures of the views accepted so far, by view number.

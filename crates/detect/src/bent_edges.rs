@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-use super::edge_model::EdgeFit;
+use super::{edge_model::EdgeFit, neighbours::Lines};
 use boresight_geometry::Corner;
 
 /// Relative standard deviation of a correction: ⟨t²⟩ is computed for a whole patch of even weights.
@@ -27,9 +27,10 @@ impl BentEdges {
     pub(super) fn correct(
         &mut self,
         fits: &[Option<EdgeFit>],
-        columns: usize,
+        lines: Lines,
         corners: &mut [Corner],
     ) {
+        let columns = lines.columns;
         let rows = fits.len() / columns.max(1);
         let fit = |column: usize, row: usize| fits.get(row * columns + column)?.as_ref();
         let px = |column: usize, row: usize| fit(column, row).map(|fit| fit.corner.px);

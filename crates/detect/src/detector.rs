@@ -179,8 +179,16 @@ impl Detector {
         }
         let is_marked = board.markers().is_some();
         let mut best_miss = Miss::NoBoard;
-        let [primary, coarser, finer] =
-            if is_marked { self.fine_levels(image) } else { self.search_levels(image) };
+        // Around tags there's room for the ring, as on a plain board; far ones are read in the finer picture only.
+        let is_tags = board.markers().is_some_and(|markers| markers.tags.is_some());
+        let [primary, coarser, finer] = match (is_marked, is_tags) {
+            (_, true) => {
+                let [primary, coarser, finer] = self.search_levels(image);
+                [primary, finer.or(coarser), None]
+            }
+            (true, _) => self.fine_levels(image),
+            (false, _) => self.search_levels(image),
+        };
         let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
         // Markers don't survive growth.
@@ -227,7 +235,7 @@ impl Detector {
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() || names_points {
+                    if seen == detection.corners.len() || (names_points && !is_tags) {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {

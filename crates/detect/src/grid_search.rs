@@ -6,7 +6,7 @@ use super::{
     board_match::{count_board, is_no_part, match_board},
     colours::are_discs,
     explain::{GridOutcome, WeighedGrid},
-    grow::Grower,
+    grow::{Grower, Limits},
     junction::{self, Junction},
     lattice::Lattice,
     marked_board::name_corners,
@@ -93,7 +93,7 @@ impl GridSearch {
     ) -> Option<(usize, usize)> {
         self.start(picture, params);
         let Self { junctions, grower, lattice, .. } = self;
-        let limits = (LONGEST_COUNTED, MOST_COUNTED);
+        let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
             let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
             if counted.is_some() {
@@ -116,7 +116,7 @@ impl GridSearch {
         corners: impl Iterator<Item = [f32; 2]>,
     ) -> Result<(), Miss> {
         let columns = board.columns();
-        self.lattice.clear(grid_limits(board).0);
+        self.lattice.clear(grid_limits(board).longest);
         for (index, at) in corners.enumerate().filter(|(_, at)| at[0].is_finite()) {
             self.lattice.insert(((index % columns) as i32, (index / columns) as i32), at);
         }
@@ -179,7 +179,7 @@ impl GridSearch {
         let Self { junctions, grower, lattice, kept, corners, part, weighed, .. } = self;
         let (wanted, limits) = (board.corner_count(), grid_limits(board));
         kept.resize_with(GRIDS_KEPT, Lattice::default);
-        kept.iter_mut().for_each(|lattice| lattice.clear(limits.0));
+        kept.iter_mut().for_each(|lattice| lattice.clear(limits.longest));
         part.clear();
         let mut best_miss = Miss::NoBoard;
         let mut is_whole = |lattice: &mut Lattice| {
@@ -245,15 +245,19 @@ fn outcome_of(corners: Result<&[Option<[f32; 2]>], Miss>) -> GridOutcome {
     }
 }
 
-/// Longest side and most nodes of a grid that may hold `board`.
-fn grid_limits(board: &Checkerboard) -> (usize, usize) {
-    (board.columns().max(board.rows()), 3 * board.corner_count() + 100)
+/// What a grid that may hold `board` can be.
+fn grid_limits(board: &Checkerboard) -> Limits {
+    let [one, other] = board.target().steps_m();
+    Limits {
+        longest: board.columns().max(board.rows()),
+        largest: 3 * board.corner_count() + 100,
+        longer: (one / other) as f32,
+    }
 }
 
 /// [`Miss::TooSmall`] instead of other markers than the board's, if they are too small to read.
 fn or_too_small(miss: Miss, markers: Markers, square_px: f64) -> Miss {
-    let cells = markers.dictionary.side_cells() + 2;
-    let needed_px = LEAST_CELL_PX * cells as f64 / markers.side_squares;
+    let needed_px = LEAST_CELL_PX / (markers.cell_side() * markers.square_steps());
     match miss {
         Miss::OtherMarkers { markers: 1.. } if square_px < needed_px => {
             Miss::TooSmall { square_px, needed_px }

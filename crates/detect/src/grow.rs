@@ -10,6 +10,17 @@ const CELL_PX: f32 = 24.0;
 /// Longest side of a square, in pixels of the search level.
 const REACH_PX: f32 = 240.0;
 
+/// What a grid that may hold the board can be.
+#[derive(Clone, Copy)]
+pub(super) struct Limits {
+    /// Most corners in a row or column of the board.
+    pub(super) longest: usize,
+    /// Most corners.
+    pub(super) largest: usize,
+    /// Length of its longer steps in that of its shorter ones, 1 if all are equal.
+    pub(super) longer: f32,
+}
+
 /// Grows grids from the junctions of one picture, strongest first. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grower {
@@ -69,7 +80,7 @@ impl Grower {
         &mut self,
         junctions: &[Junction],
         seeds: usize,
-        (longest, largest): (usize, usize),
+        Limits { longest, largest, longer }: Limits,
         into: &mut Lattice,
     ) -> Option<()> {
         while self.next_seed < junctions.len() && (self.attempts as usize) < seeds {
@@ -80,6 +91,7 @@ impl Grower {
             }
             self.attempts += 1;
             into.clear(longest);
+            into.steps.longer = longer;
             if self.grow(junctions, seed, largest, into) {
                 for &index in &self.members {
                     self.taken[index as usize] = true;
@@ -156,6 +168,26 @@ impl Grower {
         None
     }
 
+    /// Whether the longer steps along both axes begin at a seed (0) or end there (1). `None` if it has no neighbours on both
+    /// sides, or if they are equally far.
+    fn longer_from(
+        &self,
+        junctions: &[Junction],
+        seed: usize,
+        axes: [[f32; 2]; 2],
+    ) -> Option<[i32; 2]> {
+        let away_px = |towards: [f32; 2]| {
+            let other = &junctions[self.step(junctions, seed, towards)?];
+            Some(libm::hypotf(other.x - junctions[seed].x, other.y - junctions[seed].y))
+        };
+        let mut from = [0; 2];
+        for (from, axis) in from.iter_mut().zip(axes) {
+            let (ahead, behind) = (away_px(axis)?, away_px(axis.map(|v| -v))?);
+            *from = i32::from(ahead < behind);
+        }
+        Some(from)
+    }
+
     /// Grows a grid from a square of four junctions around `seed`; its junctions are then in `members`.
     fn grow(
         &mut self,
@@ -170,6 +202,12 @@ impl Grower {
         let mut second = [libm::cosf(b), libm::sinf(b)];
         if first[0] * second[1] - first[1] * second[0] < 0.0 {
             second = [-second[0], -second[1]];
+        }
+        if into.steps.longer > 1.0 {
+            let Some(from) = self.longer_from(junctions, seed, [first, second]) else {
+                return false;
+            };
+            into.steps.from = from;
         }
         let square = [(1, 1), (1, -1), (-1, 1), (-1, -1)].into_iter().find_map(|(i, j)| {
             let along = self.step(junctions, seed, first.map(|v| v * i as f32))?;

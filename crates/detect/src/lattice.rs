@@ -8,6 +8,41 @@ const LARGEST_OVER: i32 = 6;
 /// The four neighbouring nodes.
 pub(super) const BESIDE: [Node; 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
+/// Lengths of the steps between neighbouring nodes, in those of the shorter ones: all are 1 on a checkerboard; on an
+/// AprilGrid every second one is longer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Steps {
+    pub(super) longer: f32,
+    /// Along both axes, which steps are longer: those from even nodes (0) or from odd ones (1).
+    pub(super) from: [i32; 2],
+}
+
+impl Default for Steps {
+    fn default() -> Self {
+        Self { longer: 1.0, from: [0, 0] }
+    }
+}
+
+impl Steps {
+    /// Distance along an axis from a node's place to the one `steps` further.
+    pub(super) fn between(&self, axis: usize, from: i32, steps: i32) -> f32 {
+        if self.longer == 1.0 {
+            return steps as f32;
+        }
+        self.at(axis, from + steps) - self.at(axis, from)
+    }
+
+    fn at(&self, axis: usize, node: i32) -> f32 {
+        let node = node - self.from[axis];
+        node.div_euclid(2) as f32 * (1.0 + self.longer) + node.rem_euclid(2) as f32 * self.longer
+    }
+
+    /// Whether the step from a node along an axis is a longer one; all are where they're equal.
+    pub(super) fn is_longer(&self, axis: usize, from: i32) -> bool {
+        self.longer == 1.0 || (from - self.from[axis]).rem_euclid(2) == 0
+    }
+}
+
 /// Corners by node. Turning the first axis by +90° (clockwise on the screen) points to the side of the second, so
 /// a grid is never a mirror image.
 ///
@@ -15,6 +50,7 @@ pub(super) const BESIDE: [Node; 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lattice {
     reach: i32,
+    pub(super) steps: Steps,
     /// Position of the corner, and how many were inserted before it.
     places: Vec<Option<([f32; 2], u32)>>,
     /// Occupied nodes, in order of insertion.
@@ -22,8 +58,9 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Clears the grid and sizes it for boards of up to `longest` corners a side.
+    /// Clears the grid and sizes it for boards of up to `longest` corners a side, with equal steps.
     pub(super) fn clear(&mut self, longest: usize) {
+        self.steps = Steps::default();
         self.reach = longest as i32 + LARGEST_OVER;
         let side = (2 * self.reach + 1) as usize;
         self.places.clear();
@@ -99,7 +136,7 @@ impl Lattice {
         }))
     }
 
-    /// Mean width of the squares across their narrower side; NaN without squares.
+    /// Mean width of a square with sides of a shorter step, across the narrower one; NaN without squares.
     pub(super) fn mean_height(&self) -> f64 {
         let height = |node: &Node| Some(height(axes(self, *node, self.get(*node)?)?));
         let heights = || self.nodes.iter().filter_map(height);
@@ -113,33 +150,50 @@ impl Lattice {
         let mut sum = [0.0_f32; 2];
         let mut weight = 0.0_f32;
         let mut side = f32::MAX;
-        let mut add = |guess: [f32; 2], from: [f32; 2]| {
-            sum = [sum[0] + guess[0], sum[1] + guess[1]];
-            weight += 1.0;
+        // Guesses count alike with equal steps, less where a longer step is guessed from shorter ones.
+        let mut add = |guess: [f32; 2], from: [f32; 2], share: f32| {
+            sum = [sum[0] + share * guess[0], sum[1] + share * guess[1]];
+            weight += share;
             let (dx, dy) = (guess[0] - from[0], guess[1] - from[1]);
             side = side.min((dx * dx + dy * dy).sqrt());
         };
         for (di, dj) in BESIDE {
             let (Some(one), Some(two)) = (get(di, dj), get(2 * di, 2 * dj)) else { continue };
+            let (axis, from) = if dj == 0 { (0, i) } else { (1, j) };
+            let at = |steps: i32| self.steps.between(axis, from, steps * (di + dj));
             match get(3 * di, 3 * dj) {
                 // Perspective changes the length of steps; three members show how.
                 Some(three) => {
-                    add(std::array::from_fn(|k| 3.0 * one[k] - 3.0 * two[k] + three[k]), one);
+                    let [a, b, c] = extrapolating([at(1), at(2), at(3)]);
+                    let guess = std::array::from_fn(|k| a * one[k] + b * two[k] + c * three[k]);
+                    add(guess, one, 19.0 / (a * a + b * b + c * c));
                 }
-                None => add(std::array::from_fn(|k| 2.0 * one[k] - two[k]), one),
+                None => {
+                    let (a, b) = (at(2) / (at(2) - at(1)), at(1) / (at(1) - at(2)));
+                    add(
+                        std::array::from_fn(|k| a * one[k] + b * two[k]),
+                        one,
+                        5.0 / (a * a + b * b),
+                    );
+                }
             }
         }
         for (di, dj) in [(1, 1), (1, -1), (-1, 1), (-1, -1)] {
             if let (Some(p), Some(q), Some(r)) = (get(di, 0), get(0, dj), get(di, dj)) {
-                add(std::array::from_fn(|k| p[k] + q[k] - r[k]), p);
+                add(std::array::from_fn(|k| p[k] + q[k] - r[k]), p, 1.0);
             }
         }
         (weight > 0.0 && side > 2.0).then(|| (sum.map(|value| value / weight), side))
     }
 }
 
-/// Steps to the neighbours along both axes at a node, from the neighbours that exist; `here` is the position of the
-/// node's corner, known or predicted.
+/// Weights of the values at three places with which a parabola through them passes 0.
+fn extrapolating([a, b, c]: [f32; 3]) -> [f32; 3] {
+    [b * c / ((a - b) * (a - c)), a * c / ((b - a) * (b - c)), a * b / ((c - a) * (c - b))]
+}
+
+/// Shorter steps along both axes at a node, from the neighbours that exist; `here` is the position of the node's corner,
+/// known or predicted.
 pub(super) fn axes(
     lattice: &Lattice,
     (i, j): Node,
@@ -148,12 +202,15 @@ pub(super) fn axes(
     let step = |(i, j): Node, here: Option<[f32; 2]>, di: i32, dj: i32| {
         let ahead = lattice.get((i + di, j + dj));
         let behind = lattice.get((i - di, j - dj));
-        match (ahead, here, behind) {
-            (Some(a), _, Some(b)) => Some([0.5 * (a[0] - b[0]), 0.5 * (a[1] - b[1])]),
-            (Some(a), Some(here), None) => Some([a[0] - here[0], a[1] - here[1]]),
-            (None, Some(here), Some(b)) => Some([here[0] - b[0], here[1] - b[1]]),
-            _ => None,
-        }
+        let (axis, from) = if dj == 0 { (0, i) } else { (1, j) };
+        let (from, to, steps) = match (ahead, here, behind) {
+            (Some(a), _, Some(b)) => (b, a, lattice.steps.between(axis, from - 1, 2)),
+            (Some(a), Some(here), None) => (here, a, lattice.steps.between(axis, from, 1)),
+            (None, Some(here), Some(b)) => (b, here, lattice.steps.between(axis, from - 1, 1)),
+            _ => return None,
+        };
+        let share = 1.0 / steps;
+        Some([share * (to[0] - from[0]), share * (to[1] - from[1])])
     };
     // The first corner of a new row has no neighbour in it; the row before runs in the same direction.
     let side = |di: i32, dj: i32| {

@@ -1,4 +1,4 @@
-//! Finds a checkerboard or a ChArUco board in a picture: every inner corner with covariance, or the reason why not.
+//! Finds a checkerboard, a ChArUco board or an AprilGrid in a picture: every inner corner with covariance, or the reason why not.
 //!
 //! ```
 //! use boresight_detect::{DetectorParams, detect};
@@ -43,7 +43,7 @@
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
 //! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), refuses a part of a larger pattern, numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
 //! | `placement` | says where on the board a part of it lies, by its track or its printed code | fewer than twelve corners are seen, or neither tells | – |
-//! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
+//! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers or tags (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
 //! | `picture_quality` | says whether the picture is too dark or blurred, if no board is found | something else in it is light and sharp | – |
@@ -67,7 +67,7 @@
 //! # What isn't promised
 //!
 //! - One board in a picture of 8-bit brightness, with columns and rows that the caller knows; [`Detector::count`] reads
-//!   them from a picture. Other patterns, such as AprilGrid and circles, aren't found.
+//!   them from a picture. Other patterns, such as grids of circles, aren't found.
 //! - Some boards are missed: the column "fails when" says which.
 //! - A covariance is that of the fit to the picture. A print that isn't flat or true to size isn't part of it.
 //! - Another version may find other boards, and corners elsewhere within their covariance. `docs/versioning.md` says

@@ -1,4 +1,4 @@
-//! Which corners of a board with markers a grid has, by the markers in its light squares.
+//! Which corners of a board with markers a grid has, by the markers in its squares.
 //!
 //! Corners that contradict the markers are dropped, and those beside that the picture shows are added.
 
@@ -6,7 +6,7 @@ use image::GrayImage;
 
 use super::{
     board_match::prune,
-    colours::{colour_step_within, inside},
+    colours::{FAR_SQUARES, colour_step_within, inside},
     lattice::{Lattice, Node, axes, height},
     marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place, read_markers},
@@ -67,7 +67,7 @@ pub(super) fn name_corners(
         }
     };
     keep_agreeing(lattice, &readings, &best, board, markers);
-    let far = GAP_SHARE * markers.gap_squares() as f32;
+    let far = (GAP_SHARE * markers.gap_steps() as f32).min(FAR_SQUARES);
     let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
         return Err(partial(lattice));
     };

@@ -9,13 +9,13 @@ use boresight_geometry::markers::Markers;
 const LEAST_CONTRAST: f32 = 10.0;
 /// Largest share of the frame's cells that may look white: one in this many.
 const FRAME_SHARE: usize = 8;
-/// Most cells along a side of a marker, without its frame.
-const MOST_CELLS: usize = 7;
+/// Most cells along a side of a marker, with its frame.
+const MOST_CELLS: usize = 10;
 /// Share of a cell's difference from its neighbours that is added: blur as wide as half a cell hides single cells.
 const SHARPENING: f32 = 2.0;
 /// Sampling places in a cell, in cells from its middle.
 const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
-/// Places along a side of the square, between it and the marker.
+/// Places along a side of the square, where it's white around the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
 /// Colour of the squares around markers: light (positive), or dark on a board that is printed white on black.
@@ -44,35 +44,42 @@ pub(super) fn read_cells(
         let [x, y] = map.px(u, v);
         sample(image, x, y)
     };
-    let gap = markers.gap_squares() as f32;
     let strips = ALONG_SIDE.iter().flat_map(|t| {
-        let (near, far) = (gap / 2.0, 1.0 - gap / 2.0);
+        let near = markers.white_at() as f32;
+        let far = 1.0 - near;
         [(*t, near), (*t, far), (near, *t), (far, *t)]
     });
     let white = strips.map(|(u, v)| at(u, v)).sum::<f32>() / (4 * ALONG_SIDE.len()) as f32;
-    let all = markers.dictionary.side_cells() + 2;
-    let cell_squares = markers.side_squares as f32 / all as f32;
+    let (all, width) = (markers.cells(), markers.frame_cells());
+    let (inset, cell_squares) = (markers.inset() as f32, markers.cell_side() as f32);
     let cell = |[column, row]: [usize; 2]| {
-        let [u, v] = [column, row].map(|place| gap + cell_squares * (place as f32 + 0.5));
+        let [u, v] = [column, row].map(|place| inset + cell_squares * (place as f32 + 0.5));
         let values = WITHIN_CELL.map(|[du, dv]| at(u + du * cell_squares, v + dv * cell_squares));
         values.iter().sum::<f32>() / values.len() as f32
     };
-    let mut cells = [[0.0; MOST_CELLS + 2]; MOST_CELLS + 2];
-    let last = all - 1;
-    let frame = || (0..last).flat_map(|k| [[k, 0], [last, k], [k + 1, last], [0, k + 1]]);
+    let mut cells = [[0.0; MOST_CELLS]; MOST_CELLS];
+    let frame = || {
+        (0..width).flat_map(|k| {
+            let (first, last) = (k, all - 1 - k);
+            let side = first..last;
+            side.flat_map(move |k| [[k, first], [last, k], [k + 1, last], [first, k + 1]])
+        })
+    };
+    let in_frame = frame().count();
     let mut dark = 0.0;
     for [column, row] in frame() {
         cells[row][column] = cell([column, row]);
-        dark += cells[row][column] / (4 * last) as f32;
+        dark += cells[row][column] / in_frame as f32;
     }
     let middle = 0.5 * (white + dark);
     let polarity = if white > dark { Polarity::Positive } else { Polarity::Negative };
     let is_white = |value: f32| (value > middle) == (polarity == Polarity::Positive);
     let light = frame().filter(|[column, row]| is_white(cells[*row][*column])).count();
-    if (white - dark).abs() < LEAST_CONTRAST || light * FRAME_SHARE > 4 * last {
+    if (white - dark).abs() < LEAST_CONTRAST || light * FRAME_SHARE > in_frame {
         return None;
     }
-    let inside = || (1..last).flat_map(|row| (1..last).map(move |column| [column, row]));
+    let inner = width..all - width;
+    let inside = || inner.clone().flat_map(|row| inner.clone().map(move |column| [column, row]));
     for [column, row] in inside() {
         cells[row][column] = cell([column, row]);
     }

@@ -97,7 +97,8 @@ pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Marker
         for j in low.1 - 1..=high.1 {
             let nodes = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
             let known = nodes.iter().filter(|node| lattice.contains(**node)).count();
-            if known < 2 {
+            let has_marker = lattice.steps.is_longer(0, i) && lattice.steps.is_longer(1, j);
+            if known < 2 || !has_marker {
                 continue;
             }
             let corner = |node: Node| lattice.get(node).or_else(|| Some(lattice.predict(node)?.0));
@@ -136,11 +137,6 @@ fn square_at(placement: &Placement, (i, j): Node) -> [i32; 2] {
     let ends = [placement.place((i, j)), placement.place((i + 1, j + 1))];
     // Inner corner (0, 0) is the far corner of square (0, 0).
     std::array::from_fn(|k| ends[0][k].min(ends[1][k]) + 1)
-}
-
-fn marker_number(layout: Layout, square: [i32; 2], board: &Checkerboard) -> Option<usize> {
-    let [column, row] = square.map(|place| usize::try_from(place).ok());
-    layout.marker_at([column?, row?], board.squares())
 }
 
 /// The placement that explains the readings and has the grid's corners on the board.
@@ -187,17 +183,13 @@ fn outside(candidate: &Candidate, lattice: &Lattice, board: &Checkerboard) -> us
 /// Every placement for which a reading speaks.
 fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Candidate> {
     let [columns, rows] = board.squares();
-    // With an odd number of rows, both layouts are one.
-    let layouts = &Layout::ALL[..if rows % 2 == 0 { 2 } else { 1 }];
+    let layouts = markers.layouts(rows);
     let cells = markers.dictionary.side_cells().pow(2);
     let mut candidates: Vec<Candidate> = Vec::new();
     let squares = || (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]));
     for layout in layouts {
         for square in squares() {
-            let code = layout
-                .marker_at(square, [columns, rows])
-                .and_then(|number| markers.dictionary.code(number));
-            let Some(code) = code else { continue };
+            let Some(code) = markers.code_at(*layout, square, [columns, rows]) else { continue };
             for reading in readings {
                 for (turn, seen) in reading.codes.iter().enumerate() {
                     if (seen ^ code).count_ones() as usize > cells / WRONG_SHARE {
@@ -243,8 +235,7 @@ fn judge(candidate: &mut Candidate, readings: &[Reading], board: &Checkerboard, 
             Some(wrong) if wrong <= cells / BLURRED_SHARE => {}
             _ => {
                 candidate.conflicts += usize::from(reading.is_sure);
-                candidate.others +=
-                    usize::from(markers.dictionary.has(reading.codes[candidate.turn]));
+                candidate.others += usize::from(markers.knows(reading.codes[candidate.turn]));
             }
         }
     }
@@ -258,8 +249,8 @@ fn wrong_cells(
     markers: Markers,
 ) -> Option<usize> {
     let square = square_at(&candidate.placement, reading.node);
-    let number = marker_number(candidate.layout, square, board)?;
-    let code = markers.dictionary.code(number)?;
+    let [column, row] = square.map(|place| usize::try_from(place).ok());
+    let code = markers.code_at(candidate.layout, [column?, row?], board.squares())?;
     Some((reading.codes[candidate.turn] ^ code).count_ones() as usize)
 }
 

@@ -1,28 +1,63 @@
 //! Prediction of a fitted corner from its neighbours.
 
-use nalgebra::Point2;
-
 use super::edge_model::EdgeFit;
+use boresight_geometry::board::Checkerboard;
+
+/// The rows and columns of a board's points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lines {
+    /// Points in a row.
+    pub(super) columns: usize,
+    /// Length of the first, third, fifth step in a row or column in that of the others, at least 1.
+    longer: f64,
+}
+
+impl Lines {
+    pub(super) fn of(board: &Checkerboard) -> Self {
+        let [one, other] = board.target().steps_m();
+        Self { columns: board.columns(), longer: one / other }
+    }
+
+    /// Distance of a place in a row or column from the first, in shorter steps.
+    pub(super) fn at(&self, place: usize) -> f64 {
+        (place / 2) as f64 * (1.0 + self.longer) + (place % 2) as f64 * self.longer
+    }
+
+    /// Weights with which the values at `places` give that at `place`: of the polynomial through them (Lagrange).
+    fn weights<const N: usize>(&self, place: usize, places: [usize; N]) -> [f64; N] {
+        let (here, at) = (self.at(place), places.map(|place| self.at(place)));
+        std::array::from_fn(|k| {
+            let others = || (0..N).filter(|other| *other != k);
+            let above: f64 = others().map(|other| here - at[other]).product();
+            let below: f64 = others().map(|other| at[k] - at[other]).product();
+            above / below
+        })
+    }
+}
 
 /// Position of a corner between four fitted neighbours in its row, or in its column, or the mean of both; `None` if they
 /// aren't there.
 pub(super) fn between_neighbours_px(
     fits: &[Option<EdgeFit>],
-    columns: usize,
+    lines: Lines,
     index: usize,
 ) -> Option<[f64; 2]> {
+    let columns = lines.columns;
     let rows = fits.len() / columns;
     let (column, row) = (index % columns, index / columns);
     let between = |place: usize, count: usize, stride: usize| -> Option<[f64; 2]> {
-        let two = 2 * stride;
         let is_inner = place >= 2 && place + 2 < count;
-        let near = |index: usize| fits.get(index)?.as_ref().map(|fit| fit.corner.px);
         if !is_inner {
             return None;
         }
-        let (first, before) = (near(index - two)?, near(index - stride)?);
-        let (after, last) = (near(index + stride)?, near(index + two)?);
-        let cubic = ((before.coords + after.coords) * 4.0 - first.coords - last.coords) / 6.0;
+        let places = [place - 2, place - 1, place + 1, place + 2];
+        let [first, before, after, last] = lines.weights(place, places);
+        let near = |other: usize| {
+            let fit = fits.get(index + other * stride - place * stride)?.as_ref();
+            fit.map(|fit| fit.corner.px.coords)
+        };
+        let [a, b, c, d] = places.map(near);
+        let cubic = a? * first + b? * before + c? * after + d? * last;
         Some([cubic.x, cubic.y])
     };
     match (between(column, columns, 1), between(row, rows, columns)) {
@@ -34,46 +69,45 @@ pub(super) fn between_neighbours_px(
 /// Position of a corner predicted by the fitted neighbours in its row and column; `None` if there are too few.
 pub(super) fn expected_px(
     fits: &[Option<EdgeFit>],
-    columns: usize,
+    lines: Lines,
     index: usize,
 ) -> Option<[f64; 2]> {
+    let columns = lines.columns;
     let rows = fits.len() / columns;
-    let (column, row) = ((index % columns) as isize, (index / columns) as isize);
-    let at = |dc: isize, dr: isize| {
-        let (column, row) = (column + dc, row + dr);
-        let inside = (0..columns as isize).contains(&column) && (0..rows as isize).contains(&row);
-        let fit = inside.then(|| fits[row as usize * columns + column as usize].as_ref())??;
-        Some([fit.corner.px.x, fit.corner.px.y])
-    };
     // Cubic interpolation between neighbours, parabolic extrapolation beyond them; linear where there are too few.
-    let along = |dc: isize, dr: isize| -> Option<([f64; 2], f64)> {
-        let near = |step: isize| at(step * dc, step * dr);
-        let mix = |terms: &[(f64, [f64; 2])]| {
-            terms.iter().fold([0.0, 0.0], |sum, (w, p)| [sum[0] + w * p[0], sum[1] + w * p[1]])
+    let along = |place: usize, count: usize, stride: usize| -> Option<([f64; 2], f64)> {
+        let at = |other: usize| {
+            let fit = fits[index + other * stride - place * stride].as_ref()?;
+            Some([fit.corner.px.x, fit.corner.px.y])
         };
-        if let (Some(before), Some(after)) = (near(-1), near(1)) {
+        let near = |steps: isize| {
+            let other = place.checked_add_signed(steps).filter(|other| *other < count)?;
+            Some((other, at(other)?))
+        };
+        fn mix<const N: usize>(weights: [f64; N], px: [[f64; 2]; N]) -> [f64; 2] {
+            weights
+                .iter()
+                .zip(px)
+                .fold([0.0, 0.0], |sum, (w, p)| [sum[0] + w * p[0], sum[1] + w * p[1]])
+        }
+        if let (Some((before, b)), Some((after, c))) = (near(-1), near(1)) {
             return Some(match (near(-2), near(2)) {
-                (Some(first), Some(last)) => (
-                    mix(&[
-                        (-1.0 / 6.0, first),
-                        (4.0 / 6.0, before),
-                        (4.0 / 6.0, after),
-                        (-1.0 / 6.0, last),
-                    ]),
-                    4.0,
-                ),
-                _ => (mix(&[(0.5, before), (0.5, after)]), 2.0),
+                (Some((first, a)), Some((last, d))) => {
+                    let weights = lines.weights(place, [first, before, after, last]);
+                    (mix(weights, [a, b, c, d]), 4.0)
+                }
+                _ => (mix(lines.weights(place, [before, after]), [b, c]), 2.0),
             });
         }
         [1, -1].into_iter().find_map(|way| {
-            let (one, two) = (near(way)?, near(2 * way)?);
+            let ((one, a), (two, b)) = (near(way)?, near(2 * way)?);
             Some(match near(3 * way) {
-                Some(three) => (mix(&[(3.0, one), (-3.0, two), (1.0, three)]), 1.0),
-                None => (mix(&[(2.0, one), (-1.0, two)]), 0.5),
+                Some((three, c)) => (mix(lines.weights(place, [one, two, three]), [a, b, c]), 1.0),
+                None => (mix(lines.weights(place, [one, two]), [a, b]), 0.5),
             })
         })
     };
-    let guesses = [along(1, 0), along(0, 1)];
+    let guesses = [along(index % columns, columns, 1), along(index / columns, rows, columns)];
     let weight: f64 = guesses.iter().flatten().map(|(_, weight)| weight).sum();
     (weight > 0.0).then(|| {
         guesses.iter().flatten().fold([0.0, 0.0], |sum, (guess, w)| {
@@ -82,19 +116,24 @@ pub(super) fn expected_px(
     })
 }
 
-/// True if all rows and columns are smooth: the third difference of any four corners in line that are seen stays below
-/// 0.45 of a square plus half a pixel.
-pub(super) fn smooth(fits: &[Option<EdgeFit>], columns: usize) -> bool {
-    let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px);
-    // Third difference of four in line: zero for any parabola.
-    let bends = |first: usize, stride: usize| -> Option<bool> {
-        let [a, b, c, d]: [Point2<f64>; 4] =
-            [at(first)?, at(first + stride)?, at(first + 2 * stride)?, at(first + 3 * stride)?];
-        let off = (d - a) - (c - b) * 3.0;
+/// True if all rows and columns are smooth: of any four corners in line that are seen, the last is within 0.45 of the step
+/// between the middle two, plus half a pixel, of the parabola through the others.
+pub(super) fn smooth(fits: &[Option<EdgeFit>], lines: Lines) -> bool {
+    let columns = lines.columns;
+    let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px.coords);
+    let bends = |first: usize, place: usize, stride: usize| -> Option<bool> {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|step| at(first + step * stride));
+        let (a, b, c, d) = (a?, b?, c?, d?);
+        let [one, two, three] = lines.weights(place + 3, [0, 1, 2].map(|step| place + step));
+        let off = d - (a * one + b * two + c * three);
         Some(off.norm() < 0.45 * (c - b).norm() + 0.5)
     };
-    let along = |index: usize| index % columns + 3 >= columns || bends(index, 1) != Some(false);
-    let down =
-        |index: usize| index + 3 * columns >= fits.len() || bends(index, columns) != Some(false);
+    let along = |index: usize| {
+        let column = index % columns;
+        column + 3 >= columns || bends(index, column, 1) != Some(false)
+    };
+    let down = |index: usize| {
+        index + 3 * columns >= fits.len() || bends(index, index / columns, columns) != Some(false)
+    };
     (0..fits.len()).all(|index| along(index) && down(index))
 }

@@ -7,7 +7,7 @@ use super::{
     bent_edges::BentEdges,
     edge_model::{self, EdgeFit, Known},
     motion::motion_px,
-    neighbours::{between_neighbours_px, expected_px, smooth},
+    neighbours::{Lines, between_neighbours_px, expected_px, smooth},
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
 };
@@ -55,9 +55,11 @@ pub(super) struct Refiner {
 struct Rough<'a> {
     /// Pixels of the full-size picture, row by row; `None` where a corner isn't seen.
     corners_px: &'a [Option<[f64; 2]>],
-    columns: usize,
-    /// Distance of markers from the edges of their squares; infinite without markers.
+    lines: Lines,
+    /// Distance of markers from the edges of their squares; infinite without markers in light squares.
     gap_squares: f64,
+    /// Share of a shorter step that is looked at around a corner: the frame of a tag ends sooner if it's narrow.
+    share: f64,
 }
 
 impl Refiner {
@@ -75,9 +77,13 @@ impl Refiner {
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
-        let columns = board.columns();
-        let gap_squares = board.markers().map_or(f64::INFINITY, |it| it.gap_squares());
-        let rough = Rough { corners_px: rough, columns, gap_squares };
+        let (columns, lines) = (board.columns(), Lines::of(board));
+        let (gap_squares, share) = match board.markers() {
+            None => (f64::INFINITY, 1.0),
+            Some(markers) if markers.tags.is_none() => (markers.gap_steps(), 1.0),
+            Some(tags) => (f64::INFINITY, (2.0 * tags.gap_steps()).min(1.0)),
+        };
+        let rough = Rough { corners_px: rough, lines, gap_squares, share };
         let mut shortest_px = f64::MAX;
         self.fits.clear();
         for (index, start) in rough.corners_px.iter().enumerate() {
@@ -108,7 +114,7 @@ impl Refiner {
         self.drop_doubtful(image, rough, median_blur_px);
         let tried = rough.corners_px.iter().flatten().count();
         if self.fits.iter().any(Option::is_none) {
-            self.drop_touched(image, columns, median_residual, board.markers().is_some());
+            self.drop_touched(image, lines, median_residual, board.markers().is_some());
             self.drop_strays(rough);
         }
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.corners_px.len());
@@ -130,7 +136,7 @@ impl Refiner {
         if contrast < params.min_contrast {
             return Err(Miss::LowContrast { contrast, needed: params.min_contrast });
         }
-        if !smooth(&self.fits, columns) {
+        if !smooth(&self.fits, lines) {
             return Err(Miss::NoBoard);
         }
         let fits = || self.fits.iter().flatten();
@@ -145,7 +151,7 @@ impl Refiner {
                 return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
             }
         }
-        self.bent_edges.correct(&self.fits, columns, &mut corners);
+        self.bent_edges.correct(&self.fits, lines, &mut corners);
         corners.iter_mut().for_each(|corner| *corner = corner.in_few_digits());
         let motion_px = motion_px(image, &self.fits, &mut self.scratch);
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
@@ -160,9 +166,9 @@ impl Refiner {
         (limit, median_step): (f64, f64),
         median_blur_px: Option<f64>,
     ) {
-        let columns = rough.columns;
+        let columns = rough.lines.columns;
         for (index, corner) in rough.corners_px.iter().enumerate() {
-            let Some(expected) = expected_px(&self.fits, columns, index) else { continue };
+            let Some(expected) = expected_px(&self.fits, rough.lines, index) else { continue };
             let Some(window) = corner.and_then(|_| Window::around(rough, index)) else { continue };
             let allowed_px = 0.08 * window.side_px + 0.3;
             let off_px = |fit: &EdgeFit| {
@@ -190,7 +196,7 @@ impl Refiner {
     /// contradict their neighbours; drops them if that doesn't help. An edge beside a corner, or a line that crosses it
     /// at a small angle, can make such a fit.
     fn drop_doubtful(&mut self, image: &GrayImage, rough: Rough<'_>, median_blur_px: Option<f64>) {
-        let columns = rough.columns;
+        let lines = rough.lines;
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
         let is_vague = |fit: &EdgeFit| {
             let sigma_px = fit.corner.sigma_px();
@@ -205,7 +211,7 @@ impl Refiner {
                         return Some((f64::INFINITY, index));
                     }
                     let side_px = Window::around(rough, index)?.side_px;
-                    let expected = between_neighbours_px(&self.fits, columns, index)?;
+                    let expected = between_neighbours_px(&self.fits, lines, index)?;
                     let off_px = (fit.corner.px - Point2::from(expected)).norm();
                     let allowed_px =
                         (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
@@ -214,7 +220,7 @@ impl Refiner {
                 .max_by(|a, b| a.0.total_cmp(&b.0));
             let Some((_, index)) = worst.filter(|(ratio, _)| *ratio > 1.0) else { return };
             let before = self.fits[index].take();
-            let again = expected_px(&self.fits, columns, index)
+            let again = expected_px(&self.fits, lines, index)
                 .zip(Window::around(rough, index))
                 .zip(median_blur_px)
                 .and_then(|((expected, window), blur_px)| {
@@ -237,16 +243,17 @@ impl Refiner {
     fn drop_touched(
         &mut self,
         image: &GrayImage,
-        columns: usize,
+        lines: Lines,
         median_residual: f64,
         with_markers: bool,
     ) {
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
+        let columns = lines.columns;
         let rows = self.fits.len() / columns;
         let (right, bottom) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
         let is_covered = |index: usize| {
             self.fits[index].is_none()
-                && expected_px(&self.fits, columns, index)
+                && expected_px(&self.fits, lines, index)
                     .is_some_and(|[x, y]| (0.0..=right).contains(&x) && (0.0..=bottom).contains(&y))
         };
         let mut touched = Vec::new();
@@ -275,7 +282,7 @@ impl Refiner {
     fn drop_strays(&mut self, rough: Rough<'_>) {
         let strays = |index: &usize| {
             let (Some(fit), Some(expected)) =
-                (&self.fits[*index], expected_px(&self.fits, rough.columns, *index))
+                (&self.fits[*index], expected_px(&self.fits, rough.lines, *index))
             else {
                 return false;
             };
@@ -317,31 +324,34 @@ struct Window {
 }
 
 impl Window {
-    /// Local axes, in pixels per square, and the side of the squares around a corner of the rough grid. `None` if no
+    /// Local axes, in pixels per square (a shorter step), and the side of the squares around a corner of the rough grid. `None` if no
     /// neighbour is seen along an axis.
     fn around(rough: Rough<'_>, index: usize) -> Option<Self> {
-        let Rough { corners_px, columns, gap_squares } = rough;
+        let Rough { corners_px, lines, gap_squares, share } = rough;
+        let columns = lines.columns;
         let rows = corners_px.len() / columns;
         let (column, row) = (index % columns, index / columns);
         let at = |column: usize, row: usize| corners_px[row * columns + column];
         let here = at(column, row);
         // From the neighbour before to the one after, or from or to the corner itself.
-        let per_square = |before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
-            let (from, to, steps) = match (before, after) {
-                (Some(before), Some(after)) => (before, after, 2.0),
-                (Some(before), None) => (before, here?, 1.0),
-                (None, after) => (here?, after?, 1.0),
+        let per_square = |place: usize, before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
+            let (from, to, ends) = match (before, after) {
+                (Some(before), Some(after)) => (before, after, (place - 1, place + 1)),
+                (Some(before), None) => (before, here?, (place - 1, place)),
+                (None, after) => (here?, after?, (place, place + 1)),
             };
-            Some([(to[0] - from[0]) / steps, (to[1] - from[1]) / steps])
+            let squares = lines.at(ends.1) - lines.at(ends.0);
+            Some([(to[0] - from[0]) / squares, (to[1] - from[1]) / squares])
         };
         let left = column.checked_sub(1).and_then(|left| at(left, row));
         let right = (column + 1 < columns).then(|| at(column + 1, row)).flatten();
         let above = row.checked_sub(1).and_then(|above| at(column, above));
         let below = (row + 1 < rows).then(|| at(column, row + 1)).flatten();
-        let (u, v) = (per_square(left, right)?, per_square(above, below)?);
+        let (u, v) = (per_square(column, left, right)?, per_square(row, above, below)?);
         let (long, wide) = (libm::hypot(u[0], u[1]), libm::hypot(v[0], v[1]));
         let height = (u[0] * v[1] - u[1] * v[0]).abs() / long.max(wide).max(1e-9);
-        Some(Self { axes_px: [u, v], side_px: long.min(wide).min(height), gap_squares })
+        let axes_px = [u, v].map(|axis| axis.map(|px| share * px));
+        Some(Self { axes_px, side_px: long.min(wide).min(height), gap_squares })
     }
 
     fn fit(

@@ -207,7 +207,7 @@ pub(super) fn shortest_side_px(board: &Checkerboard, px: impl Fn(usize) -> [f64;
         libm::hypot(to_x - x, to_y - y)
     };
     let mut shortest_px = f64::MAX;
-    board.target().each_three_in_line(&mut |[a, b, c]| {
+    board.target().each_three_in_line(&mut |[a, b, c], _| {
         shortest_px = shortest_px.min(apart(a, b)).min(apart(b, c));
     });
     shortest_px

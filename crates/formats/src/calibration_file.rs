@@ -16,7 +16,9 @@ use super::{
 };
 use boresight_calibrate::{LensModel, Verdict, is_unfinished};
 use boresight_geometry::{
-    Camera, Corner, Distortion, LensKind, board::Checkerboard, markers::Markers,
+    Camera, Corner, Distortion, LensKind,
+    board::Checkerboard,
+    markers::{Markers, Tags},
 };
 
 /// Name and version of the format.
@@ -80,7 +82,7 @@ pub struct CalibrationFile {
     pub camera: Option<Option<CameraEntry>>,
 }
 
-/// The board in front of the camera.
+/// The board in front of the camera. Of an AprilGrid, the corners of its tags are the inner corners, and a square is a tag.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BoardEntry {
@@ -90,7 +92,7 @@ pub struct BoardEntry {
     pub rows: u32,
     /// Side of a square in millimetres.
     pub square_mm: f64,
-    /// The markers in its light squares; none on a plain board.
+    /// The markers in its light squares, or the tags of an AprilGrid; none on a plain board.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub markers: Option<MarkersEntry>,
     /// The inner corners as the views show them, row by row, from the middle, in millimetres; left out if the board is flat
@@ -99,7 +101,7 @@ pub struct BoardEntry {
     pub points_mm: Option<Vec<[f64; 3]>>,
 }
 
-/// Markers of a ChArUco board.
+/// Markers of a ChArUco board, or tags of an AprilGrid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct MarkersEntry {
@@ -107,6 +109,20 @@ pub struct MarkersEntry {
     pub dictionary: String,
     /// Side of a marker, with its black frame, in millimetres.
     pub side_mm: f64,
+    /// White between the tags of an AprilGrid, as a share of a tag's side; none on a ChArUco board.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag_spacing: Option<f64>,
+    /// Number of the first tag of an AprilGrid; 0 if it isn't there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_tag: Option<u16>,
+}
+
+impl MarkersEntry {
+    /// How the tags of an AprilGrid are laid out.
+    pub fn tags(&self) -> Option<Tags> {
+        let first = self.first_tag.unwrap_or(0);
+        self.tag_spacing.map(|spacing| Tags { spacing, first })
+    }
 }
 
 /// One finding in words.
@@ -536,9 +552,10 @@ impl CalibrationFile {
         let BoardEntry { columns, rows, square_mm, markers, points_mm: _ } = self.board.as_ref()?;
         let count = |count: &u32| u16::try_from(*count).ok();
         let plain = Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
-        let marked = markers.as_ref().and_then(|MarkersEntry { dictionary, side_mm }| {
-            let markers = Markers::sized(dictionary.parse().ok()?, Some(side_mm / square_mm));
-            plain.with_markers(markers).ok()
+        let marked = markers.as_ref().and_then(|entry| {
+            let side_squares = Some(entry.side_mm / square_mm);
+            let markers = Markers::sized(entry.dictionary.parse().ok()?, side_squares);
+            plain.with_markers(Markers { tags: entry.tags(), ..markers }).ok()
         });
         Some(marked.unwrap_or(plain))
     }

@@ -101,10 +101,12 @@ impl CalibrationFile {
         let board = BoardEntry {
             columns: count(board.columns()),
             rows: count(board.rows()),
-            square_mm: 1000.0 * board.square_m(),
+            square_mm: 1000.0 * board.measured_m(),
             markers: board.markers().map(|markers| MarkersEntry {
                 dictionary: markers.dictionary.to_string(),
-                side_mm: 1000.0 * board.square_m() * markers.side_squares,
+                side_mm: 1000.0 * board.measured_m() * markers.share(),
+                tag_spacing: markers.tags.map(|tags| tags.spacing),
+                first_tag: markers.tags.map(|tags| tags.first).filter(|first| *first != 0),
             }),
             points_mm: None,
         };

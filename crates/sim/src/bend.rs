@@ -34,9 +34,10 @@ impl Bend {
     /// `None` for a flat board.
     pub(super) fn new(board: &Checkerboard, bend_m: f64) -> Option<Self> {
         let is_upright = board.rows() > board.columns();
-        let corners = board.rows().max(board.columns());
-        let half = (corners as f32 - 1.0) / 2.0;
-        let sag = (bend_m / board.square_m()) as f32;
+        let square_m = board.measured_m();
+        let [across_m, down_m] = board.reach_m();
+        let half = (across_m.max(down_m) / square_m) as f32;
+        let sag = (bend_m / square_m) as f32;
         (sag != 0.0 && half > 0.0).then_some(Self { sag, half, is_upright })
     }
 

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 use super::{
     bend::{Bend, BentView},
     printed_markers::{Cells, Crossing, PrintedMarkers},
+    printed_tags::PrintedTags,
 };
 use boresight_geometry::board::Checkerboard;
 
@@ -14,9 +15,9 @@ const MARGIN: f32 = 0.8;
 /// Samples of a pixel in all.
 const SAMPLES: usize = 64;
 
-/// The printed sheet, in squares: `[0, across] × [0, down]` is checkered, with a white margin.
+/// The printed sheet, in squares or sides of a tag: `[0, across] × [0, down]` is checkered, with a white margin.
 ///
-/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers.
+/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An AprilGrid has tags instead.
 #[derive(Clone, Debug)]
 pub(super) struct Print {
     across: f32,
@@ -24,6 +25,7 @@ pub(super) struct Print {
     square_m: f64,
     bend: Option<Bend>,
     markers: Option<PrintedMarkers>,
+    tags: Option<PrintedTags>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
 }
@@ -83,12 +85,16 @@ impl Print {
         let (offsets_x, offsets_y) = (0..SAMPLES as u32)
             .map(|k| (tent(k.reverse_bits()), tent(second_dimension(k))))
             .unzip();
+        let square_m = board.measured_m();
+        let [across, down] = board.target().size_m().map(|side_m| (side_m / square_m) as f32);
+        let in_squares = board.markers().filter(|markers| markers.tags.is_none());
         Self {
-            across: (board.columns() + 1) as f32,
-            down: (board.rows() + 1) as f32,
-            square_m: board.square_m(),
+            across,
+            down,
+            square_m,
             bend: Bend::new(board, bend_m),
-            markers: board.markers().map(|markers| PrintedMarkers::new(board, &markers)),
+            markers: in_squares.map(|markers| PrintedMarkers::new(board, &markers)),
+            tags: PrintedTags::new(board),
             offsets_x,
             offsets_y,
         }
@@ -156,6 +162,13 @@ impl Print {
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Patch {
         let inside =
             |du: f32, dv: f32| u > du && u < self.across - du && v > dv && v < self.down - dv;
+        if let Some(tags) = self.tags.as_ref().filter(|_| inside(du, dv)) {
+            return match tags.around(u, v, du, dv) {
+                Cells::One => self.flat(u, v),
+                Cells::Four(crossing) => Patch::Crossing(crossing),
+                Cells::More => Patch::Mixed,
+            };
+        }
         if inside(du, dv) {
             let (line_u, line_v) = (nearest_integer(u), nearest_integer(v));
             if (u - line_u).abs() > du && (v - line_v).abs() > dv {
@@ -260,6 +273,9 @@ impl Print {
     /// The colour at a point inside the pattern.
     #[inline]
     fn flat(&self, u: f32, v: f32) -> Patch {
+        if let Some(tags) = &self.tags {
+            return if tags.is_black(u, v) { Patch::Dark } else { Patch::Light };
+        }
         let on_marker = |markers: &PrintedMarkers| markers.is_black(u, v);
         if !is_light(u, v) || self.markers.as_ref().is_some_and(on_marker) {
             Patch::Dark

@@ -54,7 +54,7 @@ impl PrintedMarkers {
             })
         };
         Self {
-            gap: markers.gap_squares() as f32,
+            gap: markers.inset() as f32,
             cell: markers.side_squares as f32 / side as f32,
             side: side as i32,
             across,

@@ -86,7 +86,7 @@ impl Scene {
     /// The board's inner corners as they are in space, in its frame and in numbering order.
     pub fn corners_as_bent_m(&self) -> Vec<Point3<f64>> {
         let bend = Bend::new(&self.board, self.bend_m);
-        let square_m = self.board.square_m();
+        let square_m = self.board.measured_m();
         let height_m = |at: &Point2<f64>| {
             bend.map_or(0.0, |bend| square_m * f64::from(bend.height((at / square_m).cast())))
         };

@@ -174,7 +174,7 @@ impl SceneFile {
         };
         let file: Self = toml::from_str(&text).map_err(|err| invalid(err.message()))?;
         let board = match file.board {
-            Some([columns, rows]) => Checkerboard::new(columns, rows, board.square_m())
+            Some([columns, rows]) => Checkerboard::new(columns, rows, board.measured_m())
                 .map_err(|err| invalid(&err.to_string()))?,
             None => board,
         };

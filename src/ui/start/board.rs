@@ -8,7 +8,7 @@ use egui::{
 use super::{
     super::{keys::UiAction, theme},
     markers::{self, choice, kind},
-    start_page::{Choices, StartPage},
+    start_page::{APRILGRID, CHARUCO, Choices, StartPage},
 };
 use boresight_geometry::{
     markers::Markers,
@@ -24,19 +24,24 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), HIGH), Sense::hover());
     draw(ui.painter(), rect, (board, page.markers()), true);
-    let what = words::board(board, page.draft.markers.map(|markers| markers.dictionary));
+    let what = words::board(board, page.draft.markers);
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &what));
     kind(ui, page);
     ui.label(&what);
     size(ui, page);
     ui.horizontal(|ui| {
-        let name = ui.label(words::SQUARE).on_hover_text(words::SQUARE_TIP);
+        let (name, tip) = if page.kind() == APRILGRID {
+            (words::TAG, words::TAG_TIP)
+        } else {
+            (words::SQUARE, words::SQUARE_TIP)
+        };
+        let name = ui.label(name).on_hover_text(tip);
         let square = DragValue::new(&mut page.draft.square_m)
             .range(0.0001..=9.9)
             .speed(0.0005)
             .custom_formatter(|length_m, _| words::square(length_m))
             .custom_parser(explore::parsed_millimetres);
-        let square = ui.add(square).labelled_by(name.id).on_hover_text(words::SQUARE_TIP);
+        let square = ui.add(square).labelled_by(name.id).on_hover_text(tip);
         page.knows_square |= square.changed();
     });
     let palette = theme::palette(ui.visuals());
@@ -86,22 +91,22 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     }
 }
 
-/// Number of corners of a plain board, or of squares of a ChArUco board: as other programs name them.
+/// Number of corners of a plain board, of squares of a ChArUco board, or of tags of an AprilGrid: as other programs name
+/// them.
 fn size(ui: &mut Ui, page: &mut StartPage) {
-    let more = u16::from(page.draft.markers.is_some());
-    let (name, tip) = if more == 0 {
-        (words::CORNERS, words::CORNERS_TIP)
-    } else {
-        (words::SQUARES, words::SQUARES_TIP)
+    let (name, tip, range, each, more) = match page.kind() {
+        APRILGRID => (words::TAGS, words::TAGS_TIP, 2..=49, 2, 0),
+        CHARUCO => (words::SQUARES, words::SQUARES_TIP, 4..=100, 1, 1),
+        _ => (words::CORNERS, words::CORNERS_TIP, 3..=99, 1, 0),
     };
     ui.horizontal(|ui| {
         ui.label(name).on_hover_text(tip);
         for (corners, side) in page.draft.board.iter_mut().zip(words::SIDES) {
-            let mut count = *corners + more;
-            let value = ui.add(DragValue::new(&mut count).range(3 + more..=99 + more));
+            let mut count = *corners / each + more;
+            let value = ui.add(DragValue::new(&mut count).range(range.clone()));
             value.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, side));
             value.on_hover_text(format!("{side}. {tip}"));
-            *corners = count - more;
+            *corners = (count - more) * each;
         }
     });
 }
@@ -133,7 +138,10 @@ pub(super) fn draw(
     ([columns, rows], markers): ([u16; 2], Option<Markers>),
     corners: bool,
 ) {
-    let (across, down) = (f32::from(columns) + 1.0, f32::from(rows) + 1.0);
+    // In squares. If it can't have these markers, the page says so.
+    let Ok(plain) = Board::new(columns, rows, 1.0) else { return };
+    let board = markers.map_or(plain, |markers| plain.drawn_with(markers));
+    let [across, down] = board.target().size_m().map(|squares| squares as f32);
     let side = (area.width() / (across + 2.0)).min(area.height() / (down + 2.0));
     // Whole pixels, so that all squares are alike.
     let per_point = painter.pixels_per_point();
@@ -144,9 +152,6 @@ pub(super) fn draw(
     painter.rect_filled(sheet, 0.0, Color32::WHITE);
     painter.rect_stroke(sheet, 0.0, Stroke::new(1.0, Color32::GRAY), StrokeKind::Outside);
     let first = sheet.min + Vec2::splat(side);
-    // In squares. If it can't have these markers, the page says so.
-    let Ok(plain) = Board::new(columns, rows, 1.0) else { return };
-    let board = markers.map_or(plain, |markers| plain.drawn_with(markers));
     let place = |[x, y]: [f64; 2]| {
         let at = first + side * (Vec2::new(x as f32, y as f32) + 0.5 * Vec2::new(across, down));
         // Whole pixels, so that cells are sharp.

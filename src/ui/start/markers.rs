@@ -1,4 +1,4 @@
-//! What a ChArUco board has more than a checkerboard: its markers, chosen.
+//! What a ChArUco board and an AprilGrid have more than a checkerboard: their markers or tags, chosen.
 
 use egui::{ComboBox, DragValue, RichText, Ui};
 
@@ -6,24 +6,50 @@ use super::{
     super::{keys::UiAction, theme},
     start_page::StartPage,
 };
-use boresight_geometry::markers::{Dictionary, MarkerChoice};
+use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice, Tags};
 use boresight_present::text::{explore, start as words};
 
 /// Choice of the kind of board.
 pub(super) fn kind(ui: &mut Ui, page: &mut StartPage) {
-    let is_marked = page.draft.markers.is_some();
     ui.horizontal_wrapped(|ui| {
-        for (marked, (name, tip)) in [false, true].into_iter().zip(words::KINDS) {
-            if ui.radio(is_marked == marked, name).on_hover_text(tip).clicked() {
-                page.choose_kind(marked);
+        for (kind, (name, tip)) in words::KINDS.into_iter().enumerate() {
+            if ui.radio(page.kind() == kind, name).on_hover_text(tip).clicked() {
+                page.choose_kind(kind);
             }
         }
     });
 }
 
-/// Dictionary and size of the markers of a ChArUco board.
+/// Dictionary and size of the markers of a ChArUco board, or spacing and first number of tags.
 pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
     let Some(mut chosen) = page.draft.markers else { return };
+    match &mut chosen.tags {
+        Some(tags) => tags_choice(ui, tags),
+        None => markers_choice(ui, &mut chosen, page.draft.square_m),
+    }
+    page.draft.markers = Some(chosen);
+    if let Some(trouble) = page.board_trouble() {
+        let (what, action) = words::impossible(&trouble, page.draft.square_m);
+        ui.label(RichText::new(what).color(theme::palette(ui.visuals()).bad));
+        ui.label(action);
+    }
+}
+
+fn tags_choice(ui: &mut Ui, tags: &mut Tags) {
+    ui.horizontal(|ui| {
+        let name = ui.label(words::SPACING).on_hover_text(words::SPACING_TIP);
+        let [least, most] = InvalidMarkers::SPACINGS;
+        let field = DragValue::new(&mut tags.spacing).range(least..=most).speed(0.01);
+        ui.add(field).labelled_by(name.id).on_hover_text(words::SPACING_TIP);
+    });
+    ui.horizontal(|ui| {
+        let name = ui.label(words::FIRST_TAG).on_hover_text(words::FIRST_TAG_TIP);
+        let field = DragValue::new(&mut tags.first).range(0..=586);
+        ui.add(field).labelled_by(name.id).on_hover_text(words::FIRST_TAG_TIP);
+    });
+}
+
+fn markers_choice(ui: &mut Ui, chosen: &mut MarkerChoice, square_m: f64) {
     ui.horizontal(|ui| {
         let name = ui.label(words::DICTIONARY).on_hover_text(words::DICTIONARY_TIP);
         let list = ComboBox::from_id_salt("dictionary")
@@ -40,7 +66,7 @@ pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
     });
     ui.horizontal(|ui| {
         let name = ui.label(words::MARKER).on_hover_text(words::MARKER_TIP);
-        let usual_m = usual_side_m(chosen, page.draft.square_m);
+        let usual_m = usual_side_m(*chosen, square_m);
         let mut side_m = chosen.side_m.unwrap_or(usual_m);
         let field = DragValue::new(&mut side_m)
             .range(0.0001..=9.9)
@@ -53,12 +79,6 @@ pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
             chosen.side_m = Some(side_m).filter(|side_m| (side_m - usual_m).abs() > 1e-6);
         }
     });
-    page.draft.markers = Some(chosen);
-    if let Some(trouble) = page.board_trouble() {
-        let (what, action) = words::impossible(&trouble, page.draft.square_m);
-        ui.label(RichText::new(what).color(theme::palette(ui.visuals()).bad));
-        ui.label(action);
-    }
 }
 
 fn usual_side_m(chosen: MarkerChoice, square_m: f64) -> f64 {

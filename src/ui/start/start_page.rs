@@ -9,7 +9,7 @@ use boresight_app::{
 };
 use boresight_geometry::{
     board::Checkerboard,
-    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, marker_count},
+    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags, marker_count},
 };
 
 /// Names that mean no camera of this computer.
@@ -20,8 +20,9 @@ const ANY: &str = "auto";
 pub struct StartPage {
     /// The session to start.
     pub draft: SessionRequest,
-    /// Markers to return to from a plain board.
+    /// What to return to from another kind of board: markers in squares, and tags.
     marked: MarkerChoice,
+    tags: MarkerChoice,
     /// Text in the field for streams and files.
     pub(super) typed: String,
     /// True if the board in front of the camera is counted.
@@ -56,13 +57,19 @@ pub struct Choices {
     pub full_screen: bool,
 }
 
+/// Places of the kinds with markers in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+pub(super) const CHARUCO: usize = 1;
+pub(super) const APRILGRID: usize = 2;
+
 impl StartPage {
     /// A page that begins with `draft`.
     pub fn new(draft: SessionRequest) -> Self {
-        let marked = draft.markers.unwrap_or_else(|| smallest_that_suffices(draft.board));
+        let marked = draft.markers.filter(|markers| markers.tags.is_none());
+        let tags = draft.markers.filter(|markers| markers.tags.is_some());
         Self {
+            marked: marked.unwrap_or_else(|| smallest_that_suffices(draft.board)),
+            tags: tags.unwrap_or_else(|| MarkerChoice::tags(Tags::default())),
             draft,
-            marked,
             typed: String::new(),
             counts: false,
             paper: 0,
@@ -135,12 +142,31 @@ impl StartPage {
         self.typed.clear();
     }
 
-    /// Chooses a ChArUco board or a plain one.
-    pub(super) fn choose_kind(&mut self, is_marked: bool) {
-        if let Some(chosen) = self.draft.markers {
-            self.marked = chosen;
+    /// Kind of the chosen board, by its place in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+    pub(super) fn kind(&self) -> usize {
+        match self.draft.markers {
+            None => 0,
+            Some(markers) if markers.tags.is_none() => CHARUCO,
+            Some(_) => APRILGRID,
         }
-        self.draft.markers = is_marked.then_some(self.marked);
+    }
+
+    /// Chooses a kind of board.
+    pub(super) fn choose_kind(&mut self, kind: usize) {
+        match self.draft.markers {
+            Some(chosen) if chosen.tags.is_none() => self.marked = chosen,
+            Some(chosen) => self.tags = chosen,
+            None => {}
+        }
+        self.draft.markers = match kind {
+            CHARUCO => Some(self.marked),
+            APRILGRID => {
+                // Each tag has two points in a row.
+                self.draft.board = self.draft.board.map(|points| (points / 2 * 2).clamp(4, 98));
+                Some(self.tags)
+            }
+            _ => None,
+        };
         self.counts = false;
         self.printed = None;
     }
@@ -218,5 +244,5 @@ fn smallest_that_suffices([columns, rows]: [u16; 2]) -> MarkerChoice {
     let needed = marker_count([usize::from(columns) + 1, usize::from(rows) + 1]);
     let suffices = |dictionary: &Dictionary| dictionary.count() >= needed;
     let dictionary = Dictionary::all().find(suffices).or_else(|| Dictionary::all().last());
-    MarkerChoice { dictionary: dictionary.unwrap_or_default(), side_m: None }
+    MarkerChoice::in_squares(dictionary.unwrap_or_default(), None)
 }

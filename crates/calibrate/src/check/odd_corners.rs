@@ -17,12 +17,13 @@ const HARMLESS_PX: f64 = 0.2;
 /// True if nearly all corners that are seen follow each other as on the board.
 pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (mut all, mut wrong) = (0, 0);
-    board.target().each_three_in_line(&mut |line| {
+    board.target().each_three_in_line(&mut |line, share| {
         let [a, b, c] = line.map(|place| &corners[place]);
         if a.is_seen() && b.is_seen() && c.is_seen() {
             let (a, b, c) = (a.px.coords, b.px.coords, c.px.coords);
             all += 1;
-            wrong += u32::from((a + c - b * 2.0).norm() > CROOKED * (c - a).norm());
+            let off = (a * (1.0 - share) + c * share - b) * 2.0;
+            wrong += u32::from(off.norm() > CROOKED * (c - a).norm());
         }
     });
     f64::from(wrong) <= TOO_MANY * f64::from(all)

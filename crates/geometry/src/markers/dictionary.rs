@@ -73,6 +73,12 @@ impl Dictionary {
         (0..TABLE.len() as u8).map(|index| Self { index })
     }
 
+    /// The family 36h11 of AprilTag.
+    pub(super) fn of_tags() -> Self {
+        const TAGS: usize = 20;
+        Self { index: TAGS as u8 }
+    }
+
     fn entry(self) -> &'static Entry {
         &TABLE[usize::from(self.index)]
     }
@@ -109,14 +115,19 @@ impl Dictionary {
 
     /// Whether a cell of a marker is black, as all cells of its frame are. Rows and columns count the frame. `None`
     /// without such a marker.
-    pub fn is_black(self, number: usize, [column, row]: [usize; 2]) -> Option<bool> {
-        let (side, code) = (self.side_cells(), self.code(number)?);
-        let inside = 1..=side;
+    pub fn is_black(self, number: usize, cell: [usize; 2]) -> Option<bool> {
+        Some(self.is_black_in(self.code(number)?, 1, cell))
+    }
+
+    /// Whether a cell of a marker with this code is black, inside of a frame of so many cells.
+    pub(super) fn is_black_in(self, code: u64, frame: usize, [column, row]: [usize; 2]) -> bool {
+        let side = self.side_cells();
+        let inside = frame..frame + side;
         if !inside.contains(&column) || !inside.contains(&row) {
-            return Some(true);
+            return true;
         }
-        let place = (row - 1) * side + column - 1;
-        Some(code >> (side * side - 1 - place) & 1 == 0)
+        let place = (row - frame) * side + column - frame;
+        code >> (side * side - 1 - place) & 1 == 0
     }
 }
 
@@ -167,6 +178,11 @@ mod tests {
         }
         assert_eq!("4x4_50".parse::<Dictionary>().map(Dictionary::count), Ok(50));
         assert!("DICT_9X9_50".parse::<Dictionary>().is_err());
+    }
+
+    #[test]
+    fn the_tags_of_an_aprilgrid_are_of_the_family_36h11() {
+        assert_eq!(Dictionary::of_tags().name(), "DICT_APRILTAG_36h11");
     }
 
     #[test]

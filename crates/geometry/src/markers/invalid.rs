@@ -1,6 +1,6 @@
 //! Which markers a board can have.
 
-use super::{Markers, marker_count};
+use super::{Dictionary, Markers, Tags, marker_count};
 
 /// Why a board can't have these markers.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -27,21 +27,53 @@ pub enum InvalidMarkers {
         /// Its markers.
         count: usize,
     },
+    /// Tags have four corners each, so there are an even number of points in a row and in a column.
+    #[error("{columns}x{rows} points aren't the corners of tags: both must be even, 4 or more")]
+    Tags {
+        /// Points in a row.
+        columns: u16,
+        /// Points in a column.
+        rows: u16,
+    },
+    /// The tags are too close, or too far apart.
+    #[error("tags {spacing} of their side apart: 0.1 to 0.6 are possible")]
+    Spacing {
+        /// White between tags, as a share of a tag's side.
+        spacing: f64,
+    },
+    /// The family has too few tags.
+    #[error("tags {first} to {last} are needed; {dictionary} has 0 to {highest}")]
+    Numbers {
+        /// First tag.
+        first: u16,
+        /// Last tag on the board.
+        last: usize,
+        /// The family's name.
+        dictionary: &'static str,
+        /// Its last tag.
+        highest: usize,
+    },
 }
 
 impl InvalidMarkers {
     /// Least and largest side of a marker, as a share of a square's.
     pub const SIDES_SQUARES: [f64; 2] = [0.3, 0.95];
+    /// Least and largest space between tags, as a share of their side: nearly equal steps can't be told apart when tilted.
+    pub const SPACINGS: [f64; 2] = [0.1, 0.6];
 }
 
 impl Markers {
-    /// Whether a board of `columns` × `rows` inner corners can have these markers.
+    /// Whether a board of `columns` × `rows` points can have these markers.
     ///
     /// # Errors
     ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags outside 0.1..=0.6, or if the
+    /// dictionary has too few.
     pub fn check(&self, [columns, rows]: [u16; 2]) -> Result<(), InvalidMarkers> {
-        let Self { dictionary, side_squares } = *self;
+        let Self { dictionary, side_squares, tags } = *self;
+        if let Some(tags) = tags {
+            return check_tags(dictionary, tags, [columns, rows]);
+        }
         let [least, most] = InvalidMarkers::SIDES_SQUARES;
         if !(least..=most).contains(&side_squares) {
             return Err(InvalidMarkers::Side { side_squares });
@@ -54,4 +86,25 @@ impl Markers {
         }
         Ok(())
     }
+}
+
+fn check_tags(
+    dictionary: Dictionary,
+    Tags { spacing, first }: Tags,
+    [columns, rows]: [u16; 2],
+) -> Result<(), InvalidMarkers> {
+    if [columns, rows].iter().any(|points| *points < 4 || !points.is_multiple_of(2)) {
+        return Err(InvalidMarkers::Tags { columns, rows });
+    }
+    let [least, most] = InvalidMarkers::SPACINGS;
+    if !(least..=most).contains(&spacing) {
+        return Err(InvalidMarkers::Spacing { spacing });
+    }
+    let last = usize::from(first) + usize::from(columns / 2) * usize::from(rows / 2) - 1;
+    let highest = dictionary.count() - 1;
+    if last > highest {
+        let dictionary = dictionary.name();
+        return Err(InvalidMarkers::Numbers { first, last, dictionary, highest });
+    }
+    Ok(())
 }

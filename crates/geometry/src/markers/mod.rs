@@ -1,4 +1,4 @@
-//! Markers in the light squares of a board: which corner is which, however little of the board is seen.
+//! Markers on a board: which corner is which, however little of the board is seen.
 //!
 //! A ChArUco board is a checkerboard with a square ArUco marker in the middle of each light square: a black frame one
 //! cell wide around black and white cells, which name the marker. Markers are numbered row by row. In OpenCV's layout
@@ -7,22 +7,30 @@
 //!
 //! Source: Garrido-Jurado et al., "Automatic generation and detection of highly reliable fiducial markers under
 //! occlusion", 2014.
+//!
+//! An AprilGrid is made of [`Tags`]: they fill their squares, and smaller dark squares touch their corners.
 
 mod choice;
 mod dictionary;
 mod invalid;
+mod layout;
+mod tags;
 
 pub use choice::MarkerChoice;
 pub use dictionary::{Dictionary, NoDictionary};
 pub use invalid::InvalidMarkers;
+pub use layout::{Layout, marker_count};
+pub use tags::Tags;
 
 /// The markers of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Markers {
     /// What the markers look like.
     pub dictionary: Dictionary,
-    /// Side of a marker with its black frame, as a share of a square's side.
+    /// Side of a marker with its black frame, as a share of a square's side. Tags fill theirs, whatever this is.
     pub side_squares: f64,
+    /// How they're laid out as an AprilGrid; `None` in the light squares of a ChArUco board.
+    pub tags: Option<Tags>,
 }
 
 impl Markers {
@@ -32,83 +40,86 @@ impl Markers {
     /// Markers with this side, or the usual one.
     pub fn sized(dictionary: Dictionary, side_squares: Option<f64>) -> Self {
         let side_squares = side_squares.unwrap_or(Self::USUAL_SIDE_SQUARES);
-        Self { dictionary, side_squares }
+        Self { dictionary, side_squares, tags: None }
     }
 
-    /// Distance of a marker from the edges of its square, in squares.
-    pub fn gap_squares(&self) -> f64 {
-        (1.0 - self.side_squares) / 2.0
+    /// Width of a marker's black frame, in cells.
+    pub fn frame_cells(&self) -> usize {
+        if self.tags.is_some() { Tags::FRAME_CELLS } else { 1 }
     }
-}
 
-/// Where the light squares are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layout {
-    /// The square in the top-left corner is dark.
-    Present,
-    /// Up to OpenCV 4.5: the square in the top-left corner is light if the number of rows is even.
-    Legacy,
-}
+    /// Cells along a marker's side, with the frame.
+    pub fn cells(&self) -> usize {
+        self.dictionary.side_cells() + 2 * self.frame_cells()
+    }
 
-impl Layout {
-    /// Both, the present one first.
-    pub const ALL: [Self; 2] = [Self::Present, Self::Legacy];
+    /// Side of a marker, as a share of its square's.
+    pub fn share(&self) -> f64 {
+        if self.tags.is_some() { 1.0 } else { self.side_squares }
+    }
 
-    /// The number of the marker in a square of a board of `columns` × `rows` *squares*; `None` in a dark square and
-    /// outside of the board.
-    pub fn marker_at(
-        self,
-        [column, row]: [usize; 2],
-        [columns, rows]: [usize; 2],
-    ) -> Option<usize> {
-        if column >= columns || row >= rows || !self.is_light([column as i32, row as i32], rows) {
-            return None;
+    /// Distance of a marker from the edges of its square, as a share of the square's side.
+    pub fn inset(&self) -> f64 {
+        (1.0 - self.share()) / 2.0
+    }
+
+    /// Side of a cell, as a share of the square's.
+    pub fn cell_side(&self) -> f64 {
+        self.share() / self.cells() as f64
+    }
+
+    /// How far from the edges of its square a marker is surrounded by white, as a share of the square's side: inside of
+    /// them, or outside if it's negative.
+    pub fn white_at(&self) -> f64 {
+        self.tags.map_or(0.5 * self.inset(), |tags| -0.5 * tags.spacing)
+    }
+
+    /// Sides of squares with a marker in shorter steps between points: 1 where all steps are equal.
+    pub fn square_steps(&self) -> f64 {
+        self.tags.map_or(1.0, |tags| 1.0 / tags.spacing)
+    }
+
+    /// How far from the edges between squares only their colours are seen, in shorter steps between points.
+    pub fn gap_steps(&self) -> f64 {
+        match self.tags {
+            None => self.inset(),
+            Some(_) => self.cell_side() * self.frame_cells() as f64 * self.square_steps(),
         }
-        // Light squares in the first columns of a row: one more if the row begins with a light one.
-        let first_is_light = usize::from(self.is_light([0, 0], rows));
-        let before = |row: usize, columns: usize| (columns + (row + first_is_light) % 2) / 2;
-        let above = row / 2 * columns + if row % 2 == 1 { before(0, columns) } else { 0 };
-        Some(above + before(row, column))
     }
 
-    /// Whether a square is light on a board with `rows` rows of squares. The pattern continues outside of the board.
-    pub fn is_light(self, [column, row]: [i32; 2], rows: usize) -> bool {
-        let first_is_light = self == Self::Legacy && rows.is_multiple_of(2);
-        (column + row).rem_euclid(2) == i32::from(!first_is_light)
-    }
-}
-
-/// Markers on a board of `columns` × `rows` squares in the present layout, which has the fewer.
-pub fn marker_count([columns, rows]: [usize; 2]) -> usize {
-    columns * rows / 2
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn markers_are_numbered_row_by_row() {
-        for layout in Layout::ALL {
-            for size in [[8, 11], [7, 5], [5, 8], [4, 4], [11, 8]] {
-                let [columns, rows] = size;
-                let mut next = 0;
-                for row in 0..rows {
-                    for column in 0..columns {
-                        let first_is_light = layout == Layout::Legacy && rows % 2 == 0;
-                        let light = ((column + row) % 2 == 1) != first_is_light;
-                        let number = layout.marker_at([column, row], size);
-                        assert_eq!(
-                            number,
-                            light.then_some(next),
-                            "{layout:?} {size:?} {column} {row}"
-                        );
-                        next += usize::from(light);
-                    }
-                }
-                assert!(next >= marker_count(size) && next <= marker_count(size) + 1);
-                assert_eq!(layout.marker_at([columns, 0], size), None);
-            }
+    /// The ways in which the markers may lie on a board with so many rows of squares, as [`code_at`](Self::code_at) knows
+    /// them. The first is the one that's drawn.
+    pub fn layouts(&self, rows: usize) -> &'static [Layout] {
+        match self.tags {
+            Some(_) => &Layout::TAGS,
+            // With an odd number of rows, both layouts are one.
+            None => &Layout::ALL[..if rows.is_multiple_of(2) { 2 } else { 1 }],
         }
+    }
+
+    /// The [code](Dictionary::code) of the marker in a square of a board of `columns` × `rows` squares; `None` where there
+    /// is none.
+    pub fn code_at(&self, layout: Layout, square: [usize; 2], size: [usize; 2]) -> Option<u64> {
+        let number = layout.marker_at(square, size)?;
+        let Some(tags) = self.tags else { return self.dictionary.code(number) };
+        let code = self.dictionary.code(number + usize::from(tags.first))?;
+        Some(if layout.is_half_turned() { self.half_turned(code) } else { code })
+    }
+
+    /// Whether one of the markers has this code, whichever way round.
+    pub fn knows(&self, code: u64) -> bool {
+        let turned = || self.tags.is_some() && self.dictionary.has(self.half_turned(code));
+        self.dictionary.has(code) || turned()
+    }
+
+    fn half_turned(&self, code: u64) -> u64 {
+        let cells = self.dictionary.side_cells().pow(2) as u32;
+        code.reverse_bits() >> (u64::BITS - cells)
+    }
+
+    /// Whether a cell of the marker with this code is black, as all cells of its frame are. Rows and columns count the
+    /// frame.
+    pub fn is_black(&self, code: u64, cell: [usize; 2]) -> bool {
+        self.dictionary.is_black_in(code, self.frame_cells(), cell)
     }
 }

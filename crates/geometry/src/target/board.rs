@@ -2,7 +2,7 @@
 
 use nalgebra::Point2;
 
-use super::{Charuco, InvalidBoard, Squares, Target};
+use super::{AprilGrid, Charuco, InvalidBoard, Squares, Target};
 use crate::markers::{InvalidMarkers, Markers};
 
 /// A board of any kind, in the frame that [`target`](super) describes. Also known as
@@ -13,6 +13,8 @@ pub enum Board {
     Checkerboard(Squares),
     /// A checkerboard with markers in its light squares.
     Charuco(Charuco),
+    /// Rows of tags with dark squares at their corners.
+    AprilGrid(AprilGrid),
 }
 
 impl Board {
@@ -31,14 +33,16 @@ impl Board {
         Ok(Self::Checkerboard(Squares { columns, rows, square_m }))
     }
 
-    /// The board's squares with `markers` in the light ones.
+    /// The board's squares with `markers` in the light ones; or, of tags, an AprilGrid with as many points, its tags as
+    /// large as the squares.
     ///
     /// # Errors
     ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or if the dictionary has too few.
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags outside 0.1..=0.6, or if the
+    /// dictionary has too few.
     pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        let (Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. })) = self;
-        markers.check([squares.columns, squares.rows])?;
+        let Squares { columns, rows, .. } = self.as_squares();
+        markers.check([columns, rows])?;
         Ok(self.drawn_with(markers))
     }
 
@@ -46,8 +50,21 @@ impl Board {
     /// lacks are left out.
     #[must_use]
     pub fn drawn_with(self, markers: Markers) -> Self {
-        let (Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. })) = self;
-        Self::Charuco(Charuco { squares, markers })
+        let squares = self.as_squares();
+        let Some(tags) = markers.tags else { return Self::Charuco(Charuco { squares, markers }) };
+        let Squares { columns, rows, square_m: tag_m } = squares;
+        let markers = Markers { side_squares: 1.0, ..markers };
+        Self::AprilGrid(AprilGrid { columns, rows, tag_m, markers, tags })
+    }
+
+    /// A plain board with as many points and as large squares.
+    fn as_squares(self) -> Squares {
+        match self {
+            Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. }) => squares,
+            Self::AprilGrid(AprilGrid { columns, rows, tag_m: square_m, .. }) => {
+                Squares { columns, rows, square_m }
+            }
+        }
     }
 
     /// What it looks like, whatever its kind.
@@ -55,14 +72,16 @@ impl Board {
         match self {
             Self::Checkerboard(squares) => squares,
             Self::Charuco(charuco) => charuco,
+            Self::AprilGrid(grid) => grid,
         }
     }
 
-    /// The markers in the light squares; `None` on a plain board.
+    /// The markers in the light squares, or the tags; `None` on a plain board.
     pub fn markers(&self) -> Option<Markers> {
         match self {
             Self::Checkerboard(_) => None,
             Self::Charuco(charuco) => Some(charuco.markers),
+            Self::AprilGrid(grid) => Some(grid.markers),
         }
     }
 
@@ -81,9 +100,19 @@ impl Board {
         self.target().grid()[1]
     }
 
-    /// Side of a square, in metres.
+    /// Side of a square, in metres. An AprilGrid has none: the mean distance of neighbouring points.
     pub fn square_m(&self) -> f64 {
         self.target().pitch_m()
+    }
+
+    /// What a person measures, in metres: side of a square, or of a tag.
+    pub fn measured_m(&self) -> f64 {
+        self.target().steps_m()[0]
+    }
+
+    /// How far the outermost points are from the middle along both axes, in metres.
+    pub fn reach_m(&self) -> [f64; 2] {
+        self.corners_in_board_m().last().map_or([0.0; 2], |last| [last.x, last.y])
     }
 
     /// Number of points.
@@ -131,7 +160,7 @@ mod tests {
         let board = Board::new(7, 10, 0.02).expect("valid");
         let with = |name: &str, side_squares| {
             let dictionary = name.parse().expect("a dictionary");
-            board.with_markers(Markers { dictionary, side_squares })
+            board.with_markers(Markers::sized(dictionary, Some(side_squares)))
         };
         assert!(with("DICT_4X4_50", 0.75).is_ok_and(|board| board.squares() == [8, 11]));
         assert!(matches!(with("DICT_4X4_50", 1.0), Err(InvalidMarkers::Side { .. })));

@@ -11,7 +11,7 @@ use crate::markers::{Layout, MarkerChoice, Markers};
 pub(super) const KIND: BoardKind = BoardKind {
     name: "charuco",
     example: "charuco:8x11:DICT_4X4_50:15mm",
-    more: 1,
+    counted: |points| points + 1,
     read: |text| {
         let mut parts = text.split(':');
         let (Some(squares), Some(dictionary), side, None) =
@@ -23,7 +23,8 @@ pub(super) const KIND: BoardKind = BoardKind {
         let [columns, rows] = squares.map(|count| count.saturating_sub(1));
         let dictionary = dictionary.parse()?;
         let side_m = side.map(choice::length_m).transpose()?;
-        Ok(BoardChoice { columns, rows, markers: Some(MarkerChoice { dictionary, side_m }) })
+        let markers = Some(MarkerChoice::in_squares(dictionary, side_m));
+        Ok(BoardChoice { columns, rows, markers })
     },
     write: |named| {
         let squares = format!("charuco:{}x{}", named.columns + 1, named.rows + 1);
@@ -44,9 +45,9 @@ pub struct Charuco {
 impl Charuco {
     /// The black cells of the markers, in rows and in columns: each is covered twice, so that no seam shows between them.
     fn black_cells(&self) -> Vec<Shape> {
-        let Markers { dictionary, side_squares } = self.markers;
+        let Markers { dictionary, side_squares, .. } = self.markers;
         let (size, side) = (self.squares.count(), dictionary.side_cells() + 2);
-        let (cell, gap) = (side_squares / side as f64, self.markers.gap_squares());
+        let (cell, gap) = (side_squares / side as f64, self.markers.inset());
         let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
         let mut cells = Vec::new();
         for square in squares {
@@ -76,8 +77,8 @@ impl Target for Charuco {
         self.squares.grid()
     }
 
-    fn pitch_m(&self) -> f64 {
-        self.squares.pitch_m()
+    fn steps_m(&self) -> [f64; 2] {
+        self.squares.steps_m()
     }
 
     fn points_m(&self) -> Vec<Point2<f64>> {
@@ -102,7 +103,7 @@ impl Target for Charuco {
 }
 
 /// The runs of places below `count` that are `black`: where each begins, and where it has ended.
-fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
+pub(super) fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for place in (0..count).filter(|place| black(*place)) {
         match runs.last_mut() {

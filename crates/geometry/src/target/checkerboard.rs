@@ -8,7 +8,7 @@ use super::{BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape,
 pub(super) const KIND: BoardKind = BoardKind {
     name: "checkerboard",
     example: "9x6",
-    more: 0,
+    counted: |points| points,
     read: |text| {
         let [columns, rows] = choice::counts(text).ok_or(InvalidChoice::NotCounts)?;
         Ok(BoardChoice { columns, rows, markers: None })
@@ -45,8 +45,8 @@ impl Target for Squares {
         [self.columns, self.rows].map(usize::from)
     }
 
-    fn pitch_m(&self) -> f64 {
-        self.square_m
+    fn steps_m(&self) -> [f64; 2] {
+        [self.square_m; 2]
     }
 
     fn points_m(&self) -> Vec<Point2<f64>> {

@@ -9,22 +9,23 @@ pub struct BoardKind {
     pub name: &'static str,
     /// An argument that names a board of this kind.
     pub example: &'static str,
-    /// By how much what people count along a side exceeds the points there: 0 if they count inner corners, 1 if squares.
-    pub more: u16,
+    /// What people count along a side with so many points: inner corners, squares or tags.
+    pub counted: fn(u16) -> u16,
     /// Reads the argument, without the name and its colon.
     pub(super) read: fn(&str) -> Result<BoardChoice, InvalidChoice>,
     /// Writes the argument.
     pub(super) write: fn(&BoardChoice) -> String,
 }
 
-/// A board as it's chosen before the side of its squares is settled: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.
+/// A board as it's chosen before the side of its squares is settled: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`, or
+/// `aprilgrid:6x6`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardChoice {
     /// Points in a row.
     pub columns: u16,
     /// Points in a column.
     pub rows: u16,
-    /// The markers of a ChArUco board.
+    /// The markers of a ChArUco board, or the tags of an AprilGrid.
     pub markers: Option<MarkerChoice>,
 }
 
@@ -39,6 +40,14 @@ pub enum InvalidChoice {
         "expected squares, dictionary and marker size, for example charuco:8x11:DICT_4X4_50:15mm; the size can be left out if it's 0.75 of a square"
     )]
     NotCharuco,
+    /// Tags that aren't named as an AprilGrid's.
+    #[error(
+        "expected tags, columns x rows, for example aprilgrid:6x6; if they aren't 0.3 of their side apart or the first isn't 0, then also that share and that number: aprilgrid:6x6:0.25:100"
+    )]
+    NotAprilGrid,
+    /// A name before the colon that no kind of board has.
+    #[error("expected inner corners (9x6), charuco:8x11:DICT_4X4_50:15mm or aprilgrid:6x6")]
+    NoKind,
     /// The marker's size.
     #[error("expected a length with its unit, for example 25mm")]
     NotALength,

@@ -2,22 +2,27 @@
 
 use std::{fmt, str::FromStr};
 
-use super::{Board, BoardChoice, BoardKind, InvalidChoice, charuco, checkerboard};
-use crate::markers::{MarkerChoice, Markers};
+use super::{Board, BoardChoice, BoardKind, InvalidChoice, aprilgrid, charuco, checkerboard};
+use crate::markers::MarkerChoice;
 
 /// Every kind of board, the plain one first.
-pub static BOARD_KINDS: [BoardKind; 2] = [checkerboard::KIND, charuco::KIND];
+pub static BOARD_KINDS: [BoardKind; 3] = [checkerboard::KIND, charuco::KIND, aprilgrid::KIND];
 
 impl BoardChoice {
     /// The kind of board.
     pub fn kind(&self) -> &'static BoardKind {
-        let [plain, charuco] = &BOARD_KINDS;
-        if self.markers.is_some() { charuco } else { plain }
+        let [plain, charuco, aprilgrid] = &BOARD_KINDS;
+        match self.markers {
+            None => plain,
+            Some(markers) if markers.tags.is_none() => charuco,
+            Some(_) => aprilgrid,
+        }
     }
 
-    /// What a person counts in a row and in a column: inner corners of a plain board, squares of a ChArUco board.
+    /// What a person counts in a row and in a column: inner corners of a plain board, squares of a ChArUco board, tags of
+    /// an AprilGrid.
     pub fn counted(&self) -> [u16; 2] {
-        [self.columns, self.rows].map(|points| points + self.kind().more)
+        [self.columns, self.rows].map(self.kind().counted)
     }
 }
 
@@ -40,11 +45,11 @@ impl FromStr for BoardChoice {
                 (BOARD_KINDS[1..].iter().find(named), rest)
             }
         };
-        let choice = (kind.ok_or(InvalidChoice::NotCharuco)?.read)(rest)?;
+        let choice = (kind.ok_or(InvalidChoice::NoKind)?.read)(rest)?;
         // The counts must be possible whatever the squares are.
         let board = Board::new(choice.columns, choice.rows, 1.0)?;
-        if let Some(MarkerChoice { dictionary, .. }) = choice.markers {
-            board.with_markers(Markers::sized(dictionary, None))?;
+        if let Some(markers) = choice.markers {
+            board.with_markers(MarkerChoice { side_m: None, ..markers }.in_squares_of(1.0))?;
         }
         Ok(choice)
     }
@@ -53,6 +58,7 @@ impl FromStr for BoardChoice {
 #[cfg(test)]
 mod tests {
     use super::{super::length_m, *};
+    use crate::markers::Tags;
 
     #[test]
     fn boards_and_lengths_are_read_as_people_write_them() {
@@ -60,14 +66,30 @@ mod tests {
         assert_eq!("9x6".parse(), Ok(plain));
         let dictionary = "DICT_4X4_50".parse().expect("known");
         let sized = |side_m| {
-            let markers = Some(MarkerChoice { dictionary, side_m });
+            let markers = Some(MarkerChoice::in_squares(dictionary, side_m));
             BoardChoice { columns: 7, rows: 10, markers }
         };
         assert_eq!("charuco:8x11:DICT_4X4_50:15mm".parse(), Ok(sized(Some(0.015))));
         assert_eq!("ChArUco:8x11:4x4_50:1.5cm".parse(), Ok(sized(Some(0.015))));
         assert_eq!("charuco:8x11:4x4_50".parse(), Ok(sized(None)));
         assert_eq!((plain.counted(), sized(None).counted()), ([9, 6], [8, 11]));
+        let tags = |spacing: f64, first: u16| {
+            let markers = Some(MarkerChoice::tags(Tags { spacing, first }));
+            BoardChoice { columns: 12, rows: 14, markers }
+        };
+        assert_eq!("aprilgrid:6x7".parse(), Ok(tags(0.3, 0)));
+        assert_eq!("AprilGrid:6x7:0.25".parse(), Ok(tags(0.25, 0)));
+        assert_eq!("aprilgrid:6x7:0.3:36".parse(), Ok(tags(0.3, 36)));
+        assert_eq!(tags(0.3, 36).to_string(), "aprilgrid:6x7:0.3:36");
+        assert_eq!(tags(0.25, 0).to_string(), "aprilgrid:6x7:0.25");
+        assert_eq!(tags(0.3, 0).counted(), [6, 7]);
         for wrong in [
+            "aprilgrid:6",
+            "aprilgrid:6x6:30%",
+            "aprilgrid:6x6:0.05",
+            "aprilgrid:6x6:0.3:552",
+            "aprilgrid:1x6",
+            "aprilgrid:6x6:0.3:0:0",
             "9",
             "9x",
             "x6",

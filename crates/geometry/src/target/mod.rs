@@ -7,12 +7,14 @@
 //! column (towards higher rows) and `z = 0` on the paper, in metres. Points are numbered row by row, all rows equally
 //! long: `index = row * columns + column`.
 
+mod aprilgrid;
 mod board;
 mod charuco;
 mod checkerboard;
 mod choice;
 mod kinds;
 
+pub use aprilgrid::AprilGrid;
 pub use board::Board;
 pub use charuco::Charuco;
 pub use checkerboard::Squares;
@@ -28,8 +30,15 @@ pub trait Target {
     /// Points in a row, and rows; at least 3 each.
     fn grid(&self) -> [usize; 2];
 
-    /// Distance between neighbouring points of a row, in metres.
-    fn pitch_m(&self) -> f64;
+    /// Distances of neighbouring points of a row or column, in metres: from the first point to the second, from the third
+    /// to the fourth and so on; and those between.
+    fn steps_m(&self) -> [f64; 2];
+
+    /// Mean distance of neighbouring points of a row, in metres.
+    fn pitch_m(&self) -> f64 {
+        let [one, other] = self.steps_m();
+        0.5 * (one + other)
+    }
 
     /// Positions of all points in the board frame, in metres and in numbering order.
     fn points_m(&self) -> Vec<Point2<f64>>;
@@ -86,17 +95,19 @@ pub trait Target {
             .collect()
     }
 
-    /// Shows three points at a time that follow each other in a row or in a column, evenly spaced. Each two neighbours of a
-    /// row or column are among at least one three.
-    fn each_three_in_line(&self, see: &mut dyn FnMut([usize; 3])) {
+    /// Shows three points at a time that follow each other in a row or in a column, and the share of the way from the first
+    /// to the last at which the middle one lies. Each two neighbours of a row or column are among at least one three.
+    fn each_three_in_line(&self, see: &mut dyn FnMut([usize; 3], f64)) {
         let [columns, rows] = self.grid();
+        let steps_m = self.steps_m();
+        let share = |place: usize| steps_m[place % 2] / (steps_m[0] + steps_m[1]);
         for index in 0..self.point_count() {
             let [column, row] = self.place(index);
             if column + 2 < columns {
-                see([index, index + 1, index + 2]);
+                see([index, index + 1, index + 2], share(column));
             }
             if row + 2 < rows {
-                see([index, index + columns, index + 2 * columns]);
+                see([index, index + columns, index + 2 * columns], share(row));
             }
         }
     }
@@ -159,14 +170,17 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::markers::{Dictionary, Markers};
+    use crate::markers::{Dictionary, MarkerChoice, Markers, Tags};
 
     /// A board of every kind with this many points.
     fn boards(columns: u16, rows: u16, square_m: f64) -> Vec<Board> {
         let plain = Board::new(columns, rows, square_m).expect("a board");
         let dictionary: Dictionary = "DICT_5X5_1000".parse().expect("known");
         let charuco = plain.with_markers(Markers::sized(dictionary, None)).expect("markers fit");
-        vec![plain, charuco]
+        let even = |count: u16| (count / 2 * 2).max(4);
+        let tags = MarkerChoice::tags(Tags::default()).in_squares_of(square_m);
+        let points = Board::new(even(columns), even(rows), square_m).expect("a board");
+        vec![plain, charuco, points.with_markers(tags).expect("enough tags")]
     }
 
     #[test]
@@ -199,14 +213,14 @@ mod tests {
                     for other in target.neighbours(index) {
                         prop_assert!(other != index && target.neighbours(other).contains(&index));
                         let apart_m = (points_m[other] - point).norm();
-                        prop_assert!(apart_m < 1.5 * target.pitch_m());
+                        prop_assert!(apart_m < 1.5 * target.steps_m()[0]);
                     }
                 }
                 let mut in_lines = vec![false; points_m.len()];
                 let mut most_off_m = 0.0_f64;
-                target.each_three_in_line(&mut |line| {
+                target.each_three_in_line(&mut |line, share| {
                     let [a, b, c] = line.map(|index| points_m[index].coords);
-                    most_off_m = most_off_m.max((a + c - 2.0 * b).norm());
+                    most_off_m = most_off_m.max((a.lerp(&c, share) - b).norm());
                     for index in line {
                         in_lines[index] = true;
                     }

@@ -104,8 +104,7 @@ pub(super) fn planned_poses(
 
 /// Places on the board's rim, evenly around its middle, in metres: what of the board reaches farthest in the picture.
 fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
-    let half = |count: usize| 0.5 * (count - 1) as f64 * board.square_m();
-    let (x, y) = (half(board.columns()), half(board.rows()));
+    let [x, y] = board.reach_m();
     let shares = [-1.0, 0.0, 1.0];
     let places = shares.into_iter().flat_map(|down| shares.map(|across| (across, down)));
     let rim = places.filter(|place| *place != (0.0, 0.0));

@@ -422,7 +422,13 @@ function colours() {
 if (sun.addEventListener) sun.addEventListener('change', colours);
 tap('light', () => { store.setItem('light', document.documentElement.classList.contains('light') ? 'no' : 'yes'); colours(); paint(); });
 colours();
-let offered = null;
+// How boards are counted: by their inner corners, by squares or by tags, of which each has two corners in a row.
+const BOARDS = {
+  '': { what: 'Inner corners', side: 'a square', counted: points => points, points: n => n, counts: [3, 99] },
+  charuco: { what: 'Squares', side: 'a square', counted: points => points + 1, points: n => n - 1, counts: [4, 100] },
+  aprilgrid: { what: 'Tags', side: 'a tag', counted: points => Math.max(2, Math.round(points / 2)), points: n => 2 * n, counts: [2, 49] },
+};
+let offered = null, countedAs = '';
 function offer() {
   say(el('waitwhat'), role === 'owner' ? 'Start a session' : 'Waiting for a session to start');
   const is = JSON.stringify(live.offer);
@@ -435,10 +441,12 @@ function offer() {
   el('dictionary').replaceChildren(...live.offer.dictionaries.map(([name, count]) => { const o = document.createElement('option'); o.value = name; o.textContent = name.replace('DICT_', ''); o.dataset.count = count; return o; }));
   if (known) el('dictionary').value = known;
   if (last && !el('columns').value) {
-    const { board, markers, square_m } = last, more = markers ? 1 : 0, mm = length => +(1000 * length).toFixed(3);
-    el('kind').value = markers ? 'charuco' : '';
-    el('columns').value = board[0] + more; el('rows').value = board[1] + more; el('square').value = mm(square_m); el('plan').value = last.plan;
+    const { board, markers, square_m } = last, mm = length => +(1000 * length).toFixed(3);
+    el('kind').value = markers ? markers.tags ? 'aprilgrid' : 'charuco' : '';
+    const { counted } = BOARDS[el('kind').value];
+    el('columns').value = counted(board[0]); el('rows').value = counted(board[1]); el('square').value = mm(square_m); el('plan').value = last.plan;
     if (markers && markers.side_m) el('marker').value = mm(markers.side_m);
+    if (markers && markers.tags) { el('spacing').value = markers.tags.spacing; el('first').value = markers.tags.first || ''; }
     kind();
   }
   el('trouble2').hidden = !trouble;
@@ -446,11 +454,16 @@ function offer() {
 }
 tap('start', () => {
   const value = id => Number(el(id).value);
-  // Checkerboards are named by their inner corners, ChArUco boards by their squares.
-  const charuco = el('kind').value === 'charuco', more = charuco ? 1 : 0, counts = [value('columns'), value('rows')], square = value('square'), side = value('marker');
-  if (!el('camera').value || counts.some(n => !(n >= 3 + more && n <= 99 + more)) || !(square > 0)) return toast(`Choose a camera, ${charuco ? '4 to 100 squares' : '3 to 99 corners'} each way, and the side of a square.`);
-  const request = { source: el('camera').value, board: counts.map(n => n - more), square_m: square / 1000, plan: el('plan').value };
-  if (charuco) {
+  const is = el('kind').value, board = BOARDS[is], [least, most] = board.counts, counts = [value('columns'), value('rows')], square = value('square'), side = value('marker');
+  if (!el('camera').value || counts.some(n => !(n >= least && n <= most)) || !(square > 0)) return toast(`Choose a camera, ${least} to ${most} ${board.what.toLowerCase()} each way, and the side of ${board.side}.`);
+  const request = { source: el('camera').value, board: counts.map(board.points), square_m: square / 1000, plan: el('plan').value };
+  if (is === 'aprilgrid') {
+    const spacing = value('spacing') || 0.3, first = value('first');
+    if (!(spacing >= 0.1 && spacing <= 0.6)) return toast('Tags are 0.1 to 0.6 of their side apart. Measure both again.');
+    if (!(first >= 0 && first + counts[0] * counts[1] <= 587)) return toast('There are tags 0 to 586. Choose fewer, or another first one.');
+    request.markers = { dictionary: 'DICT_APRILTAG_36h11', tags: { spacing, first } };
+  }
+  if (is === 'charuco') {
     const chosen = el('dictionary').selectedOptions[0], needed = Math.floor(counts[0] * counts[1] / 2);
     if (!chosen) return toast('Choose a dictionary.');
     if (needed > chosen.dataset.count) return toast(`This board has ${needed} markers, and ${chosen.textContent} has ${chosen.dataset.count}. Choose a larger dictionary, or fewer squares.`);
@@ -461,15 +474,18 @@ tap('start', () => {
   command(request, '/api/start');
 });
 function kind() {
-  const charuco = el('kind').value === 'charuco';
-  el('markers').hidden = !charuco;
-  say(el('across'), (charuco ? 'Squares' : 'Inner corners') + ' across');
-  say(el('down'), (charuco ? 'Squares' : 'Inner corners') + ' down');
+  countedAs = el('kind').value;
+  const { what, side } = BOARDS[countedAs];
+  el('markers').hidden = countedAs !== 'charuco';
+  el('tags').hidden = countedAs !== 'aprilgrid';
+  say(el('across'), what + ' across');
+  say(el('down'), what + ' down');
+  say(el('side'), `Side of ${side}, in mm`);
 }
 el('kind').addEventListener('change', () => {
   // The same board, counted in the other way.
-  const by = el('kind').value === 'charuco' ? 1 : -1;
-  for (const id of ['columns', 'rows']) if (el(id).value) el(id).value = Number(el(id).value) + by;
+  const { points } = BOARDS[countedAs], { counted } = BOARDS[el('kind').value];
+  for (const id of ['columns', 'rows']) if (el(id).value) el(id).value = counted(points(Number(el(id).value)));
   kind();
 });
 function item(text, button) { const li = document.createElement('li'), span = document.createElement('span'); span.textContent = text; li.append(span); if (button) li.append(button); return li; }

@@ -19,7 +19,7 @@ mod svg;
 pub use footer::LINES;
 pub use paper::{Page, Paper, Resolution};
 pub use pdf::pdf;
-pub use plan::{DoesNotFit, Plan, Square, plan};
+pub use plan::{DoesNotFit, Plan, Square, plan, plan_of};
 pub use png::{NotWritten, png};
 pub use sheet::{Rectangle, Sheet, Words, sheet};
 pub use svg::svg;

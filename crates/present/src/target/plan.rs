@@ -5,7 +5,7 @@ use super::{
 
 use boresight_geometry::{
     board_code::{Edge, FAR},
-    markers::{InvalidMarkers, MarkerChoice, Markers},
+    markers::{InvalidMarkers, MarkerChoice, Markers, Tags},
     target::{Board, BoardChoice},
 };
 
@@ -28,9 +28,9 @@ pub struct Plan {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square. On a screen a whole number of its pixels.
+    /// Side of a square or tag. On a screen a whole number of its pixels.
     pub square_mm: f64,
-    /// Markers in the light squares; none on a plain board.
+    /// Markers in the light squares, or tags; none on a plain board.
     pub markers: Option<Markers>,
     /// Left edge of the board.
     pub left_mm: f64,
@@ -73,7 +73,17 @@ pub enum DoesNotFit {
 ///
 /// [`DoesNotFit`].
 pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
-    let squares = Squares { columns, rows };
+    plan_of(&BoardChoice { columns, rows, markers: None }, square, pages)
+}
+
+/// Places a board on the one of `pages` that leaves most white around it, with room for its markers, but without them.
+///
+/// # Errors
+///
+/// [`DoesNotFit`].
+pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
+    let BoardChoice { columns, rows, markers } = *board;
+    let squares = Squares { columns, rows, tags: markers.and_then(|markers| markers.tags) };
     let least_mm = pages.iter().map(least_mm).fold(f64::INFINITY, f64::min);
     if let Square::Exactly { mm } = square
         && mm < 0.999 * least_mm
@@ -83,7 +93,7 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
     let plans = pages.iter().filter_map(|page| {
         let square_mm = match square {
             Square::Exactly { mm } => on_pixels(page, mm, f64::round),
-            Square::Largest => squares.largest_mm(page, White::ASquare)?,
+            Square::Largest => squares.largest_mm(page, White::Wanted)?,
         };
         squares.place(page, square_mm)
     });
@@ -102,7 +112,7 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
                 paper.pages().iter().any(|page| squares.place(page, mm).is_some())
             }
             Square::Largest => {
-                paper.pages().iter().any(|page| squares.largest_mm(page, White::ASquare).is_some())
+                paper.pages().iter().any(|page| squares.largest_mm(page, White::Wanted).is_some())
             }
         };
         DoesNotFit::TooLarge {
@@ -130,7 +140,8 @@ impl Plan {
     pub fn file_stem(&self) -> String {
         let (choice, square_mm) = (self.choice(), (1000.0 * self.square_mm).round() / 1000.0);
         let [across, down] = choice.counted();
-        let dictionary = self.markers.map(|markers| format!("-{}", markers.dictionary));
+        let in_squares = self.markers.filter(|markers| markers.tags.is_none());
+        let dictionary = in_squares.map(|markers| format!("-{}", markers.dictionary));
         let dictionary = dictionary.unwrap_or_default();
         format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
     }
@@ -138,9 +149,10 @@ impl Plan {
     /// The board as it's named on a command line, with the side of its markers to a micrometre.
     pub fn choice(&self) -> BoardChoice {
         let Self { columns, rows, markers, .. } = *self;
-        let markers = markers.map(|Markers { dictionary, side_squares }| {
+        let markers = markers.map(|Markers { dictionary, side_squares, tags }| {
             let side_um = (self.square_mm * side_squares * 1e3).round();
-            MarkerChoice { dictionary, side_m: Some(side_um * 1e-6) }
+            let in_squares = || MarkerChoice::in_squares(dictionary, Some(side_um * 1e-6));
+            tags.map_or_else(in_squares, MarkerChoice::tags)
         });
         BoardChoice { columns, rows, markers }
     }
@@ -153,12 +165,22 @@ impl Plan {
 
     /// Width of the whole board.
     pub fn board_width_mm(&self) -> f64 {
-        f64::from(self.columns + 1) * self.square_mm
+        self.squares().sides(self.columns) * self.square_mm
     }
 
     /// Height of the whole board.
     pub fn board_height_mm(&self) -> f64 {
-        f64::from(self.rows + 1) * self.square_mm
+        self.squares().sides(self.rows) * self.square_mm
+    }
+
+    fn squares(&self) -> Squares {
+        let tags = self.markers.and_then(|markers| markers.tags);
+        Squares { columns: self.columns, rows: self.rows, tags }
+    }
+
+    /// Width of the white around the board with which it's found best: of a square, or as wide as between tags.
+    pub fn wanted_white_mm(&self) -> f64 {
+        self.squares().white() * self.square_mm
     }
 
     /// Edges of the board whose margins have room for a code: the long ones before the short ones, at most two.
@@ -181,7 +203,7 @@ impl Plan {
 /// White that the board needs on each side.
 #[derive(Clone, Copy)]
 enum White {
-    ASquare,
+    Wanted,
     /// The margin that printers leave white anyway.
     Margin,
 }
@@ -190,16 +212,29 @@ enum White {
 struct Squares {
     columns: u16,
     rows: u16,
+    /// Of an AprilGrid, whose squares are tags.
+    tags: Option<Tags>,
 }
 
 impl Squares {
+    /// Length of the pattern along a side with so many points, in squares.
+    fn sides(self, points: u16) -> f64 {
+        let Some(Tags { spacing, .. }) = self.tags else { return f64::from(points + 1) };
+        f64::from(points / 2) * (1.0 + spacing) + spacing
+    }
+
+    /// Width of the white that's wanted around the pattern, in squares.
+    fn white(self) -> f64 {
+        self.tags.map_or(1.0, |tags| tags.spacing)
+    }
+
     fn largest_mm(self, page: &Page, white: White) -> Option<f64> {
         let (width_mm, height_mm) = room_mm(page)?;
         let side = |room_mm: f64, corners: u16| {
-            let squares = f64::from(corners + 1);
+            let squares = self.sides(corners);
             let within_margins = (room_mm - 2.0 * page.margin_mm) / squares;
             match white {
-                White::ASquare => within_margins.min(room_mm / (squares + 2.0)),
+                White::Wanted => within_margins.min(room_mm / (squares + 2.0 * self.white())),
                 White::Margin => within_margins,
             }
         };
@@ -217,7 +252,7 @@ impl Squares {
     fn place(self, page: &Page, square_mm: f64) -> Option<Plan> {
         let (width_mm, height_mm) = room_mm(page)?;
         let start = |room_mm: f64, corners: u16| {
-            let start_mm = (room_mm - f64::from(corners + 1) * square_mm) / 2.0;
+            let start_mm = (room_mm - self.sides(corners) * square_mm) / 2.0;
             (start_mm > page.margin_mm - 1e-6).then(|| on_pixels(page, start_mm, f64::floor))
         };
         Some(Plan {

@@ -2,6 +2,7 @@
 
 use boresight_calibrate::Verdict;
 use boresight_formats::{BoardEntry, MarkersEntry};
+use boresight_geometry::markers::Tags;
 
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -328,9 +329,15 @@ pub mod name {
 /// The board in words.
 pub fn board(board: &BoardEntry) -> String {
     let BoardEntry { columns, rows, square_mm, markers, .. } = board;
-    match markers {
-        None => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
-        Some(MarkersEntry { dictionary, side_mm }) => format!(
+    let tags = markers.as_ref().and_then(MarkersEntry::tags);
+    match (markers, tags) {
+        (None, _) => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
+        (_, Some(Tags { spacing, first })) => format!(
+            "AprilGrid, {} × {} tags of {square_mm} mm, {spacing} of a tag apart, from tag {first}",
+            columns / 2,
+            rows / 2,
+        ),
+        (Some(MarkersEntry { dictionary, side_mm, .. }), None) => format!(
             "ChArUco, {} × {} squares of {square_mm} mm, {dictionary}, markers of {} mm",
             columns + 1,
             rows + 1,

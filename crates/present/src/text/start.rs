@@ -1,7 +1,7 @@
 //! The words of the start page.
 
 use super::window::written;
-use boresight_geometry::markers::{Dictionary, InvalidMarkers};
+use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice};
 use boresight_guide::guidance::Plan;
 
 /// Headings of the cards.
@@ -55,23 +55,45 @@ pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
 }
 
-/// The kinds of board, plain and with markers, each with its explanation.
-pub const KINDS: [(&str, &str); 2] = [
+/// The kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS), each with its explanation.
+pub const KINDS: [(&str, &str); 3] = [
     ("Checkerboard", "Dark and light squares, nothing else."),
     (
         "ChArUco",
         "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
     ),
+    (
+        "AprilGrid",
+        "Kalibr's board: tags with small dark squares at their corners. A part of it is enough.",
+    ),
 ];
 
 /// The chosen board, with the dictionary of its markers.
-pub fn board([columns, rows]: [u16; 2], dictionary: Option<Dictionary>) -> String {
+pub fn board([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> String {
     let squares = format!("{} × {} squares", columns + 1, rows + 1);
-    match dictionary {
+    match markers {
         None => format!("{squares}, {columns} × {rows} inner corners"),
-        Some(dictionary) => format!("{squares}, {dictionary}"),
+        Some(MarkerChoice { tags: Some(_), .. }) => format!("{} × {} tags", columns / 2, rows / 2),
+        Some(MarkerChoice { dictionary, .. }) => format!("{squares}, {dictionary}"),
     }
 }
+
+/// Before the counts of an AprilGrid.
+pub const TAGS: &str = "Tags";
+/// See [`TAGS`].
+pub const TAGS_TIP: &str = "The large ones with a code, in each direction.";
+/// Before the side of a tag.
+pub const TAG: &str = "Tag";
+/// See [`TAG`].
+pub const TAG_TIP: &str = "Side of a tag with its black frame: tagSize in Kalibr. Measure it.";
+/// Before the space between tags.
+pub const SPACING: &str = "Space";
+/// See [`SPACING`].
+pub const SPACING_TIP: &str = "Between tags, as a share of their side: tagSpacing in Kalibr.";
+/// Before the number of the first tag.
+pub const FIRST_TAG: &str = "First tag";
+/// See [`FIRST_TAG`].
+pub const FIRST_TAG_TIP: &str = "Number of the tag in the lower left corner; 0 on most boards.";
 
 /// Before the counts of a ChArUco board.
 pub const SQUARES: &str = "Squares";
@@ -104,6 +126,9 @@ pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str)
             let sides = format!("{} to {}", square(least_m), square(most_m));
             (format!("Markers in these squares have sides of {sides}"), "Measure both again.")
         }
+        InvalidMarkers::Tags { .. }
+        | InvalidMarkers::Spacing { .. }
+        | InvalidMarkers::Numbers { .. } => (why.to_string(), "Count the tags again."),
     }
 }
 

@@ -1,7 +1,10 @@
 //! Words on a printed board, and what to do with it.
 
 use crate::target::{DoesNotFit, LINES, Plan};
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::{
+    board::Checkerboard,
+    markers::{Markers, Tags},
+};
 
 /// The board that a code in its margin names.
 pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String {
@@ -38,6 +41,12 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     };
     [
         match (id, &plan.markers) {
+            (_, Some(Markers { tags: Some(Tags { spacing, first }), .. })) => format!(
+                "AprilGrid {}x{} tags of {square}, {} apart ({spacing}), from tag {first}",
+                columns / 2,
+                rows / 2,
+                millimetres(plan.square_mm * spacing)
+            ),
             (_, Some(markers)) => format!(
                 "ChArUco {}x{} squares of {square}, {}, markers {}",
                 columns + 1,
@@ -60,10 +69,16 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
 /// Instructions for the written file, step by step; with a code in the margin, nobody types the board.
 pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
-    let (across, width) = (plan.columns + 1, millimetres(plan.board_width_mm()));
+    let tags = plan.markers.and_then(|markers| markers.tags);
+    let width = millimetres(plan.board_width_mm());
+    let (across, divisor) = match tags {
+        None => (format!("{} squares are", plan.columns + 1), f64::from(plan.columns + 1)),
+        Some(_) => (String::from("pattern is"), plan.board_width_mm() / plan.square_mm),
+    };
+    let divisor = (1e6 * divisor).round() / 1e6;
     let measure = |again: &str| {
         format!(
-            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} squares are {width} wide. If not, {again}, or use the measured width ÷ {across} as the square."
+            "Check with a steel ruler: the printed ruler is {ruler} long, and the board's {across} {width} wide. If not, {again}, or use the measured width ÷ {divisor} as the square."
         )
     };
     let mut steps = if plan.page.pixels.is_some() {
@@ -79,9 +94,10 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
             "Glue the whole sheet to something stiff and flat (glass, aluminium, board of 5 mm or more). Lay a straight edge along both diagonals: no gap may be wider than 0.3 mm (three sheets of paper).".into(),
         ]
     };
-    if plan.white_mm() < 0.999 * plan.square_mm {
+    if plan.white_mm() < 0.999 * plan.wanted_white_mm() {
+        let wanted = if tags.is_some() { "between tags" } else { "a square" };
         steps.push(format!(
-            "The white margin is {} wide, narrower than a square: keep the background light, and don't cover the squares with your fingers.",
+            "The white margin is {} wide, narrower than {wanted}: keep the background light, and don't cover the squares with your fingers.",
             millimetres((10.0 * plan.white_mm()).floor() / 10.0)
         ));
     }
@@ -91,6 +107,14 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     } else {
         format!("Calibrate: boresight guide {arguments}")
     });
+    if let Some(Tags { spacing, first: 0 }) = tags {
+        steps.push(format!(
+            "For Kalibr, in aprilgrid.yaml: target_type: 'aprilgrid', tagCols: {}, tagRows: {}, tagSize: {}, tagSpacing: {spacing}",
+            plan.columns / 2,
+            plan.rows / 2,
+            (1e3 * plan.square_mm).round() / 1e6,
+        ));
+    }
     steps
 }
 

@@ -18,7 +18,7 @@ use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     board::{Checkerboard, InvalidBoard},
     frame::ImageSize,
-    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers},
+    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags},
     target::{BoardChoice, millimetres},
 };
 use boresight_guide::{
@@ -76,24 +76,40 @@ pub struct BoardConfig {
     pub dictionary: Option<Dictionary>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub marker_mm: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag_spacing: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_tag: Option<u16>,
 }
 
 impl BoardConfig {
-    /// A board of `columns` and `rows` inner corners with these markers, or with none.
+    /// A board of `columns` and `rows` points with these markers, or with none.
     #[must_use]
     pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
-        let dictionary = markers.map(|markers| markers.dictionary);
-        let marker_mm = markers.and_then(|markers| markers.side_m).map(millimetres);
-        Self { columns, rows, dictionary, marker_mm, ..self }
+        let tags = markers.and_then(|markers| markers.tags);
+        let in_squares = markers.filter(|markers| markers.tags.is_none());
+        Self {
+            columns,
+            rows,
+            dictionary: in_squares.map(|markers| markers.dictionary),
+            marker_mm: in_squares.and_then(|markers| markers.side_m).map(millimetres),
+            tag_spacing: tags.map(|tags| tags.spacing),
+            first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
+            ..self
+        }
     }
 
-    /// The markers of a ChArUco board.
+    /// The markers of a ChArUco board, or the tags of an AprilGrid.
     pub fn markers(&self) -> Option<MarkerChoice> {
+        if let Some(spacing) = self.tag_spacing {
+            let first = self.first_tag.unwrap_or(0);
+            return Some(MarkerChoice::tags(Tags { spacing, first }));
+        }
         let side_m = self.marker_mm.map(|mm| mm * 1e-3);
-        self.dictionary.map(|dictionary| MarkerChoice { dictionary, side_m })
+        self.dictionary.map(|dictionary| MarkerChoice::in_squares(dictionary, side_m))
     }
 
-    /// The board as `--board` reads it: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`.
+    /// The board as `--board` reads it: `9x6`, `charuco:8x11:DICT_4X4_50:15mm` or `aprilgrid:6x6`.
     pub fn argument(&self) -> String {
         let Self { columns, rows, .. } = *self;
         BoardChoice { columns, rows, markers: self.markers() }.to_string()
@@ -420,6 +436,14 @@ impl Config {
                 self.board.marker_mm.is_none() || self.board.dictionary.is_some(),
                 "board.marker_mm needs board.dictionary",
             ),
+            (
+                self.board.tag_spacing.is_none() || self.board.dictionary.is_none(),
+                "board: an AprilGrid (tag_spacing) has no dictionary",
+            ),
+            (
+                self.board.first_tag.is_none() || self.board.tag_spacing.is_some(),
+                "board.first_tag needs board.tag_spacing",
+            ),
             (positive, "guidance: limits must be positive numbers"),
             (rest, "guidance: target_margin must be 0 to 0.4, hold_secs 0 to 60"),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
@@ -438,11 +462,13 @@ impl Config {
     ///
     /// [`ConfigError::Board`].
     pub fn board(&self) -> Result<Checkerboard, ConfigError> {
-        let BoardConfig { columns, rows, square_mm, dictionary, marker_mm, .. } = self.board;
+        let BoardConfig { columns, rows, square_mm, marker_mm, .. } = self.board;
         let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
-        let Some(dictionary) = dictionary else { return Ok(board) };
+        let Some(MarkerChoice { dictionary, tags, .. }) = self.board.markers() else {
+            return Ok(board);
+        };
         let side_squares = marker_mm.map(|mm| mm / square_mm);
-        Ok(board.with_markers(Markers::sized(dictionary, side_squares))?)
+        Ok(board.with_markers(Markers { tags, ..Markers::sized(dictionary, side_squares) })?)
     }
 
     /// The settings of the planner.

@@ -60,7 +60,7 @@ impl Habits {
             params,
             camera: scene.camera,
             image_size: scene.image_size,
-            grid_m: (scene.board.columns() - 1) as f64 * scene.board.square_m(),
+            grid_m: 2.0 * scene.board.reach_m()[0],
             wander: params.wanders.then_some(wander),
             walk: (params.leaves_for_secs > 0.0)
                 .then(|| (leave, after(leave, params.leaves_for_secs))),

@@ -117,7 +117,7 @@ impl Technician {
         let params = scene.technician;
         let mut rng = RngStream::Technician.rng(scene.seed);
         let board = &scene.board;
-        let width_m = (board.columns() - 1) as f64 * board.square_m();
+        let width_m = 2.0 * board.reach_m()[0];
         let (picture_width_px, picture_height_px) =
             (f64::from(scene.image_size.width_px), f64::from(scene.image_size.height_px));
         let start_px = (params.start_width * picture_width_px).max(1.0);

@@ -132,7 +132,7 @@ impl Bars {
 fn widest_square_px(corners: &[Corner], board: &Checkerboard) -> f64 {
     let side_px = |one: usize, other: usize| (corners[one].px - corners[other].px).norm();
     let mut widest_px = 0.0_f64;
-    board.target().each_three_in_line(&mut |[a, b, c]| {
+    board.target().each_three_in_line(&mut |[a, b, c], _| {
         widest_px = widest_px.max(side_px(a, b)).max(side_px(b, c));
     });
     widest_px

@@ -1,0 +1,185 @@
+//! Kalibr's AprilGrid: what is found has the right number, however little is seen.
+
+use std::path::Path;
+
+use boresight::{
+    board::Checkerboard,
+    calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
+    detection::{Detector, DetectorParams, Miss},
+    frame::ImageSize,
+    geometry::{Corner, seen_count},
+    markers::{MarkerChoice, Tags},
+    simulation::{Scene, render_view},
+    text,
+};
+use image::{GrayImage, imageops};
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const TAG_M: f64 = 0.03;
+
+/// A board of so many tags.
+fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Checkerboard {
+    let tags = MarkerChoice::tags(Tags { spacing, first }).in_squares_of(TAG_M);
+    let points = Checkerboard::new(2 * across, 2 * down, TAG_M).expect("valid");
+    points.with_markers(tags).expect("enough tags")
+}
+
+/// Boards drawn with OpenCV 5.0's tags (`generateImageMarker` with a frame of two cells), 60 px wide, 18 px apart, and 38 px
+/// from the edge of the picture to the first one: as Kalibr arranges them, numbered from the top, and each with OpenCV's
+/// tags the right way up, a half turn from Kalibr's.
+const DRAWN: [&str; 4] =
+    ["4x3-kalibr.png", "4x3-from-top.png", "4x3-opencv-tags.png", "4x3-opencv-from-top.png"];
+
+fn drawn(name: &str) -> GrayImage {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/aprilgrid").join(name);
+    let sharp = image::open(path).expect("a picture").into_luma8();
+    imageops::blur(&sharp, 0.8)
+}
+
+/// Where a column or row of points is in a drawn board.
+fn drawn_px(place: usize) -> f64 {
+    37.5 + (place / 2) as f64 * 78.0 + (place % 2) as f64 * 60.0
+}
+
+#[test]
+fn tags_are_found_whichever_way_they_stand_and_are_numbered() {
+    let board = board([4, 3], 0.3, 0);
+    for name in DRAWN {
+        let picture = drawn(name);
+        for quarter_turns in 0..4 {
+            let turned =
+                (0..quarter_turns).fold(picture.clone(), |picture, _| imageops::rotate90(&picture));
+            let found = Detector::new(DetectorParams::default()).detect(&turned, &board);
+            let found = found.unwrap_or_else(|miss| panic!("{name}, {quarter_turns}: {miss:?}"));
+            for (index, corner) in found.corners.iter().enumerate() {
+                let at = [index % 8, index / 8].map(drawn_px);
+                // A quarter turn clockwise.
+                let (width, height) = (f64::from(picture.width()), f64::from(picture.height()));
+                let expected = match quarter_turns {
+                    0 => [at[0], at[1]],
+                    1 => [height - 1.0 - at[1], at[0]],
+                    2 => [width - 1.0 - at[0], height - 1.0 - at[1]],
+                    _ => [at[1], width - 1.0 - at[0]],
+                };
+                let off_px = (corner.px - Point2::from(expected)).norm();
+                assert!(corner.is_seen() && off_px < 0.01, "{name} {index}: {off_px} px");
+            }
+        }
+        let mirrored = imageops::flip_horizontal(&picture);
+        let mirrored = Detector::new(DetectorParams::default()).detect(&mirrored, &board);
+        assert!(matches!(mirrored, Err(Miss::OtherMarkers { .. })), "{name}: {mirrored:?}");
+    }
+}
+
+/// A pose in front of the camera; many boards leave the picture.
+fn pose(rng: &mut ChaCha8Rng, tag_px: f64, f_px: f64) -> Isometry3<f64> {
+    let tilt_rad = rng.random_range(0.0_f64..60.0).to_radians();
+    let (sin, cos) = rng.random_range(0.0..std::f64::consts::TAU).sin_cos();
+    let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(sin, -cos, 0.0) * tilt_rad);
+    let turn = rng.random_range(0.0..std::f64::consts::TAU);
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * turn);
+    let depth_m = TAG_M * f_px / tag_px;
+    let at_m = Vector3::new(
+        rng.random_range(-0.6..0.6) * depth_m,
+        rng.random_range(-0.35..0.35) * depth_m,
+        depth_m,
+    );
+    Isometry3::from_parts(at_m.into(), tilt * turn)
+}
+
+#[test]
+fn every_tag_corner_that_is_found_has_its_number() {
+    const BOARDS: [([u16; 2], f64, u16); 3] =
+        [([6, 6], 0.3, 0), ([7, 4], 0.25, 0), ([5, 6], 0.4, 100)];
+    let mut rng = ChaCha8Rng::seed_from_u64(78);
+    let mut detector = Detector::new(DetectorParams::default());
+    let (mut found, mut visible, mut views, mut squares) = (0, 0, 0, 0.0);
+    // More pictures, to measure: BORESIGHT_PICTURES=2000.
+    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(40);
+    for seed in 0..pictures {
+        let (size, spacing, first) = BOARDS[rng.random_range(0..BOARDS.len())];
+        let clutter = rng.random_range(0.0..1.0);
+        let scene =
+            Scene { board: board(size, spacing, first), clutter, ..Scene::default_720p(seed) };
+        let tag_px = rng.random_range(40.0..150.0);
+        let pose = pose(&mut rng, tag_px, scene.camera.f_px.x);
+        let picture = render_view(&scene, &pose);
+        let truth = scene.board.corners_in_board_m();
+        let truth: Vec<_> = truth.iter().map(|m| scene.camera.px_from_board(&pose, m)).collect();
+        let inside =
+            |px: &Point2<f64>| (2.0..1277.0).contains(&px.x) && (2.0..717.0).contains(&px.y);
+        visible += truth.iter().flatten().filter(|px| inside(px)).count();
+        let Ok(seen) = detector.detect(&picture, &scene.board) else { continue };
+        views += 1;
+        for (index, (corner, truth)) in seen.corners.iter().zip(&truth).enumerate() {
+            if corner.is_seen() {
+                let off_px = truth.map_or(f64::MAX, |truth| (corner.px - truth).norm());
+                assert!(off_px < 0.1 * tag_px, "picture {seed}, corner {index}: {off_px} px");
+                (found, squares) = (found + 1, squares + off_px * off_px);
+            }
+        }
+    }
+    let rms_px = (squares / f64::from(found)).sqrt();
+    println!("{views} of {pictures} views, {found} of {visible} corners, rms {rms_px:.4} px");
+    assert!(10 * views > 8 * pictures, "only {views} views of {pictures}");
+    assert!(rms_px < 0.03, "{rms_px} px");
+}
+
+#[test]
+fn other_tags_are_said_to_be_others() {
+    let picture = drawn(DRAWN[0]);
+    let find =
+        |board: &Checkerboard| Detector::new(DetectorParams::default()).detect(&picture, board);
+    let others = find(&board([4, 3], 0.3, 100));
+    assert!(matches!(others, Err(Miss::OtherMarkers { markers: 3.. })), "{others:?}");
+    let wider = find(&board([5, 3], 0.3, 0));
+    assert!(matches!(wider, Err(Miss::OtherSquares { markers: 3.. })), "{wider:?}");
+}
+
+/// Two tags of two rows, with a corner of the next ones.
+#[test]
+fn a_few_tags_are_enough() {
+    let part = imageops::crop_imm(&drawn(DRAWN[0]), 0, 0, 210, 210).to_image();
+    let board = board([4, 3], 0.3, 0);
+    let found = Detector::new(DetectorParams::default()).detect(&part, &board).expect("tags");
+    assert!(seen_count(&found.corners) >= 16);
+    for (index, corner) in found.corners.iter().enumerate().filter(|(_, it)| it.is_seen()) {
+        let off_px = (corner.px - Point2::from([index % 8, index / 8].map(drawn_px))).norm();
+        assert!(off_px < 0.01, "{index}: {off_px} px");
+    }
+}
+
+#[test]
+fn views_of_an_aprilgrid_calibrate_a_camera() {
+    let scene = Scene { board: board([6, 6], 0.3, 0), ..Scene::default_720p(5) };
+    let mut detector = Detector::new(DetectorParams::default());
+    let views: Vec<Vec<Corner>> = (0..8)
+        .map(|view| {
+            let (sin, cos) = (f64::from(view) * std::f64::consts::FRAC_PI_4).sin_cos();
+            let tilt_rad = if view % 2 == 0 { 35_f64 } else { 25.0 }.to_radians();
+            let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(sin, -cos, 0.0) * tilt_rad);
+            let at_m = Vector3::new(0.05 * cos, 0.03 * sin, 0.42);
+            let pose = Isometry3::from_parts(at_m.into(), tilt);
+            detector.detect(&render_view(&scene, &pose), &scene.board).expect("seen").corners
+        })
+        .collect();
+    let params = CalibrationParams::default();
+    let result = calibrate(&views, &scene.board, scene.image_size, &params).expect("a calibration");
+    let (found, truth) = (result.camera, scene.camera);
+    println!("f {} of {}, pp {} of {}", found.f_px, truth.f_px, found.pp_px, truth.pp_px);
+    assert!((found.f_px - truth.f_px).norm() < 1.0 && (found.pp_px - truth.pp_px).norm() < 1.0);
+}
+
+#[test]
+fn a_calibration_names_the_tags_of_its_board() {
+    let board = board([6, 4], 0.25, 36);
+    let size = ImageSize { width_px: 1280, height_px: 720 };
+    let none = Err(&NotCalibrated::NoViews);
+    let file = CalibrationFile::of(none, size, &board, &[], text::FINDING_WORDS);
+    let read = CalibrationFile::read(&file.to_json().expect("JSON")).expect("whole");
+    let words = text::report::board(read.board.as_ref().expect("a board"));
+    assert_eq!(words, "AprilGrid, 6 × 4 tags of 30 mm, 0.25 of a tag apart, from tag 36");
+    assert_eq!(read.checkerboard(), Some(board));
+}
