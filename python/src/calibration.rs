@@ -75,7 +75,8 @@ pub(crate) fn calibrate_files(
     let config = config(py, &board, &settings)?;
     let work = || {
         let board = config.board()?;
-        let views = from_pictures(&files, &board, false, &Announcer::silent(), || ())?;
+        let pictures = (files.as_slice(), config.camera.upright());
+        let views = from_pictures(pictures, &board, false, &Announcer::silent(), || ())?;
         calibrated(views, &config, None)
     };
     py.detach(work).map_err(|err| raised(&err))

@@ -193,7 +193,7 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
         Some(px)
     });
     let value = json!({
-        "advice": Instruction::of(snapshot).sentence(false),
+        "advice": Instruction::of(&snapshot).sentence(false),
         "said": said,
         "target": target,
         "corners_px": corners,
