@@ -6,7 +6,7 @@ use super::{
     lattice::{Lattice, Node},
     missing::{SIDES, behind},
     outcome::{Miss, Side},
-    placement::places,
+    placement::{Placement, TURNS, places},
     track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
@@ -89,9 +89,22 @@ impl WeighedGrid {
             white_bits: f64::from(behind(image, lattice, out).white),
             squares_bits: f64::from(behind(image, lattice, out).squares),
         });
-        let mut places = places(image, lattice, board, expected);
-        places.truncate(PLACES);
-        Self { ends: ends.to_vec(), places, ..Self::marked(lattice, outcome) }
+        let places = places(image, lattice, board, expected);
+        let (low, high) = lattice.extent().unwrap_or_default();
+        let place = |(it, bits, has_code): &(Placement, [f32; 3], bool)| {
+            let ends = [it.place(low), it.place(high)];
+            WeighedPlace {
+                first: std::array::from_fn(|k| ends[0][k].min(ends[1][k]) as usize),
+                quarter_turns: TURNS.iter().position(|turn| *turn == it.turn).unwrap_or_default(),
+                bits: bits.map(f64::from),
+                has_code: *has_code,
+            }
+        };
+        Self {
+            ends: ends.to_vec(),
+            places: places.iter().take(PLACES).map(place).collect(),
+            ..Self::marked(lattice, outcome)
+        }
     }
 
     /// The grid in `lattice` of a board with markers.

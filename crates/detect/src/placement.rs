@@ -10,7 +10,6 @@ use nalgebra::Point2;
 
 use super::{
     colours::{dark_outside, inside},
-    explain::WeighedPlace,
     lattice::{Lattice, Node, axes, height},
     missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
     printed_code::{Plane, is_named_by_code},
@@ -111,13 +110,14 @@ pub(super) fn place_part(
     true
 }
 
-/// The places where a grid may lie on `board`, with what speaks for them as [`place_part`] weighs it: best first.
+/// The places where a grid may lie on `board`, best first, with the bits that [`place_part`] weighs: by the ends, the colours
+/// and the track; and whether the code is there.
 pub(super) fn places(
     image: &GrayImage,
     lattice: &mut Lattice,
     board: &Checkerboard,
     expected: &Expected,
-) -> Vec<WeighedPlace> {
+) -> Vec<(Placement, [f32; 3], bool)> {
     let Some((low, high)) = lattice.extent() else { return Vec::new() };
     let ends = SIDES.map(|out| behind(image, lattice, out));
     let by_code = by_code(image, lattice, board);
@@ -129,17 +129,11 @@ pub(super) fn places(
             of_colours(image, lattice, &it, board),
             if expected.corners.is_empty() { 0.0 } else { by_track },
         ];
-        let corners = [it.place(low), it.place(high)];
-        WeighedPlace {
-            first: std::array::from_fn(|k| corners[0][k].min(corners[1][k]) as usize),
-            quarter_turns: TURNS.iter().position(|turn| *turn == it.turn).unwrap_or_default(),
-            bits: bits.map(f64::from),
-            has_code: by_code.as_ref().is_some_and(|is_named| is_named(&it)),
-        }
+        (it, bits, by_code.as_ref().is_some_and(|is_named| is_named(&it)))
     };
-    let mut places: Vec<WeighedPlace> = inside_board((low, high), board).map(weighed).collect();
-    let total = |place: &WeighedPlace| place.bits.iter().sum::<f64>();
-    places.sort_by(|a, b| total(b).total_cmp(&total(a)));
+    let mut places: Vec<_> = inside_board((low, high), board).map(weighed).collect();
+    let total = |bits: [f32; 3]| bits.iter().sum::<f32>();
+    places.sort_by(|a, b| total(b.1).total_cmp(&total(a.1)));
     places
 }
 
