@@ -60,9 +60,11 @@ test-vm: PACKAGES += $(VM_PACKAGES)
 test-vm: setup
 	tests/vm/run.sh $(TESTED)
 
+lint: PACKAGES += python3
 lint: setup
 	cargo fmt --check
 	cargo clippy $(CRATES) --all-targets --all-features --quiet -- -D warnings
+	cargo clippy -p boresight-python --quiet -- -D warnings
 
 # The public items of the core, listed in docs/surface: the check fails if the sources have others.
 surface surface-check: PACKAGES += python3

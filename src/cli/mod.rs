@@ -268,7 +268,8 @@ mod tests {
         program.build();
         let mut help = |name: &str| {
             let command = program.find_subcommand_mut(name).expect("a command");
-            command.render_long_help().to_string()
+            let help = command.render_long_help().to_string();
+            help.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         let target = help("target");
         assert!(target.contains("[default: as large as fits") && !target.contains("from the code"));
