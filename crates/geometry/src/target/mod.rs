@@ -129,7 +129,9 @@ pub trait Target {
         is_seen: &dyn Fn(usize) -> bool,
     ) -> Option<BoardOutline> {
         let of_this = points_px.len() == self.point_count();
-        of_this.then(|| BoardOutline::of_seen(points_px, self.grid()[0], is_seen)).flatten()
+        let (columns, steps_m) = (self.grid()[0], self.steps_m());
+        let outline = || BoardOutline::of_seen(points_px, columns, steps_m, is_seen);
+        of_this.then(outline).flatten()
     }
 }
 
