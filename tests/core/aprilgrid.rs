@@ -17,6 +17,8 @@ use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use crate::charuco::Named;
+
 const TAG_M: f64 = 0.03;
 
 /// A board of so many tags.
@@ -94,8 +96,7 @@ fn every_tag_corner_that_is_found_has_its_number() {
     const BOARDS: [([u16; 2], f64, u16); 3] =
         [([6, 6], 0.3, 0), ([7, 4], 0.25, 0), ([5, 6], 0.4, 100)];
     let mut rng = ChaCha8Rng::seed_from_u64(78);
-    let mut detector = Detector::new(DetectorParams::default());
-    let (mut found, mut visible, mut views, mut squares) = (0, 0, 0, 0.0);
+    let mut named = Named::default();
     // More pictures, to measure: BORESIGHT_PICTURES=2000.
     let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(40);
     for seed in 0..pictures {
@@ -106,23 +107,9 @@ fn every_tag_corner_that_is_found_has_its_number() {
         let tag_px = rng.random_range(40.0..150.0);
         let pose = pose(&mut rng, tag_px, scene.camera.f_px.x);
         let picture = render_view(&scene, &pose);
-        let truth = scene.board.corners_in_board_m();
-        let truth: Vec<_> = truth.iter().map(|m| scene.camera.px_from_board(&pose, m)).collect();
-        let inside =
-            |px: &Point2<f64>| (2.0..1277.0).contains(&px.x) && (2.0..717.0).contains(&px.y);
-        visible += truth.iter().flatten().filter(|px| inside(px)).count();
-        let Ok(seen) = detector.detect(&picture, &scene.board) else { continue };
-        views += 1;
-        for (index, (corner, truth)) in seen.corners.iter().zip(&truth).enumerate() {
-            if corner.is_seen() {
-                let off_px = truth.map_or(f64::MAX, |truth| (corner.px - truth).norm());
-                assert!(off_px < 0.1 * tag_px, "picture {seed}, corner {index}: {off_px} px");
-                (found, squares) = (found + 1, squares + off_px * off_px);
-            }
-        }
+        named.look((&scene, &pose), &picture, 0.1 * tag_px, seed);
     }
-    let rms_px = (squares / f64::from(found)).sqrt();
-    println!("{views} of {pictures} views, {found} of {visible} corners, rms {rms_px:.4} px");
+    let (views, rms_px) = named.views_and_rms_px(pictures);
     assert!(10 * views > 8 * pictures, "only {views} views of {pictures}");
     assert!(rms_px < 0.03, "{rms_px} px");
 }

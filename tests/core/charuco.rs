@@ -22,6 +22,52 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
+/// What a detector has found of boards whose points name themselves.
+#[derive(Default)]
+pub(crate) struct Named {
+    detector: Detector,
+    views: u64,
+    visible: usize,
+    found: u32,
+    squares: f64,
+}
+
+impl Named {
+    /// Detects the scene's board, seen from a pose, in picture number `seed`. Each corner that's found must be the one it's
+    /// called: nearer than `limit_px` to it.
+    pub(crate) fn look(
+        &mut self,
+        (scene, pose): (&Scene, &Isometry3<f64>),
+        picture: &GrayImage,
+        limit_px: f64,
+        seed: u64,
+    ) {
+        let truth = scene.board.corners_in_board_m();
+        let truth: Vec<_> = truth.iter().map(|m| scene.camera.px_from_board(pose, m)).collect();
+        let inside =
+            |px: &Point2<f64>| (2.0..1277.0).contains(&px.x) && (2.0..717.0).contains(&px.y);
+        self.visible += truth.iter().flatten().filter(|px| inside(px)).count();
+        let Ok(seen) = self.detector.detect(picture, &scene.board) else { return };
+        self.views += 1;
+        for (index, (corner, truth)) in seen.corners.iter().zip(&truth).enumerate() {
+            if corner.is_seen() {
+                let off_px = truth.map_or(f64::MAX, |truth| (corner.px - truth).norm());
+                assert!(off_px < limit_px, "picture {seed}, corner {index}: {off_px} px");
+                self.found += 1;
+                self.squares += off_px * off_px;
+            }
+        }
+    }
+
+    /// In how many of so many pictures a board was found, and how far off its corners are.
+    pub(crate) fn views_and_rms_px(&self, pictures: u64) -> (u64, f64) {
+        let Self { views, visible, found, squares, .. } = self;
+        let rms_px = (squares / f64::from(*found)).sqrt();
+        println!("{views} of {pictures} views, {found} of {visible} corners, rms {rms_px:.4} px");
+        (*views, rms_px)
+    }
+}
+
 /// A board of so many *squares*.
 fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
     let dictionary = dictionary.parse().expect("a dictionary");
@@ -242,8 +288,7 @@ fn every_corner_that_is_found_has_its_number() {
         ([10, 7], "DICT_APRILTAG_36h11", 0.75),
     ];
     let mut rng = ChaCha8Rng::seed_from_u64(77);
-    let mut detector = Detector::new(DetectorParams::default());
-    let (mut found, mut visible, mut views, mut squares) = (0, 0, 0, 0.0);
+    let mut named = Named::default();
     // More pictures, to measure: BORESIGHT_PICTURES=2000; without the first ones: BORESIGHT_FIRST=627.
     let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(60);
     let first = crate::asked_for("BORESIGHT_FIRST").unwrap_or(0);
@@ -262,23 +307,9 @@ fn every_corner_that_is_found_has_its_number() {
         if seed < first {
             continue;
         }
-        let truth = scene.board.corners_in_board_m();
-        let truth: Vec<_> = truth.iter().map(|m| scene.camera.px_from_board(&pose, m)).collect();
-        let inside =
-            |px: &Point2<f64>| (2.0..1277.0).contains(&px.x) && (2.0..717.0).contains(&px.y);
-        visible += truth.iter().flatten().filter(|px| inside(px)).count();
-        let Ok(seen) = detector.detect(&picture, &scene.board) else { continue };
-        views += 1;
-        for (index, (corner, truth)) in seen.corners.iter().zip(&truth).enumerate() {
-            if corner.is_seen() {
-                let off_px = truth.map_or(f64::MAX, |truth| (corner.px - truth).norm());
-                assert!(off_px < 0.2 * square_px, "picture {seed}, corner {index}: {off_px} px");
-                (found, squares) = (found + 1, squares + off_px * off_px);
-            }
-        }
+        named.look((&scene, &pose), &picture, 0.2 * square_px, seed);
     }
-    let rms_px = (squares / f64::from(found)).sqrt();
-    println!("{views} of {pictures} views, {found} of {visible} corners, rms {rms_px:.4} px");
+    let (views, rms_px) = named.views_and_rms_px(pictures);
     assert!(10 * views > 8 * (pictures - first), "only {views} views of {pictures}");
     assert!(rms_px < 0.05, "{rms_px} px");
 }

@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use super::{
     lattice::{Lattice, Node},
-    missing::{SIDES, behind},
+    missing::{Behind, SIDES, behind},
     outcome::{Miss, Side},
     placement::{Placement, TURNS, places},
     track::Expected,
@@ -84,10 +84,10 @@ impl WeighedGrid {
         expected: &Expected,
         outcome: GridOutcome,
     ) -> Self {
-        let ends = SIDES.map(|out| WeighedEnd {
-            side: side_of(lattice, out),
-            white_bits: f64::from(behind(image, lattice, out).white),
-            squares_bits: f64::from(behind(image, lattice, out).squares),
+        let ends = SIDES.map(|out| {
+            let Behind { white, squares } = behind(image, lattice, out);
+            let side = side_of(lattice, out);
+            WeighedEnd { side, white_bits: white.into(), squares_bits: squares.into() }
         });
         let places = places(image, lattice, board, expected);
         let (low, high) = lattice.extent().unwrap_or_default();
