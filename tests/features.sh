@@ -45,6 +45,12 @@ limit 126 "a table of a batch in Parquet" --no-default-features --features parqu
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
 limit 221 "a batch in object stores" --no-default-features --features cloud
 
+# Products of matrices that are chosen by the processor would decide otherwise on another one.
+if cargo tree --quiet --workspace -e normal,features -i nalgebra | grep -q 'nalgebra feature "matrixmultiply"'; then
+    echo "nalgebra has its feature matrixmultiply"
+    failed=1
+fi
+
 [ "${1:-}" = --each ] || exit $failed
 for features in "" live gige ros2 bags window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
