@@ -151,13 +151,17 @@ test-sources: setup
 	for source in bags ros2 gige; do BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera $(SOURCES_TEST)/bin/python tests/sources/$$source.py --boresight $(TARGET)/release/boresight || exit 1; done
 	$(SOURCES_TEST)/bin/python tests/sources/latency.py
 
-# Every format with every kind of lens there and back, read by the programs that it's for: mrcal is Debian's, and needs
-# Debian's numpy; the others come from PyPI. Not part of `make test`.
-CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml
+# Every format with every kind of lens there and back, read by the programs that it's for: mrcal, ROS's reader and Octave
+# are Debian's, and so are the numpy and PyTorch that they and Nerfstudio are run with (of Nerfstudio only what reads a
+# dataset: its other dependencies aren't needed); the others come from PyPI. Not part of `make test`.
+CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml python3-camera-calibration-parsers octave python3-torch python3-pil python3-venv
+NERFSTUDIO = nerfstudio==1.1.5 viser jaxtyping msgspec websockets zstandard rich typing_extensions typing_inspection tensorboard tensorboard_data_server protobuf grpcio absl_py werkzeug markdown markupsafe
 test-consumers: PACKAGES += $(CONSUMER_PACKAGES)
 test-consumers: setup
 	cargo build --release --no-default-features --features report
-	/usr/bin/python3 tests/consumers/every_format.py --boresight $(TARGET)/release/boresight --session fixtures/recordings/v1/good
+	/usr/bin/python3 -m venv --system-site-packages $(TARGET)/consumers-debian
+	$(TARGET)/consumers-debian/bin/pip install --quiet --no-deps --ignore-installed $(NERFSTUDIO)
+	$(TARGET)/consumers-debian/bin/python tests/consumers/every_format.py --boresight $(TARGET)/release/boresight --session fixtures/recordings/v1/good
 	$(PYTHON) -m venv $(TARGET)/consumers-test
 	$(TARGET)/consumers-test/bin/pip install --quiet numpy opencv-python-headless PyYAML pycolmap open3d
 	$(TARGET)/consumers-test/bin/python tests/consumers/every_format.py --boresight $(TARGET)/release/boresight

@@ -6,9 +6,11 @@ usage: read_exports.py CALIBRATION.json|SESSION [--boresight target/release/bore
 
 Of a session folder, mrcal also gets its views.
 
-Needs numpy, opencv-python-headless and PyYAML; mrcal (Debian: python3-mrcal) and pycolmap are used if they are there.
+Needs numpy, opencv-python-headless and PyYAML. Used if they are there: ROS's own reader (Debian:
+python3-camera-calibration-parsers), Octave, mrcal, pycolmap, open3d, and Nerfstudio.
 """
-import argparse, json, pathlib, re, subprocess
+import argparse, json, pathlib, re, shutil, subprocess, tempfile
+from importlib.metadata import PackageNotFoundError, version
 
 import cv2
 import numpy as np
@@ -18,6 +20,15 @@ import yaml
 def export(program, calibration, kind):
     run = subprocess.run([program, "export", calibration, "--format", kind], capture_output=True, text=True)
     return (run.stdout, run.stderr) if run.returncode in (0, 3) else (None, run.stderr.strip())
+
+
+def installed(package):
+    """Its version: that of the Python package, else that of Debian's."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        asked = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", f"python3-{package}"], capture_output=True, text=True)
+        return asked.stdout or "from elsewhere"
 
 
 def ours(k, points):
@@ -71,10 +82,10 @@ def main():
     lens = [k[n] for n in ("fx", "fy", "cx", "cy", *coefficients)]
     failed = []
 
-    def tell(kind, reader, numbers, projected, offset=0.0):
+    def tell(kind, reader, numbers, projected, offset=0.0, within=1e-6):
         worst = max((abs(a - b) for a, b in zip(numbers, lens[: len(numbers)])), default=0.0)
         off = float(np.abs(projected - offset - truth).max())
-        ok = worst == 0 and off < 1e-6
+        ok = worst == 0 and off < within
         failed.extend([] if ok else [kind])
         print(f"{kind:12} {reader:28} parameters off by {worst:g}, projection by {off:.1e} px  {'ok' if ok else 'FAILED'}")
 
@@ -100,6 +111,7 @@ def main():
         assert (block["rows"], block["cols"]) == shape and len(block["data"]) == shape[0] * shape[1]
     m, d = info["camera_matrix"]["data"], info["distortion_coefficients"]["data"]
     tell("ros-yaml", "PyYAML, camera_info rules", [m[0], m[4], m[2], m[5], *d], project(m, d, points))
+    read_ros(text, tell, points, project, info)
 
     text, why = export(arguments.boresight, arguments.calibration, "kalibr")
     if text is None:
@@ -122,13 +134,7 @@ def main():
     d = p[4:] if fisheye else p[4:] + [0.0] * (8 - len(p[4:])) if count > 4 else [0.0] * 8
     numbers = [p[0], p[1], p[2] - 0.5, p[3] - 0.5]
     tell("colmap", f"text rules, {line[1]}", numbers, project([p[0], 0, p[2], 0, p[1], p[3], 0, 0, 1], d, points), 0.5)
-    try:
-        import pycolmap
-
-        camera = pycolmap.Camera(model=line[1], width=w, height=h, params=p)
-        tell("colmap", f"pycolmap {pycolmap.__version__}", numbers, np.array([camera.img_from_cam(point) for point in points]).reshape(-1, 2), 0.5)
-    except ImportError:
-        pass
+    read_colmap(text, tell, points, numbers, line[1])
 
     text, why = export(arguments.boresight, arguments.calibration, "matlab")
     if text is None:
@@ -188,6 +194,7 @@ def read_named(arguments, export, tell, project, points, k, fisheye, rational, s
         assert (t["camera_model"], t["w"], t["h"]) == ("OPENCV_FISHEYE" if fisheye else "OPENCV", *size)
         f, d = [t["fl_x"], t["fl_y"], t["cx"], t["cy"]], [t[n] for n in names]
         tell("nerf", "json, Nerfstudio's rules", [*f[:2], f[2] - 0.5, f[3] - 0.5, *d], flat(f, d), 0.5)
+        read_nerfstudio(t, tell, points, k)
     if text := written("metashape", rational):
         t = {e.tag: e.text for e in ElementTree.fromstring(text)}
         v = lambda n: float(t[n])
@@ -224,7 +231,7 @@ def read_named(arguments, export, tell, project, points, k, fisheye, rational, s
         tell("gyroflow", "json, its rules", [m[0, 0], m[1, 1], m[0, 2], m[1, 2], *d], project(m, d, points))
     if text := written("open3d", True):
         try:
-            import open3d, tempfile
+            import open3d
         except ImportError:
             return
         with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
@@ -236,25 +243,83 @@ def read_named(arguments, export, tell, project, points, k, fisheye, rational, s
         tell("open3d", f"open3d {open3d.__version__}", [m[0, 0], m[1, 1], m[0, 2], m[1, 2]], project(m, np.zeros(5), points))
 
 
+def read_ros(text, tell, points, project, info):
+    try:
+        from camera_calibration_parsers import readCalibration
+    except ImportError:
+        return
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+        file.write(text)
+        file.flush()
+        name, read = readCalibration(file.name)
+    assert (name, read.width, read.height) == (info["camera_name"], info["image_width"], info["image_height"])
+    assert read.distortion_model == info["distortion_model"] and read.P[:3] == read.K[:3]
+    numbers = [read.K[0], read.K[4], read.K[2], read.K[5], *read.D]
+    reader = f"camera_calibration_parsers {installed('camera-calibration-parsers')}"
+    tell("ros-yaml", reader, numbers, project(read.K, read.D, points))
+
+
+def read_colmap(text, tell, points, numbers, model):
+    try:
+        import pycolmap
+    except ImportError:
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        for name, content in (("cameras", text), ("images", ""), ("points3D", "")):
+            (pathlib.Path(folder) / f"{name}.txt").write_text(content)
+        (camera,) = pycolmap.Reconstruction(folder).cameras.values()
+    assert camera.model.name == model
+    read = [*camera.params[:2], *(camera.params[2:4] - 0.5)]
+    assert read == numbers[:4]
+    projected = np.array([camera.img_from_cam(point) for point in points]).reshape(-1, 2)
+    tell("colmap", f"pycolmap {pycolmap.__version__}", [*read, *camera.params[4:]], projected, 0.5)
+
+
+def read_nerfstudio(transforms, tell, points, k):
+    try:
+        import torch
+        from nerfstudio.data.dataparsers.nerfstudio_dataparser import NerfstudioDataParserConfig
+    except ImportError:
+        return
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as folder:
+        frame = {"file_path": "frame.png", "transform_matrix": np.eye(4).tolist()}
+        (pathlib.Path(folder) / "transforms.json").write_text(json.dumps(transforms | {"frames": [frame]}))
+        Image.new("L", (transforms["w"], transforms["h"])).save(pathlib.Path(folder) / "frame.png")
+        as_it_is = dict(orientation_method="none", center_method="none", auto_scale_poses=False, load_3D_points=False)
+        parser = NerfstudioDataParserConfig(data=pathlib.Path(folder), eval_mode="all", downscale_factor=1, **as_it_is).setup()
+        cameras = parser.get_dataparser_outputs("train").cameras
+    # The rays of 1,000 pixels, which it computes with 32 bits, and where they lead by the lens as documented.
+    down_right = torch.tensor(ours(k, points)[:, ::-1] + 0.5, dtype=torch.float32)
+    rays = cameras.generate_rays(camera_indices=0, coords=down_right).directions.numpy().astype(float)
+    tell("nerf", f"nerfstudio {version('nerfstudio')}, its rays", [], ours(k, rays * [1, -1, -1]), within=1e-3)
+
+
 def read_matlab(text, tell, points):
     value = lambda name: [float(v) for v in re.search(rf"^{name} = \[?([^\];]*)", text, re.M).group(1).split(",")]
-    f, c, radial, tangential = value("focal_length"), value("principal_point"), value("radial_distortion"), value("tangential_distortion")
-    d = [*radial[:2], *tangential, radial[2]]
-    tell("matlab", "assignments as text", [*f, c[0] - 1, c[1] - 1, *d], by_opencv([f[0], 0, c[0], 0, f[1], c[1], 0, 0, 1], d, points), 1.0)
+    by = {"assignments as text": [value(n) for n in ("focal_length", "principal_point", "radial_distortion", "tangential_distortion")]}
+    if shutil.which("octave"):
+        said = text + "printf('%.17g ', focal_length, principal_point, radial_distortion, tangential_distortion, intrinsic_matrix);"
+        ran = subprocess.run(["octave", "--no-gui", "--quiet", "--eval", said], capture_output=True, text=True, check=True)
+        n = [float(number) for number in ran.stdout.split()]
+        assert n[9:] == [n[0], 0, 0, 0, n[1], 0, n[2], n[3], 1], "columns of the intrinsic matrix"
+        name = subprocess.run(["octave", "--version"], capture_output=True, text=True).stdout.split(",")[1].split("\n")[0].strip()
+        by[f"Octave {name.removeprefix('version ')}"] = [n[:2], n[2:4], n[4:7], n[7:9]]
+    for reader, (f, c, radial, tangential) in by.items():
+        d = [*radial[:2], *tangential, radial[2]]
+        tell("matlab", reader, [*f, c[0] - 1, c[1] - 1, *d], by_opencv([f[0], 0, c[0], 0, f[1], c[1], 0, 0, 1], d, points), 1.0)
 
 
 def read_mrcal(text, tell, points, size):
     try:
-        import mrcal, os, tempfile
+        import mrcal, os
 
-        # It doesn't say its version.
-        asked = subprocess.run(["dpkg-query", "-W", "-f", "${Version}", "python3-mrcal"], capture_output=True, text=True)
-        version = asked.stdout or "from elsewhere"
         with tempfile.NamedTemporaryFile("w", suffix=".cameramodel", delete=False) as file:
             file.write(text)
         model = mrcal.cameramodel(file.name)
         os.unlink(file.name)
-        tell("mrcal", f"mrcal {version}", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
+        tell("mrcal", f"mrcal {installed('mrcal')}", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
         if (inputs := model.optimization_inputs()) is not None:
             # What mrcal makes of the session's views: residuals, and its own uncertainty in the picture's middle.
             x = mrcal.optimizer_callback(**inputs, no_jacobian=True, no_factorization=True)[1]
