@@ -126,6 +126,7 @@ test-python: wheel
 	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
 	$(TARGET)/python-test/bin/pip install --quiet pytest mypy nbclient ipykernel opencv-python-headless python/dist/boresight-*.whl
 	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
+	$(TARGET)/python-test/bin/python tests/consumers/from_opencv.py 7x5 30 fixtures/recordings/v1/good/frames/*.png
 
 # Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.
 test-cloud:
