@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: web wheel test-python test-cloud test-sources test-consumers test-fleet release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -180,8 +180,13 @@ test-fleet: setup wheel
 	$(TARGET)/fleet-test/bin/python tests/fleet/python_pools.py fixtures/recordings/v1/good/frames
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
+# 10,000 runs of the whole program on mutated input. Not part of `make test`: it takes long; tests/hostile/*.rs is.
+test-hostile: setup
+	cargo build --release --no-default-features --features live,report,history
+	$(PYTHON) tests/hostile/whole_program.py --boresight $(TARGET)/release/boresight --keep $(TARGET)/hostile-failures
+
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-python test-cloud test-sources test-consumers test-fleet test-web test-packages book
+release-check: features-each long-tests test-hostile test-python test-cloud test-sources test-consumers test-fleet test-web test-packages book
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
