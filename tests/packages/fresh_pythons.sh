@@ -21,7 +21,7 @@ demo() {
 }
 
 count=0
-for python in ${PYTHONS:-python3.{10..19}}; do
+for python in ${PYTHONS:-$(echo python3.{10..19})}; do
 	command -v "$python" >/dev/null || continue
 	"$python" -m venv fresh
 	began=$SECONDS
