@@ -22,7 +22,8 @@ demo() {
 
 count=0
 for python in ${PYTHONS:-$(echo python3.{10..19})}; do
-	command -v "$python" >/dev/null || continue
+	# A name on the PATH may stand for a version that isn't in use here.
+	"$python" --version >/dev/null 2>&1 || continue
 	"$python" -m venv fresh
 	began=$SECONDS
 	fresh/bin/pip install --quiet "$wheel"
