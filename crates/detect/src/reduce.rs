@@ -8,24 +8,45 @@ use super::simd;
 pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
     let mut raw = std::mem::take(into).into_raw();
-    raw.clear();
-    let last = width.saturating_sub(1) as usize;
-    let row = |y: u32| &source.as_raw()[(y * width) as usize..][..width as usize];
-    for y in 0..2 * height {
-        // Three quarters of the nearer row, a quarter of the other.
-        let near = row(y / 2);
-        let far =
-            row(if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(height - 1) });
-        let column = |x: usize| 3 * u16::from(near[x]) + u16::from(far[x]);
-        for x in 0..=last {
-            let here = 3 * column(x);
-            let (before, after) = (column(x.saturating_sub(1)), column((x + 1).min(last)));
-            raw.push(((here + before + 8) / 16) as u8);
-            raw.push(((here + after + 8) / 16) as u8);
-        }
+    raw.resize(4 * source.len(), 0);
+    if !raw.is_empty() {
+        simd::widest(Doubling { raw: source.as_raw(), width: width as usize, into: &mut raw });
     }
     // As many pixels as it has room for.
     *into = GrayImage::from_raw(2 * width, 2 * height, raw).unwrap_or_default();
+}
+
+struct Doubling<'a> {
+    raw: &'a [u8],
+    width: usize,
+    into: &'a mut [u8],
+}
+
+impl simd::Loop for Doubling<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let width = self.width;
+        let last = self.raw.len() / width - 1;
+        let row = |y: usize| &self.raw[y * width..][..width];
+        for (y, out) in self.into.chunks_exact_mut(2 * width).enumerate() {
+            let near = row(y / 2);
+            let far =
+                row(if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(last) });
+            // Three quarters of the nearer row and column, a quarter of the others.
+            let mixed = |x: usize| 3 * u16::from(near[x]) + u16::from(far[x]);
+            let between = |here: u16, beside: u16| ((3 * here + beside + 8) / 16) as u8;
+            (out[0], out[2 * width - 1]) =
+                (between(mixed(0), mixed(0)), between(mixed(width - 1), mixed(width - 1)));
+            let pairs = near.iter().zip(&near[1..]).zip(far.iter().zip(&far[1..]));
+            for (out, ((a, b), (c, d))) in out[1..].chunks_exact_mut(2).zip(pairs) {
+                let (left, right) =
+                    (3 * u16::from(*a) + u16::from(*c), 3 * u16::from(*b) + u16::from(*d));
+                (out[0], out[1]) = (between(left, right), between(right, left));
+            }
+        }
+    }
 }
 
 /// Halves a picture by averaging 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` in the source.
@@ -244,6 +265,27 @@ pub(super) fn sample(image: &GrayImage, x: f32, y: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_doubled_picture_has_means_between_the_pixels() {
+        for (width, height) in [(1, 1), (1, 4), (37, 5), (64, 3)] {
+            let at = |x: u32, y: u32| (x * 7919 + y * 104_729) % 251;
+            let source = GrayImage::from_fn(width, height, |x, y| image::Luma([at(x, y) as u8]));
+            let mut into = GrayImage::default();
+            double(&source, &mut into);
+            assert_eq!(into.dimensions(), (2 * width, 2 * height));
+            for (x, y, pixel) in into.enumerate_pixels() {
+                let beside = |place: u32, size: u32| match place % 2 {
+                    0 => (place / 2).saturating_sub(1),
+                    _ => (place / 2 + 1).min(size - 1),
+                };
+                let (far_x, far_y) = (beside(x, width), beside(y, height));
+                let (x, y) = (x / 2, y / 2);
+                let sum = 9 * at(x, y) + 3 * (at(far_x, y) + at(x, far_y)) + at(far_x, far_y);
+                assert_eq!(u32::from(pixel.0[0]), (sum + 8) / 16, "{x}, {y} of {width}x{height}");
+            }
+        }
+    }
 
     #[test]
     fn what_grows_grows_by_a_pixel_on_every_side() {
