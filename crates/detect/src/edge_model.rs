@@ -6,7 +6,8 @@
 //! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters: corner,
 //! two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light. Levenberg–Marquardt
 //! over a patch that reaches almost halfway into the four (sheared) squares around the corner. The covariance of the
-//! corner is `σ² (JᵀJ)⁻¹` with `σ²` from the residuals, so clutter and noise both count.
+//! corner is `σ² (JᵀJ)⁻¹` with `σ²` from the part of the residuals that can move the corner (`edge_pixels`), so clutter and
+//! noise both count, but not halos, nor a blur that isn't Gaussian.
 //!
 //! Assumes that edges are straight within the patch and blurred by a Gaussian.
 
@@ -49,6 +50,10 @@ const LEAST_PIXELS: usize = 24;
 /// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.0055;
 const CORRELATION_POWER: f64 = 0.4;
+/// Share of the even residuals that counts where markers are near: what lies in them, and comes out by blur, isn't even.
+const EVEN_SHARE: f64 = 0.1;
+/// Variance of a grey level that's rounded to a whole number.
+const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 
 /// A fitted corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +61,8 @@ pub(super) struct EdgeFit {
     pub(super) corner: Corner,
     /// Root mean square residual as a fraction of the contrast.
     pub(super) residual: f64,
+    /// Variance in squared grey levels of white noise that moves the corner as much as the residuals do.
+    pub(super) noise: f64,
     /// The nine parameters, and the patch to which they were fitted.
     at: Vector,
     patch: Patch,
@@ -65,6 +72,15 @@ impl EdgeFit {
     /// Standard deviation of the Gaussian blur: `erf(d/s)` is a step blurred by a Gaussian of `s/√2`.
     pub(super) fn blur_px(&self) -> f64 {
         libm::exp(self.at[4]) / std::f64::consts::SQRT_2
+    }
+
+    /// With noise of at least this variance. A few hundred pixels tell their noise to a tenth or a fifth only, and what's
+    /// below the board's usual noise is chance.
+    pub(super) fn with_least_noise(mut self, least: f64) -> Self {
+        let floor = floor_px2();
+        let wider = (least / self.noise).max(1.0);
+        self.corner.covariance_px2 = (self.corner.covariance_px2 - floor) * wider + floor;
+        self
     }
 
     /// Half the brightness step in grey levels, positive if the squares between the two axes are light.
@@ -189,20 +205,28 @@ pub(super) fn fit(
     }
     let Minimum { state: at, at: linear, .. } =
         minimise(&EdgeProblem { pixels: fine, held }, start, FINE)?;
-    let variance =
-        linear.cost / degrees_of_freedom(fine) * correlation_excess(linear.extra / linear.cost);
-    let covariance = linear.normal_matrix.cholesky()?.inverse() * variance;
     let moved = libm::hypot(at[0] - begin[0], at[1] - begin[1]);
     let contrast = at[5].abs();
     let residual = (linear.cost / fine.count as f64).sqrt() / contrast;
     if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
         return None;
     }
+    let parts = fine.symmetry(&at, patch.radius_px);
+    // At its limits, the blur isn't that of the edges, and the fit isn't where the residuals are least.
+    let is_least = LOG_BLUR.0 < at[4] && at[4] < LOG_BLUR.1;
+    let even = if patch.has_bands() { EVEN_SHARE * parts.even.max(0.0) } else { 0.0 };
+    let (mean_square, correlation) = match parts.count >= LEAST_PIXELS && is_least {
+        true => (parts.odd + even, parts.correlation),
+        false => (linear.cost / fine.count as f64, linear.extra / linear.cost),
+    };
+    let mean_square = mean_square.max(ROUNDING_VARIANCE);
+    let noise = mean_square * fine.count as f64 / degrees_of_freedom(fine)
+        * correlation_excess(correlation);
+    let covariance = linear.normal_matrix.cholesky()?.inverse() * noise;
     let inside = |at: f64, size: u32| at >= MARGIN_PX && at <= f64::from(size) - 1.0 - MARGIN_PX;
     if !(inside(centre[0] + at[0], image.width()) && inside(centre[1] + at[1], image.height())) {
         return None;
     }
-    let floor = Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX);
     let corner = Corner::new(
         Point2::new(centre[0] + at[0], centre[1] + at[1]),
         // A computed inverse is symmetric only up to rounding; a recording stores three numbers.
@@ -211,9 +235,13 @@ pub(super) fn fit(
             covariance[(1, 0)],
             covariance[(1, 0)],
             covariance[(1, 1)],
-        ) + floor,
+        ) + floor_px2(),
     );
-    Some(EdgeFit { corner, residual, at, patch })
+    Some(EdgeFit { corner, residual, noise, at, patch })
+}
+
+fn floor_px2() -> Matrix2<f64> {
+    Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX)
 }
 
 /// Factor by which correlated residuals, as from clutter and shadows, inflate the variance over independent ones:
@@ -356,6 +384,45 @@ mod tests {
         for i in 0..PARAMETERS {
             let sd = (variance * covariance[(i, i)]).sqrt();
             assert!(step[i].abs() < 0.02 * sd, "parameter {i}: {} of {sd}", step[i]);
+        }
+    }
+
+    /// A picture has halos by sharpening or is blurred by a disc, which isn't the model: both sides of an edge are alike, so
+    /// it doesn't move the corner, and mustn't make it less certain either.
+    #[test]
+    fn the_stated_error_is_the_true_one_whatever_the_edges_look_like() {
+        let blurred = |d: f64| (0.55 * d).tanh();
+        let haloed = |d: f64| (0.9 * d).tanh() * (1.0 + 0.35 * (-0.12 * d * d).exp());
+        let boxed = |d: f64| (d / 3.5).clamp(-1.0, 1.0);
+        let profiles: [(&str, &dyn Fn(f64) -> f64); 3] =
+            [("blurred", &blurred), ("with halos", &haloed), ("by a disc", &boxed)];
+        let mut seed = 1_u64;
+        let mut uniform = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (seed >> 40) as f64 / f64::from(1 << 24)
+        };
+        let mut scratch = Scratch::default();
+        for (name, edge) in profiles {
+            let (mut squares, mut count) = (0.0, 0.0);
+            for _ in 0..60 {
+                let at = [20.0 + uniform(), 20.0 + uniform()];
+                let image = GrayImage::from_fn(41, 41, |x, y| {
+                    let (dx, dy) = (f64::from(x) - at[0], f64::from(y) - at[1]);
+                    let step = edge(dy * 0.98 - dx * 0.2) * edge(dy * 0.29 + dx * 0.957);
+                    // About normal.
+                    let noise = 2.5 * (0..12).map(|_| uniform() - 0.5).sum::<f64>();
+                    image::Luma([(125.0 + 70.0 * step + noise).round() as u8])
+                });
+                let axes_px = [[14.7, 3.0], [-4.2, 14.0]];
+                let fit =
+                    fit(&image, [20.5, 20.5], axes_px, f64::INFINITY, Known::Nothing, &mut scratch);
+                let corner = fit.expect("a fit").corner;
+                let off_px = corner.px - Point2::from(at);
+                squares += off_px.norm_squared() / corner.covariance_px2.trace();
+                count += 1.0;
+            }
+            let ratio = f64::sqrt(squares / count);
+            assert!((0.7..1.3).contains(&ratio), "{name}: errors are {ratio} times the stated sd");
         }
     }
 }

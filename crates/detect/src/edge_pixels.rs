@@ -23,6 +23,25 @@ pub(super) struct Pixels {
     weight: Vec<f32>,
     /// Light that was added to the brightness in place of markers' frames.
     frames: Vec<f32>,
+    /// What the model leaves of the brightness.
+    residuals: Vec<f32>,
+    /// What each pixel tells of the corner's place: squared change of its brightness per pixel of the corner's way.
+    information: Vec<f32>,
+    /// The residuals row by row, for lookup; NaN where there's no pixel.
+    map: Vec<f32>,
+    pub(super) count: usize,
+}
+
+/// Mean squares of the residuals by their symmetry about the corner, weighted by what each pixel tells of its place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Symmetry {
+    /// Of what changes its sign, twice: the variance of white noise, half of which is odd.
+    pub(super) odd: f64,
+    /// Of the rest.
+    pub(super) even: f64,
+    /// Correlation of the odd part with the next pixel in the row.
+    pub(super) correlation: f64,
+    /// Pixels whose mirror image is in the patch, too.
     pub(super) count: usize,
 }
 
@@ -130,6 +149,73 @@ impl Pixels {
     /// Single precision, summed in a fixed order: identical results on every machine.
     pub(super) fn linearise(&self, at: &Vector) -> Linear {
         simd::widest(Linearising { pixels: self, at })
+    }
+
+    /// How much of the residuals at `at` could have moved the corner. The model is even about the corner, so its derivatives by
+    /// the corner's place are odd: what's even of the residuals, as halos or the blur of a disc, can't move it.
+    ///
+    /// The mirror image is interpolated between pixels. Only products with other pixels are taken from it, so that noise
+    /// counts once.
+    pub(super) fn symmetry(&mut self, at: &Vector, radius_px: i32) -> Symmetry {
+        self.residuals.resize(self.x.len(), 0.0);
+        self.information.resize(self.x.len(), 0.0);
+        simd::widest(Subtracting { pixels: self, at });
+        let Self { x, y, residuals, information, map, count, .. } = self;
+        // Twice as wide as the patch, so that the mirror image of a row doesn't reach the next one.
+        let side = 4 * radius_px + 4;
+        let place = |x: i32, y: i32| (y + radius_px) * side + x + side / 2;
+        map.clear();
+        map.resize((side * (2 * radius_px + 1)) as usize, f32::NAN);
+        let places = x.iter().zip(y.iter()).map(|(x, y)| place(*x as i32, *y as i32)).take(*count);
+        for (place, residual) in places.clone().zip(residuals.iter()) {
+            map[place as usize] = *residual;
+        }
+        let twice = [2.0 * at[0] as f32, 2.0 * at[1] as f32];
+        let [(left, right), (top, down)] = twice.map(|at| (at.floor() as i32, at - at.floor()));
+        let is_near = left.abs() <= radius_px && top.abs() <= radius_px;
+        let mirror = place(left, top) + place(0, 0);
+        let pair =
+            |from: i32| match usize::try_from(from).ok().and_then(|from| map.get(from..from + 2)) {
+                Some(&[one, other]) if is_near => (1.0 - right) * one + right * other,
+                _ => f32::NAN,
+            };
+        let (mut odd, mut even, mut next, mut all, mut count) = (0.0, 0.0, 0.0, 0.0, 0);
+        for (place, (here, information)) in places.zip(residuals.iter().zip(information.iter())) {
+            let at = mirror - place;
+            let mirrored = (1.0 - down) * pair(at) + down * pair(at + side);
+            if mirrored.is_nan() {
+                continue;
+            }
+            count += 1;
+            all += f64::from(*information);
+            odd += f64::from(information * here * (here - mirrored));
+            even += f64::from(information * here * mirrored);
+            let beside = map[place as usize + 1];
+            let product = information * beside * (here - mirrored);
+            next += if beside.is_nan() { 0.0 } else { f64::from(product) };
+        }
+        let correlation = if odd > 0.0 { next / odd } else { 0.0 };
+        Symmetry { odd: odd / all, even: even / all, correlation, count }
+    }
+
+    #[inline(always)]
+    fn subtract_here(&mut self, at: &Vector) {
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
+        let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
+        let places = self.x.iter().zip(&self.y).zip(&self.value);
+        let into = self.residuals.iter_mut().zip(&mut self.information);
+        for (((x, y), value), (residual, information)) in places.zip(into) {
+            let (dx, dy) = (x - x0, y - y0);
+            let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
+            let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
+            *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
+            let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
+            let (by_x, by_y) = (across1 * s1 + across2 * s2, across1 * c1 + across2 * c2);
+            *information = by_x * by_x + by_y * by_y;
+        }
     }
 
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
@@ -254,6 +340,20 @@ impl simd::Loop for Linearising<'_> {
     #[inline(always)]
     fn run(self) -> Linear {
         self.pixels.linearise_here(self.at)
+    }
+}
+
+struct Subtracting<'a> {
+    pixels: &'a mut Pixels,
+    at: &'a Vector,
+}
+
+impl simd::Loop for Subtracting<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.pixels.subtract_here(self.at);
     }
 }
 

@@ -117,6 +117,10 @@ impl Refiner {
             self.drop_touched(image, lines, median_residual, board.markers().is_some());
             self.drop_strays(rough);
         }
+        let noise = self.median(|_, fit| fit.noise).unwrap_or_default();
+        for fit in self.fits.iter_mut().flatten() {
+            *fit = fit.with_least_noise(noise);
+        }
         let (found, wanted) = (self.fits.iter().flatten().count(), rough.corners_px.len());
         let blur_px = self.median(|_, fit| fit.blur_px()).unwrap_or(params.max_blur_px);
         let limit_px = params.max_blur_px.min(BLUR_LIMIT_SQUARES * shortest_px);
