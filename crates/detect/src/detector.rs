@@ -179,15 +179,16 @@ impl Detector {
         }
         let is_marked = board.markers().is_some();
         let mut best_miss = Miss::NoBoard;
-        // Around tags there's room for the ring, as on a plain board; far ones are read in the finer picture only.
+        // Around tags there's room for the ring, as on a plain board; far ones are read in the finer picture only, and the
+        // better of two counts.
         let is_tags = board.markers().is_some_and(|markers| markers.tags.is_some());
-        let [primary, coarser, finer] = match (is_marked, is_tags) {
+        let ([primary, coarser, finer], takes_first) = match (is_marked, is_tags) {
             (_, true) => {
                 let [primary, coarser, finer] = self.search_levels(image);
-                [primary, finer.or(coarser), None]
+                ([primary, finer.or(coarser), None], false)
             }
-            (true, _) => self.fine_levels(image),
-            (false, _) => self.search_levels(image),
+            (true, _) => (self.fine_levels(image), true),
+            (false, _) => (self.search_levels(image), false),
         };
         let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
         // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
@@ -235,7 +236,7 @@ impl Detector {
             match found {
                 Ok(detection) => {
                     let seen = seen_count(&detection.corners);
-                    if seen == detection.corners.len() || (names_points && !is_tags) {
+                    if seen == detection.corners.len() || takes_first {
                         return Ok(detection);
                     }
                     if best_part.as_ref().is_none_or(|part| seen > seen_count(&part.corners)) {

@@ -6,13 +6,13 @@ use super::{
     lattice::{Lattice, Node},
     missing::{Behind, SIDES, behind},
     outcome::{Miss, Side},
-    placement::{Placement, TURNS, places},
+    placement::{Weighed, places},
     track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
 
 /// Most places of a grid that are listed.
-const PLACES: usize = 3;
+pub(super) const PLACES: usize = 3;
 
 /// How a picture was searched.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,6 +36,8 @@ pub struct WeighedGrid {
     pub ends: Vec<WeighedEnd>,
     /// Where on the board it may lie: the places with most bits, best first. None for boards with markers.
     pub places: Vec<WeighedPlace>,
+    /// What the markers in its squares say. `None` for boards without any.
+    pub markers: Option<WeighedMarkers>,
     /// What came of it.
     pub outcome: GridOutcome,
 }
@@ -62,6 +64,48 @@ pub struct WeighedPlace {
     pub bits: [f64; 3],
     /// Whether the code in the board's margin is there.
     pub has_code: bool,
+}
+
+/// What the markers in the squares of a grid say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WeighedMarkers {
+    /// What was read, square by square.
+    pub read: Vec<ReadMarker>,
+    /// Where on the board they put the grid: the places with most bits, best first.
+    pub places: Vec<VotedPlace>,
+}
+
+/// What was read in a square, held against the likeliest place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReadMarker {
+    /// The square's column and row of squares on the board, from 0; beyond the board if the grid is there. `None` if the
+    /// markers speak for no place.
+    pub square: Option<[i32; 2]>,
+    /// Number of the marker that the board has there.
+    pub marker: Option<usize>,
+    /// The cells in the marker's rows, from its top left, without its frame: true where it's white.
+    pub is_white: Vec<bool>,
+    /// Cells that differ from that marker's.
+    pub wrong: usize,
+    /// Bits by which it agrees beyond chance; none if too many cells are wrong.
+    pub bits: Option<f64>,
+}
+
+/// A place where the markers put a grid on the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VotedPlace {
+    /// Column and row, from 0, of the corner of the grid that's first on the board; negative beyond the board's first.
+    pub first: [i32; 2],
+    /// Quarter turns of the board, clockwise from the grid's own axes.
+    pub quarter_turns: usize,
+    /// Bits of all markers that agree.
+    pub bits: f64,
+    /// How many agree.
+    pub agreeing: usize,
+    /// How many don't, of those in squares that are surely the grid's.
+    pub conflicts: usize,
+    /// Corners of the grid that it would put beyond the board's ends.
+    pub outside: usize,
 }
 
 /// What came of a grid.
@@ -91,24 +135,28 @@ impl WeighedGrid {
         });
         let places = places(image, lattice, board, expected);
         let (low, high) = lattice.extent().unwrap_or_default();
-        let place = |(it, bits, has_code): &(Placement, [f32; 3], bool)| {
-            let ends = [it.place(low), it.place(high)];
+        let place = |(it, has_code): &(Weighed, bool)| {
+            let ends = [it.placement.place(low), it.placement.place(high)];
             WeighedPlace {
                 first: std::array::from_fn(|k| ends[0][k].min(ends[1][k]) as usize),
-                quarter_turns: TURNS.iter().position(|turn| *turn == it.turn).unwrap_or_default(),
-                bits: bits.map(f64::from),
+                quarter_turns: it.placement.quarter_turns(),
+                bits: [it.ends, it.colours, it.track].map(f64::from),
                 has_code: *has_code,
             }
         };
         Self {
             ends: ends.to_vec(),
             places: places.iter().take(PLACES).map(place).collect(),
-            ..Self::marked(lattice, outcome)
+            ..Self::seen(lattice, outcome)
         }
     }
 
     /// The grid in `lattice` of a board with markers.
-    pub(super) fn marked(lattice: &Lattice, outcome: GridOutcome) -> Self {
+    pub(super) fn marked(lattice: &Lattice, says: WeighedMarkers, outcome: GridOutcome) -> Self {
+        Self { markers: Some(says), ..Self::seen(lattice, outcome) }
+    }
+
+    fn seen(lattice: &Lattice, outcome: GridOutcome) -> Self {
         let seen = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
         let size = lattice.extent().map_or([0; 2], |(low, high)| {
             [high.0 - low.0, high.1 - low.1].map(|span| span as usize + 1)
@@ -119,6 +167,7 @@ impl WeighedGrid {
             size,
             ends: Vec::new(),
             places: Vec::new(),
+            markers: None,
             outcome,
         }
     }

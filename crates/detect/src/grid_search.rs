@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    board_match::{count_board, is_no_part, match_board},
+    board_match::{count_board, is_no_part, match_board, prune},
     colours::are_discs,
     explain::{GridOutcome, WeighedGrid},
     grow::{Grower, Limits},
@@ -11,6 +11,7 @@ use super::{
     lattice::Lattice,
     marked_board::name_corners,
     marker_cells::Polarity,
+    marker_votes::{read_markers, votes},
     outcome::Miss,
     params::DetectorParams,
     response::{Peak, peaks as find_peaks, respond},
@@ -153,11 +154,14 @@ impl GridSearch {
                 continue;
             }
             let square_px = lattice.mean_height() * full_px;
-            let named = name_corners(picture, lattice, board, markers, corners)
+            prune(lattice);
+            let readings = read_markers(picture, lattice, markers);
+            let says = weighed.as_ref().map(|_| votes(&readings, lattice, board, markers));
+            let named = name_corners(picture, lattice, &readings, board, markers, corners)
                 .map_err(|miss| or_too_small(miss, markers, square_px));
-            if let Some(weighed) = weighed {
+            if let Some((weighed, says)) = weighed.as_mut().zip(says) {
                 let outcome = outcome_of(named.map(|_| &**corners));
-                weighed.push(WeighedGrid::marked(lattice, outcome));
+                weighed.push(WeighedGrid::marked(lattice, says, outcome));
             }
             match named {
                 Ok(polarity) => return Ok(polarity),

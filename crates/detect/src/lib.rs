@@ -107,7 +107,10 @@ mod simd;
 mod track;
 
 pub use detector::{Detector, Search, detect};
-pub use explain::{GridOutcome, Searched, WeighedEnd, WeighedGrid, WeighedPlace};
+pub use explain::{
+    GridOutcome, ReadMarker, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
+    WeighedPlace,
+};
 pub use outcome::{Detection, Miss, Quality, Side};
 pub use params::DetectorParams;
 pub use printed_code::read_code;

@@ -5,11 +5,10 @@
 use image::GrayImage;
 
 use super::{
-    board_match::prune,
     colours::{FAR_SQUARES, colour_step_within, inside},
     lattice::{Lattice, Node, axes, height},
     marker_cells::Polarity,
-    marker_votes::{Candidate, Reading, Verdict, place, read_markers},
+    marker_votes::{Candidate, Reading, Verdict, place},
     missing::cut_off_by,
     outcome::Miss,
     saddle::settle,
@@ -31,7 +30,7 @@ const LEAST_OF_TYPICAL: f32 = 0.35;
 const GAP_SHARE: f32 = 0.9;
 const LEAST_CORNERS: usize = 4;
 
-/// Writes the grid's corners to `into`, row by row in the board's numbering, with those beside them that the picture
+/// Writes the grid's corners to `into`, by the `readings` of its squares, row by row in the board's numbering, with those beside them that the picture
 /// shows; `None` for those that aren't seen. Returns the polarity of the board.
 ///
 /// # Errors
@@ -41,18 +40,17 @@ const LEAST_CORNERS: usize = 4;
 pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,
+    readings: &[Reading],
     board: &Checkerboard,
     markers: Markers,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<Polarity, Miss> {
-    prune(lattice);
-    let readings = read_markers(image, lattice, markers);
     let partial = |lattice: &Lattice| Miss::PartialBoard {
         found: lattice.len().min(board.corner_count()),
         wanted: board.corner_count(),
         cut_off_by: cut_off_by(image, lattice),
     };
-    let best = match place(&readings, lattice, board, markers) {
+    let best = match place(readings, lattice, board, markers) {
         Verdict::Clear(best) => best,
         Verdict::Ambiguous => return Err(partial(lattice)),
         Verdict::OtherSquares => return Err(Miss::OtherSquares { markers: readings.len() }),
@@ -66,7 +64,7 @@ pub(super) fn name_corners(
             });
         }
     };
-    keep_agreeing(lattice, &readings, &best, board, markers);
+    keep_agreeing(lattice, readings, &best, board, markers);
     let far = (GAP_SHARE * markers.gap_steps() as f32).min(FAR_SQUARES);
     let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
         return Err(partial(lattice));

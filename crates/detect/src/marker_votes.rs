@@ -7,6 +7,7 @@
 use image::GrayImage;
 
 use super::{
+    explain::{PLACES, ReadMarker, VotedPlace, WeighedMarkers},
     lattice::{Lattice, Node},
     marker_cells::{Polarity, read_cells},
     placement::{Placement, TURNS},
@@ -68,6 +69,12 @@ impl Candidate {
     pub(super) fn agrees(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> bool {
         let cells = markers.dictionary.side_cells().pow(2);
         wrong_cells(self, reading, board, markers).is_some_and(|wrong| wrong <= cells / WRONG_SHARE)
+    }
+
+    /// The square in which a marker was read, in columns and rows of squares; `None` before the board's first.
+    fn square_of(&self, reading: &Reading) -> Option<[usize; 2]> {
+        let [column, row] = square_at(&self.placement, reading.node);
+        Some([usize::try_from(column).ok()?, usize::try_from(row).ok()?])
     }
 
     /// Whether the square towards higher steps along both axes is light in the picture.
@@ -146,17 +153,10 @@ pub(super) fn place(
     board: &Checkerboard,
     markers: Markers,
 ) -> Verdict {
-    let mut candidates = vote(readings, board, markers);
-    candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.votes));
-    let searched = candidates.len() as f64;
-    candidates.truncate(MOST_PLACEMENTS);
-    for candidate in &mut candidates {
-        judge(candidate, readings, board, markers);
-        candidate.outside = outside(candidate, lattice, board);
-    }
+    let (mut candidates, searched) = judged(readings, lattice, board, markers);
     let most_bits = candidates.iter().map(|it| it.bits).fold(0.0, f64::max);
     candidates.retain(|it| most_bits - it.bits < BITS_AHEAD);
-    let is_certain = |it: &Candidate| it.bits - libm::log2(searched.max(1.0)) >= LEAST_BITS;
+    let is_certain = |it: &Candidate| it.bits - libm::log2(searched.max(1) as f64) >= LEAST_BITS;
     let has_others = |it: &Candidate| it.others >= LEAST_OTHERS;
     let is_other = candidates.iter().any(|it| is_certain(it) && has_others(it));
     candidates.retain(|it| !has_others(it));
@@ -168,6 +168,66 @@ pub(super) fn place(
     };
     let near = candidates.iter().filter(|it| it.outside < first.outside + MORE_OUTSIDE).count();
     if near == 1 { Verdict::Clear(*first) } else { Verdict::Ambiguous }
+}
+
+/// The placements with most votes, and how many have some.
+fn judged(
+    readings: &[Reading],
+    lattice: &Lattice,
+    board: &Checkerboard,
+    markers: Markers,
+) -> (Vec<Candidate>, usize) {
+    let mut candidates = vote(readings, board, markers);
+    candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.votes));
+    let searched = candidates.len();
+    candidates.truncate(MOST_PLACEMENTS);
+    for candidate in &mut candidates {
+        judge(candidate, readings, board, markers);
+        candidate.outside = outside(candidate, lattice, board);
+    }
+    (candidates, searched)
+}
+
+/// What [`place`] weighs, for whoever asks why.
+pub(super) fn votes(
+    readings: &[Reading],
+    lattice: &Lattice,
+    board: &Checkerboard,
+    markers: Markers,
+) -> WeighedMarkers {
+    let (mut candidates, _) = judged(readings, lattice, board, markers);
+    candidates.sort_by(|one, other| other.bits.total_cmp(&one.bits));
+    let cells = markers.dictionary.side_cells().pow(2);
+    let best = candidates.first();
+    let read = |reading: &Reading| {
+        let code = reading.codes[best.map_or(0, |it| it.turn)];
+        let wrong = best.and_then(|it| wrong_cells(it, reading, board, markers));
+        let fits = wrong.filter(|wrong| *wrong <= cells / WRONG_SHARE);
+        ReadMarker {
+            square: best.map(|it| square_at(&it.placement, reading.node)),
+            marker: best
+                .and_then(|it| it.layout.marker_at(it.square_of(reading)?, board.squares())),
+            is_white: (0..cells).rev().map(|cell| code >> cell & 1 == 1).collect(),
+            wrong: wrong.unwrap_or_default(),
+            bits: fits.map(|wrong| bits_beyond_chance(cells, wrong)),
+        }
+    };
+    let (low, high) = lattice.extent().unwrap_or_default();
+    let place = |it: &Candidate| {
+        let ends = [it.placement.place(low), it.placement.place(high)];
+        VotedPlace {
+            first: std::array::from_fn(|k| ends[0][k].min(ends[1][k])),
+            quarter_turns: it.placement.quarter_turns(),
+            bits: it.bits,
+            agreeing: it.agreeing,
+            conflicts: it.conflicts,
+            outside: it.outside,
+        }
+    };
+    WeighedMarkers {
+        read: readings.iter().map(read).collect(),
+        places: candidates.iter().take(PLACES).map(place).collect(),
+    }
 }
 
 /// How many corners of the grid a placement puts beyond the board's ends.
@@ -248,9 +308,8 @@ fn wrong_cells(
     board: &Checkerboard,
     markers: Markers,
 ) -> Option<usize> {
-    let square = square_at(&candidate.placement, reading.node);
-    let [column, row] = square.map(|place| usize::try_from(place).ok());
-    let code = markers.code_at(candidate.layout, [column?, row?], board.squares())?;
+    let square = candidate.square_of(reading)?;
+    let code = markers.code_at(candidate.layout, square, board.squares())?;
     Some((reading.codes[candidate.turn] ^ code).count_ones() as usize)
 }
 

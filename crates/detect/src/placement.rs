@@ -63,6 +63,11 @@ impl Placement {
         Point2::new(along(0), along(1))
     }
 
+    /// Quarter turns of the board, clockwise from the grid's axes.
+    pub(super) fn quarter_turns(&self) -> usize {
+        TURNS.iter().position(|turn| *turn == self.turn).unwrap_or_default()
+    }
+
     fn is_upright(&self) -> bool {
         self.turn[0][0] != 0
     }
@@ -83,24 +88,13 @@ pub(super) fn place_part(
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
-    let ends = SIDES.map(|out| behind(image, lattice, out));
-    let by_picture = |placement: &Placement| {
-        of_ends(placement, (low, high), board, ends) + of_colours(image, lattice, placement, board)
-    };
-    let by_track = |placement: &Placement| {
-        let (near, vanished) = track(image, lattice, placement, board, expected);
-        let bits = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
-        (by_picture(placement) + bits, near > LEAD - ASTRAY_BITS)
-    };
-    let tracked = (!expected.corners.is_empty())
-        .then(|| leading(inside_board((low, high), board).map(|it| (it, by_track(&it)))))
-        .flatten();
+    let all = weigh(image, lattice, board, expected);
+    let tracked = leading(all.clone().map(|it| (it.placement, it.bits(), it.is_tracked)));
     let named = || {
         let by_code = by_code(image, lattice, board)?;
-        let all = || inside_board((low, high), board).map(|it| (it, by_picture(&it)));
-        let most = all().map(|(_, bits)| bits).fold(f32::NEG_INFINITY, f32::max);
-        let fitting = all().filter(|(it, bits)| *bits > most - LEAD && by_code(it));
-        leading(fitting.map(|(it, bits)| (it, (bits, true))))
+        let most = all.clone().map(|it| it.by_picture()).fold(f32::NEG_INFINITY, f32::max);
+        let fits = |it: &Weighed| it.by_picture() > most - LEAD && by_code(&it.placement);
+        leading(all.clone().filter(fits).map(|it| (it.placement, it.by_picture(), true)))
     };
     let Some(placement) = tracked.or_else(named) else { return false };
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
@@ -110,47 +104,79 @@ pub(super) fn place_part(
     true
 }
 
-/// The places where a grid may lie on `board`, best first, with the bits that [`place_part`] weighs: by the ends, the colours
-/// and the track; and whether the code is there.
+/// A place of a grid on the board, with the bits for it: by what lies behind the ends, by the colours, and by the track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Weighed {
+    pub(super) placement: Placement,
+    pub(super) ends: f32,
+    pub(super) colours: f32,
+    pub(super) track: f32,
+    /// Whether the track leads here, so that it's a witness.
+    is_tracked: bool,
+}
+
+impl Weighed {
+    fn by_picture(&self) -> f32 {
+        self.ends + self.colours
+    }
+
+    fn bits(&self) -> f32 {
+        self.by_picture() + self.track
+    }
+}
+
+/// Every place where a grid may lie on `board`.
+fn weigh<'a>(
+    image: &'a GrayImage,
+    lattice: &'a Lattice,
+    board: &'a Checkerboard,
+    expected: &'a Expected,
+) -> impl Iterator<Item = Weighed> + Clone + 'a {
+    let extent = lattice.extent().unwrap_or_default();
+    let ends = SIDES.map(|out| behind(image, lattice, out));
+    inside_board(extent, board).map(move |placement| {
+        let (near, vanished) = track(image, lattice, &placement, board, expected);
+        let track = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
+        let has_track = !expected.corners.is_empty();
+        Weighed {
+            placement,
+            ends: of_ends(&placement, extent, board, ends),
+            colours: of_colours(image, lattice, &placement, board),
+            track: if has_track { track } else { 0.0 },
+            is_tracked: has_track && near > LEAD - ASTRAY_BITS,
+        }
+    })
+}
+
+/// What [`place_part`] weighs, best first, each with true if the code is there.
 pub(super) fn places(
     image: &GrayImage,
-    lattice: &mut Lattice,
+    lattice: &Lattice,
     board: &Checkerboard,
     expected: &Expected,
-) -> Vec<(Placement, [f32; 3], bool)> {
-    let Some((low, high)) = lattice.extent() else { return Vec::new() };
-    let ends = SIDES.map(|out| behind(image, lattice, out));
+) -> Vec<(Weighed, bool)> {
     let by_code = by_code(image, lattice, board);
-    let weighed = |it: Placement| {
-        let (near, vanished) = track(image, lattice, &it, board, expected);
-        let by_track = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
-        let bits = [
-            of_ends(&it, (low, high), board, ends),
-            of_colours(image, lattice, &it, board),
-            if expected.corners.is_empty() { 0.0 } else { by_track },
-        ];
-        (it, bits, by_code.as_ref().is_some_and(|is_named| is_named(&it)))
-    };
-    let mut places: Vec<_> = inside_board((low, high), board).map(weighed).collect();
-    let total = |bits: [f32; 3]| bits.iter().sum::<f32>();
-    places.sort_by(|a, b| total(b.1).total_cmp(&total(a.1)));
+    let has_code = |it: &Weighed| by_code.as_ref().is_some_and(|is_named| is_named(&it.placement));
+    let all = weigh(image, lattice, board, expected);
+    let mut places: Vec<_> = all.map(|it| (it, has_code(&it))).collect();
+    places.sort_by(|a, b| b.0.bits().total_cmp(&a.0.bits()));
     places
 }
 
 /// The placement that leads all others, if it has a witness.
-fn leading(weighed: impl Iterator<Item = (Placement, (f32, bool))>) -> Option<Placement> {
-    let mut best: Option<(Placement, (f32, bool))> = None;
+fn leading(weighed: impl Iterator<Item = (Placement, f32, bool)>) -> Option<Placement> {
+    let mut best: Option<(Placement, f32, bool)> = None;
     let mut second = f32::NEG_INFINITY;
     for one in weighed {
         match best {
-            Some(before) if before.1.0 >= one.1.0 => second = second.max(one.1.0),
+            Some(before) if before.1 >= one.1 => second = second.max(one.1),
             before => {
-                second = before.map_or(second, |before| before.1.0);
+                second = before.map_or(second, |before| before.1);
                 best = Some(one);
             }
         }
     }
-    let (placement, (bits, has_witness)) = best?;
+    let (placement, bits, has_witness) = best?;
     (has_witness && bits - second >= LEAD).then_some(placement)
 }
 
@@ -164,7 +190,7 @@ fn either(one: f32, other: f32) -> f32 {
 fn inside_board(
     (low, high): (Node, Node),
     board: &Checkerboard,
-) -> impl Iterator<Item = Placement> {
+) -> impl Iterator<Item = Placement> + Clone {
     let size = [board.columns() as i32, board.rows() as i32];
     TURNS.into_iter().flat_map(move |turn| {
         let unshifted = Placement { turn, shift: [0, 0] };

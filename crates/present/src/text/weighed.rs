@@ -1,6 +1,9 @@
 //! What the detector weighed: one line a grid, and the bits below it.
 
-use boresight_detect::{GridOutcome, Searched, Side, WeighedEnd, WeighedGrid, WeighedPlace};
+use boresight_detect::{
+    GridOutcome, ReadMarker, Searched, Side, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
+    WeighedPlace,
+};
 
 use super::miss;
 
@@ -8,7 +11,8 @@ use super::miss;
 pub const NO_GRID: &str = "no grid of corners was found";
 /// Meaning of the bits, before the first ones.
 pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 256 to 1, and a grid's place needs a lead of 8. \
-                         A part of a plain board also needs its code or, live, its track.";
+                         A part of a plain board also needs its code or, live, its track. Where markers say the place, it needs \
+                         22 bits beyond chance, and a lead of 12.";
 
 /// How a grid was found, what came of it, and why.
 pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
@@ -35,7 +39,77 @@ pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
             format!("   Likeliest places of its first corner: {}", places.join("; "))
         });
     }
+    lines.extend(grid.markers.iter().flat_map(markers));
     lines
+}
+
+/// Where the markers put a grid, and what each of them has to do with it.
+fn markers(WeighedMarkers { read, places }: &WeighedMarkers) -> Vec<String> {
+    let mut lines = vec![match (read.len(), places.is_empty()) {
+        (0, _) => "   No markers were read".into(),
+        (count, true) => format!("   {} read, none of the board's", counted(count, "marker")),
+        (count, false) => {
+            let places: Vec<String> = places.iter().map(voted_place).collect();
+            let likeliest = places.join("; ");
+            format!(
+                "   {} read. Likeliest places of the grid's first corner: {likeliest}",
+                counted(count, "marker")
+            )
+        }
+    }];
+    lines.extend(read.iter().map(|it| format!("   {}", read_marker(it))));
+    lines
+}
+
+fn voted_place(place: &VotedPlace) -> String {
+    let VotedPlace { first, quarter_turns, bits, agreeing, conflicts, outside } = place;
+    let mut from = vec![format!("{bits:.0} bits"), format!("{agreeing} fit")];
+    if *conflicts > 0 {
+        from.push(format!("{conflicts} don't"));
+    }
+    if *outside > 0 {
+        from.push(format!("{} beyond the board", counted(*outside, "corner")));
+    }
+    format!("{} ({})", corner(first.map(i64::from), *quarter_turns), from.join(", "))
+}
+
+/// A marker's cells, row by row: `#` black, `.` white.
+fn read_marker(ReadMarker { square, marker, is_white, wrong, bits }: &ReadMarker) -> String {
+    let side = is_white.len().isqrt().max(1);
+    let row = |cells: &[bool]| cells.iter().map(|white| if *white { '.' } else { '#' }).collect();
+    let cells: Vec<String> = is_white.chunks(side).map(row).collect();
+    let place = square.map_or_else(String::new, |square| {
+        let [column, row] = square.map(|index| index + 1);
+        format!(" in column {column}, row {row} of the squares")
+    });
+    let says = match (marker, bits) {
+        (Some(number), Some(bits)) if *wrong == 0 => {
+            format!("marker {number}, every cell: {bits:.0} bits")
+        }
+        (Some(number), Some(bits)) => {
+            format!("marker {number} but for {}: {bits:.0} bits", counted(*wrong, "cell"))
+        }
+        (Some(number), None) => {
+            format!("not marker {number}, which belongs there: {} differ", counted(*wrong, "cell"))
+        }
+        (None, _) if square.is_some() => "no marker belongs there".into(),
+        (None, _) => "not one of the board's".into(),
+    };
+    format!("{}{place}: {says}", cells.join("/"))
+}
+
+fn counted(count: usize, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}
+
+/// A corner of the board by its place, and how the board is turned.
+fn corner(first: [i64; 2], quarter_turns: usize) -> String {
+    let [column, row] = first.map(|index| index + 1);
+    let turned = match quarter_turns {
+        0 => String::new(),
+        turns => format!(", turned by {}°", 90 * turns),
+    };
+    format!("column {column}, row {row}{turned}")
 }
 
 fn searched(Searched { scale, grown }: Searched) -> String {
@@ -59,21 +133,16 @@ fn end(&WeighedEnd { side, white_bits, squares_bits }: &WeighedEnd) -> String {
     format!("{side} {white_bits:.0} / {squares_bits:.0}")
 }
 
-fn place(&WeighedPlace { first, quarter_turns, bits, has_code }: &WeighedPlace) -> String {
+fn place(WeighedPlace { first, quarter_turns, bits, has_code }: &WeighedPlace) -> String {
     let [ends, colours, track] = bits;
     let mut from = vec![format!("ends {ends:.0}"), format!("colours {colours:.0}")];
-    if track != 0.0 {
+    if *track != 0.0 {
         from.push(format!("track {track:.0}"));
     }
-    if has_code {
+    if *has_code {
         from.push("the code is there".into());
     }
-    let [column, row] = first.map(|index| index + 1);
-    let turned = match quarter_turns {
-        0 => String::new(),
-        turns => format!(", turned by {}°", 90 * turns),
-    };
-    format!("column {column}, row {row}{turned} ({})", from.join(", "))
+    format!("{} ({})", corner(first.map(|index| index as i64), *quarter_turns), from.join(", "))
 }
 
 #[cfg(test)]
@@ -96,6 +165,7 @@ mod tests {
                 bits: [12.4, 0.0, 0.0],
                 has_code: false,
             }],
+            markers: None,
             outcome: GridOutcome::Missed(Miss::PartialBoard {
                 found: 40,
                 wanted: 54,
@@ -111,5 +181,50 @@ mod tests {
                 "   Likeliest places of its first corner: column 2, row 1, turned by 180° (ends 12, colours 0)",
             ]
         );
+    }
+
+    #[test]
+    fn markers_are_told_one_by_one() {
+        let cells = [0b0110_u16, 0b1001, 0b1111, 0b0000];
+        let is_white: Vec<bool> = cells
+            .iter()
+            .flat_map(|row| (0..4).rev().map(move |cell| row >> cell & 1 == 1))
+            .collect();
+        let read = |marker, wrong, bits| ReadMarker {
+            square: Some([0, 1]),
+            marker,
+            is_white: is_white.clone(),
+            wrong,
+            bits,
+        };
+        let place = VotedPlace {
+            first: [0, -1],
+            quarter_turns: 0,
+            bits: 28.0,
+            agreeing: 2,
+            conflicts: 1,
+            outside: 5,
+        };
+        let says = WeighedMarkers {
+            read: vec![
+                read(Some(4), 0, Some(16.0)),
+                read(Some(4), 1, Some(12.0)),
+                read(Some(4), 7, None),
+                read(None, 0, None),
+            ],
+            places: vec![place],
+        };
+        assert_eq!(
+            markers(&says),
+            [
+                "   4 markers read. Likeliest places of the grid's first corner: column 1, row 0 (28 bits, 2 fit, 1 don't, 5 corners beyond the board)",
+                "   #..#/.##./..../#### in column 1, row 2 of the squares: marker 4, every cell: 16 bits",
+                "   #..#/.##./..../#### in column 1, row 2 of the squares: marker 4 but for 1 cell: 12 bits",
+                "   #..#/.##./..../#### in column 1, row 2 of the squares: not marker 4, which belongs there: 7 cells differ",
+                "   #..#/.##./..../#### in column 1, row 2 of the squares: no marker belongs there",
+            ]
+        );
+        let none = WeighedMarkers::default();
+        assert_eq!(markers(&none), ["   No markers were read"]);
     }
 }
