@@ -165,6 +165,8 @@ impl GridSearch {
             }
             match named {
                 Ok(polarity) => return Ok(polarity),
+                // A smaller piece of that other board may have only those of its markers that ours has there.
+                Err(miss @ Miss::OtherSquares { .. }) => return Err(miss),
                 Err(miss) => best_miss = best_miss.or_closer(miss),
             }
         }
