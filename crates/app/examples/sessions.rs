@@ -2,8 +2,11 @@
 //! kinds, ordinary boards, and sometimes one flaw. No picture is drawn.
 //!
 //! ```text
-//! sessions COUNT [FIRST [each]]
+//! sessions COUNT [FIRST [each | FLAW [TIMES]]]
 //! ```
+//!
+//! `each` prints a line for every session. A flaw's name gives all sessions that flaw, and prints how often its cause is named by its
+//! size, which is TIMES as large.
 
 mod best_turn;
 mod outlines;
@@ -48,6 +51,8 @@ const RIGHT: [&[&str]; 8] = [
 ];
 /// What ordinary boards are, too: a little stretched, and bent.
 const STRETCHED: [&str; 2] = ["BOARD-STRETCHED", "PIXELS-NOT-SQUARE"];
+/// Rows of a table of sizes.
+const SHARES: usize = 5;
 /// A bend that may be named in any session.
 const BENT_M: f64 = 5e-5;
 const CAUSES: [&str; 13] = [
@@ -199,11 +204,19 @@ struct Flaw {
     off_px: Vector2<f64>,
 }
 
+impl Flaw {
+    /// Its size: relative, or in metres or pixels.
+    fn size(&self) -> f64 {
+        [self.share, self.bend_m, self.shear_px].map(f64::abs).into_iter().fold(0.0, f64::max)
+    }
+}
+
 struct Came {
     seed: u64,
     lens: usize,
     noise: usize,
     flaw: usize,
+    size: f64,
     views: usize,
     error_px: f64,
     bound_px: f64,
@@ -218,11 +231,12 @@ struct Came {
     model: String,
 }
 
-fn session(seed: u64) -> Option<Came> {
+fn session(seed: u64, planted: Option<(usize, f64)>) -> Option<Came> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let rng = &mut rng;
     let (of_lens, of_noise) = (seed as usize % LENSES.len(), seed as usize / 8 % NOISES.len());
     let kind = if rng.random_range(0.0..1.0) < 0.5 { 0 } else { rng.random_range(1..FLAWS.len()) };
+    let (kind, times) = planted.unwrap_or((kind, 1.0));
     let (width_px, height_px) = *SIZES.choose(rng)?;
     let size = ImageSize { width_px, height_px };
     let (columns, rows) = *BOARDS.choose(rng)?;
@@ -236,6 +250,7 @@ fn session(seed: u64) -> Option<Came> {
     let flaw = Flaw {
         kind,
         share: sign
+            * times
             * match FLAWS[kind] {
                 "print" | "pixels" => rng.random_range(1e-3..5e-3),
                 "focus" => rng.random_range(3e-3..2e-2),
@@ -243,8 +258,10 @@ fn session(seed: u64) -> Option<Came> {
                 "two cameras" => rng.random_range(0.01..0.1),
                 _ => 0.0,
             },
-        bend_m: sign * if FLAWS[kind] == "bend" { rng.random_range(3e-4..1.5e-3) } else { 0.0 },
-        shear_px: if FLAWS[kind] == "shutter" { rng.random_range(1.0..6.0) } else { 0.0 },
+        bend_m: sign
+            * times
+            * if FLAWS[kind] == "bend" { rng.random_range(3e-4..1.5e-3) } else { 0.0 },
+        shear_px: times * if FLAWS[kind] == "shutter" { rng.random_range(1.0..6.0) } else { 0.0 },
         from: rng.random_range(count / 3..2 * count / 3),
         off_px: Vector2::from_fn(|_, _| 0.02 * f64::from(width_px) * normal(rng)),
     };
@@ -319,6 +336,7 @@ fn session(seed: u64) -> Option<Came> {
         lens: of_lens,
         noise: of_noise,
         flaw: kind,
+        size: flaw.size(),
         views: count,
         error_px,
         bound_px: found.covered_bound_px?,
@@ -327,7 +345,7 @@ fn session(seed: u64) -> Option<Came> {
         bend_m,
         named: codes(&|code, _| CAUSES.contains(&code)),
         unclear: unclear.flatten().flatten().collect(),
-        findings: codes(&|_, severity| severity != Severity::Info),
+        findings: codes(&|code, severity| severity != Severity::Info || code == "FIT-FAILED"),
         model: format!("{:?}", found.model),
     })
 }
@@ -481,14 +499,38 @@ fn table(title: &str, all: &[Came], names: &[&str], which: fn(&Came) -> usize) {
     }
 }
 
+/// How often the cause is named, by the flaw's size.
+fn power(mut all: Vec<Came>) {
+    println!("\n| size | sessions | named | not clear | inside | GOOD | GOOD beyond 2 bounds |");
+    println!("|---|---|---|---|---|---|---|");
+    all.sort_by(|a, b| a.size.total_cmp(&b.size));
+    for these in all.chunks(all.len().div_ceil(SHARES).max(1)) {
+        let count = |is: &dyn Fn(&Came) -> bool| these.iter().filter(|came| is(came)).count();
+        println!(
+            "| {:.2e} to {:.2e} | {} | {} | {} | {} | {} | {} |",
+            these[0].size,
+            these[these.len() - 1].size,
+            these.len(),
+            count(&|it| it.named.iter().any(|code| RIGHT[it.flaw].contains(code))),
+            count(&|it| !it.unclear.is_empty()),
+            count(&Came::is_inside),
+            count(&Came::is_good),
+            count(&Came::is_wrong),
+        );
+    }
+}
+
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let count = arguments.first().map_or(Ok(200), |count| count.parse::<u64>())?;
     let first = arguments.get(1).map_or(Ok(0), |first| first.parse::<u64>())?;
+    let times = arguments.get(3).map_or(Ok(1.0), |times| times.parse::<f64>())?;
+    let flaw = arguments.get(2).and_then(|name| FLAWS.iter().position(|flaw| flaw == name));
+    let planted = flaw.map(|flaw| (flaw, times));
     let (next, came) = (Mutex::new(first..first + count), Mutex::new(Vec::new()));
     let work = || {
         while let Some(seed) = next.lock().ok().and_then(|mut seeds| seeds.next()) {
-            let of_seed = session(seed);
+            let of_seed = session(seed, planted);
             if let (Some(of_seed), Ok(mut came)) = (of_seed, came.lock()) {
                 came.push(of_seed);
             }
@@ -501,13 +543,16 @@ fn main() -> anyhow::Result<()> {
     });
     let mut all = came.into_inner().unwrap_or_default();
     all.sort_by_key(|came| came.seed);
-    for it in all.iter().filter(|it| arguments.len() > 2 || !it.is_inside()) {
+    for it in
+        all.iter().filter(|it| arguments.get(2).is_some_and(|it| it == "each") || !it.is_inside())
+    {
         println!(
-            "{} {} {} {} {} views {} {:?} error {:.3} bound {:.3} goal {:.2} named {:?} unclear {:?} {:?}",
+            "{} {} {} {} {:.2e} {} views {} {:?} error {:.3} bound {:.3} goal {:.2} named {:?} unclear {:?} {:?}",
             it.seed,
             LENSES[it.lens],
             NOISES[it.noise],
             FLAWS[it.flaw],
+            it.size,
             it.views,
             it.model,
             it.verdict,
@@ -540,6 +585,9 @@ fn main() -> anyhow::Result<()> {
             told("silent"),
             told("false")
         );
+    }
+    if planted.is_some() {
+        power(all);
     }
     Ok(())
 }

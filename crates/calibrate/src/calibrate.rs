@@ -21,7 +21,7 @@ use super::{
         initial_guess::{AsSeen, NotPlanar, as_seen, distinct_views, noise_floor, starts},
         lens_model::{LensFamily, LensModel, LensPrior},
         model_choice::{ModelChoice, ModelSearch, Reversals, fit_models},
-        wide_lens::{WideLens, WideSearch, better_family, is_wide},
+        wide_lens::{WideLens, WideSearch, better_families, is_wide},
     },
     summary::assemble,
 };
@@ -113,6 +113,7 @@ pub fn calibrate(
         image_size,
         params,
         correction: None,
+        plain: None,
     };
     let Some(repeats) = Repeats::among(views, board, image_size) else {
         return Ok(given.calibrate(views, observations)?.0);
@@ -140,6 +141,8 @@ struct Given<'a> {
     params: &'a CalibrationParams,
     /// Correction for the cause of a misfit, if one is applied.
     correction: Option<&'a Correction>,
+    /// The inputs and the views without it.
+    plain: Option<(&'a Given<'a>, &'a [Vec<Corner>])>,
 }
 
 impl Given<'_> {
@@ -151,45 +154,64 @@ impl Given<'_> {
         observations: Observations,
     ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
         let mut problem = self.inputs(views, observations.clone(), None)?;
-        let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
-        let mut solved = problem.solve();
-        let wide = problem.wide_lens(&observations, solved.as_ref().ok());
+        let solved = problem.solve();
+        let mut left_out = Vec::new();
+        let wide = problem.wide_lenses(&observations, solved.as_ref().ok());
         // A bent board or a moved focus can look like another lens, too.
-        let is_other_cause = |wide: &WideLens| {
-            let Ok(solution) = &solved else { return false };
-            let gain = Examined::of(&problem, &solution.choice).causes.best_gain();
-            wide.gain.is_finite() && gain.is_some_and(|gain| gain > wide.gain)
+        let other_cause = || {
+            let examined = Examined::of(&problem, &solved.as_ref().ok()?.choice);
+            examined.causes.gain_beside_lens()
         };
-        if let Some(wide) = wide.filter(|wide| !is_other_cause(wide)) {
-            problem = self.inputs(views, observations, Some(&wide))?;
-            solved = problem.solve_wide(wide);
-        } else if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
-            return Err(undetermined);
+        let other_cause = if wide.is_empty() { None } else { other_cause() };
+        let is_other_cause = |wide: &WideLens| {
+            wide.gain.is_finite() && other_cause.is_some_and(|gain| gain > wide.gain)
+        };
+        for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
+            let family = wide.family;
+            let mut problem = self.inputs(views, observations.clone(), Some(&wide))?;
+            problem.left_out.clone_from(&left_out);
+            match problem.solve_wide(wide).and_then(|it| self.result(views, &problem, &it)) {
+                Ok(found) => return Ok(found),
+                Err(_) => left_out.push(family.code()),
+            }
         }
-        let solution = solved?;
-        let examined = Examined::of(&problem, &solution.choice);
-        if self.correction.is_none()
-            && let Some(correction) = examined.correction(&problem, &solution.choice)
-            && let Ok(corrected) = self.corrected(views, &correction)
+        if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
+            return Err(NotCalibrated::Undetermined { distinct: problem.distinct });
+        }
+        problem.left_out = left_out;
+        self.result(views, &problem, &solved?)
+    }
+
+    /// The calibration that `solution` gives, calibrated again with a correction if the cause of a misfit is clear.
+    fn result(
+        &self,
+        views: &[Vec<Corner>],
+        problem: &Inputs<'_>,
+        solution: &Solution,
+    ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
+        let examined = Examined::of(problem, &solution.choice);
+        if let Some(correction) = examined.correction(problem, &solution.choice)
+            && let Ok((corrected, more)) = self.corrected(views, &correction)
         {
-            return Ok((corrected, Some(correction)));
+            return Ok((corrected, more.or(Some(correction))));
         }
-        let found = assemble(&problem, &solution, &examined).ok_or(undetermined)?;
-        Ok((found, None))
+        let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
+        Ok((assemble(problem, solution, &examined).ok_or(undetermined)?, None))
     }
 
     fn corrected(
         &self,
         views: &[Vec<Corner>],
         correction: &Correction,
-    ) -> Result<Calibration, NotCalibrated> {
-        let views = correction.views(views);
-        let board_m = correction.board_m(self.board_m);
-        let params = correction.params(self.params);
+    ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
+        let (plain, seen) = self.plain.unwrap_or((self, views));
+        let views = correction.views(seen);
+        let board_m = correction.board_m(plain.board_m);
+        let params = correction.params(plain.params);
         let observations = observations(&views, &board_m, params.threads)?;
-        Given { board_m: &board_m, params: &params, correction: Some(correction), ..*self }
+        let (correction, plain) = (Some(correction), Some((plain, seen)));
+        Given { board_m: &board_m, params: &params, correction, plain, ..*self }
             .calibrate(&views, observations)
-            .map(|(found, _)| found)
     }
 
     /// Everything that follows from the corners without an adjustment of the lens.
@@ -199,7 +221,7 @@ impl Given<'_> {
         mut observations: Observations,
         wide: Option<&WideLens>,
     ) -> Result<Inputs<'b>, NotCalibrated> {
-        let Self { count: given, board, board_m, image_size, params, correction } = *self;
+        let Self { count: given, board, board_m, image_size, params, correction, .. } = *self;
         let as_seen = as_seen(views, board_m, image_size)
             .map_err(|NotPlanar { view }| NotCalibrated::NoHomography { view })?;
         let distinct = distinct_views(views, board, image_size);
@@ -250,6 +272,7 @@ impl Given<'_> {
             family: wide.map_or(LensFamily::Brown, |wide| wide.family),
             rivals: wide.map_or_else(Vec::new, |wide| wide.rivals.clone()),
             correction,
+            left_out: Vec::new(),
         })
     }
 
@@ -349,21 +372,21 @@ impl Inputs<'_> {
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
     }
 
-    /// The lens of another family than Brown's, if that's allowed and the corners clearly support it. `observations`
-    /// have the stated covariances; `brown` is the result for Brown's models, if there is one.
-    fn wide_lens(&self, observations: &Observations, brown: Option<&Solution>) -> Option<WideLens> {
+    /// Lenses of other families than Brown's that are allowed and that the corners clearly support, best first.
+    /// `observations` have the stated covariances; `brown` is the result for Brown's models, if there is one.
+    fn wide_lenses(&self, observations: &Observations, brown: Option<&Solution>) -> Vec<WideLens> {
         let has = |brown: bool| {
             self.params.models.iter().any(|model| (model.family() == LensFamily::Brown) == brown)
         };
         if self.params.varying_focal {
-            return None;
+            return Vec::new();
         }
         let is_few = self.distinct < VIEWS_WITHOUT_PRIOR;
         let richest = brown.and_then(|solution| solution.choice.bundles.last());
         let is_narrow =
             || richest.is_some_and(|bundle| !is_wide(&bundle.state.camera, self.image_size));
         if !has(false) || (has(true) && (is_few || is_narrow())) {
-            return None;
+            return Vec::new();
         }
         let weak = LensPrior::weak(self.image_size);
         let search = WideSearch {
@@ -374,7 +397,7 @@ impl Inputs<'_> {
             noise_floor: self.noise_floor,
             allowed: &self.params.models,
         };
-        better_family(&search, richest.map(|bundle| &bundle.state))
+        better_families(&search, richest.map(|bundle| &bundle.state))
     }
 
     /// The fit from the first start. If its residuals are larger than those of views without a common focal length, it

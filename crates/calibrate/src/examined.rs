@@ -52,7 +52,7 @@ impl Examined {
         choice: &ModelChoice,
     ) -> Option<Correction> {
         let n = inputs.observations.coordinate_count() as f64;
-        Correction::of(&self.causes, choice.bundles.last()?, n)
+        Correction::of(&self.causes, choice.bundles.last()?, n, inputs.correction)
     }
 
     /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None` if it isn't finite.

@@ -42,6 +42,8 @@ pub(super) struct Inputs<'a> {
     pub(super) rivals: Vec<Rival>,
     /// Correction for the cause of a misfit, if one is applied.
     pub(super) correction: Option<&'a Correction>,
+    /// Codes of families of lens models that couldn't be fitted.
+    pub(super) left_out: Vec<&'static str>,
 }
 
 /// The lens models fitted, and which priors that took.

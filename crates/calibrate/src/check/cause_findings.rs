@@ -1,52 +1,67 @@
 //! Turns the likeliest cause of a misfit into findings.
 
 use super::{
-    cause::{Cause, Family},
     finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity},
-    misfit_diagnosis::{CLEAR_GAIN, Causes, Hypothesis},
+    hypotheses::{Cause, Family},
+    misfit_diagnosis::Causes,
+    misfit_models::Explanation,
 };
-
-/// Gain in BIC from which `fy ≠ fx` is believed, as for a coefficient of the lens: with square pixels, once in a
-/// thousand calibrations.
-const WORTH_A_PARAMETER: f64 = 4.0;
-/// Twice the gain in log likelihood from which `fy ≠ fx` is corrected without being believed: with square pixels, once
-/// in a hundred calibrations (χ²₁), which then know `fy` a little worse.
-const WORTH_ALLOWING: f64 = 6.63;
+use crate::solve::odds::CLEAR;
 
 /// The likeliest cause of a misfit, or a finding that it isn't clear; empty without a misfit.
 pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
-    let Some(best) = causes.best_hypothesis() else { return Vec::new() };
+    let Some(best) = causes.best() else { return Vec::new() };
     let rivals = causes.rivals();
     // What is corrected is told by its correction.
     let is_moved = causes.focus_moved().is_some();
     let is_clear = rivals.is_empty();
     // No lens is that of two cameras.
-    let are_two = is_clear && matches!(best.explanation.cause, Cause::Mixed(_));
-    let severity = if is_moved || are_two { Severity::Bad } else { Severity::Care };
+    let are_two = is_clear && matches!(best.cause, Cause::Mixed(_));
+    let is_in_bound =
+        std::iter::once(best).chain(rivals.iter().copied()).all(|it| it.cause.is_correctable());
+    let severity = match is_in_bound {
+        _ if is_moved || are_two => Severity::Bad,
+        true => Severity::Info,
+        false => Severity::Care,
+    };
     if is_clear {
         return finding_code(best).map(|code| Finding { code, severity }).into_iter().collect();
     }
-    let mut codes = std::iter::once(best)
-        .chain(rivals)
-        .filter_map(|hypothesis| Some(finding_code(hypothesis)?.code()));
-    let candidates: [Option<&str>; CANDIDATES] = std::array::from_fn(|_| codes.next());
+    let candidates = few(std::iter::once(best).chain(rivals).map(|it| it.cause.row().code));
     vec![Finding { code: FindingCode::CauseUnclear { candidates, gain: best.gain }, severity }]
 }
 
+/// The finding of causes and of lens families, by their codes, that couldn't be fitted; `None` if all could.
+pub(super) fn fit_failed(causes: &Causes, families: &[&'static str]) -> Option<FindingCode> {
+    let of = few(families.iter().copied().chain(causes.failed.iter().map(|it| it.row().code)));
+    of[0].map(|_| FindingCode::FitFailed { of })
+}
+
+fn few(mut codes: impl Iterator<Item = &'static str>) -> [Option<&'static str>; CANDIDATES] {
+    std::array::from_fn(|_| codes.next())
+}
+
 /// The finding that reports a hypothesis.
-pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
-    let Hypothesis { gain, explanation } = hypothesis;
-    let gain = *gain;
+pub(super) fn finding_code(explanation: &Explanation) -> Option<FindingCode> {
+    let gain = explanation.gain;
     let state = &explanation.state;
     let camera = &state.bundle.camera;
     let [first, second, third, ..] = state.shared;
     let depth_m = explanation.depth_m;
     Some(match &explanation.cause {
-        cause @ (Cause::Focus | Cause::FocusDrift | Cause::FocusJump(_)) => {
+        cause @ (Cause::Focus
+        | Cause::FocusDrift
+        | Cause::FocusJump(_)
+        | Cause::FocusBreathes(_)) => {
             let change = libm::expm1(first);
-            let motion = match *cause {
+            let motion = match cause {
                 Cause::FocusDrift => FocusMotion::Drift { change },
-                Cause::FocusJump(view) => FocusMotion::Jump { view, change },
+                Cause::FocusJump(view) => FocusMotion::Jump { view: *view, change },
+                Cause::FocusBreathes(course) => {
+                    let far = course.iter().copied().fold(f64::INFINITY, f64::min);
+                    let near = course.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    FocusMotion::Breathes { change: libm::expm1(first * (near - far)) }
+                }
                 _ => FocusMotion::Scattered,
             };
             FindingCode::FocusMoved { gain, relative_sd: explanation.focal_relative_sd(), motion }
@@ -85,53 +100,29 @@ pub(super) fn finding_code(hypothesis: &Hypothesis) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The correctable cause: the clear winner, else non-square pixels or squares if they gain as much
-    /// as a lens coefficient must. Correcting it makes other causes easier to see. `n` is the number of coordinates.
-    pub(super) fn correctable(&self, n: f64) -> Option<&Hypothesis> {
-        let best = self.best_hypothesis();
-        let clear = best.filter(|_| self.rivals().is_empty());
-        match clear.map(|clear| &clear.explanation.cause) {
-            Some(Cause::BoardBent | Cause::PixelAspect) => return clear,
-            Some(Cause::BoardStretched) => {
-                return Some(self.aspect_rather_than(clear?));
-            }
-            _ => {}
-        }
-        let family = best.map(|best| best.explanation.cause.family());
+    /// The cause to correct: the clear winner, or without one what is likelier than not; else pixels or squares that clearly
+    /// aren't square. Correcting it makes other causes easier to see. `is_done` tells what is corrected already.
+    pub(super) fn correctable(&self, is_done: impl Fn(&Cause) -> bool) -> Option<&Explanation> {
+        let best = self.best();
+        let is_clear = self.rivals().is_empty();
+        let family = best.map(|best| best.cause.row().family);
         if matches!(family, Some(Family::Focus | Family::Mixed | Family::Torn)) {
             return None;
         }
-        let is_aspect = |hypothesis: &&Hypothesis| {
-            let explanation = &hypothesis.explanation;
-            explanation.cause.family() == Family::Aspect && explanation.is_visible()
+        let may_be = |it: &&Explanation| match it.cause {
+            Cause::BoardBent => best.is_none_or(|best| is_clear && best.cause == it.cause),
+            // With another misfit present it would absorb part of it.
+            Cause::PixelAspect | Cause::BoardStretched => best.is_none() || it.gain > CLEAR,
+            _ => false,
         };
-        let likeliest = self.hypotheses.iter().find(is_aspect)?;
-        let aspect = self.aspect_rather_than(likeliest);
-        let gain = likeliest.explanation.by_views;
-        if gain > WORTH_A_PARAMETER + libm::log(n) {
-            return Some(aspect);
-        }
-        // With another misfit present it would absorb part of it.
-        let may_be = best.is_none() && aspect.explanation.cause == Cause::PixelAspect;
-        (may_be && gain > WORTH_ALLOWING).then_some(aspect)
-    }
-
-    /// Prefers non-square pixels to a stretched board, unless the views tell the two apart: the board then stays as it
-    /// was stated, for everyone who uses the lens with it.
-    fn aspect_rather_than<'a>(&'a self, stretched: &'a Hypothesis) -> &'a Hypothesis {
-        let is_as_good = |hypothesis: &&Hypothesis| {
-            hypothesis.explanation.cause == Cause::PixelAspect
-                && hypothesis.explanation.is_visible()
-                && hypothesis.gain > stretched.gain - CLEAR_GAIN
-        };
-        self.hypotheses.iter().find(is_as_good).unwrap_or(stretched)
-    }
-}
-
-impl Family {
-    /// True if a hypothesis of this family contradicts one of `other`.
-    pub(super) fn rivals(self, other: Self) -> bool {
-        // Two cameras are called a moved focus only if they have the same principal point.
-        self != other && (self, other) != (Self::Focus, Self::Mixed)
+        let can_be = |it: &&Explanation| it.gain > 0.0 && it.is_visible() && !is_done(&it.cause);
+        let likeliest = self.explanations.iter().filter(can_be).find(may_be)?;
+        // Pixels rather than squares, unless the views tell them apart: the board then stays as it was stated, for everyone
+        // who uses the lens with it.
+        let is_as_good =
+            |it: &&Explanation| it.cause == Cause::PixelAspect && it.gain > likeliest.gain - CLEAR;
+        let is_stretched = likeliest.cause == Cause::BoardStretched;
+        let pixels = || self.explanations.iter().filter(can_be).find(is_as_good);
+        is_stretched.then(pixels).flatten().or(Some(likeliest))
     }
 }

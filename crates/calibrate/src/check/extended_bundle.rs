@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3, SVector, Vector2, Vector3};
 
-use super::cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
+use super::hypotheses::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
 use crate::solve::{
     bundle::{BundleState, Observations},
     gram::{Gram, Row},
@@ -153,11 +153,10 @@ impl ExtendedProblem<'_> {
             }
             Cause::SmoothField => px + self.field_px(&at.shared, &px),
             Cause::Focus => camera.pp_px + off * libm::exp(at.local[0]),
-            Cause::FocusDrift => {
-                let last = (self.observations.view_count() - 1).max(1) as f64;
-                camera.pp_px + off * libm::exp(first * (view as f64 / last - 0.5))
+            Cause::FocusDrift | Cause::FocusJump(_) | Cause::FocusBreathes(_) => {
+                let times = self.cause.times(view, self.observations.view_count());
+                camera.pp_px + off * libm::exp(first * times)
             }
-            Cause::FocusJump(from) if view >= *from => camera.pp_px + off * libm::exp(first),
             Cause::Mixed(other) if other[view] => {
                 let f_px = camera.f_px.x;
                 let bend = 1.0 + fourth * r2;
@@ -204,7 +203,6 @@ impl ExtendedProblem<'_> {
     /// True if a shared parameter, lens or extra, is estimated.
     pub(super) fn is_free(&self, index: usize) -> bool {
         match LensParameter::ALL.get(index) {
-            Some(LensParameter::Fx) => *self.cause != Cause::Focus,
             Some(LensParameter::Fy) => !self.square_pixels,
             Some(_) => self.free[index],
             None => index < LENS_PARAMETERS + self.cause.shared_extras(),
@@ -342,15 +340,12 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
         for index in (0..S).filter(|index| !self.is_free(*index)) {
             normal.shared[(index, index)] = 1.0;
         }
-        let shared_sd = self.cause.shared_sd();
-        for (index, (value, sd)) in state.shared.iter().zip(shared_sd).enumerate() {
-            if sd.is_finite() {
-                let index = LENS_PARAMETERS + index;
-                let information = self.noise_variance / (sd * sd);
-                normal.shared[(index, index)] += information;
-                normal.gradient[index] -= value * information;
-                cost += value * value * information;
-            }
+        for (index, (value, sd)) in state.shared.iter().zip(self.cause.held_to()).enumerate() {
+            let index = LENS_PARAMETERS + index;
+            let information = self.noise_variance / (sd * sd);
+            normal.shared[(index, index)] += information;
+            normal.gradient[index] -= value * information;
+            cost += value * value * information;
         }
         cost.is_finite().then_some((cost, normal))
     }

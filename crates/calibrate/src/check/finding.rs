@@ -78,6 +78,11 @@ pub enum FocusMotion {
         /// Relative change of the focal length.
         change: f64,
     },
+    /// Focus that follows the board's distance.
+    Breathes {
+        /// Relative change of the focal length from the farthest board to the nearest.
+        change: f64,
+    },
 }
 
 /// The possible findings. Measured values come with the limit they exceed.
@@ -186,7 +191,7 @@ pub enum FindingCode {
     },
     /// Focus or zoom moved: a separate focal length for every view explains the corners.
     FocusMoved {
-        /// Gain in BIC over one focal length.
+        /// Twice the logarithm of the odds to one focal length.
         gain: f64,
         /// Standard deviation of the focal lengths over their mean.
         relative_sd: f64,
@@ -210,35 +215,35 @@ pub enum FindingCode {
         f_ratio: f64,
         /// Distance between the principal points of both groups, in pixels.
         shift_px: f64,
-        /// Gain in BIC over one camera.
+        /// Twice the logarithm of the odds to one camera.
         gain: f64,
     },
     /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
     PixelsNotSquare {
         /// fy over fx; 1 for square pixels.
         aspect: f64,
-        /// Gain in BIC over square pixels.
+        /// Twice the logarithm of the odds to square pixels.
         gain: f64,
     },
     /// The squares of the board aren't square.
     BoardStretched {
         /// Height over width of a square.
         aspect: f64,
-        /// Gain in BIC over square squares.
+        /// Twice the logarithm of the odds to square squares.
         gain: f64,
     },
     /// The board isn't flat.
     BoardBent {
         /// Distance between the lowest and the highest corner, in metres.
         depth_m: f64,
-        /// Gain in BIC over a flat board.
+        /// Twice the logarithm of the odds to a flat board.
         gain: f64,
     },
     /// Every view is sheared differently, as with a rolling shutter and a moving board or camera.
     RollingShutter {
         /// Root mean square movement from the top to the bottom row, in pixels.
         shear_px: f64,
-        /// Gain in BIC over views at rest.
+        /// Twice the logarithm of the odds to views at rest.
         gain: f64,
     },
     /// A view is put together from two pictures: below a row it shows the board at another moment.
@@ -251,28 +256,28 @@ pub enum FindingCode {
         shift_px: f64,
         /// Number of such views.
         views: usize,
-        /// Gain in BIC over whole views.
+        /// Twice the logarithm of the odds to whole views.
         gain: f64,
     },
     /// The board bends differently in each view.
     BoardFlexes {
         /// Root mean square distance between its lowest and highest corner, in metres.
         depth_m: f64,
-        /// Gain in BIC over a flat board.
+        /// Twice the logarithm of the odds to a flat board.
         gain: f64,
     },
     /// Every view is shifted in the picture, as by a stabiliser.
     PictureShifted {
         /// Root mean square shift, in pixels.
         shift_px: f64,
-        /// Gain in BIC over views that aren't.
+        /// Twice the logarithm of the odds to views that aren't.
         gain: f64,
     },
     /// Rows and columns of the picture aren't at right angles.
     PixelsSkewed {
         /// Angle by which they miss it.
         skew_rad: f64,
-        /// Gain in BIC over right angles.
+        /// Twice the logarithm of the odds to right angles.
         gain: f64,
     },
     /// Something in front of the lens shifts the picture smoothly.
@@ -280,19 +285,24 @@ pub enum FindingCode {
         /// Largest shift at a corner of the board in pixels, after subtracting the part that lens and poses can
         /// explain.
         shift_px: f64,
-        /// Gain in BIC over a picture that isn't.
+        /// Twice the logarithm of the odds to a picture that isn't.
         gain: f64,
     },
     /// The views disagree, and several causes explain them about equally well.
     CauseUnclear {
         /// Codes of the findings that would report the likeliest causes, the likeliest first.
         candidates: [Option<&'static str>; CANDIDATES],
-        /// Gain in BIC of the likeliest.
+        /// Twice the logarithm of the odds of the likeliest.
         gain: f64,
+    },
+    /// The fit under some explanations of a misfit didn't converge: they're neither found nor ruled out.
+    FitFailed {
+        /// Codes of the findings that would report them.
+        of: [Option<&'static str>; CANDIDATES],
     },
     /// No lens model describes the shape of the lens.
     LensOther {
-        /// Gain in BIC from radial terms of higher order and thin prisms.
+        /// Twice the logarithm of the odds of radial terms of higher order and thin prisms.
         gain: f64,
     },
     /// Corners lie outside the stated picture.
@@ -444,7 +454,8 @@ impl FindingCode {
             | Self::ViewTorn { .. }
             | Self::CornerOdd { .. }
             | Self::HeldOut { .. }
-            | Self::CauseUnclear { .. } => false,
+            | Self::CauseUnclear { .. }
+            | Self::FitFailed { .. } => false,
             // The pictures.
             Self::NoiseHigh { .. }
             | Self::NoiseCorrelated { .. }
@@ -491,6 +502,7 @@ impl FindingCode {
             Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
             Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
             Code::CauseUnclear { candidates: [None; CANDIDATES], gain: 1.0 },
+            Code::FitFailed { of: [None; CANDIDATES] },
             Code::LensOther { gain: 1.0 },
             Code::CornersOutside { view: 1, views: 1 },
             Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
@@ -541,6 +553,7 @@ impl FindingCode {
             Self::PixelsSkewed { .. } => "PIXELS-SKEWED",
             Self::PictureWarped { .. } => "PICTURE-WARPED",
             Self::CauseUnclear { .. } => "CAUSE-UNCLEAR",
+            Self::FitFailed { .. } => "FIT-FAILED",
             Self::LensOther { .. } => "LENS-OTHER",
             Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
             Self::CornerOdd { .. } => "CORNER-ODD",

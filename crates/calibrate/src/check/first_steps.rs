@@ -7,8 +7,8 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2};
 
 use super::{
-    cause::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS},
     extended_bundle::field_terms,
+    hypotheses::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS},
 };
 use crate::solve::{
     bundle::{BundleState, Observations},
@@ -239,7 +239,7 @@ impl Plain<'_> {
 
     /// Adds a view to the sums of `cause`, its local parameters eliminated. False if they are undetermined.
     fn add(&self, gram: &Reduced, view: usize, cause: &Cause, sums: &mut Sums) -> bool {
-        let times = times(cause, view, self.observations.view_count());
+        let times = cause.times(view, self.observations.view_count());
         let (extras, local) = columns(cause);
         let is_whole = matches!(cause, Cause::Torn(rows) if rows[view].is_none());
         let local = if is_whole { &[] } else { local };
@@ -284,7 +284,6 @@ impl Plain<'_> {
     /// Adds the priors of `cause`, and holds the parameters that it doesn't estimate.
     fn complete(&self, cause: &Cause, sums: &mut Sums) {
         let is_free = |index: usize| match LensParameter::ALL.get(index) {
-            Some(LensParameter::Fx) => *cause != Cause::Focus,
             Some(LensParameter::Fy) => !self.square_pixels || *cause == Cause::PixelAspect,
             Some(_) => self.free[index],
             None => index < LENS_PARAMETERS + cause.shared_extras(),
@@ -295,11 +294,9 @@ impl Plain<'_> {
             sums.information[(index, index)] = 1.0;
             sums.gradient[index] = 0.0;
         }
-        for (index, sd) in cause.shared_sd().into_iter().enumerate() {
-            if sd.is_finite() {
-                let index = LENS_PARAMETERS + index;
-                sums.information[(index, index)] += self.noise_variance / (sd * sd);
-            }
+        for (index, sd) in cause.held_to().iter().enumerate() {
+            let index = LENS_PARAMETERS + index;
+            sums.information[(index, index)] += self.noise_variance / (sd * sd);
         }
     }
 }
@@ -322,7 +319,7 @@ fn columns(cause: &Cause) -> (&'static [usize], &'static [usize]) {
     };
     match cause {
         Cause::Focus => (&[], &[SCALE]),
-        Cause::FocusDrift | Cause::FocusJump(_) => (&[SCALE], &[]),
+        Cause::FocusDrift | Cause::FocusJump(_) | Cause::FocusBreathes(_) => (&[SCALE], &[]),
         Cause::Mixed(_) => (&[SCALE, SHIFT, SHIFT + 1, SCALE_R2], &[]),
         Cause::Shifted => (&[], &[SHIFT, SHIFT + 1]),
         Cause::PixelAspect => (&[], &[]),
@@ -335,15 +332,5 @@ fn columns(cause: &Cause) -> (&'static [usize], &'static [usize]) {
         Cause::NextRadial => (&[RADIAL], &[]),
         Cause::SmoothField => (&FIELDS, &[]),
         Cause::Torn(_) => (&[], &[TORN, TORN + 1]),
-    }
-}
-
-/// Factor by which the shared parameters of a cause act on a view.
-fn times(cause: &Cause, view: usize, count: usize) -> f64 {
-    match cause {
-        Cause::FocusDrift => view as f64 / (count - 1).max(1) as f64 - 0.5,
-        Cause::FocusJump(from) if view < *from => 0.0,
-        Cause::Mixed(other) if !other[view] => 0.0,
-        _ => 1.0,
     }
 }

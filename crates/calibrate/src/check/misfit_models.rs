@@ -6,10 +6,9 @@
 use nalgebra::{DMatrix, Point3, SMatrix, Vector2};
 
 use super::{
-    cause::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS},
     extended_bundle::{ExtendedProblem, ExtendedState, FEW, LOCAL, MANY},
     first_steps::{FirstStep, FirstSteps, Plain, half_board_m},
-    view_split::cost_of_search,
+    hypotheses::{Cause, FEW_SHARED_EXTRAS, Family, LOCAL_EXTRAS},
 };
 use crate::solve::{
     bundle::{Bundle, BundleState, Observations},
@@ -21,31 +20,22 @@ use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::Imag
 
 /// Fits of a cause whose view parameters have a prior; each fit takes their standard deviation from the one before.
 const PRIOR_PASSES: usize = 4;
-/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change a BIC that must differ by 20.
+/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change odds that must be e⁵.
 const NEGLIGIBLE_STEP: f64 = 1e-3;
 /// Least gain that the first step of a fit must promise, as a share of the penalty for its parameters.
 const PROMISING: f64 = 0.8;
 /// Least gain for view parameters with a prior, in standard deviations above the gain by chance.
 const PROMISING_SIGMAS: f64 = 4.0;
 
-/// Least displacement that a smooth field must explain, root mean square, as a multiple of the least error that is
-/// believed: 0.02 px. Edges that a very wide lens bends move corners by less than that.
-const LEAST_FIELD: f64 = 20.0;
-
-/// Least shift in pixels, somewhere in the picture, that is worth a finding: the error of a good detector's corner.
-const LEAST_SHIFT_PX: f64 = 0.1;
-
 /// The best fit under one cause.
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
     pub(super) cause: Cause,
-    /// Twice the gain in log likelihood over the plain bundle, counted by views: `n ln(cost₀/cost)`, divided by how much the
-    /// corners overstate what they tell ([`Scatter::overcount`]).
-    pub(super) by_views: f64,
     /// Number of parameters added by the cause.
     pub(crate) parameters: usize,
-    /// Gain in BIC over the plain bundle: `by_views`, or what the corners tell beyond correlated noise where each view has
-    /// parameters of its own, less the penalty for the parameters.
+    /// Twice the logarithm of its odds to the plain bundle: `n ln(cost₀/cost)`, divided by how much the corners overstate what
+    /// they tell ([`Scatter::overcount`]), or what they tell beyond correlated noise where each view has parameters of its
+    /// own; less what its parameters cost and [`Cause::against`].
     pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
@@ -74,39 +64,34 @@ impl Explanation {
 
     /// False if all that the cause shifts in the picture is less than anybody needs to know, however sure it is.
     pub(super) fn is_visible(&self) -> bool {
-        self.largest_shift_px.is_none_or(|shift_px| shift_px >= LEAST_SHIFT_PX)
+        self.largest_shift_px.is_none_or(|shift_px| shift_px >= self.cause.row().least_px)
+    }
+
+    /// Logarithms of the views' focal lengths, relative to the lens's; empty unless the cause is a moving focus.
+    pub(super) fn log_focal(&self) -> Vec<f64> {
+        let local = &self.state.local;
+        let along = |view| self.state.shared[0] * self.cause.times(view, local.len());
+        match &self.cause {
+            Cause::Focus => local.iter().map(|local| local[0]).collect(),
+            cause if cause.row().family == Family::Focus => (0..local.len()).map(along).collect(),
+            _ => Vec::new(),
+        }
     }
 
     /// Relative sample standard deviation of the focal length over the views; zero unless the cause is a moving focus.
     pub(super) fn focal_relative_sd(&self) -> f64 {
-        let views = self.state.local.len() as f64;
-        let change = self.state.shared[0].abs();
-        match &self.cause {
-            Cause::Focus => {
-                let logs = self.state.local.iter().map(|local| local[0]);
-                let mean = logs.clone().sum::<f64>() / views;
-                let squares: f64 = logs.map(|x| (x - mean).powi(2)).sum();
-                (squares / (views - 1.0).max(1.0)).sqrt()
-            }
-            // Of equal steps.
-            Cause::FocusDrift => change * ((views + 1.0) / (12.0 * (views - 1.0).max(1.0))).sqrt(),
-            Cause::FocusJump(from) => {
-                let share = *from as f64 / views;
-                change * (share * (1.0 - share) * views / (views - 1.0).max(1.0)).sqrt()
-            }
-            _ => 0.0,
-        }
+        let logs = self.log_focal();
+        let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
+        let squares: f64 = logs.iter().map(|x| (x - mean).powi(2)).sum();
+        (squares / (logs.len() as f64 - 1.0).max(1.0)).sqrt()
     }
 
     /// Spread of the views' focal lengths about a single one, relative to it: a standard deviation if every view has
-    /// its own, else the distance to the first and to the last view. The focus is expected to stay where it ended.
+    /// its own, else the largest distance. The focus is expected to stay where it ended.
     pub(super) fn focal_spread(&self) -> f64 {
-        let change = self.state.shared[0].abs();
         match &self.cause {
             Cause::Focus => self.state.local_rms(1),
-            Cause::FocusDrift => 0.5 * change,
-            Cause::FocusJump(_) => change,
-            _ => 0.0,
+            _ => self.log_focal().iter().fold(0.0, |most, x| x.abs().max(most)),
         }
     }
 }
@@ -118,6 +103,15 @@ pub(crate) struct Bent {
     pub(crate) board_m: Vec<Point3<f64>>,
     /// Shift of each seen corner by the bend in pixels, view by view.
     pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
+}
+
+/// What the causes of a misfit explain.
+pub(super) struct Explained {
+    pub(super) explanations: Vec<Explanation>,
+    /// Causes whose fit doesn't converge.
+    pub(super) failed: Vec<Cause>,
+    /// First step of a focus that drifts.
+    pub(super) drift: Option<FirstStep>,
 }
 
 /// Corners, and the minimum of the plain bundle that leaves them unexplained.
@@ -170,15 +164,21 @@ impl<'a> Unexplained<'a> {
     }
 
     /// The best fits under `causes`, in their order, left out where the first step doesn't promise to gain most of the
-    /// penalty for the parameters. The second value is the first step of a focus that drifts.
-    pub(super) fn explain_all(&self, causes: Vec<Cause>) -> (Vec<Explanation>, Option<FirstStep>) {
+    /// penalty for the parameters.
+    pub(super) fn explain_all(&self, causes: Vec<Cause>) -> Explained {
         let steps = self.first_steps(&causes);
         let drift = causes.iter().position(|cause| *cause == Cause::FocusDrift);
-        let promising = causes.into_iter().enumerate().filter(|(place, cause)| {
-            steps.left(*place).is_some_and(|left| self.promises(cause, left))
-        });
-        let explanations = promising.filter_map(|(_, cause)| self.explain(cause)).collect();
-        (explanations, drift.and_then(|place| steps.of_one(place)))
+        let drift = drift.and_then(|place| steps.of_one(place));
+        let mut explained = Explained { explanations: Vec::new(), failed: Vec::new(), drift };
+        for (place, cause) in causes.into_iter().enumerate() {
+            if steps.left(place).is_some_and(|left| self.promises(&cause, left)) {
+                match self.explain(&cause) {
+                    Some(explanation) => explained.explanations.push(explanation),
+                    None => explained.failed.push(cause),
+                }
+            }
+        }
+        explained
     }
 
     /// True if a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
@@ -190,11 +190,12 @@ impl<'a> Unexplained<'a> {
             Some(_) => parameters + PROMISING_SIGMAS * (2.0 * parameters).sqrt(),
             None => PROMISING * parameters * libm::log(n),
         };
-        promised >= wanted + PROMISING * cost_of_search(cause, self.observations.view_count())
+        promised >= wanted + PROMISING * cause.against(self.observations.view_count())
     }
 
-    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle. `None` if the fit fails.
-    fn explain(&self, cause: Cause) -> Option<Explanation> {
+    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle. `None` if the fit doesn't
+    /// converge.
+    fn explain(&self, cause: &Cause) -> Option<Explanation> {
         if cause.shared_extras() > FEW_SHARED_EXTRAS {
             self.fit::<MANY>(cause)
         } else {
@@ -230,10 +231,10 @@ impl<'a> Unexplained<'a> {
         }
     }
 
-    fn fit<const S: usize>(&self, cause: Cause) -> Option<Explanation> {
+    fn fit<const S: usize>(&self, cause: &Cause) -> Option<Explanation> {
         let views = self.observations.view_count();
         let n = self.observations.coordinate_count() as f64;
-        let mut problem = self.problem(&cause);
+        let mut problem = self.problem(cause);
         let start = ExtendedState::plain(self.start);
         let parameters = cause.parameters(views);
         let mut minimum: Minimum<_, S, LOCAL> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
@@ -245,11 +246,11 @@ impl<'a> Unexplained<'a> {
                 minimum = minimise_to(&problem, minimum.state, NEGLIGIBLE_STEP)?;
             }
         }
-        let state = minimum.state;
-        let cost = problem.cost(&state)?;
-        if cause == Cause::SmoothField && self.cost - cost < LEAST_FIELD.powi(2) * self.least_cost {
+        if !minimum.converged {
             return None;
         }
+        let state = minimum.state;
+        let cost = problem.cost(&state)?;
         let information = minimum.normal.reduced()?;
         // A view's own parameters don't make it agree with others.
         let overcount = match cause.local_extras() {
@@ -257,12 +258,13 @@ impl<'a> Unexplained<'a> {
             _ => 1.0,
         };
         let by_corners = |cost: f64| n * libm::log(self.cost / cost.max(self.least_cost));
-        let by_views = by_corners(cost) / overcount;
         // Correlated noise explains residuals, too: the views have counted it for what they share.
         let told = |cost: f64| match cause.local_extras() {
             0 => by_corners(cost) / overcount,
             _ => by_corners(cost) - self.noise_gain,
         };
+        let covariance = inverse(&information)?;
+        let unit_covariance = lens_covariance(&problem, &covariance);
         let gain = match cause.local_sd() {
             Some(_) => {
                 let prior_information = problem.noise_variance / problem.local_sd.powi(2);
@@ -274,9 +276,13 @@ impl<'a> Unexplained<'a> {
                     .sum();
                 told(minimum.cost) - occam - libm::log(n)
             }
-            None => told(cost) - parameters as f64 * libm::log(n),
+            None if cause.is_free() => told(cost) - parameters as f64 * libm::log(n),
+            None => {
+                let f_px = state.bundle.camera.f_px.x;
+                let at = (f_px, self.noise_variance(cost) * overcount);
+                told(cost) - cause.occam(&shared_information(&problem, &covariance, at)?)
+            }
         };
-        let unit_covariance = lens_covariance(&problem, &inverse(&information)?);
         let mut known = information;
         for index in LENS_PARAMETERS..S {
             known.row_mut(index).fill(0.0);
@@ -310,15 +316,31 @@ impl<'a> Unexplained<'a> {
             largest_shift_px,
             depth_m,
             parameters,
-            gain,
-            by_views,
+            gain: gain - cause.against(views),
             cost,
             state,
             unit_covariance,
             known_unit_covariance,
-            cause,
+            cause: cause.clone(),
         })
     }
+}
+
+/// Information about the parameters of a cause that all views share, the lens's marginalised, for corners with
+/// `variance`. `None` if it's undetermined.
+fn shared_information<const S: usize>(
+    problem: &ExtendedProblem<'_>,
+    covariance: &SMatrix<f64, S, S>,
+    (f_px, variance): (f64, f64),
+) -> Option<DMatrix<f64>> {
+    if *problem.cause == Cause::PixelAspect {
+        let [fx, fy] = LensParameter::F.map(LensParameter::index);
+        let unit_px2 = covariance[(fx, fx)] + covariance[(fy, fy)] - 2.0 * covariance[(fx, fy)];
+        return Some(DMatrix::from_element(1, 1, f_px * f_px / (unit_px2 * variance)));
+    }
+    let count = problem.cause.shared_extras();
+    let unit = covariance.view((LENS_PARAMETERS, LENS_PARAMETERS), (count, count)).into_owned();
+    Some(unit.cholesky()?.inverse() / variance)
 }
 
 /// The pulls of the views at the shared parameters that are free.

@@ -13,12 +13,12 @@
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `torn_views` | finds views put together from two pictures |
-//! | `cause`, `view_split`, `first_steps`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits hypotheses for a misfit (focus, board, shutter, mixed or torn views) and compares them |
+//! | `hypotheses` | the table of causes of a misfit (focus, board, shutter, mixed or torn views): what is believed of each |
+//! | `view_split`, `first_steps`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits them and compares their odds |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
-mod cause;
 mod cause_findings;
 pub(super) mod correction;
 pub(super) mod disagreement;
@@ -27,6 +27,7 @@ pub(super) mod finding;
 mod first_steps;
 pub(super) mod heavy_tails;
 pub(super) mod held_out;
+mod hypotheses;
 pub mod leave_out;
 pub(super) mod limits;
 pub(super) mod misfit_diagnosis;

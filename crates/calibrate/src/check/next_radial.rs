@@ -6,7 +6,7 @@
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
 
 use super::{
-    cause::Cause, first_steps::FirstStep, misfit_models::Unexplained,
+    first_steps::FirstStep, hypotheses::Cause, misfit_models::Unexplained,
     projection_sd::projection_jacobian,
 };
 use crate::solve::{

@@ -3,13 +3,13 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use super::{
-    cause_findings::cause_findings,
+    cause_findings::{cause_findings, fit_failed},
     correction::Correction,
     disagreement::{CONTRADICTION_SIGMAS, Disagreement, distance2},
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
     limits::Limits,
-    misfit_diagnosis::{Causes, MIN_BIC_GAIN},
+    misfit_diagnosis::Causes,
     noise_correlation::NoiseCorrelation,
     noise_findings::noise_finding,
     odd_corners::OddCorner,
@@ -17,7 +17,11 @@ use super::{
 };
 use crate::{
     known_lens::{Combined, NotHeld},
-    solve::{free_homography::FreeHomographies, model_choice::ModelChoice},
+    solve::{
+        free_homography::FreeHomographies,
+        model_choice::ModelChoice,
+        odds::{CLEAR, UNLIKELY},
+    },
 };
 use boresight_geometry::{
     Camera, Corner, GRID_COLUMNS, GRID_ROWS, LensParts, OutlierLine, frame::ImageSize, seen_count,
@@ -78,6 +82,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) views: &'a [ViewEvidence],
     pub(crate) seen: &'a [Vec<Corner>],
     pub(crate) causes: &'a Causes,
+    /// Families of lens models that couldn't be fitted.
+    pub(crate) left_out: &'a [&'static str],
     /// Correction that the result includes.
     pub(crate) correction: Option<&'a Correction>,
     pub(crate) odd_corners: &'a [OddCorner],
@@ -129,11 +135,14 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         odd_views(evidence, &mut report);
     } else {
         lens(evidence, &mut report);
-        let allowed_for = evidence.correction.map(|correction| correction.finding);
+        let allowed_for = evidence.correction.map_or(&[][..], |correction| &correction.findings);
         for Finding { code, severity } in
-            allowed_for.into_iter().chain(cause_findings(evidence.causes))
+            allowed_for.iter().copied().chain(cause_findings(evidence.causes))
         {
             report(Some(severity), code);
+        }
+        if let Some(code) = fit_failed(evidence.causes, evidence.left_out) {
+            report(Some(Severity::Info), code);
         }
         known_lens(evidence, &mut report);
         agreement(evidence, &mut report);
@@ -370,8 +379,8 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
 /// Noise that the residuals understate.
 fn noise(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(correlation) = evidence.noise_correlation
-        && correlation.gain > MIN_BIC_GAIN
-        && evidence.causes.best_hypothesis().is_none()
+        && correlation.gain > UNLIKELY + CLEAR
+        && evidence.causes.best().is_none()
     {
         // Of the typical corner, as `noise_px` is.
         let noise_px = evidence.noise_px * correlation.noise_factor

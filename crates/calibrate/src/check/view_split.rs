@@ -2,13 +2,11 @@
 //! view on.
 
 use nalgebra::{Matrix4, Vector4};
-use statrs::function::factorial::ln_binomial;
 
-use super::cause::Cause;
 use crate::solve::{bundle::Bundle, schur_lm::inverse};
 use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
-/// What two cameras differ in: the parameters of [`Cause::Mixed`].
+/// What two cameras differ in: the parameters of `Cause::Mixed`.
 const DIFFERENCE: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::Cx, LensParameter::Cy, LensParameter::K1];
 
@@ -102,23 +100,6 @@ impl Pull {
             information: self.information + other.information * times,
             gradient: self.gradient + other.gradient * times,
         }
-    }
-}
-
-/// BIC penalty for having searched a cause among `views` views: twice the logarithm of the number of alternatives that
-/// are as simple. A split into consecutive views is one of `N`; any other one of `N` sizes and of those with its size.
-///
-/// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
-pub(super) fn cost_of_search(cause: &Cause, views: usize) -> f64 {
-    match cause {
-        Cause::Mixed(odd) => {
-            let (views, marked) = (views as u64, odd.iter().filter(|odd| **odd).count() as u64);
-            let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
-            let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
-            2.0 * (libm::log(views as f64) + of_this_size)
-        }
-        Cause::FocusJump(_) => 2.0 * libm::log((views - 1) as f64),
-        _ => 0.0,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use super::odds::UNLIKELY;
 use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
 };
@@ -85,15 +86,12 @@ struct FamilyTraits {
     own_prior: Option<fn() -> LensPrior>,
     /// Whether the minimum of a model with some coefficients is near that of the next simpler one.
     is_near: bool,
-    /// Gain in BIC that it needs over another family.
-    handicap: f64,
+    /// Twice the logarithm of the odds against it, before the corners are seen.
+    against: f64,
     /// Prior standard deviation of the coefficient of the radial term after the last one, from `k1` and the power of the
     /// radius that the term has, at the edge of the picture.
     next_radial_sd: fn(k1: f64, at_edge: f64) -> f64,
 }
-
-/// Gain that the rational model needs over a fisheye: most wide lenses are made to show angles.
-const RATIONAL_GAIN: f64 = 10.0;
 
 /// [`FamilyTraits::truncated_sd`] of a perspective lens.
 const PERSPECTIVE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
@@ -257,7 +255,7 @@ impl LensFamily {
                 truncated_sd: PERSPECTIVE_TRUNCATED_SD,
                 own_prior: None,
                 is_near: true,
-                handicap: 0.0,
+                against: 0.0,
                 next_radial_sd: |k1, _| LEAST_COEFFICIENT_SD + OVER_K1 * k1.powi(4),
             },
             Self::Rational => FamilyTraits {
@@ -268,7 +266,8 @@ impl LensFamily {
                 own_prior: Some(LensPrior::of_quotient),
                 // A quotient has more than one minimum.
                 is_near: false,
-                handicap: RATIONAL_GAIN,
+                // Most wide lenses are made to show angles.
+                against: UNLIKELY + UNLIKELY,
                 next_radial_sd: |_, at_edge| RATIONAL_SHARE / at_edge,
             },
             Self::Fisheye => FamilyTraits {
@@ -278,7 +277,7 @@ impl LensFamily {
                 truncated_sd: FISHEYE_TRUNCATED_SD,
                 own_prior: None,
                 is_near: false,
-                handicap: 0.0,
+                against: UNLIKELY,
                 next_radial_sd: |_, _| FISHEYE_COEFFICIENT_SD,
             },
         }
@@ -316,9 +315,9 @@ impl LensFamily {
         }
     }
 
-    /// Gain in BIC that it needs over another family.
-    pub(super) fn handicap(self) -> f64 {
-        self.traits().handicap
+    /// Twice the logarithm of the odds against it, before the corners are seen.
+    pub(super) fn against(self) -> f64 {
+        self.traits().against
     }
 
     /// Prior standard deviation of the coefficient of the radial term after the last one; `at_edge` is the power of the radius

@@ -13,6 +13,7 @@
 //! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the families of nested lens models, and priors |
 //! | `wide_lens` | whether a wide lens needs another family than Brown's, and its initial guess |
+//! | `odds` | what evidence is worth |
 //! | `model_choice` | chooses the lens model by BIC; uncertainty of the choice enters the covariance |
 //! | `free_homography`, `free_covariance` | the independent check: no common focal length, free distortion centre |
 //! | `varying` | the lens when every view has its own focal length |
@@ -25,6 +26,7 @@ pub(super) mod gram;
 pub(super) mod initial_guess;
 pub(super) mod lens_model;
 pub(super) mod model_choice;
+pub(super) mod odds;
 mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;

@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust},
     lens_model::{LensFamily, LensModel, LensPrior},
+    odds::{CLEAR, UNLIKELY},
     reversal::with_better_tilts,
 };
 use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_from_rays};
@@ -18,9 +19,6 @@ use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_fr
 const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
 /// Starts that are adjusted.
 const BEST_STARTS: usize = 2;
-/// Gain in BIC that another family than Brown's needs: twice decisive evidence (Kass & Raftery 1995). It needs none
-/// where Brown's model doesn't reach the corners of the picture.
-const CLEAR_GAIN: f64 = 20.0;
 /// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
 const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 
@@ -30,7 +28,7 @@ pub(crate) struct WideLens {
     pub(crate) family: LensFamily,
     pub(crate) state: BundleState,
     bic: f64,
-    /// Gain in BIC over Brown's richest model; infinite without one.
+    /// Twice the logarithm of its odds to Brown's richest model; infinite without one.
     pub(crate) gain: f64,
     /// Other families that explain the corners, too.
     pub(crate) rivals: Vec<Rival>,
@@ -65,7 +63,7 @@ fn corners_px(image_size: ImageSize) -> [Point2<f64>; 4] {
     [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| Point2::new(x, y))
 }
 
-/// The arguments of [`better_family`].
+/// The arguments of [`better_families`].
 pub(crate) struct WideSearch<'a> {
     pub(crate) observations: &'a Observations,
     pub(crate) image_size: ImageSize,
@@ -77,18 +75,19 @@ pub(crate) struct WideSearch<'a> {
     pub(crate) allowed: &'a [LensModel],
 }
 
-/// The family of wide lenses that explains the corners best, if it's clearly better than `brown`, the fit of the
-/// richest of Brown's models. If no Brown model is allowed, the best of the allowed families.
-pub(crate) fn better_family(
+/// The families of wide lenses that explain the corners clearly better than `brown`, the fit of the richest of Brown's
+/// models, best first. If no Brown model is allowed, all allowed families.
+pub(crate) fn better_families(
     search: &WideSearch<'_>,
     brown: Option<&BundleState>,
-) -> Option<WideLens> {
+) -> Vec<WideLens> {
     let brown = brown.and_then(|state| search.adjusted(LensFamily::Brown.richest(), state.clone()));
     let may_be_brown = search.allowed.iter().any(|model| model.family() == LensFamily::Brown);
     let wanted_bic = brown.as_ref().filter(|_| may_be_brown).map_or(f64::INFINITY, |brown| {
         let camera = &brown.state.camera;
         let folds = corners_px(search.image_size).iter().any(|px| camera.ray_from_px(px).is_none());
-        search.bic(brown) - if folds { 0.0 } else { CLEAR_GAIN }
+        // A lens that doesn't reach the corners of the picture is the unlikely one.
+        search.bic(brown) + if folds { UNLIKELY } else { -CLEAR }
     });
     let fisheye = search.fisheye();
     let is_allowed =
@@ -101,14 +100,19 @@ pub(crate) fn better_family(
     let mut found: Vec<WideLens> =
         LensFamily::ALL.into_iter().filter(is_allowed).filter_map(best_of).collect();
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let mut found = found.into_iter();
-    let best = found.next().filter(|best| best.bic < wanted_bic)?;
-    let gain = brown.map_or(f64::INFINITY, |brown| search.bic(&brown) - best.bic);
-    let rival = |other: WideLens| Rival {
-        camera: other.state.camera,
-        odds: libm::exp(-0.5 * (other.bic - best.bic)),
+    let gain = |lens: &WideLens| {
+        brown.as_ref().map_or(f64::INFINITY, |brown| search.bic(brown) - lens.bic)
     };
-    Some(WideLens { rivals: found.map(rival).collect(), gain, ..best })
+    let better = found.iter().enumerate().filter(|(_, lens)| lens.bic < wanted_bic);
+    let with_rivals = better.map(|(place, lens)| {
+        let rival = |other: &WideLens| Rival {
+            camera: other.state.camera,
+            odds: libm::exp(-0.5 * (other.bic - lens.bic)),
+        };
+        let rivals = found[place + 1..].iter().map(rival).collect();
+        WideLens { rivals, gain: gain(lens), ..lens.clone() }
+    });
+    with_rivals.collect()
 }
 
 /// Adjusted lenses from which those of other families start.
@@ -158,7 +162,7 @@ impl WideSearch<'_> {
     }
 
     fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
-        let (bic, state) = (self.bic(&bundle) + family.handicap(), bundle.state);
+        let (bic, state) = (self.bic(&bundle) + family.against(), bundle.state);
         WideLens { family, state, bic, gain: 0.0, rivals: Vec::new() }
     }
 

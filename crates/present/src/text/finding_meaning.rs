@@ -121,7 +121,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
         ],
         FindingCode::FocusMoved { .. } => [
             "Focus or zoom moved",
-            "Each view has its own focal length; the sentence says by how much, and whether it jumped or drifted.",
+            "Each view has its own focal length; the sentence says by how much, and whether it jumped, drifted or follows the board's distance.",
             "Autofocus was on, somebody touched the lens, or the lens sags as it warms up.",
             "Lock focus and zoom, and start over. On Linux, boresight locks them automatically where the camera can; `boresight devices` says so.",
             "The principal point is usable. One focal length doesn't exist, so measure nothing with it. If you can't lock the focus, use `boresight calibrate --varying-focal`.",
@@ -286,6 +286,13 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The board stayed in one part of the picture, was small, or was tipped too little.",
             "Take more views that fill the picture and reach its corners, tipped by 30 to 50° in different directions. For an installed camera, take a larger board.",
             "With care: inside the valid area that the report shows. If it's bad, no.",
+        ],
+        FindingCode::FitFailed { .. } => [
+            "An explanation that couldn't be tried",
+            "The program compares explanations of what the views show. The fit under the named ones didn't reach an end.",
+            "Few views, or views that hardly determine what the explanation is about.",
+            "Take more views that differ, if you suspect that cause.",
+            "Yes: the others were compared, and the result is the best of them.",
         ],
         FindingCode::NotConverged => [
             "The solver didn't reach an end",

@@ -148,6 +148,10 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
                     called(view),
                     100.0 * change
                 ),
+                FocusMotion::Breathes { change } => format!(
+                    "The focal length follows the board's distance: it changed by {:+.2} % from the farthest board to the nearest",
+                    100.0 * change
+                ),
             },
             "The principal point is still usable. For one focal length, lock focus and zoom and start over.",
         ),
@@ -300,6 +304,16 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             },
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
         ),
+        FindingCode::FitFailed { of } => {
+            let of: Vec<&str> = of.into_iter().flatten().collect();
+            (
+                format!(
+                    "The fit under these explanations failed: {}. They're neither found nor ruled out",
+                    of.join(", ")
+                ),
+                "If the verdict isn't what you expect, take more views that differ.",
+            )
+        }
         FindingCode::NotConverged => (
             "The solver didn't converge".into(),
             "Check the views with large residuals. Take more views.",

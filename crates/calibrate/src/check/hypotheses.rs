@@ -1,0 +1,223 @@
+//! The table of hypotheses: reasons for which views disagree with a single lens and a flat board of squares, and what is
+//! believed of each before the corners are seen.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+use statrs::function::factorial::ln_binomial;
+
+use crate::solve::odds::{LIKELY, UNLIKELY};
+
+/// Most parameters of a cause that all views share.
+pub(super) const SHARED_EXTRAS: usize = 12;
+/// Most shared parameters of every cause but [`Cause::SmoothField`].
+pub(super) const FEW_SHARED_EXTRAS: usize = 4;
+/// Most parameters of a cause per view.
+pub(super) const LOCAL_EXTRAS: usize = 3;
+
+/// A reason for which views disagree with a single lens and a flat board of squares.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Cause {
+    /// Every view has its own focal length.
+    Focus,
+    /// The focal length changes at a constant rate from the first view to the last.
+    FocusDrift,
+    /// The focal length is another one from this view on.
+    FocusJump(usize),
+    /// The focal length follows the board's distance: by so much of its change in each view.
+    FocusBreathes(Vec<f64>),
+    /// The marked views come from a different camera, mode or picture size: focal length, principal point and k1 differ.
+    Mixed(Vec<bool>),
+    /// Every view is shifted in the picture, as by a stabiliser.
+    Shifted,
+    /// `fy ≠ fx`.
+    PixelAspect,
+    /// Rows and columns of the picture aren't at right angles.
+    PixelSkew,
+    /// The squares of the board aren't square.
+    BoardStretched,
+    /// The board is bowed along x and y, and twisted.
+    BoardBent,
+    /// The board bends differently in each view.
+    BoardFlexes,
+    /// Each view moved while it was read out, row by row.
+    RollingShutter,
+    /// Radial terms of higher order, and thin prisms.
+    LensShape,
+    /// Something in front of the lens shifts the picture smoothly: all terms of second and third order.
+    SmoothField,
+    /// Views torn at a row in pixels: the corners below it are shifted.
+    Torn(Vec<Option<f64>>),
+    /// A further radial term, r⁸.
+    NextRadial,
+}
+
+/// Part of the setup that a cause blames. Causes in one family call for the same action, so the one with the highest
+/// odds wins outright.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Family {
+    Focus,
+    Mixed,
+    Shifted,
+    Aspect,
+    Skew,
+    Board,
+    Shutter,
+    Lens,
+    Torn,
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Row {
+    /// Code of the finding that names it.
+    pub(super) code: &'static str,
+    pub(super) family: Family,
+    /// Twice the logarithm of the odds against the cause.
+    against: f64,
+    /// Sizes that the parameters shared by all views are expected to have: standard deviations.
+    shared_sd: &'static [f64],
+    /// Number of parameters of each view, and the first guess of their standard deviation over the views and its least
+    /// value. It's estimated; free ones would leave f and the principal point undetermined.
+    local: (usize, Option<(f64, f64)>),
+    /// Least shift in pixels, somewhere in the picture, that is worth a finding.
+    pub(super) least_px: f64,
+}
+
+/// Relative change of the focal length of a lens that warms up or refocuses.
+pub(super) const FOCUS: &[f64] = &[6e-3];
+/// A stretch of pixels or squares, and the angle by which rows and columns miss a right one.
+const STRETCH: &[f64] = &[1e-3];
+/// The error of a good detector's corner.
+const CORNER_PX: f64 = 0.1;
+
+impl Cause {
+    /// What is believed of the cause before the corners are seen.
+    pub(super) fn row(&self) -> Row {
+        let row = |code, family, against, shared_sd, local, least_px| Row {
+            code,
+            family,
+            against,
+            shared_sd,
+            local,
+            least_px,
+        };
+        let none = (0, None);
+        let of_views = |count, first: f64, least: f64| (count, Some((first, least)));
+        #[rustfmt::skip]
+        let row = match self {
+            Self::Focus =>
+                row("FOCUS-MOVED", Family::Focus, UNLIKELY, &[], of_views(1, 6e-3, 1e-5), 0.0),
+            Self::FocusDrift | Self::FocusJump(_) | Self::FocusBreathes(_) =>
+                row("FOCUS-MOVED", Family::Focus, LIKELY, FOCUS, none, 0.0),
+            // Relative to f, and k1.
+            Self::Mixed(_) =>
+                row("VIEWS-MIXED", Family::Mixed, UNLIKELY, &[0.1, 0.1, 0.1, 0.1], none, 0.0),
+            Self::Shifted =>
+                row("PICTURE-SHIFTED", Family::Shifted, UNLIKELY, &[], of_views(2, 5.0, 0.1), 0.0),
+            Self::PixelAspect =>
+                row("PIXELS-NOT-SQUARE", Family::Aspect, LIKELY, STRETCH, none, CORNER_PX),
+            Self::BoardStretched =>
+                row("BOARD-STRETCHED", Family::Aspect, LIKELY, STRETCH, none, CORNER_PX),
+            Self::PixelSkew =>
+                row("PIXELS-SKEWED", Family::Skew, UNLIKELY, STRETCH, none, 0.0),
+            // Relative to half the board: 1 mm of 10 cm.
+            Self::BoardBent =>
+                row("BOARD-BENT", Family::Board, UNLIKELY, &[1e-2, 1e-2, 1e-2], none, 0.0),
+            // 2 mm of 10 cm, and 0.02 mm.
+            Self::BoardFlexes =>
+                row("BOARD-FLEXES", Family::Board, UNLIKELY, &[], of_views(3, 2e-2, 2e-4), 0.0),
+            // A hand moving at 300 px/s during 1/30 s.
+            Self::RollingShutter =>
+                row("ROLLING-SHUTTER", Family::Shutter, UNLIKELY, &[], of_views(2, 10.0, 0.1), 0.0),
+            // The coefficients of r⁸ and r¹⁰, and of thin prisms along x and y.
+            Self::LensShape =>
+                row("LENS-OTHER", Family::Lens, UNLIKELY, &[1.0, 1.0, 3e-3, 3e-3], none, 0.0),
+            // Pixels at the sides of the picture.
+            Self::SmoothField =>
+                row("PICTURE-WARPED", Family::Lens, UNLIKELY, &[5.0; SHARED_EXTRAS], none, CORNER_PX),
+            Self::NextRadial =>
+                row("LENS-OTHER", Family::Lens, UNLIKELY, &[1.0], none, 0.0),
+            Self::Torn(_) =>
+                row("VIEW-TORN", Family::Torn, UNLIKELY, &[], (2, None), 0.0),
+        };
+        row
+    }
+
+    /// Twice the logarithm of the odds against the cause before the corners are seen: the table's, and those of one among
+    /// the alternatives of `views` views that are as simple. A split into consecutive views is one of `N`; any other one of
+    /// `N` sizes and of those with its size.
+    ///
+    /// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
+    pub(super) fn against(&self, views: usize) -> f64 {
+        let searched = match self {
+            Self::Mixed(odd) => {
+                let (views, marked) = (views as u64, odd.iter().filter(|odd| **odd).count() as u64);
+                let changes = odd.windows(2).filter(|pair| pair[0] != pair[1]).count();
+                let of_this_size = if changes == 1 { 0.0 } else { ln_binomial(views, marked) };
+                libm::log(views as f64) + of_this_size
+            }
+            Self::FocusJump(_) => libm::log((views - 1) as f64),
+            _ => 0.0,
+        };
+        self.row().against + 2.0 * searched
+    }
+
+    /// Number of parameters that all views share, added to those of the lens.
+    pub(super) fn shared_extras(&self) -> usize {
+        // `fy` is one of the lens.
+        if *self == Self::PixelAspect { 0 } else { self.row().shared_sd.len() }
+    }
+
+    pub(super) fn local_extras(&self) -> usize {
+        self.row().local.0
+    }
+
+    /// See [`Row::local`].
+    pub(super) fn local_sd(&self) -> Option<(f64, f64)> {
+        self.row().local.1
+    }
+
+    /// Standard deviations that hold the shared parameters in the fit, which terms like the lens's own need.
+    pub(super) fn held_to(&self) -> &'static [f64] {
+        if self.is_free() { self.row().shared_sd } else { &[] }
+    }
+
+    /// True if nobody knows what size its parameters have: each then costs `ln n`, as in BIC.
+    pub(super) fn is_free(&self) -> bool {
+        matches!(self.row().family, Family::Lens | Family::Torn)
+    }
+
+    /// True if a calibration corrects it: what is left of it is in the bound.
+    pub(super) fn is_correctable(&self) -> bool {
+        matches!(self, Self::PixelAspect | Self::BoardStretched | Self::BoardBent)
+    }
+
+    /// Number of parameters in addition to the plain bundle's.
+    pub(crate) fn parameters(&self, views: usize) -> usize {
+        match self {
+            // A row and a shift for each.
+            Self::Torn(rows) => 3 * rows.iter().flatten().count(),
+            _ => self.row().shared_sd.len() + self.local_extras() * views,
+        }
+    }
+
+    /// Factor by which the shared parameters act on a view of `count`.
+    pub(super) fn times(&self, view: usize, count: usize) -> f64 {
+        match self {
+            Self::FocusDrift => view as f64 / (count - 1).max(1) as f64 - 0.5,
+            Self::FocusJump(from) if view < *from => 0.0,
+            Self::FocusBreathes(course) => course[view],
+            Self::Mixed(other) if !other[view] => 0.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Twice the logarithm of the evidence that the shared parameters cost: `ln |1 + T² A|` with their information `A` and
+    /// the table's sizes `T` (the Occam factor of Bayesian model comparison, MacKay 1992).
+    pub(super) fn occam(&self, information: &DMatrix<f64>) -> f64 {
+        let sd = self.row().shared_sd;
+        let scaled =
+            DMatrix::from_fn(sd.len(), sd.len(), |i, j| information[(i, j)] * sd[i] * sd[j]);
+        let eigenvalues = SymmetricEigen::new(scaled).eigenvalues;
+        eigenvalues.iter().map(|it| libm::log1p(it.max(0.0))).sum()
+    }
+}
