@@ -20,7 +20,7 @@ use boresight_calibrate::{
     drift, projection_jacobian,
 };
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use outlines::outlines;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
@@ -99,7 +99,13 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
     let covariance = a.covariance_all + b.covariance_all;
     let whole = projection_jacobian(&a.camera, set.size)?;
     let off = |is_inside: &dyn Fn(&Point2<f64>) -> bool| -> Option<(f64, f64)> {
-        let project = |point: &_| b.camera.project(point);
+        // Beyond its fold, a lens knows nothing.
+        let is_known = |point: &Point3<f64>, px: &Point2<f64>| {
+            let ray = b.camera.ray_from_px(px);
+            ray.is_some_and(|ray| ray.angle(&point.coords) < 1e-3)
+        };
+        let project =
+            |point: &Point3<f64>| b.camera.project(point).filter(|px| is_known(point, px));
         let differences = differences_px(&a.camera, &project, set.size, is_inside)?;
         let stated = whole.turned_over(is_inside)?.sd(&covariance);
         let variances: Vec<f64> = stated

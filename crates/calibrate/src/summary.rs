@@ -121,7 +121,7 @@ pub(super) fn assemble(
         .collect();
     let odd_corners = odd_corners(&inputs.observations, &bundle.state);
     let held_out = (inputs.distinct > held_out::VIEWS_NEEDED)
-        .then(|| held_out::check(&inputs.observations, bundle, &inputs.views))
+        .then(|| held_out::check(&inputs.observations, bundle, &inputs.views, inflation))
         .flatten();
     let findings = trust_checks::check(&Evidence {
         image_size: inputs.image_size,

@@ -18,7 +18,7 @@ pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     // No lens is that of two cameras.
     let are_two = is_clear && matches!(best.cause, Cause::Mixed(_));
     let is_in_bound =
-        std::iter::once(best).chain(rivals.iter().copied()).all(|it| it.cause.is_correctable());
+        std::iter::once(best).chain(rivals.iter().copied()).all(|it| it.cause.is_in_bound());
     let severity = match is_in_bound {
         _ if is_moved || are_two => Severity::Bad,
         true => Severity::Info,
@@ -100,8 +100,7 @@ pub(super) fn finding_code(explanation: &Explanation) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The cause to correct: the clear winner, or without one what is likelier than not; else pixels or squares that clearly
-    /// aren't square. Correcting it makes other causes easier to see. `is_done` tells what is corrected already.
+    /// The cause to correct: the clear winner, or else pixels or squares that clearly aren't square. Correcting it makes other causes easier to see. `is_done` tells what is corrected already.
     pub(super) fn correctable(&self, is_done: impl Fn(&Cause) -> bool) -> Option<&Explanation> {
         let best = self.best();
         let is_clear = self.rivals().is_empty();
@@ -110,12 +109,11 @@ impl Causes {
             return None;
         }
         let may_be = |it: &&Explanation| match it.cause {
-            Cause::BoardBent => best.is_none_or(|best| is_clear && best.cause == it.cause),
-            // With another misfit present it would absorb part of it.
-            Cause::PixelAspect | Cause::BoardStretched => best.is_none() || it.gain > CLEAR,
+            Cause::BoardBent => is_clear && best.is_some_and(|best| best.cause == it.cause),
+            Cause::PixelAspect | Cause::BoardStretched => true,
             _ => false,
         };
-        let can_be = |it: &&Explanation| it.gain > 0.0 && it.is_visible() && !is_done(&it.cause);
+        let can_be = |it: &&Explanation| it.gain > CLEAR && it.is_visible() && !is_done(&it.cause);
         let likeliest = self.explanations.iter().filter(can_be).find(may_be)?;
         // Pixels rather than squares, unless the views tell them apart: the board then stays as it was stated, for everyone
         // who uses the lens with it.

@@ -15,10 +15,7 @@ use super::{
     misfit_diagnosis::{Causes, positive_part},
     misfit_models::Bent,
 };
-use crate::{
-    params::CalibrationParams,
-    solve::{bundle::Bundle, odds::CLEAR},
-};
+use crate::{params::CalibrationParams, solve::bundle::Bundle};
 use boresight_geometry::{Corner, LENS_PARAMETERS};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
@@ -83,9 +80,8 @@ impl Correction {
         }
         correction.doubt += causes.doubt_beside(explanation);
         // The bound allows for it.
-        let told = finding_code(explanation).filter(|_| explanation.gain > CLEAR);
         let finding = |code| Finding { code, severity: Severity::Info };
-        correction.findings.extend(told.map(finding));
+        correction.findings.extend(finding_code(explanation).map(finding));
         Some(correction)
     }
 

@@ -200,6 +200,11 @@ impl ExtendedProblem<'_> {
         self.observations.cost_of(|view, corner| self.predict(view, &at[view], corner))
     }
 
+    pub(super) fn view_cost(&self, state: &ExtendedState, view: usize) -> Option<f64> {
+        let at = self.parameters(state, view);
+        self.observations.view_cost_of(view, |corner| self.predict(view, &at, corner))
+    }
+
     /// True if a shared parameter, lens or extra, is estimated.
     pub(super) fn is_free(&self, index: usize) -> bool {
         match LensParameter::ALL.get(index) {

@@ -19,11 +19,12 @@ pub(crate) struct HeldOutView {
 ///
 /// The lens without a view is computed to first order; only the pose of the view is fitted. The residual is expected to be that
 /// of the same view in the adjustment, so that a view which is only noisier is predicted, and what the uncertainty of the lens
-/// without it adds.
+/// without it adds: `inflation` times the variance that independent corners would leave.
 pub(crate) fn check(
     observations: &Observations,
     bundle: &Bundle,
     views: &[Vec<Corner>],
+    inflation: f64,
 ) -> Option<HeldOutView> {
     let count = views.len();
     let held = (count / 5).max(1);
@@ -43,7 +44,8 @@ pub(crate) fn check(
             let seen = || views[view].iter().filter(|corner| corner.is_seen());
             let corners = seen().count() as f64;
             let sigma2 = seen().map(|c| c.sigma_px().powi(2)).sum::<f64>() / corners;
-            let of_lens_px2 = (information * covariance).trace() * sigma2 / (2.0 * corners);
+            let of_lens_px2 =
+                inflation * (information * covariance).trace() * sigma2 / (2.0 * corners);
             let expected_px = (own_px * own_px + of_lens_px2).sqrt();
             let rms_px = fit.rms_px / std::f64::consts::SQRT_2;
             Some(HeldOutView { view, rms_px, expected_px })

@@ -83,7 +83,7 @@ pub(super) struct Row {
 }
 
 /// Relative change of the focal length of a lens that warms up or refocuses.
-pub(super) const FOCUS: &[f64] = &[6e-3];
+const FOCUS: &[f64] = &[6e-3];
 /// A stretch of pixels or squares, and the angle by which rows and columns miss a right one.
 const STRETCH: &[f64] = &[1e-3];
 /// The error of a good detector's corner.
@@ -186,7 +186,19 @@ impl Cause {
         matches!(self.row().family, Family::Lens | Family::Torn)
     }
 
-    /// True if a calibration corrects it: what is left of it is in the bound.
+    /// True if it acts alike on all views. What differs from view to view pulls them apart instead.
+    pub(super) fn is_shared(&self) -> bool {
+        matches!(self.row().family, Family::Aspect | Family::Skew | Family::Board | Family::Lens)
+            && self.local_extras() == 0
+    }
+
+    /// True if the bound holds what it does to the lens: a calibration corrects it, or it's the board's or the hand's in
+    /// single views, whose scatter holds it. What is the camera's in single views may be another thing in use.
+    pub(super) fn is_in_bound(&self) -> bool {
+        self.is_correctable() || matches!(self, Self::BoardFlexes | Self::RollingShutter)
+    }
+
+    /// True if a calibration corrects it.
     pub(super) fn is_correctable(&self) -> bool {
         matches!(self, Self::PixelAspect | Self::BoardStretched | Self::BoardBent)
     }

@@ -3,15 +3,14 @@
 use nalgebra::{DMatrix, Matrix2, SVector};
 
 use super::{
-    first_steps::FirstStep,
-    hypotheses::{Cause, FOCUS, Family},
+    hypotheses::{Cause, Family},
     misfit_models::{Explained, Explanation, Unexplained},
     torn_views,
     view_split::{likeliest_jump, likeliest_split},
 };
 use crate::solve::{
     bundle::{Bundle, Observations},
-    odds::{CLEAR, LIKELY},
+    odds::CLEAR,
 };
 use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts, frame::ImageSize,
@@ -134,16 +133,13 @@ pub(crate) fn causes(
     explanations.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut explanations, image_size);
     prefer_common_bend(&mut explanations);
-    let mut doubt = doubt(&explanations, bundle, result, n);
-    // The views count the evidence for a drift, too.
+    // The views count the evidence.
     let noise_factor = bundle.noise_factor().max(noise_floor);
     let overcount = bundle
         .scatter(noise_factor)
         .map_or(1.0, |scatter| scatter.overcount(observations.view_count()));
     let noise_variance = noise_factor.powi(2) * overcount;
-    if let Some(FirstStep { value, unit_variance, .. }) = drift {
-        add_to_f(&mut doubt, unseen_drift(value, unit_variance * noise_variance), result);
-    }
+    let doubt = doubt(&explanations, bundle, noise_variance, result, n);
     let visible_drift = drift.map(|step| {
         let information = 1.0 / (step.unit_variance * noise_variance);
         let occam = Cause::FocusDrift.occam(&DMatrix::from_element(1, 1, information));
@@ -191,27 +187,31 @@ fn prefer_common_bend(explanations: &mut Vec<Explanation>) {
     }
 }
 
-/// Covariance from averaging over the hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in proportion to the odds
-/// `e^(gain/2)`; the plain bundle's is 1.
-fn doubt(explanations: &[Explanation], bundle: &Bundle, result: &Camera, n: f64) -> LensMatrix {
+/// Covariance from averaging over the hypotheses about what all views share: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in
+/// proportion to the odds `e^(gain/2)`; the plain bundle's is 1. What differs from view to view pulls them apart, and their
+/// scatter holds it.
+///
+/// `noise_variance` is that of the plain bundle, the views' pulls counted.
+fn doubt(
+    explanations: &[Explanation],
+    bundle: &Bundle,
+    noise_variance: f64,
+    result: &Camera,
+    n: f64,
+) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
-    let most = explanations.iter().map(|it| it.gain).fold(0.0, f64::max);
+    let shared = || explanations.iter().filter(|it| it.cause.is_shared());
+    let most = shared().map(|it| it.gain).fold(0.0, f64::max);
     let odds = |gain: f64| libm::exp(0.5 * (gain - most));
-    let total = odds(0.0) + explanations.iter().map(|it| odds(it.gain)).sum::<f64>();
-    let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
+    let total = odds(0.0) + shared().map(|it| odds(it.gain)).sum::<f64>();
+    let Some(plain) = bundle.covariance(noise_variance.sqrt()) else { return doubt };
     let there = result.lens_parameters();
-    // `unseen_drift` covers a focus that moves once, where that isn't clear: what else the lens can't follow looks like it.
-    let is_covered = |it: &&Explanation| {
-        it.cause.row().family == Family::Focus && it.parameters == 1 && it.gain <= CLEAR
-    };
-    for explanation in explanations.iter().filter(|it| !is_covered(it)) {
+    for explanation in shared() {
         let lens = explanation.state.bundle.camera.lens_parameters();
         let off = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| lens[i] - there[i]);
         let freedom = bundle.freedom.count() + 6 * explanation.state.local.len();
         let variance = explanation.noise_variance(n, freedom);
-        let mut spread = explanation.unit_covariance * variance + off * off.transpose();
-        add_to_f(&mut spread, explanation.focal_spread().powi(2), result);
-        let more = spread - plain;
+        let more = explanation.unit_covariance * variance + off * off.transpose() - plain;
         // Only positive parts: a hypothesis must not make the result look more certain.
         doubt += positive_part(&more) * (odds(explanation.gain) / total);
     }
@@ -223,20 +223,6 @@ pub(crate) fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, resu
     let f_px = result.f_px;
     let more = Matrix2::from_fn(|i, j| relative_variance * f_px[i] * f_px[j]);
     covariance.set_block(LensParameter::F, LensParameter::F, &(covariance.f() + more));
-}
-
-/// Relative variance of the focal length after the last view from a drift too small to detect: by its prior, a quarter
-/// of the mean square of a drift that was measured as `measured` with `variance`.
-fn unseen_drift(measured: f64, variance: f64) -> f64 {
-    let prior = FOCUS[0] * FOCUS[0];
-    let sum = prior + variance;
-    // Likelihood ratio of a drift to no drift.
-    let ratio =
-        (variance / sum).sqrt() * libm::exp(0.5 * measured * measured * prior / (variance * sum));
-    let odds = ratio * libm::exp(-0.5 * LIKELY);
-    let probability = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
-    let (mean, left) = (measured * prior / sum, variance * prior / sum);
-    0.25 * probability * (mean * mean + left)
 }
 
 /// The positive part of a symmetric matrix, by its eigenvalues after scaling to a unit diagonal.

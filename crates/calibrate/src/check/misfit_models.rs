@@ -40,6 +40,8 @@ pub(super) struct Explanation {
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
     pub(crate) state: ExtendedState,
+    /// How much the corners overstate what they tell about what all views share.
+    overcount: f64,
     /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
     pub(crate) unit_covariance: LensMatrix,
     /// Covariance of the lens for corners with the stated error, with the parameters of the cause known.
@@ -57,9 +59,9 @@ pub(super) struct Explanation {
 
 impl Explanation {
     /// Variance of the corners as a multiple of the stated covariances, after a plain bundle that has estimated `freedom`
-    /// parameters from `n` coordinates.
+    /// parameters from `n` coordinates; as much larger as the views pull the lens apart more than independent corners would.
     pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
-        self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
+        self.overcount * self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
     }
 
     /// False if all that the cause shifts in the picture is less than anybody needs to know, however sure it is.
@@ -84,15 +86,6 @@ impl Explanation {
         let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
         let squares: f64 = logs.iter().map(|x| (x - mean).powi(2)).sum();
         (squares / (logs.len() as f64 - 1.0).max(1.0)).sqrt()
-    }
-
-    /// Spread of the views' focal lengths about a single one, relative to it: a standard deviation if every view has
-    /// its own, else the largest distance. The focus is expected to stay where it ended.
-    pub(super) fn focal_spread(&self) -> f64 {
-        match &self.cause {
-            Cause::Focus => self.state.local_rms(1),
-            _ => self.log_focal().iter().fold(0.0, |most, x| x.abs().max(most)),
-        }
     }
 }
 
@@ -203,6 +196,15 @@ impl<'a> Unexplained<'a> {
         }
     }
 
+    /// What two cameras explain in the view that gains most: whatever is wrong with a single view looks like another camera,
+    /// so that only what other views say with it counts. Zero for other causes.
+    fn of_oddest(&self, problem: &ExtendedProblem<'_>, state: &ExtendedState) -> Option<f64> {
+        let Cause::Mixed(_) = problem.cause else { return Some(0.0) };
+        let plain = ExtendedState::plain(self.start);
+        let gain = |view| Some(problem.view_cost(&plain, view)? - problem.view_cost(state, view)?);
+        (0..state.local.len()).try_fold(0.0, |most: f64, view| Some(most.max(gain(view)?)))
+    }
+
     /// Variance of the corners as a multiple of the stated covariances, if `cost` is left.
     fn noise_variance(&self, cost: f64) -> f64 {
         let n = self.observations.coordinate_count() as f64;
@@ -257,7 +259,8 @@ impl<'a> Unexplained<'a> {
             0 => scatter(&problem, &minimum.normal, self.noise_variance(cost))?.overcount(views),
             _ => 1.0,
         };
-        let by_corners = |cost: f64| n * libm::log(self.cost / cost.max(self.least_cost));
+        let plain_cost = self.cost - self.of_oddest(&problem, &state)?;
+        let by_corners = |cost: f64| n * libm::log(plain_cost / cost.max(self.least_cost));
         // Correlated noise explains residuals, too: the views have counted it for what they share.
         let told = |cost: f64| match cause.local_extras() {
             0 => by_corners(cost) / overcount,
@@ -318,6 +321,7 @@ impl<'a> Unexplained<'a> {
             parameters,
             gain: gain - cause.against(views),
             cost,
+            overcount,
             state,
             unit_covariance,
             known_unit_covariance,

@@ -174,18 +174,25 @@ impl Observations {
         &self,
         predicted: impl Fn(usize, &Whitened) -> Option<Point2<f64>>,
     ) -> Option<f64> {
-        let mut cost = 0.0;
-        for (view, corners) in self.views.iter().enumerate() {
-            let common = self.common(view);
-            let mut residuals: Vec<Vector2<f64>> = Vec::new();
-            for corner in corners {
-                let residual = corner.whitener * (corner.px - predicted(view, corner)?);
-                cost += residual.norm_squared();
-                residuals.extend(common.map(|_| residual));
-            }
-            cost -= common.map_or(0.0, |common| common.explained(&residuals));
-        }
+        let of_view = |view| self.view_cost_of(view, |corner| predicted(view, corner));
+        let cost = (0..self.views.len()).map(of_view).sum::<Option<f64>>()?;
         cost.is_finite().then_some(cost)
+    }
+
+    /// [`Self::cost_of`] one view.
+    pub(crate) fn view_cost_of(
+        &self,
+        view: usize,
+        predicted: impl Fn(&Whitened) -> Option<Point2<f64>>,
+    ) -> Option<f64> {
+        let common = self.common(view);
+        let (mut cost, mut residuals) = (0.0, Vec::<Vector2<f64>>::new());
+        for corner in &self.views[view] {
+            let residual = corner.whitener * (corner.px - predicted(corner)?);
+            cost += residual.norm_squared();
+            residuals.extend(common.map(|_| residual));
+        }
+        Some(cost - common.map_or(0.0, |common| common.explained(&residuals)))
     }
 }
 

@@ -6,6 +6,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
+/// Squared length of a step in standard deviations that doesn't matter after the last: 1e-2 of one.
+const HIDDEN_STEP: f64 = 1e-4;
 /// First damping of the steps from a guess.
 const GUESS_DAMPING: f64 = 1e-4;
 
@@ -211,7 +213,7 @@ pub(crate) enum Start {
 
 /// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
 ///
-/// Converged means that the next step is below 1e-9 standard deviations. `None` if the model is undefined at `start`.
+/// Converged means that the next step is below 1e-9 standard deviations, or below 1e-2 after the last of them. `None` if the model is undefined at `start`.
 pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
@@ -270,5 +272,8 @@ fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
             break;
         }
     }
+    // Rounding hides where a valley that the corners hardly determine ends.
+    let is_hidden = |step: Step<S, L>| step.decrement <= HIDDEN_STEP;
+    at.converged = at.converged || at.normal.solve(0.0).is_some_and(is_hidden);
     Some(at)
 }

@@ -22,6 +22,8 @@ use boresight_geometry::{LensMatrix, LensParts};
 /// its scatter.
 const LEAST_LEFT: f64 = 0.1;
 
+/// The share of errors beyond the bounds that are stated.
+const BEYOND: f64 = 0.05;
 /// The model of the noise is believed as much as this many views.
 const MODEL_VIEWS: f64 = 10.0;
 
@@ -30,8 +32,9 @@ pub(crate) fn freedom(views: usize) -> f64 {
     MODEL_VIEWS + views as f64 - 1.0
 }
 
-/// Covariance by a model of the noise and by the scatter of `views` different views, averaged. Few views tell it badly:
-/// theirs gets the variance of Student's t with a degree of freedom less than there are views. With three, the model's.
+/// Covariance by a model of the noise and by the scatter of `views` different views, averaged. They tell it badly, so it's as
+/// much wider as an error in two directions whose size is known with half of their [`freedom`], for the lens follows the
+/// views (Bell & McCaffrey 2002): a normal distribution with it has the 95 % quantile of F. With three views, the model's.
 pub(crate) fn averaged<T: Add<Output = T> + Mul<f64, Output = T>>(
     of_model: T,
     of_views: T,
@@ -40,10 +43,11 @@ pub(crate) fn averaged<T: Add<Output = T> + Mul<f64, Output = T>>(
     if views <= 3 {
         return of_model;
     }
-    let views = views as f64;
-    let of_few = (views - 1.0) / (views - 3.0);
-    let share = (MODEL_VIEWS + views).recip();
-    of_model * (MODEL_VIEWS * share) + of_views * (views * of_few * share)
+    // Of F with two degrees of freedom and these, over that of half a χ² with two.
+    let freedom = 0.5 * freedom(views);
+    let quantile = 0.5 * freedom * (libm::pow(BEYOND, -2.0 / freedom) - 1.0);
+    let share = quantile / -libm::log(BEYOND) / (MODEL_VIEWS + views as f64);
+    of_model * (MODEL_VIEWS * share) + of_views * (views as f64 * share)
 }
 
 /// How far the views pull parameters apart.

@@ -166,7 +166,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "Each view is sheared differently.",
             "A sensor that reads its rows one after the other sees a moving board slanted. Hands sway; long exposures make it worse.",
             "Rest the board and the camera before each view. Use more light and a shorter exposure.",
-            "With care, for the middle of the picture.",
+            "Yes, if the verdict is GOOD: the views differ by it, so the bound includes it.",
         ],
         FindingCode::ViewTorn { .. } => [
             "A picture put together from two",
@@ -180,7 +180,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The board has a different shape in each view.",
             "It's too thin: paper, cardboard or thin foam under your hands.",
             "Mount it on glass, aluminium or thick board. Then take the views again.",
-            "With care: nothing can allow for it.",
+            "Yes, if the verdict is GOOD: the views differ by it, so the bound includes it.",
         ],
         FindingCode::PictureShifted { .. } => [
             "The picture moves on its own",
