@@ -133,13 +133,13 @@ pub(crate) fn causes(
     explanations.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     prefer_focus(&mut explanations, image_size);
     prefer_common_bend(&mut explanations);
-    // The views count the evidence.
+    let doubt = doubt(&explanations, bundle, result, n);
+    // The views count the evidence for a drift, too.
     let noise_factor = bundle.noise_factor().max(noise_floor);
     let overcount = bundle
         .scatter(noise_factor)
         .map_or(1.0, |scatter| scatter.overcount(observations.view_count()));
     let noise_variance = noise_factor.powi(2) * overcount;
-    let doubt = doubt(&explanations, bundle, noise_variance, result, n);
     let visible_drift = drift.map(|step| {
         let information = 1.0 / (step.unit_variance * noise_variance);
         let occam = Cause::FocusDrift.occam(&DMatrix::from_element(1, 1, information));
@@ -190,21 +190,13 @@ fn prefer_common_bend(explanations: &mut Vec<Explanation>) {
 /// Covariance from averaging over the hypotheses about what all views share: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in
 /// proportion to the odds `e^(gain/2)`; the plain bundle's is 1. What differs from view to view pulls them apart, and their
 /// scatter holds it.
-///
-/// `noise_variance` is that of the plain bundle, the views' pulls counted.
-fn doubt(
-    explanations: &[Explanation],
-    bundle: &Bundle,
-    noise_variance: f64,
-    result: &Camera,
-    n: f64,
-) -> LensMatrix {
+fn doubt(explanations: &[Explanation], bundle: &Bundle, result: &Camera, n: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
     let shared = || explanations.iter().filter(|it| it.cause.is_shared());
     let most = shared().map(|it| it.gain).fold(0.0, f64::max);
     let odds = |gain: f64| libm::exp(0.5 * (gain - most));
     let total = odds(0.0) + shared().map(|it| odds(it.gain)).sum::<f64>();
-    let Some(plain) = bundle.covariance(noise_variance.sqrt()) else { return doubt };
+    let Some(plain) = bundle.covariance(bundle.noise_factor()) else { return doubt };
     let there = result.lens_parameters();
     for explanation in shared() {
         let lens = explanation.state.bundle.camera.lens_parameters();

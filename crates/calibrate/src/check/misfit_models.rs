@@ -40,8 +40,6 @@ pub(super) struct Explanation {
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
     pub(crate) state: ExtendedState,
-    /// How much the corners overstate what they tell about what all views share.
-    overcount: f64,
     /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
     pub(crate) unit_covariance: LensMatrix,
     /// Covariance of the lens for corners with the stated error, with the parameters of the cause known.
@@ -59,9 +57,9 @@ pub(super) struct Explanation {
 
 impl Explanation {
     /// Variance of the corners as a multiple of the stated covariances, after a plain bundle that has estimated `freedom`
-    /// parameters from `n` coordinates; as much larger as the views pull the lens apart more than independent corners would.
+    /// parameters from `n` coordinates.
     pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
-        self.overcount * self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
+        self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
     }
 
     /// False if all that the cause shifts in the picture is less than anybody needs to know, however sure it is.
@@ -321,7 +319,6 @@ impl<'a> Unexplained<'a> {
             parameters,
             gain: gain - cause.against(views),
             cost,
-            overcount,
             state,
             unit_covariance,
             known_unit_covariance,
