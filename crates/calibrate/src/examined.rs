@@ -52,7 +52,8 @@ impl Examined {
         choice: &ModelChoice,
     ) -> Option<Correction> {
         let n = inputs.observations.coordinate_count() as f64;
-        Correction::of(&self.causes, choice.bundles.last()?, n, inputs.correction)
+        let richest = choice.bundles.last()?;
+        Correction::of(&self.causes, richest, n, inputs.image_size, inputs.correction)
     }
 
     /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None` if it isn't finite.
@@ -81,11 +82,12 @@ impl Examined {
     /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, other
     /// families of lens models, and the remaining doubt about a corrected cause.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
-        let allowed_for = inputs.correction.map(|correction| correction.doubt);
-        let of_rivals = (!inputs.rivals.is_empty()).then(|| {
-            let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
-            rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size)
-        });
+        let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
+        let allowed_for = inputs
+            .correction
+            .map(|correction| correction.doubt((lens, freedom), inputs.image_size));
+        let of_rivals = (!inputs.rivals.is_empty())
+            .then(|| rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size));
         [self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
             .into_iter()
             .flatten()

@@ -14,9 +14,13 @@ use super::{
     hypotheses::Cause,
     misfit_diagnosis::{Causes, positive_part},
     misfit_models::Bent,
+    rival_family::carried,
 };
-use crate::{params::CalibrationParams, solve::bundle::Bundle};
-use boresight_geometry::{Corner, LENS_PARAMETERS};
+use crate::{
+    params::CalibrationParams,
+    solve::{bundle::Bundle, lens_model::LensFreedom},
+};
+use boresight_geometry::{Camera, Corner, LENS_PARAMETERS, frame::ImageSize};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -28,9 +32,10 @@ pub(crate) struct Correction {
     /// Height to width of the board's squares.
     stretch: f64,
     bent: Option<Bent>,
-    /// Covariance of the lens from doubt about the causes' parameters, and about the causes themselves, as others look the
+    /// Covariance of `lens` from doubt about the causes' parameters, and about the causes themselves, as others look the
     /// same.
-    pub(crate) doubt: LensMatrix,
+    doubt: LensMatrix,
+    lens: Camera,
     /// Findings that the corrected calibration reports in any case.
     pub(crate) findings: Vec<Finding>,
 }
@@ -42,15 +47,20 @@ impl Correction {
         causes: &Causes,
         bundle: &Bundle,
         n: f64,
+        image_size: ImageSize,
         earlier: Option<&Self>,
     ) -> Option<Self> {
+        let lens = bundle.state.camera;
         let mut correction = earlier.cloned().unwrap_or(Self {
             aspect: None,
             stretch: 1.0,
             bent: None,
             doubt: LensMatrix::zeros(),
+            lens,
             findings: Vec::new(),
         });
+        correction.doubt = correction.doubt((&lens, &bundle.freedom), image_size);
+        correction.lens = lens;
         let explanation = causes.correctable(|cause| match cause {
             Cause::PixelAspect => correction.aspect.is_some(),
             Cause::BoardStretched => correction.stretch != 1.0,
@@ -83,6 +93,11 @@ impl Correction {
         let finding = |code| Finding { code, severity: Severity::Info };
         correction.findings.extend(finding_code(explanation).map(finding));
         Some(correction)
+    }
+
+    /// Covariance that remains, of a lens with its freedom, which may be of another family than the one that was corrected.
+    pub(crate) fn doubt(&self, lens: (&Camera, &LensFreedom), image_size: ImageSize) -> LensMatrix {
+        carried(&self.doubt, &self.lens, lens, image_size)
     }
 
     /// The parameters that calibrate with the correction.

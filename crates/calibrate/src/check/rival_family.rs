@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, Point2, SVector, UnitQuaternion, Vector2, Vector3};
 
-use super::projection_sd::projection_jacobian;
+use super::projection_sd::{ProjectionJacobian, projection_jacobian};
 use crate::solve::{
     lens_model::{LensFreedom, tie_focal_lengths},
     schur_lm::inverse,
@@ -35,6 +35,33 @@ pub(crate) fn rival_doubt(
         .fold(LensMatrix::zeros(), |sum, doubt| sum + doubt)
 }
 
+/// `doubt` about the lens `from`, a covariance of its parameters, as one of the parameters of `to`, a lens of another family
+/// with the given freedom: by how far it moves the picture. Zero if the picture doesn't determine it.
+pub(crate) fn carried(
+    doubt: &LensMatrix,
+    from: &Camera,
+    (to, freedom): (&Camera, &LensFreedom),
+    image_size: ImageSize,
+) -> LensMatrix {
+    if from.distortion.kind == to.distortion.kind {
+        return *doubt;
+    }
+    let Some(jacobian) = projection_jacobian(to, image_size) else { return LensMatrix::zeros() };
+    let moved = |px: &Point2<f64>| Some(from.project_ray(&to.ray_from_px(px)?)?.jac_lens);
+    let by_lens: Vec<_> = jacobian.px.iter().map(moved).collect();
+    let scale = doubt.diagonal().map(|variance| variance.max(f64::MIN_POSITIVE).sqrt());
+    let unit = LensMatrix::from_fn(|i, j| doubt[(i, j)] / (scale[i] * scale[j]));
+    let eigen = unit.symmetric_eigen();
+    let along =
+        eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues).filter_map(|(way, size)| {
+            let step = way.component_mul(&scale) * size.max(0.0).sqrt();
+            let off_px = by_lens.iter().map(|by_lens| Some(by_lens.as_ref()? * step));
+            let off = fitted(freedom, &jacobian, off_px)?;
+            Some(off * off.transpose())
+        });
+    along.sum()
+}
+
 /// The change of the lens parameters that comes closest to `rival`, over the picture and after the best turn. `None` if the
 /// picture doesn't determine one.
 fn as_parameters(
@@ -47,9 +74,18 @@ fn as_parameters(
     let rays: Vec<Vector3<f64>> =
         jacobian.px.iter().map(|px| camera.ray_from_px(px)).collect::<Option<_>>()?;
     let off_px = after_best_turn(rival, &rays, &jacobian.px);
+    fitted(freedom, &jacobian, off_px)
+}
+
+/// The change of the lens parameters that moves the grid points of `jacobian` the most alike to `off_px`; those without a
+/// shift carry no information. `None` if they don't determine one.
+fn fitted(
+    freedom: &LensFreedom,
+    jacobian: &ProjectionJacobian,
+    off_px: impl IntoIterator<Item = Option<Vector2<f64>>>,
+) -> Option<LensVector> {
     let (mut squares, mut pull) = (LensMatrix::zeros(), LensVector::zeros());
     for (jac_lens, off_px) in jacobian.jac_lens.iter().zip(off_px) {
-        // Places that the rival doesn't see carry no information.
         let Some(off_px) = off_px else { continue };
         let mut by = *jac_lens;
         freedom.restrict(&mut by);
