@@ -10,7 +10,6 @@ use super::{
         finding::Verdict,
         held_out, leave_out,
         limits::Limits,
-        misfit_diagnosis::add_to_f,
         odd_corners::odd_corners,
         projection_sd::{ProjectionSd, projection_jacobian},
         trust_checks::{self, Evidence, ViewEvidence},
@@ -67,7 +66,7 @@ pub(super) fn assemble(
         .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
         .and_then(|free| varying_focal(free, noise_floor));
     let alone = match &varying {
-        Some(varying) => Lens::varying(varying, causes.focus_moved()),
+        Some(varying) => Lens::varying(varying),
         None => inputs.common_lens(choice, sampling + doubt),
     };
     let combined = inputs.params.known_lens.map(|known| match alone.focal {
@@ -194,17 +193,13 @@ pub(super) fn assemble(
 }
 
 impl Lens {
-    /// The lens of views whose focal lengths scatter by the share `moved`, if nobody asked for that: the one to use may be
-    /// any of them.
-    fn varying(varying: &VaryingFocal, moved: Option<f64>) -> Self {
-        let mut covariance = varying.covariance;
-        add_to_f(&mut covariance, moved.map_or(0.0, |share| share * share), &varying.camera);
+    fn varying(varying: &VaryingFocal) -> Self {
         Self {
             model: varying::MODEL,
             camera: varying.camera,
             focal: Focal::Varying { scatter_px: varying.scatter_px },
-            covariance,
-            covariance_all: covariance,
+            covariance: varying.covariance,
+            covariance_all: varying.covariance,
             noise_factor: varying.noise_factor,
         }
     }

@@ -1,6 +1,6 @@
 //! Compares hypotheses for a misfit by their odds, and adds their uncertainty to the covariance.
 
-use nalgebra::{DMatrix, Matrix2, SVector};
+use nalgebra::{DMatrix, SVector};
 
 use super::{
     hypotheses::{Cause, Family},
@@ -12,9 +12,7 @@ use crate::solve::{
     bundle::{Bundle, Observations},
     odds::CLEAR,
 };
-use boresight_geometry::{
-    Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts, frame::ImageSize,
-};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, frame::ImageSize};
 
 /// Relative scatter of the focal length above which a common focal length is no result: 3 px at f = 1000.
 const MAX_FOCAL_SCATTER: f64 = 0.003;
@@ -208,13 +206,6 @@ fn doubt(explanations: &[Explanation], bundle: &Bundle, result: &Camera, n: f64)
         doubt += positive_part(&more) * (odds(explanation.gain) / total);
     }
     doubt
-}
-
-/// Adds `relative_variance` of the focal length to a covariance.
-pub(crate) fn add_to_f(covariance: &mut LensMatrix, relative_variance: f64, result: &Camera) {
-    let f_px = result.f_px;
-    let more = Matrix2::from_fn(|i, j| relative_variance * f_px[i] * f_px[j]);
-    covariance.set_block(LensParameter::F, LensParameter::F, &(covariance.f() + more));
 }
 
 /// The positive part of a symmetric matrix, by its eigenvalues after scaling to a unit diagonal.
