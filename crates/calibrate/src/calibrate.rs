@@ -116,11 +116,11 @@ pub fn calibrate(
         plain: None,
     };
     let Some(repeats) = Repeats::among(views, board, image_size) else {
-        return Ok(given.calibrate(views, observations)?.0);
+        return Ok(given.calibrate(views, &observations)?.0);
     };
     let kept = repeats.without(views);
     let (found, correction) = self::observations(&kept, &board_m, params.threads)
-        .and_then(|observations| given.calibrate(&kept, observations))
+        .and_then(|observations| given.calibrate(&kept, &observations))
         .map_err(|reason| match reason {
             NotCalibrated::NoHomography { view } => {
                 NotCalibrated::NoHomography { view: repeats.number(view) }
@@ -151,12 +151,12 @@ impl Given<'_> {
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
-        observations: Observations,
+        observations: &Observations,
     ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
         let mut problem = self.inputs(views, observations.clone(), None)?;
         let solved = problem.solve();
         let mut left_out = Vec::new();
-        let wide = problem.wide_lenses(&observations, solved.as_ref().ok());
+        let wide = problem.wide_lenses(observations, solved.as_ref().ok());
         // A bent board or a moved focus can look like another lens, too.
         let other_cause = || {
             let examined = Examined::of(&problem, &solved.as_ref().ok()?.choice);
@@ -211,7 +211,7 @@ impl Given<'_> {
         let observations = observations(&views, &board_m, params.threads)?;
         let (correction, plain) = (Some(correction), Some((plain, seen)));
         Given { board_m: &board_m, params: &params, correction, plain, ..*self }
-            .calibrate(&views, observations)
+            .calibrate(&views, &observations)
     }
 
     /// Everything that follows from the corners without an adjustment of the lens.
