@@ -10,6 +10,7 @@ Needs numpy, opencv-python-headless and PyYAML. Used if they are there: ROS's ow
 python3-camera-calibration-parsers), Octave, mrcal, pycolmap, open3d, and Nerfstudio.
 """
 import argparse, json, pathlib, re, shutil, subprocess, tempfile
+from contextlib import contextmanager
 from importlib.metadata import PackageNotFoundError, version
 
 import cv2
@@ -234,13 +235,20 @@ def read_named(arguments, export, tell, project, points, k, fisheye, rational, s
             import open3d
         except ImportError:
             return
-        with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
-            file.write(text)
-            file.flush()
-            read = open3d.io.read_pinhole_camera_intrinsic(file.name)
+        with in_file(text, ".json") as path:
+            read = open3d.io.read_pinhole_camera_intrinsic(path)
         m = read.intrinsic_matrix
         assert (read.width, read.height) == size
         tell("open3d", f"open3d {open3d.__version__}", [m[0, 0], m[1, 1], m[0, 2], m[1, 2]], project(m, np.zeros(5), points))
+
+
+@contextmanager
+def in_file(text, suffix):
+    """Path of a file with this text, for readers that take nothing else."""
+    with tempfile.NamedTemporaryFile("w", suffix=suffix) as file:
+        file.write(text)
+        file.flush()
+        yield file.name
 
 
 def read_ros(text, tell, points, project, info):
@@ -248,10 +256,8 @@ def read_ros(text, tell, points, project, info):
         from camera_calibration_parsers import readCalibration
     except ImportError:
         return
-    with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
-        file.write(text)
-        file.flush()
-        name, read = readCalibration(file.name)
+    with in_file(text, ".yaml") as path:
+        name, read = readCalibration(path)
     assert (name, read.width, read.height) == (info["camera_name"], info["image_width"], info["image_height"])
     assert read.distortion_model == info["distortion_model"] and read.P[:3] == read.K[:3]
     numbers = [read.K[0], read.K[4], read.K[2], read.K[5], *read.D]
@@ -313,12 +319,10 @@ def read_matlab(text, tell, points):
 
 def read_mrcal(text, tell, points, size):
     try:
-        import mrcal, os
+        import mrcal
 
-        with tempfile.NamedTemporaryFile("w", suffix=".cameramodel", delete=False) as file:
-            file.write(text)
-        model = mrcal.cameramodel(file.name)
-        os.unlink(file.name)
+        with in_file(text, ".cameramodel") as path:
+            model = mrcal.cameramodel(path)
         tell("mrcal", f"mrcal {installed('mrcal')}", list(model.intrinsics()[1]), mrcal.project(points, *model.intrinsics()))
         if (inputs := model.optimization_inputs()) is not None:
             # What mrcal makes of the session's views: residuals, and its own uncertainty in the picture's middle.

@@ -100,7 +100,8 @@ pub(super) fn finding_code(explanation: &Explanation) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The cause to correct: the clear winner, or else pixels or squares that clearly aren't square. Correcting it makes other causes easier to see. `is_done` tells what is corrected already.
+    /// The cause to correct: the clear winner, or else pixels or squares that clearly aren't square. Correcting it makes
+    /// other causes easier to see. `is_done` tells what is corrected already.
     pub(super) fn correctable(&self, is_done: impl Fn(&Cause) -> bool) -> Option<&Explanation> {
         let best = self.best();
         let is_clear = self.rivals().is_empty();

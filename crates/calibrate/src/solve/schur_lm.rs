@@ -213,7 +213,8 @@ pub(crate) enum Start {
 
 /// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
 ///
-/// Converged means that the next step is below 1e-9 standard deviations, or below 1e-2 after the last of them. `None` if the model is undefined at `start`.
+/// Converged means that the next step is below 1e-9 standard deviations, or below 1e-2 after the last of them. `None` if
+/// the model is undefined at `start`.
 pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
