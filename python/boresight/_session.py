@@ -69,8 +69,8 @@ class Advice:
 
     @property
     def done(self) -> bool:
-        """Whether no more views are needed."""
-        return self.progress == "complete"
+        """Whether the session is over: no more views are needed, or none that it could ask for would help."""
+        return self.progress != "collecting"
 
 
 def _advice(text: str) -> Advice:

@@ -311,3 +311,26 @@ fn words_that_cannot_be_parsed_are_usage_errors() {
     }
     assert_eq!(contents(place.path()), []);
 }
+
+#[test]
+fn a_value_of_the_wrong_kind_is_named_by_its_key() {
+    let place = place();
+    for (name, text, option, code, words) in [
+        ("scene.toml", "[technician]\nsway_mm = \"much\"", None, 1, "technician.sway_mm"),
+        ("scene.toml", "f_px = ", None, 1, "line 1"),
+        (
+            "settings.toml",
+            "[guidance]\nhold_secs = \"long\"",
+            Some("--config"),
+            2,
+            "guidance.hold_secs",
+        ),
+    ] {
+        fs::write(place.path().join(name), text).expect("written");
+        let arguments = ["simulate", "--out", "out"].into_iter().chain(option).chain([name]);
+        let ended = boresight(place.path(), &arguments.collect::<Vec<_>>());
+        says(&ended, code, &[words, name]);
+        fs::remove_file(place.path().join(name)).expect("removed");
+    }
+    assert_eq!(contents(place.path()), []);
+}

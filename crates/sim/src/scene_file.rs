@@ -169,10 +169,11 @@ impl SceneFile {
     pub fn load_with(path: &Path, board: Checkerboard) -> Result<Scene, SceneError> {
         let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
         let invalid = |message: &str| SceneError::Invalid {
-            message: message.into(),
+            message: message.trim_end().replace("\nin ", " in "),
             origin: path.display().to_string(),
         };
-        let file: Self = toml::from_str(&text).map_err(|err| invalid(err.message()))?;
+        let table: toml::Table = toml::from_str(&text).map_err(|err| invalid(&err.to_string()))?;
+        let file: Self = table.try_into().map_err(|err| invalid(&err.to_string()))?;
         let board = match file.board {
             Some([columns, rows]) => Checkerboard::new(columns, rows, board.measured_m())
                 .map_err(|err| invalid(&err.to_string()))?,

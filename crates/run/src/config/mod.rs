@@ -327,7 +327,8 @@ impl Config {
         if let Some(path) = file {
             let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
             let origin = path.display().to_string();
-            let mut over = toml::from_str(&text).map_err(|err| invalid(err.message(), &origin))?;
+            let mut over =
+                toml::from_str(&text).map_err(|err| invalid(&err.to_string(), &origin))?;
             retired::ignore(&mut over, retired, &mut notes);
             merge(&mut table, over);
         }
@@ -380,7 +381,7 @@ impl Config {
 
     fn from_table(table: toml::Table, origin: &str) -> Result<Self, ConfigError> {
         let config: Self =
-            table.try_into().map_err(|err: toml::de::Error| invalid(err.message(), origin))?;
+            table.try_into().map_err(|err: toml::de::Error| invalid(&err.to_string(), origin))?;
         config.checked(origin)
     }
 
@@ -525,7 +526,10 @@ impl Config {
 }
 
 fn invalid(message: &str, origin: &str) -> ConfigError {
-    ConfigError::Invalid { message: message.into(), origin: origin.into() }
+    ConfigError::Invalid {
+        message: message.trim_end().replace("\nin ", " in "),
+        origin: origin.into(),
+    }
 }
 
 #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]

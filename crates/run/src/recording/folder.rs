@@ -135,8 +135,9 @@ impl Header {
         if let Some(config) = table.get_mut("config").and_then(toml::Value::as_table_mut) {
             retired::ignore(config, retired, &mut Vec::new());
         }
-        let header: Self =
-            table.try_into().map_err(|err: toml::de::Error| bad(err.message().into()))?;
+        let header: Self = table.try_into().map_err(|err: toml::de::Error| {
+            bad(err.to_string().trim_end().replace("\nin ", " in "))
+        })?;
         if header.image_size_px.iter().any(|side| !(1..=PICTURE_LIMIT_PX).contains(side)) {
             return Err(bad(format!("image_size_px needs sides of 1 to {PICTURE_LIMIT_PX}")));
         }
