@@ -55,7 +55,7 @@ impl Camera {
     }
 
     /// Pixel of a point in camera coordinates. `None` outside the field: behind the camera or on its plane, more than 110° from
-    /// the axis of a fisheye lens, or beyond a pole of the rational model.
+    /// the axis of a fisheye lens, or at a pole of the rational model and beyond.
     pub fn project(&self, point_in_cam: &Point3<f64>) -> Option<Point2<f64>> {
         let flat = self.distortion.kind.flat(&point_in_cam.coords)?;
         self.distortion.reaches(&flat).then(|| self.px_from_flat(&flat))

@@ -12,6 +12,9 @@ const FISHEYE_FIELD_RAD: f64 = 110.0 * std::f64::consts::PI / 180.0;
 const PARAXIAL: f64 = 1e-4;
 /// Least `cos` of the angle to the optical axis for which a ray has normalised coordinates: 89.4°.
 const LEAST_COS: f64 = 1e-2;
+/// Denominator of the rational model at which a ray counts as at a pole: no lens enlarges so much there, and what shows a
+/// ray is rounding.
+const AT_POLE: f64 = 0.02;
 
 /// Projection of a ray onto a plane before the polynomial distorts it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -204,9 +207,9 @@ impl Distortion {
         *self == Self::default()
     }
 
-    /// True if a ray with the given flat coordinates is seen at all: beyond a pole of the rational model it isn't.
+    /// True if a ray with the given flat coordinates is seen at all: at a pole of the rational model and beyond it isn't.
     pub(super) fn reaches(&self, flat: &Point2<f64>) -> bool {
-        self.is_polynomial() || self.radial(flat.coords.norm_squared()).denominator > 0.0
+        self.is_polynomial() || self.radial(flat.coords.norm_squared()).denominator > AT_POLE
     }
 
     fn is_polynomial(&self) -> bool {
@@ -277,11 +280,11 @@ impl Distortion {
         )
     }
 
-    /// [`Self::apply`] with both derivatives. `None` beyond a pole of the rational model.
+    /// [`Self::apply`] with both derivatives. `None` at a pole of the rational model and beyond.
     #[inline]
     pub(super) fn bend(&self, flat: &Point2<f64>) -> Option<Bent> {
         let radial = self.radial(flat.coords.norm_squared());
-        (radial.denominator > 0.0).then(|| self.bent(flat, &radial))
+        (radial.denominator > AT_POLE).then(|| self.bent(flat, &radial))
     }
 
     /// [`Self::apply`] differentiated by the lens parameters, for focal lengths of 1: 2 rows, columns in the order of

@@ -394,10 +394,16 @@ impl LensPrior {
     }
 
     /// The prior under which a rational lens is fitted: its numerator and denominator can nearly cancel, so that their
-    /// coefficients grow without changing the lens. k4, k5, k6 are 0 ± 3.
+    /// coefficients change without changing the lens. k4, k5, k6 are, ± 3, those of a lens that shows angles: of the quotient
+    /// nearest to `atan(r)/r` (Padé), whose denominator has no pole.
     pub(crate) fn of_quotient() -> Self {
         let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
-        for parameter in [LensParameter::K4, LensParameter::K5, LensParameter::K6] {
+        for (parameter, mean) in [
+            (LensParameter::K4, 10.0 / 9.0),
+            (LensParameter::K5, 5.0 / 21.0),
+            (LensParameter::K6, 0.0),
+        ] {
+            prior.mean[parameter.index()] = mean;
             prior.information[parameter.index()] = 1.0 / 9.0;
         }
         prior

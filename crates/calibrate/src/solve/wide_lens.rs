@@ -161,8 +161,10 @@ impl WideSearch<'_> {
         n * libm::log(cost) + bundle.freedom.count() as f64 * libm::log(n)
     }
 
+    /// A lens that a pole keeps from its minimum is taken only where no other is allowed.
     fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
-        let (bic, state) = (self.bic(&bundle) + family.against(), bundle.state);
+        let against = if bundle.converged { family.against() } else { f64::MAX };
+        let (bic, state) = (self.bic(&bundle) + against, bundle.state);
         WideLens { family, state, bic, gain: 0.0, rivals: Vec::new() }
     }
 
