@@ -73,8 +73,6 @@ fn filling(scene: &mut Scene, count: usize) -> Vec<Vec<Corner>> {
     scene.views(&plan)
 }
 
-const CAMERAS: u64 = 500;
-
 /// Of `count` cameras, the checks that told a change, and the mean of what they could have seen.
 fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
     let (mut told, mut visible_pp_px, mut visible_f_px) = (0, 0.0, 0.0);
@@ -89,9 +87,7 @@ fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
     (told, visible_pp_px, visible_f_px)
 }
 
-#[test]
-fn an_unchanged_camera_is_left_alone() {
-    let count = CAMERAS;
+fn is_left_alone_if_unchanged(count: u64) {
     let (told, visible_pp_px, visible_f_px) = told(count, |_| ());
     println!(
         "unchanged: told {told} of {count}; visible PP {visible_pp_px:.2} px, f {visible_f_px:.2} px"
@@ -99,9 +95,7 @@ fn an_unchanged_camera_is_left_alone() {
     assert!(f64::from(told) <= 0.02 * count as f64, "{told} of {count}");
 }
 
-#[test]
-fn eight_pixels_are_seen() {
-    let count = CAMERAS;
+fn shows_eight_pixels(count: u64) {
     let (of_pp, ..) = told(count, |scene| {
         let angle = scene.rng.random_range(0.0..std::f64::consts::TAU);
         scene.camera.pp_px += Vector2::new(angle.cos(), angle.sin()) * 8.0;
@@ -112,11 +106,28 @@ fn eight_pixels_are_seen() {
     assert!(f64::from(of_f) >= 0.95 * count as f64, "{of_f} of {count}");
 }
 
+#[test]
+fn an_unchanged_camera_is_left_alone() {
+    is_left_alone_if_unchanged(120);
+}
+
+#[test]
+fn eight_pixels_are_seen() {
+    shows_eight_pixels(60);
+}
+
+#[test]
+#[ignore = "takes minutes: make long-tests"]
+fn long_five_hundred_cameras() {
+    is_left_alone_if_unchanged(500);
+    shows_eight_pixels(500);
+}
+
 /// Some views tell less than others, and their check says so.
 #[test]
 fn a_change_of_f_is_told_where_the_check_could_see_it() {
     let (mut told, mut visible) = (0, 0);
-    for seed in 0..200 {
+    for seed in 0..100 {
         let mut installed = Installed::new(9000 + seed);
         installed.scene.camera.f_px += Vector2::repeat(5.0);
         let found = installed.check().expect("a verdict");
@@ -126,7 +137,7 @@ fn a_change_of_f_is_told_where_the_check_could_see_it() {
         }
     }
     println!("5 px of f told {told} of {visible} visible ones");
-    assert!(visible >= 100, "{visible}");
+    assert!(visible >= 50, "{visible}");
     assert!(told * 20 >= visible * 19, "{told} of {visible}");
 }
 
@@ -185,7 +196,7 @@ fn another_lens_is_told() {
 #[test]
 fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
     let (mut told, mut visible) = (0, 0);
-    for seed in 0..200 {
+    for seed in 0..100 {
         let mut installed = Installed::new(9000 + seed);
         let before = installed.scene.camera;
         let distortion = &mut installed.scene.camera.distortion;
@@ -202,7 +213,7 @@ fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
         }
     }
     println!("told {told} of {visible} visible ones");
-    assert!(visible >= 20, "{visible}");
+    assert!(visible >= 10, "{visible}");
     assert!(told * 10 >= visible * 9, "{told} of {visible}");
 }
 

@@ -365,7 +365,7 @@ fn parts(pictures: u64, seed: u64, margin: Margin) -> Parts {
 /// More pictures, to measure: `BORESIGHT_PICTURES=2000`.
 #[test]
 fn the_code_says_which_part_of_a_board_is_seen() {
-    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(96);
+    let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(48);
     let coded = parts(pictures, 3, Margin::Code);
     println!("{coded:?}");
     assert_eq!(coded.wrong, 0, "{coded:?}");

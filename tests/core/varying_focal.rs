@@ -37,7 +37,7 @@ fn pp_distance2(found: &Calibration, truth: &Camera) -> f64 {
 
 #[test]
 fn principal_point_and_focal_lengths_lie_in_their_bounds() {
-    const SCENES: u64 = 150;
+    const SCENES: u64 = 60;
     for scatter in [0.01, 0.03] {
         let (mut inside, mut focal_inside, mut focal_all) = (0, 0, 0);
         for seed in 0..SCENES {
