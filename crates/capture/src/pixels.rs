@@ -197,13 +197,16 @@ impl Pixels {
     ///
     /// # Errors
     ///
-    /// [`Flaw`] if the bytes are too few.
+    /// [`Flaw`] if the bytes are too few, or if the picture has no pixels.
     pub fn unpack(
         self,
         bytes: &[u8],
         size: ImageSize,
         bytes_per_row: usize,
     ) -> Result<GrayImage, Flaw> {
+        if size.width_px.min(size.height_px) == 0 {
+            return Err(Flaw::Empty);
+        }
         let row_bytes = self.row_bytes(size.width_px);
         let step = bytes_per_row.max(row_bytes);
         raw(bytes.len(), size.height_px as usize, step)?;
@@ -260,6 +263,10 @@ mod tests {
             assert_eq!(pixels.unpack(&bytes, SIZE, 0).expect("whole").as_raw(), &grey, "{name}");
             let short = pixels.unpack(&bytes[..pixels.row_bytes(4) * 2 - 1], SIZE, 0);
             assert!(short.is_err(), "{name}");
+            for (width_px, height_px) in [(0, 2), (4, 0)] {
+                let none = pixels.unpack(&bytes, ImageSize { width_px, height_px }, 0);
+                assert_eq!(none, Err(Flaw::Empty), "{name}");
+            }
             // Rows with a gap after them.
             let row = pixels.row_bytes(4);
             let gaps: Vec<u8> =
