@@ -4,8 +4,8 @@
 #
 #   deb tar static oci arm64 windows wheel source manifests
 #
-# PROGRAM takes a program that's already built instead of building it (deb, tar). HOMEPAGE is for the manifests. KEY signs the
-# sums with GnuPG.
+# Programs that are already built are taken instead of building them: PROGRAM (deb, tar), STATIC_PROGRAM (static, oci),
+# ARM64_PROGRAM, WINDOWS_PROGRAM, WHEEL_PROGRAM. HOMEPAGE is for the manifests. KEY signs the sums with GnuPG.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 OUT=target/packages
@@ -77,7 +77,8 @@ if asked windows; then
 fi
 
 if asked wheel; then
-	make --no-print-directory wheel
+	# The wheel's program has no window.
+	PROGRAM=${WHEEL_PROGRAM:-} make --no-print-directory wheel
 	cp python/dist/boresight-"$version"-*.whl "$OUT"
 fi
 if asked source; then

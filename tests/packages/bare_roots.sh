@@ -1,26 +1,33 @@
 #!/usr/bin/env bash
-# Installs a .deb on bare roots of Debian 12 and 13 with one command, runs the demonstration, and removes it again. Needs root
-# and mmdebstrap. SUITES names others.
+# Installs a .deb on bare roots of Debian 12 and 13 with one command, runs the demonstration, and removes it again; lintian
+# has nothing to say before. Needs root and mmdebstrap, for another processor qemu-user-static with binfmt_misc, too. SUITES names
+# other releases.
+#
+#     tests/packages/bare_roots.sh target/packages/boresight_*_arm64.deb
 set -euo pipefail
 package=$(realpath "$1")
+lintian --allow-root --fail-on error,warning,info "$package"
+architecture=$(dpkg-deb -f "$package" Architecture)
 work=$(mktemp -d)
 trap 'rm -rf --one-file-system "$work"' EXIT
 for suite in ${SUITES:-bookworm trixie}; do
 	root=$work/$suite
-	mmdebstrap --quiet --variant=apt --architectures="$(dpkg-deb -f "$package" Architecture)" "$suite" "$root"
+	mmdebstrap --quiet --variant=apt --architectures="$architecture" "$suite" "$root"
 	# What a removal should leave.
 	listed() { (cd "$root" && find . -xdev -path ./proc -prune -o -path ./tmp -prune -o -print | sort); }
 	listed >"$work/before"
 	cp "$package" "$root/tmp/boresight.deb"
+	install=(chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends /tmp/boresight.deb)
+	# Of each file that would be fetched: its address, name, size and sum.
+	fetched=$("${install[@]}" --print-uris | awk '{ sum += $3 } END { print sum }')
 	began=$(date +%s)
-	chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends /tmp/boresight.deb >/dev/null
+	"${install[@]}" >/dev/null
 	installed=$(date +%s)
 	chroot "$root" sh -c 'cd /tmp && boresight demo --out demo' 2>"$work/said" || { cat "$work/said"; exit 1; }
 	ended=$(date +%s)
 	grep 'SIMULATED: GOOD' "$work/said"
 	test -s "$root/tmp/demo/report.html"
-	bytes=$(stat -c %s "$package")
-	echo "$suite: $bytes bytes, installed in $((installed - began)) s, report after $((ended - installed)) s more"
+	echo "$suite $architecture: $fetched bytes fetched, installed in $((installed - began)) s, report after $((ended - installed)) s more"
 	chroot "$root" apt-get purge -qq -y --autoremove boresight >/dev/null
 	listed >"$work/after"
 	# apt and dpkg keep a log of what they did, and the lists that they were given.
