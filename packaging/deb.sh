@@ -70,7 +70,12 @@ install -m 644 $shared/lintian-overrides "$root/usr/share/lintian/overrides/bore
 # What the program is linked with. What the window opens at run time is recommended: on a headless computer it isn't needed.
 mkdir -p "$work/debian"
 printf 'Source: boresight\n\nPackage: boresight\nArchitecture: %s\n' "$ARCH" >"$work/debian/control"
-depends=$(cd "$work" && dpkg-shlibdeps -O -e"$root/usr/bin/boresight" 2>/dev/null | sed -n 's/^shlibs:Depends=//p')
+# Another processor's libraries are in the packages that its compiler came with: libc6-arm64-cross stands for libc6.
+libraries=/usr/$(dpkg-architecture -a"$ARCH" -qDEB_HOST_MULTIARCH 2>/dev/null)/lib
+depends=$(cd "$work" && dpkg-shlibdeps -O -l"$libraries" -e"$root/usr/bin/boresight" 2>said | sed -n "s/-$ARCH-cross//g; s/:$ARCH//g; s/^shlibs:Depends=//p") || {
+	cat "$work/said" >&2
+	exit 1
+}
 find "$root" -exec touch -hd "@$SOURCE_DATE_EPOCH" {} +
 mkdir "$root/DEBIAN"
 (cd "$root" && find usr -type f -print0 | sort -z | xargs -0 md5sum) >"$root/DEBIAN/md5sums"
