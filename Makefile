@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -135,6 +135,18 @@ test-cloud:
 	$(PYTHON) -m venv $(TARGET)/cloud-test
 	$(TARGET)/cloud-test/bin/pip install --quiet "moto[server]>=5.2" boto3
 	$(TARGET)/cloud-test/bin/python tests/fleet/object_store.py --boresight $(TARGET)/release/boresight
+
+# boresight beside OpenCV and mrcal on pictures of a board, as in BENCHMARKS.md:
+# make compare BOARD=9x6 SQUARE=25mm SETS="FOLDER FOLDER". Not part of `make test`: OpenCV comes from PyPI.
+BOARD ?= 7x5
+SQUARE ?= 30mm
+SETS ?= fixtures/recordings/v1/good/frames
+compare: PACKAGES += mrcal python3-venv
+compare: setup
+	cargo build --release --no-default-features --features report
+	$(PYTHON) -m venv $(TARGET)/compare
+	$(TARGET)/compare/bin/pip install --quiet numpy "opencv-python-headless>=5"
+	$(TARGET)/compare/bin/python tests/compare/compare.py --boresight $(TARGET)/release/boresight --board $(BOARD) --square $(SQUARE) $(SETS)
 
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:
