@@ -238,15 +238,17 @@ packages: PACKAGES += $(PACKAGING_PACKAGES)
 packages: setup
 	HOMEPAGE="$(HOMEPAGE)" packaging/release.sh $(PARTS)
 
-# A release without its publication, and then its .deb on bare Debian roots: one command installs, the demonstration is GOOD,
-# removal leaves nothing. Not part of `make test`: it needs root, the targets that rustup adds, and hours.
+# A release without its publication, and then its packages where they're for: on bare Debian roots, as a container image, and under
+# Wine. Not part of `make test`: it needs root, the targets that rustup adds, and hours.
 CROSS_PACKAGES = musl-tools gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-mingw-w64-x86-64
-TRYING_PACKAGES = gnupg mmdebstrap lintian appstream desktop-file-utils qemu-user-static
+TRYING_PACKAGES = gnupg mmdebstrap lintian appstream desktop-file-utils qemu-user-static skopeo umoci jq wine wine64
 BUILT = $(TARGET)/packages
 test-packages: PACKAGES += $(PACKAGING_PACKAGES) $(CROSS_PACKAGES) $(TRYING_PACKAGES)
 test-packages: setup
 	tests/packages/dry_run.sh
 	for architecture in amd64 arm64; do tests/packages/bare_roots.sh $(BUILT)/boresight_*_$$architecture.deb || exit 1; done
+	tests/packages/image.sh $(BUILT)/boresight-*-amd64.oci.tar
+	tests/packages/wine.sh $(TARGET)/x86_64-pc-windows-gnu/dist/boresight.exe $(TARGET)/x86_64-unknown-linux-gnu/dist/boresight
 
 # The book, by mdBook (cargo install mdbook), into target/book. Its commands are run by `make test`.
 MDBOOK ?= mdbook
