@@ -1,7 +1,8 @@
 //! Sentence, sign, card, outline, ring, gauges and spoken words never contradict each other, nor what is measured.
 //!
 //! `BORESIGHT_SESSIONS=400 cargo test --test core one_instruction -- --nocapture` prints how often sentences change, and
-//! how long people take who see the card and read the sentence, or see the card only.
+//! how long people take who see the card and read the sentence. Who only sees the card is in `tests/window/blind_follow.rs`,
+//! who only hears in `listener.rs`.
 
 use std::collections::BTreeMap;
 
@@ -28,25 +29,13 @@ use crate::{
 
 const PATIENCE_SECS: f64 = 120.0;
 
-/// What of the screen a person goes by.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Follows {
-    Both,
-    /// Whoever goes by the words alone is in `listener.rs`.
-    Card,
-}
-
 /// Runs a session on projected corners and shows `each` what is shown. Returns it and its length.
 fn sitting(
     (seed, params): (u64, TechnicianParams),
     (step_nanos, noise_px): (u64, f64),
-    follows: Follows,
     mut each: impl FnMut(f64, &Snapshot, &Instruction),
 ) -> (Session, f64) {
-    let reading_secs_per_word =
-        if follows == Follows::Card { 0.0 } else { params.reading_secs_per_word };
-    let technician = TechnicianParams { reading_secs_per_word, ..params };
-    let scene = Scene { technician, ..Scene::random(seed) };
+    let scene = Scene { technician: params, ..Scene::random(seed) };
     let mut world = World::new(seed);
     (world.camera, world.board) = (scene.camera, scene.board);
     (world.step_nanos, world.noise_px) = (step_nanos, noise_px);
@@ -201,7 +190,7 @@ fn nothing_contradicts(sessions: u64) {
         let person = PEOPLE[seed as usize % PEOPLE.len()];
         let camera = CAMERAS[seed as usize / PEOPLE.len() % CAMERAS.len()];
         let (mut last, mut count) = (String::new(), 0);
-        let (_, took) = sitting((seed, person.params()), camera, Follows::Both, |_, shown, now| {
+        let (_, took) = sitting((seed, person.params()), camera, |_, shown, now| {
             frames += 1;
             let sentence = now.sentence(false);
             let mut wrong = contradictions(now, shown);
@@ -229,38 +218,36 @@ fn nothing_contradicts(sessions: u64) {
 }
 
 #[test]
-fn the_card_alone_is_enough() {
-    card_is_enough(asked_for("BORESIGHT_SESSIONS").unwrap_or(3).min(20));
+fn who_sees_and_reads_gets_there() {
+    all_get_there(asked_for("BORESIGHT_SESSIONS").unwrap_or(3).min(20));
 }
 
 #[test]
 #[ignore = "takes minutes"]
-fn long_the_card_alone_is_enough_for_20_people() {
-    card_is_enough(20);
+fn long_who_sees_and_reads_gets_there_20_times() {
+    all_get_there(20);
 }
 
-fn card_is_enough(sessions: u64) {
-    for follows in [Follows::Both, Follows::Card] {
-        let (mut good, mut times, mut views) = (0, Vec::new(), 0);
-        for seed in 1..=sessions {
-            let who = (seed, Person::Usual.params());
-            let (session, secs) = sitting(who, (33_000_000, 0.1), follows, |_, _, _| ());
-            let verdict = session.calibration().map(|calibration| calibration.verdict);
-            if verdict != Some(Verdict::Good) {
-                let (views, ending) = (session.accepted().len(), session.ending());
-                println!("{follows:?} {seed}: {verdict:?}, {ending:?}, {views} views, {secs:.0} s");
-            }
-            good += u64::from(verdict == Some(Verdict::Good));
-            times.push(secs);
-            views += session.accepted().len();
+fn all_get_there(sessions: u64) {
+    let (mut good, mut times, mut views) = (0, Vec::new(), 0);
+    for seed in 1..=sessions {
+        let who = (seed, Person::Usual.params());
+        let (session, secs) = sitting(who, (33_000_000, 0.1), |_, _, _| ());
+        let verdict = session.calibration().map(|calibration| calibration.verdict);
+        if verdict != Some(Verdict::Good) {
+            let (views, ending) = (session.accepted().len(), session.ending());
+            println!("{seed}: {verdict:?}, {ending:?}, {views} views, {secs:.0} s");
         }
-        times.sort_by(f64::total_cmp);
-        println!(
-            "{follows:?}: {good} of {sessions} GOOD, median {:.0} s, longest {:.0} s, {:.1} views",
-            times[times.len() / 2],
-            times[times.len() - 1],
-            views as f64 / sessions as f64
-        );
-        assert_eq!(good, sessions, "{follows:?}");
+        good += u64::from(verdict == Some(Verdict::Good));
+        times.push(secs);
+        views += session.accepted().len();
     }
+    times.sort_by(f64::total_cmp);
+    println!(
+        "{good} of {sessions} GOOD, median {:.0} s, longest {:.0} s, {:.1} views",
+        times[times.len() / 2],
+        times[times.len() - 1],
+        views as f64 / sessions as f64
+    );
+    assert_eq!(good, sessions);
 }

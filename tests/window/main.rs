@@ -4,12 +4,14 @@
 
 mod adjust;
 mod app;
+mod blind_follow;
 mod camera;
 #[path = "../common/cameras.rs"]
 mod cameras;
 mod comparison;
 mod contrast;
 mod design;
+mod eyes;
 mod fits;
 mod fixtures;
 mod matrix;
@@ -211,7 +213,7 @@ fn every_moment_is_read_on_every_page() {
         match &moment.snapshot.calibration {
             Some(calibration) => {
                 let verdict = boresight::text::verdict_on(calibration);
-                result.get_by_label(&format!("SIMULATED: {verdict}"));
+                result.get_by_label(&boresight::text::of_source("sim:everyday", verdict));
                 result.get_by_label("Principal point by method").scroll_to_me();
                 result.run();
                 result.get_by_label("Principal point by method").click();

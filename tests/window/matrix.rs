@@ -43,7 +43,7 @@ const MOMENTS: [(&str, &str); 15] = [
 ];
 
 /// Maps the unit square's corners, in order around it, to `to`.
-fn square_to(to: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
+pub(crate) fn square_to(to: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     let from = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
     let mut rows = SMatrix::<f64, 8, 8>::zeros();
     let mut right = SVector::<f64, 8>::zeros();
@@ -57,8 +57,8 @@ fn square_to(to: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     Some(Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0))
 }
 
-/// A room with the board where the moment has it.
-fn picture(snapshot: &Snapshot) -> GrayImage {
+/// A room with the board where the moment has it, as large as the camera's picture, or so many times smaller.
+pub(crate) fn picture(snapshot: &Snapshot, smaller: u32) -> GrayImage {
     let board = &snapshot.setup.board;
     let (columns, rows) = (board.columns(), board.rows());
     let size = snapshot.setup.image_size;
@@ -68,7 +68,8 @@ fn picture(snapshot: &Snapshot) -> GrayImage {
         square_to([corners[0], corners[columns - 1], corners[last], corners[last + 1 - columns]])
     });
     let unit_from_image = image_from_unit.and_then(Matrix3::try_inverse);
-    GrayImage::from_fn(size.width_px, size.height_px, |x, y| {
+    GrayImage::from_fn(size.width_px / smaller, size.height_px / smaller, |x, y| {
+        let (x, y) = (x * smaller, y * smaller);
         let room = 70 + 60 * x / size.width_px + 40 * ((x / 160 + y / 120) % 2);
         let seen = unit_from_image.and_then(|matrix| {
             let p = matrix * Vector3::new(f64::from(x), f64::from(y), 1.0);
@@ -121,7 +122,7 @@ pub(crate) fn page_at(
         captured_at,
         kind: FrameKind::Video,
         name: String::new(),
-        image: picture(&moment.snapshot),
+        image: picture(&moment.snapshot, 1),
     };
     let ctx = shown.ctx.clone();
     let screen = &mut shown.state_mut().screen;

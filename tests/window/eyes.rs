@@ -1,0 +1,256 @@
+//! What a person sees in the pixels of the painted picture: the card, by its colour.
+
+use egui::{Rect, Vec2};
+use image::RgbaImage;
+use nalgebra::{Point2, Vector2};
+
+/// Corners, clockwise on the screen from the upper left one.
+pub(crate) type Quad = [Point2<f64>; 4];
+
+/// What is seen in a picture.
+#[derive(Debug)]
+pub(crate) enum Sight {
+    /// The flash after a view.
+    Flash,
+    /// Corners of the card, clockwise from the upper left one.
+    Card(Quad),
+    /// Neither.
+    Nothing,
+}
+
+/// Difference of the strongest and the weakest colour: the camera's picture has none.
+fn tint(pixel: &image::Rgba<u8>) -> u8 {
+    let [r, g, b, _] = pixel.0;
+    r.max(g).max(b) - r.min(g).min(b)
+}
+
+fn cross(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// The convex hull, clockwise on the screen.
+fn hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
+    points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
+        let mut chain: Vec<Point2<f64>> = Vec::new();
+        for point in points {
+            while let [.., a, b] = chain[..]
+                && cross(b - a, point - b) <= 0.0
+            {
+                chain.pop();
+            }
+            chain.push(point);
+        }
+        chain.pop();
+        chain
+    };
+    let mut upper = half(&mut points.iter().copied());
+    upper.extend(half(&mut points.iter().rev().copied()));
+    upper
+}
+
+fn area(polygon: &[Point2<f64>]) -> f64 {
+    let next = polygon.iter().cycle().skip(1);
+    0.5 * polygon.iter().zip(next).map(|(a, b)| cross(a.coords, b.coords)).sum::<f64>()
+}
+
+/// Where the sides before and after side `i` meet beyond it, and the area that this adds.
+fn beyond(polygon: &[Point2<f64>], i: usize) -> Option<(Point2<f64>, f64)> {
+    let at = |k: usize| polygon[(i + k + polygon.len() - 1) % polygon.len()];
+    let (before, from, to, after) = (at(0), at(1), at(2), at(3));
+    let (way, back) = (from - before, to - after);
+    let turn = cross(way, back);
+    let along = cross(to - from, back) / turn;
+    let is_beyond = turn < -1e-9 && along > 0.0;
+    let corner = from + way * along;
+    is_beyond.then(|| (corner, area(&[from, corner, to])))
+}
+
+/// The four sides of a polygon with rounded corners, some of which the edge of `picture` may have cut off.
+fn quad(mut polygon: Vec<Point2<f64>>, picture: Rect) -> Option<Quad> {
+    let at_edge = |a: Point2<f64>, b: Point2<f64>| {
+        let near = |a: f64, b: f64, edge: f32| {
+            let edge = f64::from(edge);
+            (a - edge).abs() < 3.0 && (b - edge).abs() < 3.0
+        };
+        near(a.x, b.x, picture.left())
+            || near(a.x, b.x, picture.right())
+            || near(a.y, b.y, picture.top())
+            || near(a.y, b.y, picture.bottom())
+    };
+    while polygon.len() > 4 {
+        let sides = (0..polygon.len()).filter_map(|i| {
+            let (corner, added) = beyond(&polygon, i)?;
+            let is_cut = at_edge(polygon[i], polygon[(i + 1) % polygon.len()]);
+            Some((i, corner, if is_cut { 0.05 * added } else { added }))
+        });
+        let (i, corner, _) = sides.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        let next = (i + 1) % polygon.len();
+        polygon[i] = corner;
+        polygon.remove(next);
+    }
+    let first = (0..4).min_by(|a, b| {
+        let down_right = |i: usize| polygon.get(i).map_or(f64::MAX, |at| at.x + at.y);
+        down_right(*a).total_cmp(&down_right(*b))
+    })?;
+    (polygon.len() == 4).then(|| std::array::from_fn(|i| polygon[(first + i) % 4]))
+}
+
+/// The camera's picture: what isn't black below the sentence.
+pub(crate) fn lit(painted: &RgbaImage, below: f32) -> Rect {
+    let pixels = painted.enumerate_pixels().skip(below.ceil() as usize * painted.width() as usize);
+    pixels.filter(|(_, _, pixel)| pixel.0[0] > 24).fold(Rect::NOTHING, |lit, (x, y, _)| {
+        lit.union(Rect::from_min_size(egui::pos2(x as f32, y as f32), Vec2::splat(1.0)))
+    })
+}
+
+/// Somebody's look at a painted window.
+pub(crate) struct Look<'a> {
+    pub(crate) painted: &'a RgbaImage,
+    pub(crate) picture: Rect,
+}
+
+impl Look<'_> {
+    fn tint(&self, x: f32, y: f32) -> u8 {
+        let (x, y) = (x.max(0.0) as u32, y.max(0.0) as u32);
+        tint(
+            self.painted
+                .get_pixel(x.min(self.painted.width() - 1), y.min(self.painted.height() - 1)),
+        )
+    }
+
+    /// Pixels of `area` with more than this tint.
+    fn tinted(&self, area: Rect, above: u8, but: Option<Rect>) -> Vec<Point2<f64>> {
+        let mut found = Vec::new();
+        for y in area.top() as u32..area.bottom() as u32 {
+            for x in area.left() as u32..area.right() as u32 {
+                let at = egui::pos2(x as f32 + 0.5, y as f32 + 0.5);
+                if but.is_none_or(|but| !but.contains(at)) && self.tint(at.x, at.y) > above {
+                    found.push(Point2::new(f64::from(at.x), f64::from(at.y)));
+                }
+            }
+        }
+        found
+    }
+
+    /// The dark panel with both cards, if it's there: dark all around.
+    fn inset(&self) -> Option<Rect> {
+        let side = (0.2 * self.picture.height()).max(96.0).min(0.4 * self.picture.width());
+        [2.2, 1.2].into_iter().find_map(|cells| {
+            let size = Vec2::new(cells * side, 1.15 * side);
+            let place = Rect::from_min_size(
+                self.picture.right_top() + Vec2::new(-12.0 - size.x, 12.0),
+                size,
+            );
+            let rim = place.shrink(2.0);
+            let dark = |x: f32, y: f32| {
+                self.painted.get_pixel(x as u32, y as u32).0[..3].iter().all(|l| *l < 50)
+            };
+            let is_dark = (2..19).all(|i| {
+                let at = rim.min + rim.size() * (i as f32 / 20.0);
+                dark(at.x, rim.top()) && dark(rim.left(), at.y) && dark(rim.right(), at.y)
+            });
+            is_dark.then_some(place)
+        })
+    }
+
+    pub(crate) fn sees(&self) -> Sight {
+        let picture = self.picture;
+        let edge = picture.shrink(4.0);
+        let corners = [edge.left_top(), edge.right_top(), edge.left_bottom(), edge.right_bottom()];
+        if corners.iter().all(|at| self.tint(at.x, at.y) > 12) {
+            return Sight::Flash;
+        }
+        let inset = self.inset();
+        let seen = self.tinted(picture, 12, inset);
+        let outline = hull(seen.clone());
+        // The outline of a board that's held is tinted, too, and empty.
+        if outline.len() < 3 || (seen.len() as f64) < 0.5 * area(&outline) {
+            return Sight::Nothing;
+        }
+        let card = match inset {
+            None => quad(outline, picture),
+            Some(inset) => {
+                let small = hull(self.tinted(inset.shrink(4.0), 60, None));
+                quad(small, inset).and_then(|small| self.placed(&small, inset))
+            }
+        };
+        card.map_or(Sight::Nothing, Sight::Card)
+    }
+
+    /// The small card of the inset, as large and where what's seen of it in the picture is.
+    fn placed(&self, small: &Quad, inset: Rect) -> Option<Quad> {
+        let step = 6;
+        let samples: Vec<(Point2<f64>, bool)> = (self.picture.top() as u32
+            ..self.picture.bottom() as u32)
+            .step_by(step)
+            .flat_map(|y| {
+                (self.picture.left() as u32..self.picture.right() as u32)
+                    .step_by(step)
+                    .map(move |x| (x, y))
+            })
+            .map(|(x, y)| egui::pos2(x as f32 + 0.5, y as f32 + 0.5))
+            .filter(|at| !inset.contains(*at))
+            .map(|at| (Point2::new(f64::from(at.x), f64::from(at.y)), self.tint(at.x, at.y) > 12))
+            .collect();
+        let middle = Point2::from(small.iter().map(|at| at.coords).sum::<Vector2<f64>>() / 4.0);
+        let large = |[scale, x, y]: [f64; 3]| {
+            small.map(|at| Point2::new(x, y) + (at - middle) * scale.exp())
+        };
+        let common = |place: [f64; 3]| {
+            let card = large(place);
+            let (mut both, mut either) = (0, 0);
+            for (at, is_tinted) in &samples {
+                let inside =
+                    (0..4).all(|i| cross(card[(i + 1) % 4] - card[i], at - card[i]) >= 0.0);
+                both += u32::from(inside && *is_tinted);
+                either += u32::from(inside || *is_tinted);
+            }
+            f64::from(both) / f64::from(either.max(1))
+        };
+        let seen: Vec<&Point2<f64>> =
+            samples.iter().filter(|(_, t)| *t).map(|(at, _)| at).collect();
+        let reach = |axis: usize| {
+            let values = seen.iter().map(|at| at[axis]);
+            (values.clone().fold(f64::MAX, f64::min), values.fold(f64::MIN, f64::max))
+        };
+        let (across, down) = (reach(0), reach(1));
+        let half = |axis: usize| {
+            small.iter().map(|at| (at[axis] - middle[axis]).abs()).fold(0.0, f64::max)
+        };
+        let mut best = (0.0, [0.0; 3]);
+        for step in 0..16 {
+            let scale = 0.4 + 0.15 * f64::from(step);
+            let places = |(from, to): (f64, f64), half: f64| {
+                let half = half * scale.exp();
+                [from + half, 0.5 * (from + to), to - half]
+            };
+            for x in places(across, half(0)) {
+                for y in places(down, half(1)) {
+                    let score = common([scale, x, y]);
+                    if score > best.0 {
+                        best = (score, [scale, x, y]);
+                    }
+                }
+            }
+        }
+        let mut steps = [0.1, 16.0, 16.0];
+        for _ in 0..60 {
+            let mut improved = false;
+            for axis in 0..3 {
+                for sign in [-1.0, 1.0] {
+                    let mut place = best.1;
+                    place[axis] += sign * steps[axis];
+                    let score = common(place);
+                    if score > best.0 {
+                        (best, improved) = ((score, place), true);
+                    }
+                }
+            }
+            if !improved {
+                steps = steps.map(|step| 0.6 * step);
+            }
+        }
+        (best.0 > 0.5).then(|| large(best.1))
+    }
+}
