@@ -39,6 +39,7 @@ mod natural_views;
 mod one_instruction;
 mod ordinary_webcam;
 mod partial_boards;
+mod plan_of_pages;
 mod printed_code;
 mod recording;
 mod recordings;

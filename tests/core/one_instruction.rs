@@ -30,7 +30,7 @@ use crate::{
 const PATIENCE_SECS: f64 = 120.0;
 
 /// Runs a session on projected corners and shows `each` what is shown. Returns it and its length.
-fn sitting(
+pub(crate) fn sitting(
     (seed, params): (u64, TechnicianParams),
     (step_nanos, noise_px): (u64, f64),
     mut each: impl FnMut(f64, &Snapshot, &Instruction),

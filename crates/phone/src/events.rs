@@ -17,7 +17,7 @@ use super::{
     keys::Role,
     view,
 };
-use boresight_present::browser::{NewsEvent, counted};
+use boresight_present::browser::{NewsEvent, PlanSource, counted};
 
 /// Longest time between two messages, so that a page knows that its link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
@@ -38,6 +38,7 @@ pub(super) struct States {
 struct Composed {
     version: u64,
     live: String,
+    source: Option<(PlanSource, String)>,
     plan: Option<Arc<str>>,
     ended: Option<Arc<str>>,
 }
@@ -55,7 +56,15 @@ impl States {
             Some(old.filter(|old| ***old == *new).map_or_else(|| new.into(), Arc::clone))
         };
         let last = self.last.as_ref();
-        let plan = view::plan(state, hub).map(|plan| json(&plan));
+        let source = view::source(state, hub);
+        let same = last.filter(|last| source.is_some() && last.source == source);
+        let plan = match same {
+            Some(last) => last.plan.clone(),
+            None => kept(
+                view::plan(state, source.as_ref()).map(|plan| json(&plan)),
+                last.and_then(|last| last.plan.as_ref()),
+            ),
+        };
         let ended = match &state.stage {
             Stage::Ended(ended) => Some(json(&**ended)),
             _ => None,
@@ -63,7 +72,8 @@ impl States {
         let composed = Arc::new(Composed {
             version: state.version,
             live: json(&view::live(state)),
-            plan: kept(plan, last.and_then(|last| last.plan.as_ref())),
+            source,
+            plan,
             ended: kept(ended, last.and_then(|last| last.ended.as_ref())),
         });
         self.last = Some(Arc::clone(&composed));

@@ -14,7 +14,10 @@ use tokio::sync::watch;
 
 use super::keys::Role;
 use boresight_geometry::{frame::Frame, markers::MarkerChoice};
-use boresight_guide::session::{Command, Gravity, Snapshot};
+use boresight_guide::{
+    guidance::Refusal,
+    session::{Command, Gravity, Snapshot},
+};
 use boresight_present::{
     browser::{self, EndedPage, Teller},
     speech::Word,
@@ -289,8 +292,8 @@ impl Hub {
         self.wants_more.swap(false, Ordering::Relaxed)
     }
 
-    /// Kinds of refusals with their counts, the most frequent first.
-    pub(super) fn refused(&self) -> Vec<(String, u64)> {
+    /// See [`Teller::refused`].
+    pub(super) fn refused(&self) -> Vec<(Refusal, u64)> {
         lock(&self.told).teller.refused()
     }
 

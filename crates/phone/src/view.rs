@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::hub::{AdjustPage, Hub, Offer, Stage, State};
-use boresight_present::browser::{self, Plan};
+use boresight_present::browser::{self, Plan, PlanSource};
 
 /// Fields that change with every frame.
 #[derive(Serialize)]
@@ -56,13 +56,25 @@ pub(super) fn live(state: &State) -> Live<'_> {
     Live { live, offer, push }
 }
 
+/// What the part that changes with a view shows, with the board; `None` before the first frame, or of a watched camera.
+pub(super) fn source(state: &State, hub: &Hub) -> Option<(PlanSource, String)> {
+    let snapshot = match state.stage {
+        Stage::Adjusting(_) => None,
+        _ => state.snapshot.clone(),
+    }?;
+    Some((PlanSource { snapshot, refused: hub.refused() }, state.board.clone()))
+}
+
 /// The part that changes with a view, or the edges of a watched camera; `None` before the first frame.
-pub(super) fn plan<'a>(state: &'a State, hub: &Hub) -> Option<PlanOfBoard<'a>> {
+pub(super) fn plan<'a>(
+    state: &'a State,
+    source: Option<&(PlanSource, String)>,
+) -> Option<PlanOfBoard<'a>> {
     let plan = if let Stage::Adjusting(page) = &state.stage {
         let AdjustPage { image_size_px: size, ref outline, .. } = **page;
         Plan::of_edges(size, outline.clone())
     } else {
-        Plan::of(state.snapshot.as_ref()?, hub.refused())
+        Plan::of(&source?.0)
     };
     Some(PlanOfBoard { plan, board: &state.board })
 }

@@ -1,6 +1,6 @@
 //! The session that the worker holds.
 
-use std::io::Cursor;
+use std::{io::Cursor, sync::Arc};
 
 use anyhow::{Context, anyhow, ensure};
 use image::{GrayImage, ImageFormat};
@@ -30,7 +30,7 @@ use boresight_guide::{
     session::{Command, Input, Observation, Outcome, Session, Snapshot},
 };
 use boresight_present::{
-    browser::{EndedPage, Live, News, NewsEvent, PageFile, Plan, Teller, counted},
+    browser::{EndedPage, Live, News, NewsEvent, PageFile, Plan, PlanSource, Teller, counted},
     report::{Thumbnail, page},
     text::phone as words,
 };
@@ -61,9 +61,9 @@ pub struct Guide {
     teller: Teller,
     news: u64,
     stage: &'static str,
-    newest: Option<Snapshot>,
+    newest: Option<Arc<Snapshot>>,
     /// The plan that the page has.
-    plan: String,
+    plan: Option<PlanSource>,
     files: Vec<PageFile>,
 }
 
@@ -134,7 +134,7 @@ impl Guide {
                 news: 0,
                 stage: "guiding",
                 newest: None,
-                plan: String::new(),
+                plan: None,
                 files: Vec::new(),
             })
         };
@@ -320,10 +320,11 @@ impl Guide {
             let (number, view) = (self.news, view.map(counted));
             events.push(("news", raw(&NewsEvent { number, age_ms: 0, view, say: &word })?));
         }
-        let plan = raw(&Plan::of(&snapshot, self.teller.refused()))?;
-        if plan.get() != self.plan {
-            plan.get().clone_into(&mut self.plan);
-            events.push(("plan", plan));
+        let snapshot = Arc::new(snapshot);
+        let source = PlanSource { snapshot: Arc::clone(&snapshot), refused: self.teller.refused() };
+        if self.plan.as_ref() != Some(&source) {
+            events.push(("plan", raw(&Plan::of(&source))?));
+            self.plan = Some(source);
         }
         events.push(("live", raw(&Live::of(&snapshot, self.stage, false))?));
         self.newest = Some(snapshot);

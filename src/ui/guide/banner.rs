@@ -7,15 +7,20 @@ use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Trouble, adjust, window as words};
 
 /// True if there is anything to show.
-pub(super) fn is_needed(screen: &Screen) -> bool {
+pub(super) fn is_needed(screen: &Screen, obstacles: &[Trouble]) -> bool {
     let set_by_hand = |snapshot: &Snapshot| !snapshot.camera.set_by_hand.is_empty();
-    !troubles(screen).is_empty() || screen.snapshot.as_ref().is_some_and(set_by_hand)
+    !obstacles.is_empty() || screen.snapshot.as_ref().is_some_and(set_by_hand)
 }
 
-pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
+pub(super) fn show(
+    ui: &mut Ui,
+    screen: &Screen,
+    obstacles: Vec<Trouble>,
+    asks: &mut Vec<UiAction>,
+) {
     // Read from afar, too.
     let larger = if screen.distance { 1.5 } else { 1.0 };
-    for Trouble { what, action, detail, board, .. } in troubles(screen) {
+    for Trouble { what, action, detail, board, .. } in obstacles {
         let is_board = board.is_some();
         let (fill, title) =
             if is_board { (theme::BAND, theme::AMBER) } else { (theme::ALARM, Color32::WHITE) };
@@ -65,13 +70,13 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// Everything that keeps views from being taken, most important first.
-pub(super) fn troubles(screen: &Screen) -> Vec<Trouble> {
-    let Some(snapshot) = &screen.snapshot else { return Vec::new() };
-    let mut troubles = text::troubles(snapshot);
-    troubles.retain(|trouble| !trouble.is_doubt);
-    if let Some(silent) = screen.stalled_secs().filter(|_| troubles.is_empty()) {
-        troubles.push(Trouble::plain((words::stalled(silent), words::STALLED_ACTION.into())));
+/// What keeps views from being taken, the most important first; and doubts, with which views are taken all the same.
+pub(super) fn troubles(screen: &Screen) -> (Vec<Trouble>, Vec<Trouble>) {
+    let Some(snapshot) = &screen.snapshot else { return Default::default() };
+    let (doubts, mut obstacles): (Vec<_>, Vec<_>) =
+        text::troubles(snapshot).into_iter().partition(|trouble| trouble.is_doubt);
+    if let Some(silent) = screen.stalled_secs().filter(|_| obstacles.is_empty()) {
+        obstacles.push(Trouble::plain((words::stalled(silent), words::STALLED_ACTION.into())));
     }
-    troubles
+    (obstacles, doubts)
 }

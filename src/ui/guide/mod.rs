@@ -25,13 +25,14 @@ use super::{
 };
 use boresight_present::{
     instruction::Instruction,
-    text::{Act, window as words},
+    text::{Act, Trouble, window as words},
 };
 
 /// Shows the page.
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let instruction = screen.instruction();
     let instruction = instruction.as_ref();
+    let (obstacles, doubts) = banner::troubles(screen);
     let high = sentence::height(ui, screen);
     Panel::top("sentence").frame(Frame::new()).exact_size(high).show_separator_line(false).show(
         ui,
@@ -55,7 +56,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
                 gauges::show(ui, screen, instruction);
                 ui.separator();
                 numbers::show(ui, screen);
-                numbers::camera(ui, screen);
+                numbers::camera(ui, screen, &doubts);
                 controls::show(ui, screen, asks);
             });
         });
@@ -66,17 +67,17 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
     CentralPanel::no_frame().show(ui, |ui| {
         let area = ui.available_rect_before_wrap();
-        picture(ui, screen, instruction);
+        picture(ui, screen, instruction, &doubts);
         // Over the picture, which stays where it is.
-        if banner::is_needed(screen) {
+        if banner::is_needed(screen, &obstacles) {
             ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
-                banner::show(ui, screen, asks);
+                banner::show(ui, screen, obstacles, asks);
             });
         }
     });
 }
 
-fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) {
+fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doubts: &[Trouble]) {
     let area = ui.available_rect_before_wrap();
     let Some(snapshot) = &screen.snapshot else {
         ui.painter().rect_filled(area, 0.0, Color32::BLACK);
@@ -95,7 +96,7 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) {
         Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
     }
     let painter = ui.painter_at(placed.rect);
-    overlay::paint(&painter, &placed, screen, instruction);
+    overlay::paint(&painter, &placed, screen, (instruction, doubts));
     if screen.distance {
         distance::count(&painter, placed.rect, screen);
     }

@@ -3,7 +3,7 @@
 use egui::{Grid, RichText, Ui};
 
 use super::super::{screen::Screen, theme};
-use boresight_present::text::{Trouble, troubles, window as words};
+use boresight_present::text::{Trouble, window as words};
 
 /// Most letters of a value in the usual size.
 const LONG: usize = 24;
@@ -34,8 +34,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     });
 }
 
-/// State of the camera's controls, if it is a live one.
-pub(super) fn camera(ui: &mut Ui, screen: &Screen) {
+/// State of the camera's controls, if it is a live one, and doubts about it.
+pub(super) fn camera(ui: &mut Ui, screen: &Screen, doubts: &[Trouble]) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lines = words::camera_lines(&snapshot.camera, &screen.adjustables);
     if lines.is_empty() {
@@ -50,9 +50,8 @@ pub(super) fn camera(ui: &mut Ui, screen: &Screen) {
             ui.end_row();
         }
     });
-    for doubt in troubles(snapshot).into_iter().filter(|trouble| trouble.is_doubt) {
-        let Trouble { what, action, detail, .. } = doubt;
-        let tip = if detail.is_empty() { action } else { format!("{action}\n{detail}") };
+    for Trouble { what, action, detail, .. } in doubts {
+        let tip = if detail.is_empty() { action.clone() } else { format!("{action}\n{detail}") };
         ui.label(RichText::new(what).small().color(theme::AMBER)).on_hover_text(tip);
     }
 }

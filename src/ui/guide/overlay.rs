@@ -14,7 +14,7 @@ use boresight_guide::session::Snapshot;
 use boresight_present::{
     ghost::Card,
     instruction::{Instruction, Moment},
-    text,
+    text::{self, Trouble},
 };
 
 /// Age up to which the drawing counts as the picture's own.
@@ -29,7 +29,7 @@ pub(super) fn paint(
     painter: &Painter,
     placed: &Placed,
     screen: &Screen,
-    instruction: Option<&Instruction>,
+    (instruction, doubts): (Option<&Instruction>, &[Trouble]),
 ) {
     let (Some(snapshot), Some(instruction)) = (&screen.snapshot, instruction) else { return };
     let marks = screen.preferences.lines && instruction.moment != Moment::Taken;
@@ -46,10 +46,10 @@ pub(super) fn paint(
     let mut at = placed.rect.left_top() + Vec2::splat(1.5 * theme::UNIT);
     let size = (0.028 * placed.rect.height()).max(theme::BODY);
     let simulated = text::is_simulated(&screen.source);
-    let simulated = simulated.then(|| text::window::SIMULATED_CAMERA.to_owned());
-    let doubts = text::troubles(snapshot).into_iter().filter(|trouble| trouble.is_doubt);
-    for told in simulated.into_iter().chain(doubts.map(|doubt| doubt.what)) {
-        shaded_text(painter, at, Align2::LEFT_TOP, &told, size);
+    let simulated = simulated.then_some(text::window::SIMULATED_CAMERA);
+    let doubts = doubts.iter().map(|doubt| doubt.what.as_str());
+    for told in simulated.into_iter().chain(doubts) {
+        shaded_text(painter, at, Align2::LEFT_TOP, told, size);
         at.y += 1.8 * size;
     }
     if instruction.card.is_some() {

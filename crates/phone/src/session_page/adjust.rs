@@ -65,7 +65,7 @@ mod tests {
         hub.adjusting(&frame, adjust_page(&step, &lens));
         let state = hub.states().borrow().clone();
         let json = |value: Option<serde_json::Value>| value.expect("JSON");
-        (json(to_value(view::live(&state)).ok()), json(to_value(view::plan(&state, &hub)).ok()))
+        (json(to_value(view::live(&state)).ok()), json(to_value(view::plan(&state, None)).ok()))
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! A session as the page's JSON: a part that changes with every frame, and a part that changes with a view.
 
+use std::sync::Arc;
+
 use nalgebra::Point2;
 use serde::Serialize;
 
-use super::ValidMap;
+use super::{ValidMap, teller::kind};
 use crate::{
     ghost::Card,
     instruction::{Instruction, Moment, Movement},
@@ -14,9 +16,6 @@ use boresight_guide::{
     guidance::Refusal,
     session::{Gravity, Outcome, Snapshot, ViewNumber},
 };
-
-/// Reasons for refusing frames that the page lists.
-const MOST_REASONS: usize = 6;
 
 /// Fields that change with every frame.
 #[derive(Clone, Debug, Serialize)]
@@ -74,12 +73,32 @@ pub struct Plan {
     wheel: Vec<Slot>,
     /// Directions of opposed views.
     pairs: Vec<[f64; 2]>,
-    /// Reasons for refusing frames, with their counts.
+    /// Reasons for refusing frames, with their shares in per cent.
     refused: Vec<(String, u64)>,
     /// Points on edges where a watched camera should show them.
     outline: Vec<[i32; 2]>,
     /// Where the picture is known well enough so far.
     map: Option<ValidMap>,
+}
+
+/// What a plan shows: plans of equal sources are equal, and most frames change nothing of it.
+#[derive(Clone, Debug)]
+pub struct PlanSource {
+    /// The newest state.
+    pub snapshot: Arc<Snapshot>,
+    /// See [`Teller::refused`](super::Teller::refused).
+    pub refused: Vec<(Refusal, u64)>,
+}
+
+impl PartialEq for PlanSource {
+    fn eq(&self, other: &Self) -> bool {
+        let (a, b) = (&self.snapshot, &other.snapshot);
+        let calibrations = [a, b].map(|it| it.calibration.as_ref().map(Arc::as_ptr));
+        calibrations[0] == calibrations[1]
+            && Arc::ptr_eq(&a.views, &b.views)
+            && (&a.target, &a.lens) == (&b.target, &b.lens)
+            && self.refused == other.refused
+    }
 }
 
 /// The card, in the picture's pixels.
@@ -197,8 +216,8 @@ impl Plan {
         Self { size, outline, ..Self::default() }
     }
 
-    /// The plan of `snapshot`; `refused` are the reasons for refusing frames, the most frequent first.
-    pub fn of(snapshot: &Snapshot, refused: impl IntoIterator<Item = (String, u64)>) -> Self {
+    /// The plan of a session.
+    pub fn of(PlanSource { snapshot, refused }: &PlanSource) -> Self {
         let size = snapshot.setup.image_size;
         let name = |index: usize| Some(snapshot.views.get(index)?.number.to_string());
         let direction = |at: usize| Some(round(snapshot.views.get(at)?.tilt_azimuth_rad, 1e3));
@@ -230,7 +249,7 @@ impl Plan {
                 .iter()
                 .filter_map(|pair| Some([direction(pair.first)?, direction(pair.second)?]))
                 .collect(),
-            refused: refused.into_iter().take(MOST_REASONS).collect(),
+            refused: refused.iter().map(|(refusal, share)| (kind(refusal), *share)).collect(),
             outline: Vec::new(),
             map: snapshot.calibration.as_deref().and_then(ValidMap::of),
         }

@@ -503,8 +503,7 @@ function views() {
   if (!plan.views.length) el('taken').append(item('No view yet'));
   say(el('board'), plan.board || '');
   map(plan.map, plan.size, ['sofar', 'sofarhead', 'sofarlegend']);
-  const all = plan.refused.reduce((sum, r) => sum + r[1], 0) || 1;
-  el('refused').replaceChildren(...plan.refused.map(([what, count]) => item(what + ': ' + Math.round(100 * count / all) + ' %')));
+  el('refused').replaceChildren(...plan.refused.map(([what, share]) => item(what + ': ' + share + ' %')));
 }
 function result() {
   if (!ended) return;

@@ -12,6 +12,9 @@ use boresight_guide::{
     session::{Outcome, Snapshot, ViewNumber},
 };
 
+/// Reasons for refusing frames that a page lists.
+const MOST_REASONS: usize = 6;
+
 /// Reader of every snapshot of a session: finds news and counts refusals.
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
@@ -61,16 +64,23 @@ impl Teller {
         news.map(|word| News { view: of_view(&word), word }).collect()
     }
 
-    /// Kinds of refusals in words, with their counts, the most frequent first.
-    pub fn refused(&self) -> Vec<(String, u64)> {
+    /// The most frequent kinds of refusals, each with its share of all in per cent, in steps of 5: pages aren't sent a list
+    /// anew with every frame.
+    pub fn refused(&self) -> Vec<(Refusal, u64)> {
+        let all: u64 = self.refused.iter().map(|(_, count)| count).sum();
         let mut refused = self.refused.clone();
         refused.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        refused.iter().map(|(refusal, count)| (kind(refusal), *count)).collect()
+        refused.truncate(MOST_REASONS);
+        refused
+            .iter_mut()
+            .for_each(|(_, count)| *count = 5 * ((20 * *count + all / 2) / all.max(1)));
+        refused.retain(|(_, share)| *share > 0);
+        refused
     }
 }
 
-/// The kind of a refusal, without its numbers.
-fn kind(refusal: &Refusal) -> String {
+/// The kind of a refusal in words, without its numbers.
+pub(super) fn kind(refusal: &Refusal) -> String {
     let value = serde_json::to_value(refusal).unwrap_or_default();
     refusal_kind(value["why"].as_str().unwrap_or_default()).to_owned()
 }
