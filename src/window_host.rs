@@ -174,8 +174,8 @@ impl AppHost for WindowHost {
         markers: Option<Markers>,
         paper: usize,
     ) -> Result<PrintedBoard, UserError> {
-        let here = Path::new(".");
-        let printed = printed_board::print(here, (board, markers), paper, self.board_id);
+        let here = std::path::absolute(".").unwrap_or_else(|_| ".".into());
+        let printed = printed_board::print(&here, (board, markers), paper, self.board_id);
         let printed = printed.map_err(|err| user_error(&err))?;
         // Where nothing can show it, the person still reads the name of the file.
         self.show(&printed.file).ok();

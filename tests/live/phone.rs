@@ -456,7 +456,7 @@ fn a_session_is_shown_and_obeys_the_page() {
     session.join().expect("no panic");
     assert!(taken >= 5 && done == 1, "four views at least, one of them twice: {taken}, {done}");
     // Two pairs alone may lie a little less than 41° apart, which is a remark.
-    let usable = ["SIMULATED: GOOD", "SIMULATED: USE WITH CARE"];
+    let usable = ["GOOD (SIMULATED)", "USE WITH CARE (SIMULATED)"];
     let what = result["what"].as_str().unwrap_or_default();
     assert!(usable.iter().any(|usable| what.starts_with(usable)), "{what}");
     let files = result["files"].as_array().expect("files");

@@ -165,7 +165,7 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     }
     window.step();
     assert_eq!(app(&window).page(), Page::Result);
-    window.get_by_label("SIMULATED: GOOD: known well enough to use");
+    window.get_by_label("GOOD (SIMULATED): known well enough to use");
     assert!(text(&session.join("report.html")).ends_with("</html>\n"));
     let result = import::read(&text(&session.join("calibration.json"))).expect("a calibration");
     let off_px = (result.camera.pp_px - nalgebra::Point2::new(322.0, 238.0)).norm();
@@ -226,7 +226,7 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     // Its result is there again, from the list or dragged onto the window, and is compared with what is dragged there next.
     click(&mut window, Role::Button, "Show result");
     until(&mut window, "the result", |window| app(window).page() == Page::Result);
-    window.get_by_label("SIMULATED: GOOD: known well enough to use");
+    window.get_by_label("GOOD (SIMULATED): known well enough to use");
     click(&mut window, Role::Button, "Sessions");
     drop_onto(&mut window, &session);
     until(&mut window, "the result", |window| app(window).page() == Page::Result);
@@ -234,5 +234,5 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     drop_onto(&mut window, &session.join("opencv.yaml"));
     assert_eq!(app(&window).page(), Page::Result);
     until(&mut window, "the comparison", |_| session.join("check.json").exists());
-    window.get_by_label("SIMULATED: GOOD: known well enough to use");
+    window.get_by_label("GOOD (SIMULATED): known well enough to use");
 }

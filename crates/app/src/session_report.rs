@@ -17,7 +17,10 @@ use super::{
 use boresight_detect::Miss;
 use boresight_files::{self as files, Links, Overwrite, save};
 use boresight_formats::{CalibrationFile, CheckFile};
-use boresight_geometry::device::{Control, Lock};
+use boresight_geometry::{
+    device::{Control, Lock},
+    frame::FrameKind,
+};
 use boresight_guide::{
     guidance::RULES,
     session::{Ending, Input, Session},
@@ -311,6 +314,11 @@ fn changed_settings(config: &Config) -> Vec<String> {
     changed
 }
 
+/// Frames of a video for the same reason that are worth a line.
+const FEWEST_FRAMES: usize = 5;
+/// Longest time that a frame of a video stands for.
+const PAUSE_SECS: f64 = 1.0;
+
 /// Facts in a journal besides the views.
 struct History {
     frames: usize,
@@ -320,15 +328,25 @@ struct History {
 }
 
 fn history<E>(lines: impl Iterator<Item = Result<Line, E>>) -> Result<History, E> {
-    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    let mut counts: BTreeMap<String, (usize, f64)> = BTreeMap::new();
+    let mut last_at = None;
     let mut frames = 0;
     let mut changes = Vec::new();
     let mut last_frame = None;
     for line in lines {
         let Line { input, decision, .. } = line?;
         let input = Input::from(input);
+        let lasted_secs = match &input {
+            Input::Observed(seen) if seen.kind == FrameKind::Video => {
+                let before = last_at.replace(seen.captured_at);
+                before.map_or(0.0, |at| seen.captured_at.secs_since(at).clamp(0.0, PAUSE_SECS))
+            }
+            _ => 0.0,
+        };
         if let Some(reason) = refusal(&input, decision.get()) {
-            *counts.entry(reason).or_default() += 1;
+            let (count, secs) = counts.entry(reason).or_default();
+            *count += 1;
+            *secs += lasted_secs;
         }
         let mut change = |what: String| {
             changes.push(CameraChange { when: words::at_frame(last_frame), what });
@@ -350,7 +368,12 @@ fn history<E>(lines: impl Iterator<Item = Result<Line, E>>) -> Result<History, E
     }
     let mut refused: Vec<Refused> = counts
         .into_iter()
-        .map(|(code, count)| Refused { what: words::refusal_kind(&code).into(), count })
+        .map(|(code, (count, secs))| Refused {
+            what: words::refusal_kind(&code).into(),
+            count,
+            secs: (secs > 0.0).then_some(secs),
+        })
+        .filter(|refused| refused.secs.is_none() || refused.count >= FEWEST_FRAMES)
         .collect();
     refused.sort_by(|a, b| b.count.cmp(&a.count).then_with(|| a.what.cmp(&b.what)));
     Ok(History { frames, refused, changes })

@@ -73,7 +73,10 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     });
     match &page.printed {
         Some(Ok(printed)) => {
-            ui.label(words::printed(&printed.file, printed.square_m));
+            let link = ui.link(words::printed(&printed.file, printed.square_m));
+            if link.clicked() {
+                asks.push(UiAction::Show(printed.file.clone()));
+            }
             for step in &printed.steps {
                 ui.label(RichText::new(step).small());
             }

@@ -93,12 +93,14 @@ pub struct CameraChange {
 }
 
 /// A reason for refusing frames or pictures.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Refused {
     /// The reason, or the picture with its reason.
     pub what: String,
     /// Number of frames or pictures.
     pub count: usize,
+    /// Time that they lasted, of a video.
+    pub secs: Option<f64>,
 }
 
 /// Source of a result, and the command that repeats it.

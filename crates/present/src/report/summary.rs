@@ -1,7 +1,7 @@
 //! The words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
 
 use super::{
-    Report,
+    Refused, Report,
     number::{brief_data, measured, plain, row},
     section::{section, section_with},
     unknown_sd::knows_sd,
@@ -226,28 +226,31 @@ const NAMES: usize = 6;
 
 /// Refused frames and pictures: reasons with counts, pictures by reason.
 pub(super) fn refused(report: &Report) -> String {
-    let mut items: Vec<(String, usize, Vec<&str>)> = report
+    // The reason, how often or how long, and the names of pictures.
+    let mut items: Vec<(&str, String, Vec<&str>)> = report
         .refused
         .iter()
-        .map(|refused| (refused.what.clone(), refused.count, Vec::new()))
+        .map(|Refused { what, count, secs }| {
+            (what.as_str(), secs.map_or_else(|| count.to_string(), words::lasted), Vec::new())
+        })
         .collect();
     for view in report.calibration.views.iter().filter(|view| !view.used) {
         let reason = view.reason.as_deref().unwrap_or_default();
-        match items.iter_mut().find(|(what, _, names)| what == reason && !names.is_empty()) {
-            Some((_, count, names)) => {
-                *count += 1;
+        match items.iter_mut().find(|(what, _, names)| *what == reason && !names.is_empty()) {
+            Some((_, often, names)) => {
                 names.push(&view.name);
+                *often = names.len().to_string();
             }
-            None => items.push((reason.into(), 1, vec![&view.name])),
+            None => items.push((reason, "1".into(), vec![&view.name])),
         }
     }
     if items.is_empty() {
         return section(Section::Refused, &format!("<p>{}</p>\n", words::NOTHING_REFUSED));
     }
-    let list = |items: &[(String, usize, Vec<&str>)], most_names: usize| -> String {
-        let item = |(what, count, names): &(String, usize, Vec<&str>)| {
+    let list = |items: &[(&str, String, Vec<&str>)], most_names: usize| -> String {
+        let item = |(what, often, names): &(&str, String, Vec<&str>)| {
             let (shown, rest) = names.split_at(names.len().min(most_names));
-            let mut line = format!("<li>{}: {count}", escaped(what));
+            let mut line = format!("<li>{}: {often}", escaped(what));
             if !shown.is_empty() {
                 push(&mut line, format_args!(" ({}", escaped(&shown.join(", "))));
                 line += if rest.is_empty() { ")" } else { ", …)" };

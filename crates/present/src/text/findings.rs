@@ -35,7 +35,12 @@ pub fn is_simulated(source: &str) -> bool {
 
 /// `verdict` on what `source` delivered; marked if the camera was simulated.
 pub fn of_source(source: &str, verdict: &str) -> String {
-    if is_simulated(source) { format!("SIMULATED: {verdict}") } else { verdict.to_owned() }
+    let is_grade = |words: &str| words.chars().all(|c| c.is_uppercase() || c == ' ');
+    match verdict.split_once(": ") {
+        _ if !is_simulated(source) => verdict.to_owned(),
+        Some((grade, why)) if is_grade(grade) => format!("{grade} (SIMULATED): {why}"),
+        _ => format!("SIMULATED: {verdict}"),
+    }
 }
 
 /// Words of a finding, and the action. Views are called by their place in the calibration, from 1, as in its file and

@@ -43,7 +43,7 @@ impl Gauge {
             Self::Direction => "How far the tilt's direction is from the one asked for.",
             Self::Size => "How much of the picture's width or height the corners span.",
             Self::Across => {
-                "How far the board's middle is from the card's, across its principal line. Only this bends the line."
+                "How far the board's middle is from the outline's, across its principal line. Only this bends the line."
             }
             Self::Still => "How fast the corners move in the picture.",
             Self::Sharp => "Width of the blur of the board's edges.",

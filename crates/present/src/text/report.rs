@@ -148,6 +148,11 @@ pub const NO_FINDINGS: &str = "All checks passed.";
 /// Note in place of an empty list of refusals.
 pub const NOTHING_REFUSED: &str = "Every picture was used.";
 
+/// How long frames of a video were refused for a reason.
+pub fn lasted(secs: f64) -> String {
+    format!("{secs:.1} s")
+}
+
 /// Below the first reasons.
 pub fn more_reasons(count: usize) -> String {
     format!("And {count} more. On screen, open the full list below.")

@@ -26,7 +26,7 @@ pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     let first = if has_goal { "Error" } else { "Principal point" };
     let both = [
         (first, super::numbers::precision(snapshot)),
-        ("Projection", super::numbers::precision_over_picture(snapshot)),
+        ("Typical error in the picture", super::numbers::precision_over_picture(snapshot)),
     ];
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
 }

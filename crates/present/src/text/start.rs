@@ -1,6 +1,5 @@
 //! The words of the start page.
 
-use super::window::written;
 use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice};
 use boresight_guide::guidance::Plan;
 
@@ -172,9 +171,9 @@ pub const PRINT_TIP: &str =
 /// Before the names of papers.
 pub const PAPER: &str = "Paper";
 
-/// A board that was written.
+/// A board that was written: the link that opens it.
 pub fn printed(file: &std::path::Path, square_m: f64) -> String {
-    format!("{}. Squares of {}.", written(file), square(square_m))
+    format!("Saved to {} ({} squares). Open", file.display(), square(square_m))
 }
 
 /// The button that shows it.
@@ -215,7 +214,7 @@ pub fn duration(plan: Plan) -> String {
 }
 /// The next steps.
 pub const STEPS: [&str; 3] = [
-    "Match the card in the picture with your board.",
+    "Match the outline with your board.",
     "Hold still: photos are taken automatically.",
     "When it's complete, you get a report.",
 ];

@@ -21,7 +21,7 @@ pub fn title(source: &str) -> String {
 pub const SIMULATED_CAMERA: &str = "SIMULATED";
 
 /// On the picture until somebody's first view is taken.
-pub const HINT: &str = "Hold your board like the card. boresight takes each view for you.";
+pub const HINT: &str = "Match the outline with your board. boresight takes each photo for you.";
 
 /// Shown before the first frame is processed.
 pub const STARTING: &str = "Starting";
