@@ -26,7 +26,7 @@ use super::{
     settings,
     sound::{Sound, Tone},
     start::{self, Choices, StartPage},
-    theme::{self, SMALLEST, background, switch},
+    theme::{self, LARGEST, SMALLEST, background, switch},
     user_error,
 };
 use boresight_app::{
@@ -107,8 +107,8 @@ pub struct App {
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
     help: bool,
-    /// By how much everything is smaller than the person wants it, so that it fits into the window; 1 if it does.
-    shrunk: f32,
+    /// How many times as large as the person wants it everything is, so that it fits into the window, or is seen in it.
+    fitted: f32,
     note: Option<String>,
     /// Why nothing can be heard, since it was tried last.
     no_voice: Option<String>,
@@ -182,7 +182,7 @@ impl App {
             wants_distance: false,
             touched_secs: 0.0,
             help: false,
-            shrunk: 1.0,
+            fitted: 1.0,
             note: None,
             no_voice: None,
             exported: None,
@@ -224,14 +224,16 @@ impl App {
         }
     }
 
-    /// Shows everything smaller in a window that is too small for it, as on a laptop that doubles its pixels.
+    /// Shows everything smaller in a window that is too small for it, as on a laptop that doubles its pixels, and larger in a
+    /// very large one, as on a screen of 3840×2160 pixels that doesn't.
     fn fit(&mut self, ctx: &Context) {
         let zoom = ctx.zoom_factor();
         let size = ctx.content_rect().size() * zoom;
-        let shrunk = (size / SMALLEST).min_elem().min(1.0);
-        if (shrunk - self.shrunk).abs() > 1e-3 {
-            ctx.set_zoom_factor(zoom / self.shrunk * shrunk);
-            self.shrunk = shrunk;
+        let times = |other: egui::Vec2| (size / other).min_elem();
+        let fitted = times(SMALLEST).min(1.0).max(times(LARGEST));
+        if (fitted - self.fitted).abs() > 1e-3 {
+            ctx.set_zoom_factor(zoom / self.fitted * fitted);
+            self.fitted = fitted;
         }
     }
 
@@ -343,7 +345,7 @@ impl App {
             panels: changed(preferences.panels, usual.panels, before.panels),
             full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
             knows_guide: (!preferences.hint).then_some(true),
-            zoom: Some(ctx.zoom_factor() / self.shrunk).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
+            zoom: Some(ctx.zoom_factor() / self.fitted).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
             ..before.clone()
         };
         self.memorise(memory);

@@ -33,6 +33,8 @@ pub(super) const VERDICT: f32 = 24.0;
 pub const UNIT: f32 = 8.0;
 /// Smallest window in which nothing is cut off. A smaller one shows everything smaller.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
+/// Largest window in which everything is seen well. A larger one shows everything larger.
+pub(super) const LARGEST: Vec2 = Vec2::new(1920.0, 1200.0);
 /// Colour behind the sentence.
 pub const BAND: Color32 = Color32::from_gray(18);
 /// Area that boards have covered.

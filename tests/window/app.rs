@@ -114,21 +114,25 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 
-/// A laptop of 1920×1080 pixels that doubles them, less its bars.
+/// A laptop of 1920×1080 pixels that doubles them, less its bars; and a screen of 3840×2160 pixels that doesn't.
 #[test]
-fn a_window_that_is_too_small_shows_everything_smaller() {
-    let size = egui::vec2(960.0, 500.0);
-    let host = app_host(&[], false).expect("arguments");
-    let mut window = window_of(size, |ctx| App::new(ctx, host));
-    let zoom = 500.0 / SMALLEST.y;
-    // As many points as the same window then has.
-    let points = size / zoom;
-    window.set_size(points);
-    for _ in 0..3 {
-        window.step();
-        assert!((window.ctx.zoom_factor() - zoom).abs() < 1e-3, "{}", window.ctx.zoom_factor());
+fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
+    for (size, zoom) in [
+        (egui::vec2(960.0, 500.0), 500.0 / SMALLEST.y),
+        (egui::vec2(1920.0, 1080.0), 1.0),
+        (egui::vec2(3840.0, 2160.0), 2160.0 / 1200.0),
+    ] {
+        let host = app_host(&[], false).expect("arguments");
+        let mut window = window_of(size, |ctx| App::new(ctx, host));
+        // As many points as the same window then has.
+        let points = size / zoom;
+        window.set_size(points);
+        for _ in 0..3 {
+            window.step();
+            assert!((window.ctx.zoom_factor() - zoom).abs() < 1e-3, "{}", window.ctx.zoom_factor());
+        }
+        assert_eq!(crate::fits::outside(&window, points), Vec::<String>::new());
     }
-    assert_eq!(crate::fits::outside(&window, points), Vec::<String>::new());
 }
 
 #[test]

@@ -9,7 +9,7 @@ use egui_kittest::{Harness, SnapshotOptions, SnapshotResults};
 use crate::{
     Page, Table,
     fixtures::{Moment, moments},
-    matrix::{moment_of, page_at},
+    matrix::{SIZES, moment_of, page_at},
 };
 
 /// State, and the moment of the fixtures that shows it.
@@ -26,9 +26,14 @@ const STATES: [(&str, &str); 10] = [
     ("done", "done good"),
 ];
 
-fn guide(all: &[Moment], name: &str, size: Vec2, distance: bool) -> Harness<'static, Table> {
+fn guide(
+    all: &[Moment],
+    name: &str,
+    (size, scale): (Vec2, f32),
+    distance: bool,
+) -> Harness<'static, Table> {
     let moment = moment_of(all, name);
-    let mut page = page_at(Page::Guide, &moment, (Theme::Dark, size), distance);
+    let mut page = page_at(Page::Guide, &moment, (Theme::Dark, scale), size, distance);
     page.state_mut().screen.preferences.panels = false;
     page.run();
     page
@@ -41,7 +46,7 @@ fn the_states_look_as_the_design_shows_them() {
     let options = SnapshotOptions::default().output_path(&folder);
     let mut results = SnapshotResults::new();
     for (state, name) in STATES {
-        let mut page = guide(&all, name, Vec2::new(720.0, 450.0), false);
+        let mut page = guide(&all, name, (Vec2::new(720.0, 450.0), 1.0), false);
         page.snapshot_options(state, &options);
         results.extend_harness(&mut page);
     }
@@ -53,11 +58,11 @@ fn the_states_are_painted_in_every_size() {
     std::fs::create_dir_all(&folder).expect("made");
     let all = moments();
     for (state, name) in STATES {
-        for (width, height) in [(1024.0, 600.0), (1366.0, 768.0), (1920.0, 1080.0)] {
+        for (width, height, scale) in SIZES {
             for distance in [false, true] {
-                let mut page = guide(&all, name, Vec2::new(width, height), distance);
+                let mut page = guide(&all, name, (Vec2::new(width, height), scale), distance);
                 let far = if distance { "-distance" } else { "" };
-                let file = folder.join(format!("{state}-{width}{far}.png"));
+                let file = folder.join(format!("{state}-{width}@{scale}{far}.png"));
                 page.render().expect("painted").save(file).expect("saved");
             }
         }

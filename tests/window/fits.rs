@@ -41,7 +41,7 @@ fn everything_is_in_the_window_or_comes_there_by_scrolling() {
     for name in ["fresh", "done good", "camera lost", "camera with controls"] {
         let moment = moments.iter().find(|m| m.name == name).expect("there");
         for (width, high) in sizes {
-            for (scale, theme) in [(1.0, Theme::Dark), (1.5, Theme::Light), (2.0, Theme::Dark)] {
+            for (scale, theme) in [(1.0, Theme::Dark), (1.5, Theme::Light), (3.0, Theme::Dark)] {
                 for page in Page::ALL {
                     let size = Vec2::new(width, high);
                     let mut page_now = harness_at(page, moment, (theme, scale), size);

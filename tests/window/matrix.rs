@@ -1,4 +1,4 @@
-//! Every page at every kind of moment, in three sizes and two palettes, as pictures to look at:
+//! Every page at every kind of moment, in five sizes and two palettes, as pictures to look at:
 //! `BORESIGHT_MATRIX=FOLDER cargo test --release --test window matrix`. Also measures how large letters are from afar.
 
 use std::path::{Path, PathBuf};
@@ -21,7 +21,14 @@ use crate::{
     harness_at,
 };
 
-const SIZES: [(f32, f32); 3] = [(1024.0, 640.0), (1280.0, 800.0), (1920.0, 1080.0)];
+/// Width and height in points, and pixels of a point.
+pub(crate) const SIZES: [(f32, f32, f32); 5] = [
+    (1024.0, 640.0, 1.0),
+    (1366.0, 768.0, 1.0),
+    (1280.0, 720.0, 3.0),
+    (1920.0, 1080.0, 1.0),
+    (3840.0, 2160.0, 1.0),
+];
 
 /// The moments of the matrix: name, and that of the fixture.
 const MOMENTS: [(&str, &str); 15] = [
@@ -111,10 +118,11 @@ pub(crate) fn moment_of(all: &[Moment], name: &str) -> Moment {
 pub(crate) fn page_at(
     page: Page,
     moment: &Moment,
-    (theme, size): (Theme, Vec2),
+    (theme, scale): (Theme, f32),
+    size: Vec2,
     distance: bool,
 ) -> Harness<'static, Table> {
-    let mut shown = harness_at(page, moment, (theme, 1.0), size);
+    let mut shown = harness_at(page, moment, (theme, scale), size);
     let captured_at =
         moment.snapshot.live.as_ref().map_or(CaptureTime { nanos: 0 }, |live| live.captured_at);
     let frame = Frame {
@@ -143,7 +151,7 @@ fn the_matrix_of_pages_and_moments_is_painted() {
     std::fs::create_dir_all(&folder).expect("made");
     for (title, name) in MOMENTS {
         let moment = moment_of(&all, name);
-        for (width, height) in SIZES {
+        for (width, height, scale) in SIZES {
             for theme in [Theme::Dark, Theme::Light] {
                 let size = Vec2::new(width, height);
                 let pages = [
@@ -153,11 +161,11 @@ fn the_matrix_of_pages_and_moments_is_painted() {
                     (Page::Replay, false),
                 ];
                 for (page, distance) in pages {
-                    paint(&folder, title, &moment, (page, distance), (theme, size));
+                    paint(&folder, (title, &moment), (page, distance), (theme, scale), size);
                 }
                 if ["first run", "no camera"].contains(&title) {
                     for page in [Page::Start, Page::Settings] {
-                        paint(&folder, title, &moment, (page, false), (theme, size));
+                        paint(&folder, (title, &moment), (page, false), (theme, scale), size);
                     }
                 }
             }
@@ -167,12 +175,12 @@ fn the_matrix_of_pages_and_moments_is_painted() {
 
 fn paint(
     folder: &Path,
-    title: &str,
-    moment: &Moment,
+    (title, moment): (&str, &Moment),
     (page, distance): (Page, bool),
-    (theme, size): (Theme, Vec2),
+    (theme, scale): (Theme, f32),
+    size: Vec2,
 ) {
-    let mut shown = page_at(page, moment, (theme, size), distance);
+    let mut shown = page_at(page, moment, (theme, scale), size, distance);
     if title == "no camera" {
         shown.state_mut().choices.cameras.clear();
         shown.run();
@@ -180,7 +188,7 @@ fn paint(
     let picture: RgbaImage = shown.render().expect("painted");
     let page = if distance { "distance".into() } else { format!("{page:?}").to_lowercase() };
     let theme = format!("{theme:?}").to_lowercase();
-    let name = format!("{page}-{}-{}-{theme}.png", title.replace(' ', "_"), size.x);
+    let name = format!("{page}-{}-{}@{scale}-{theme}.png", title.replace(' ', "_"), size.x);
     picture.save(folder.join(name)).expect("saved");
 }
 
@@ -205,7 +213,7 @@ fn the_sentence_is_read_at_three_metres() {
     for name in ["holding", "searching", "refused: TooFar"] {
         let moment = moment_of(&all, name);
         let size = Vec2::new(1920.0, 1080.0);
-        let mut shown = page_at(Page::Guide, &moment, (Theme::Dark, size), true);
+        let mut shown = page_at(Page::Guide, &moment, (Theme::Dark, 1.0), size, true);
         let picture = shown.render().expect("painted");
         let node = shown.get_by_role(Role::Status);
         let (band, said) = (node.rect(), node.accesskit_node().label().unwrap_or_default());
