@@ -18,6 +18,6 @@ mapfile -t variables < <(configured 'Env[]')
 start() { env -i "${variables[@]}" "$(command -v chroot)" --userspec="$(configured User)" unpacked/rootfs "$(configured 'Entrypoint[0]')" "$@"; }
 start --version | head -n 1
 start demo --fast --out "$(configured WorkingDir)/demo" 2>said || { cat said; exit 1; }
-grep '^SIMULATED: GOOD' said
+grep '^GOOD (SIMULATED)' said
 test -s "unpacked/rootfs$(configured WorkingDir)/demo/report.html"
 echo "report after $((SECONDS - began)) s"

@@ -30,7 +30,7 @@ for side in linux windows; do
 	[ $side = linux ] || program=(wine "$windows")
 	began=$SECONDS
 	everything "${program[@]}" 2>said.txt || { cat said.txt; exit 1; }
-	echo "$side: $(head -n 1 version.txt), everything in $((SECONDS - began)) s, $(grep '^SIMULATED: GOOD' said.txt | tail -n 1)"
+	echo "$side: $(head -n 1 version.txt), everything in $((SECONDS - began)) s, $(grep '^GOOD (SIMULATED)' said.txt | tail -n 1)"
 	sed -i -E 's/,"millis":[^,}]*//' detect.jsonl
 	# The manifest holds the folder's own name, and so does what's planned from it.
 	rm -r manifest.jsonl replayed said.txt

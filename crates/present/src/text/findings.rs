@@ -35,11 +35,13 @@ pub fn is_simulated(source: &str) -> bool {
 
 /// `verdict` on what `source` delivered; marked if the camera was simulated.
 pub fn of_source(source: &str, verdict: &str) -> String {
-    let is_grade = |words: &str| words.chars().all(|c| c.is_uppercase() || c == ' ');
-    match verdict.split_once(": ") {
-        _ if !is_simulated(source) => verdict.to_owned(),
-        Some((grade, why)) if is_grade(grade) => format!("{grade} (SIMULATED): {why}"),
-        _ => format!("SIMULATED: {verdict}"),
+    let (grade, why) = verdict.split_at(verdict.find(':').unwrap_or(verdict.len()));
+    if !is_simulated(source) {
+        verdict.to_owned()
+    } else if grade.chars().all(|c| c.is_uppercase() || c == ' ') {
+        format!("{grade} (SIMULATED){why}")
+    } else {
+        format!("SIMULATED: {verdict}")
     }
 }
 

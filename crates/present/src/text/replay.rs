@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use boresight_guide::session::{Outcome, Snapshot};
+use boresight_guide::session::{Outcome, Prompt, Snapshot};
 
 /// Decision of a step, and the reason.
 pub fn why(snapshot: &Snapshot) -> String {
     match &snapshot.decision.outcome {
+        Outcome::Refused { .. } if snapshot.shown.prompt == Prompt::Taken => {
+            "Just after a view: nothing is asked for yet".into()
+        }
         Outcome::Refused { refusal } => {
             format!("Not taken: {}", super::window::refused(refusal, snapshot.live.as_deref()))
         }
