@@ -127,6 +127,8 @@ fn shown(
         let ctx = painted.ctx.clone();
         let table = painted.state_mut();
         table.screen.picture.show_frame(&ctx, &frame, 9.99);
+        // A single picture has no rate.
+        table.screen.picture.came_secs = None;
         let camera = &mut table.choices.cameras[0];
         camera.picture = Some(Arc::new(imageops::thumbnail(&frame.image, 480, 270)));
         camera.number += 1;
