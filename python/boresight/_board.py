@@ -18,7 +18,7 @@ Floats = npt.NDArray[np.float64]
 @dataclass(frozen=True)
 class Board:
     """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square; or an
-    AprilGrid by the corners of its tags.
+    AprilGrid by the corners of its tags; or a grid of circles by their centres.
 
     The size of the squares only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
     found by their size as a share of a square's, so give both in the same unit.
@@ -38,15 +38,19 @@ class Board:
     tag_spacing: float | None = None
     #: Number of an AprilGrid's first tag.
     first_tag: int = 0
+    #: "symmetric" or "asymmetric" for a grid of circles, whose rows are ``square_mm`` apart; None on other boards.
+    circles: str | None = None
 
     @classmethod
     def of(cls, board: BoardLike, square_mm: float | None = None) -> Board:
-        """The board that ``board`` names: a Board, "9x6", (9, 6), "charuco:8x11:DICT_4X4_50:15mm" or "aprilgrid:6x6".
+        """The board that ``board`` names: a Board, "9x6", (9, 6), "charuco:8x11:DICT_4X4_50:15mm", "aprilgrid:6x6",
+        "circles:7x5" or "acircles:4x11".
 
         "charuco:8x11:DICT_4X4_50:15mm" is a ChArUco board of 8 by 11 *squares*, so 7 by 10 inner corners, with markers
         of 15 mm. The size of the markers can be left out if it's 0.75 of a square. "aprilgrid:6x6" is an AprilGrid of 6
         by 6 *tags*, so 12 by 12 points; if they aren't 0.3 of a tag apart or the first isn't 0, these follow:
-        "aprilgrid:6x6:0.25:100".
+        "aprilgrid:6x6:0.25:100". "circles:7x5" has 7 circles in a row, and 5 rows; in "acircles:4x11", every second row is
+        shifted, and rows are ``square_mm`` apart, as with OpenCV.
         """
         if isinstance(board, str):
             board = _marked(board) if ":" in board else _counts(board)
@@ -81,8 +85,19 @@ class Board:
         return cls(2 * int(across), 2 * int(down), tag_mm, tag_spacing=float(spacing), first_tag=int(first))
 
     @classmethod
+    def circle_grid(
+        cls, circles: tuple[int, int], square_mm: float = 25.0, asymmetric: bool = False
+    ) -> Board:
+        """A grid of so many *circles* in a row and rows, as ``cv2.findCirclesGrid`` counts them."""
+        across, down = circles
+        return cls(int(across), int(down), square_mm, circles="asymmetric" if asymmetric else "symmetric")
+
+    @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Board:
         """The board as ``calibration.json`` states it."""
+        if data.get("circles"):
+            counts = (data["columns"], data["rows"])
+            return cls.circle_grid(counts, data["square_mm"], data["circles"] == "asymmetric")
         markers = data.get("markers") or {}
         if "tag_spacing" in markers:
             tags = (data["columns"] // 2, data["rows"] // 2)
@@ -93,20 +108,22 @@ class Board:
 
     @property
     def points_mm(self) -> Floats:
-        """The inner corners, or corners of tags, on the board, N x 3, row by row, in millimetres.
+        """The inner corners, corners of tags, or centres of circles, on the board, N x 3, row by row, in millimetres.
 
-        The origin is the centre of the grid, as in the poses ``cam_from_board`` of a calibration; z is 0.
+        The origin is midway between the outermost ones, as in the poses ``cam_from_board`` of a calibration; z is 0.
         """
         y, x = np.mgrid[0 : self.rows, 0 : self.columns]
         if self.tag_spacing is not None:
             x, y = (line // 2 * (1 + self.tag_spacing) + line % 2 for line in (x, y))
+        if self.circles == "asymmetric":
+            x = 2 * x + y % 2
         points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
-        centred: Floats = (points - points.mean(axis=0)) * self.square_mm
+        centred: Floats = (points - (points.min(axis=0) + points.max(axis=0)) / 2) * self.square_mm
         return centred
 
-    def _named(self) -> tuple[int, int, float, str | None, float | None, tuple[float, int] | None]:
+    def _named(self) -> tuple[int, int, float, str | None, float | None, tuple[float, int] | None, str | None]:
         tags = None if self.tag_spacing is None else (self.tag_spacing, self.first_tag)
-        return (self.columns, self.rows, float(self.square_mm), self.dictionary, self.marker_mm, tags)
+        return (self.columns, self.rows, float(self.square_mm), self.dictionary, self.marker_mm, tags, self.circles)
 
 
 def _counts(text: str) -> tuple[int, int]:
@@ -120,7 +137,10 @@ _MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 
 
 def _marked(text: str) -> Board:
-    return _aprilgrid(text) if text.strip().lower().startswith("aprilgrid:") else _charuco(text)
+    kind = text.split(":")[0].strip().lower()
+    if kind in ("circles", "acircles"):
+        return Board.circle_grid(_counts(text.split(":", 1)[1]), asymmetric=kind == "acircles")
+    return _aprilgrid(text) if kind == "aprilgrid" else _charuco(text)
 
 
 def _aprilgrid(text: str) -> Board:

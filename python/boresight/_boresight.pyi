@@ -12,7 +12,7 @@ View = tuple[NDArray[np.float64], NDArray[np.float64]]
 # Its name, its corners, and why there are none.
 Given = tuple[str, View | None, str]
 # Inner corners in a row and in a column, side of a square in mm, dictionary, side of a marker in mm.
-Named = tuple[int, int, float, str | None, float | None, tuple[float, int] | None]
+Named = tuple[int, int, float, str | None, float | None, tuple[float, int] | None, str | None]
 
 class Detector:
     def __init__(self) -> None: ...

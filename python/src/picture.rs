@@ -3,7 +3,7 @@
 use boresight::{
     board::Checkerboard,
     geometry::Corner,
-    markers::{MarkerChoice, Tags},
+    markers::{CircleRows, MarkerChoice, Tags},
 };
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
@@ -23,11 +23,19 @@ pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
 
 /// A board as Python names it: inner corners in a row and in a column, side of a square in mm; of a ChArUco board the
 /// dictionary, and the side of a marker in mm, if it's given; of an AprilGrid the corners of tags, the side of a tag, and
-/// the tags' spacing with the first one's number.
-pub(crate) type Named = (u16, u16, f64, Option<String>, Option<f64>, Option<(f64, u16)>);
+/// the tags' spacing with the first one's number; of circles how their rows lie.
+pub(crate) type Named =
+    (u16, u16, f64, Option<String>, Option<f64>, Option<(f64, u16)>, Option<String>);
 
-/// The markers of a ChArUco board, or the tags of an AprilGrid.
-pub(crate) fn markers((.., dictionary, marker_mm, tags): &Named) -> PyResult<Option<MarkerChoice>> {
+/// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
+pub(crate) fn markers(
+    (.., dictionary, marker_mm, tags, circles): &Named,
+) -> PyResult<Option<MarkerChoice>> {
+    if let Some(name) = circles {
+        let rows = CircleRows::named(name)
+            .ok_or_else(|| wrong(format!("circles are symmetric or asymmetric, not {name:?}")))?;
+        return Ok(Some(MarkerChoice::circles(rows)));
+    }
     if let Some((spacing, first)) = *tags {
         return Ok(Some(MarkerChoice::tags(Tags { spacing, first })));
     }

@@ -72,8 +72,8 @@ pub(crate) fn board_plan(
     distance_m: f64,
 ) -> PyResult<String> {
     let choice = choice(&named)?;
-    if choice.markers.is_some_and(|markers| markers.tags.is_some()) {
-        return Err(wrong("checkerboards and ChArUco boards are planned, AprilGrids aren't"));
+    if choice.markers.is_some_and(|markers| !markers.are_in_squares()) {
+        return Err(wrong("checkerboards and ChArUco boards are planned, other boards aren't"));
     }
     let (width_px, height_px) = image_size;
     if width_px == 0 || height_px == 0 || !(f_px > 0.0 && distance_m > 0.0) {

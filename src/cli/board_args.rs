@@ -13,7 +13,6 @@ use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     frame::ImageSize,
-    markers::{Dictionary, MarkerChoice, Tags},
     target::{BoardChoice, InvalidChoice, length_m, millimetres},
 };
 use boresight_run::config::Config;
@@ -23,10 +22,11 @@ use boresight_run::config::Config;
 pub(super) struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6]; or
     /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an
-    /// AprilGrid, for example aprilgrid:6x6.
+    /// AprilGrid, for example aprilgrid:6x6; or circles in a row and rows, for example circles:7x5, or acircles:4x11 with
+    /// every second row shifted.
     #[arg(long, value_name = "BOARD")]
     board: Option<BoardChoice>,
-    /// Size of a square, or of a tag, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
+    /// Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
     /// Settings file. config/default.toml explains every setting.
@@ -71,10 +71,11 @@ pub(super) fn with_true_defaults(program: Command) -> Command {
                 return command;
             }
             let square =
-                format!("Size of a square, or of a tag, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
+                format!("Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
             let board = "Inner corners of the board, columns x rows [default: 9x6]; or squares, dictionary and marker size \
                          of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an AprilGrid, for example \
-                         aprilgrid:6x6";
+                         aprilgrid:6x6; or circles in a row and rows, for example circles:7x5, or acircles:4x11 with every \
+                         second row shifted";
             command
                 .mut_arg("board", |arg| arg.help(board).long_help(None))
                 .mut_arg("square", |arg| arg.help(square).long_help(None))
@@ -132,16 +133,9 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// As `--board charuco:8x11:DICT_4X4_50`, which fits upright paper.
-    pub(super) fn name_charuco(&mut self) {
-        let markers = MarkerChoice::in_squares(Dictionary::default(), None);
-        self.board = Some(BoardChoice { columns: 7, rows: 10, markers: Some(markers) });
-    }
-
-    /// As `--board aprilgrid:6x6`.
-    pub(super) fn name_aprilgrid(&mut self) {
-        let markers = Some(MarkerChoice::tags(Tags::default()));
-        self.board = Some(BoardChoice { columns: 12, rows: 12, markers });
+    /// As `--board` with this argument.
+    pub(super) fn name(&mut self, board: &str) {
+        self.board = board.parse().ok();
     }
 
     /// Whether any of them is given.

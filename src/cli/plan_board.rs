@@ -52,7 +52,8 @@ Examples:
   boresight plan-board --distance 3m --fov-diagonal 78deg --image-size 1920x1080
   boresight plan-board --distance 1m --f-px 980 --board 11x8";
 
-const NO_APRILGRID: &str = "plan-board plans checkerboards and ChArUco boards, not AprilGrids";
+const NO_SQUARES: &str =
+    "plan-board plans checkerboards and ChArUco boards, not AprilGrids and circles";
 
 /// A length in metres.
 #[derive(Clone, Copy, Debug)]
@@ -91,8 +92,8 @@ fn focal_length(text: &str) -> Result<f64, String> {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        if self.board.markers.is_some_and(|markers| markers.tags.is_some()) {
-            return Err(WrongUsage(NO_APRILGRID.into()).into());
+        if self.board.markers.is_some_and(|markers| !markers.are_in_squares()) {
+            return Err(WrongUsage(NO_SQUARES.into()).into());
         }
         let Size(image_size) = self.image_size;
         let (width, height) = (f64::from(image_size.width_px), f64::from(image_size.height_px));

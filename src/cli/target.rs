@@ -73,6 +73,10 @@ enum Kind {
     Charuco,
     /// Kalibr's AprilGrid, of which any part can be seen, too: aprilgrid:6x6.
     Aprilgrid,
+    /// A grid of circles, as OpenCV's: circles:7x5.
+    Circles,
+    /// OpenCV's asymmetric grid of circles, every second row shifted: acircles:4x11.
+    Acircles,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -96,7 +100,8 @@ Examples:
   boresight target --board 9x6 --paper screen --dpi 92
   boresight target --kind charuco
   boresight target --board charuco:5x7:DICT_5X5_100:30mm --square 40mm --paper a3
-  boresight target --board aprilgrid:6x6 --square 22mm";
+  boresight target --board aprilgrid:6x6 --square 22mm
+  boresight target --board acircles:4x11 --square 20mm";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
@@ -122,8 +127,11 @@ impl Arguments {
     fn sheet(&self) -> anyhow::Result<BoardSheet> {
         let mut board = self.board.clone();
         match self.kind {
-            Some(Kind::Charuco) => board.name_charuco(),
-            Some(Kind::Aprilgrid) => board.name_aprilgrid(),
+            // Fits upright paper.
+            Some(Kind::Charuco) => board.name("charuco:8x11:DICT_4X4_50"),
+            Some(Kind::Aprilgrid) => board.name("aprilgrid:6x6"),
+            Some(Kind::Circles) => board.name("circles:7x5"),
+            Some(Kind::Acircles) => board.name("acircles:4x11"),
             Some(Kind::Checkerboard) | None => {}
         }
         let config = board.config()?.board;

@@ -20,6 +20,7 @@ mod calibration_reference;
 mod calm;
 mod camera_events;
 mod charuco;
+mod circles;
 mod detection;
 mod detector_baseline;
 mod drift;

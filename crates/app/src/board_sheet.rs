@@ -87,7 +87,7 @@ pub struct TargetBoard {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square or tag.
+    /// Side of a square or tag, or the distance of rows of circles.
     pub square_mm: f64,
     /// Dictionary of a ChArUco board's markers, or of an AprilGrid's tags; null on a plain board.
     pub dictionary: Option<String>,
@@ -97,6 +97,8 @@ pub struct TargetBoard {
     pub tag_spacing: Option<f64>,
     /// Number of an AprilGrid's first tag; null on other boards.
     pub first_tag: Option<u16>,
+    /// `symmetric` or `asymmetric` for a grid of circles; null on other boards.
+    pub circles: Option<String>,
 }
 
 /// A board on its page, with the code in its margin if there is one.
@@ -167,6 +169,8 @@ impl BoardSheet {
     pub fn told(&self, file: &Path, paper: &str) -> TargetFile {
         let plan = &self.plan;
         let tags = plan.markers.and_then(|markers| markers.tags);
+        let circles = plan.markers.and_then(|markers| markers.circles);
+        let markers = plan.markers.filter(|_| circles.is_none());
         TargetFile {
             schema: TARGET_SCHEMA.into(),
             file: file.display().to_string(),
@@ -175,10 +179,11 @@ impl BoardSheet {
                 columns: plan.columns,
                 rows: plan.rows,
                 square_mm: plan.square_mm,
-                dictionary: plan.markers.map(|markers| markers.dictionary.name().into()),
-                marker_mm: plan.markers.map(|markers| plan.square_mm * markers.share()),
+                dictionary: markers.map(|markers| markers.dictionary.name().into()),
+                marker_mm: markers.map(|markers| plan.square_mm * markers.share()),
                 tag_spacing: tags.map(|tags| tags.spacing),
                 first_tag: tags.map(|tags| tags.first),
+                circles: circles.map(|rows| rows.name().into()),
             },
             paper: paper.into(),
             page_mm: [plan.page.width_mm, plan.page.height_mm],

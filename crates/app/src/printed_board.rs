@@ -44,8 +44,9 @@ pub fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    let tags = markers.and_then(|markers| markers.tags).map(MarkerChoice::tags);
-    let board = BoardChoice { columns, rows, markers: tags };
+    // Their own sides are known only with the squares'.
+    let instead = markers.filter(|markers| !markers.are_in_squares());
+    let board = BoardChoice { columns, rows, markers: instead.map(|it| MarkerChoice::of(it, 1.0)) };
     let mut sheet = BoardSheet::new(board, None, &paper.pages())?;
     if let Some(markers) = markers {
         sheet.plan = sheet.plan.with_markers(markers)?;

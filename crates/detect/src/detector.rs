@@ -3,6 +3,7 @@
 use image::GrayImage;
 
 use super::{
+    circles::CircleSearch,
     explain::{Searched, WeighedGrid},
     grid_search::GridSearch,
     marker_cells::Polarity,
@@ -13,7 +14,11 @@ use super::{
     refine::Refiner,
     track::{Expected, Prediction, Tracker, shortest_side_px},
 };
-use boresight_geometry::{board::Checkerboard, seen_count, target::PartTells};
+use boresight_geometry::{
+    board::Checkerboard,
+    seen_count,
+    target::{Circles, PartTells},
+};
 
 /// Wider pictures are halved before the search.
 const SEARCH_WIDTH_PX: u32 = 1000;
@@ -78,6 +83,7 @@ pub struct Detector {
     /// The picture with black and white exchanged, if the board is printed white on black.
     negative: GrayImage,
     grids: GridSearch,
+    circles: CircleSearch,
     /// Corners in the full picture, as the search found them.
     rough: Vec<Option<[f64; 2]>>,
     /// Corners at search size where they were predicted; none without a prediction.
@@ -168,6 +174,9 @@ impl Detector {
         board: &Checkerboard,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
+        if let Checkerboard::Circles(circles) = board {
+            return self.search_circles(image, (board, circles), search);
+        }
         let names_points = board.target().part_tells() == PartTells::EachPoint;
         if let Some(near) = search.near.filter(|near| !near.everywhere && !names_points)
             && self.tracker.follow(image, board, near, &mut self.rough)
@@ -252,6 +261,34 @@ impl Detector {
         }
         let says_little =
             matches!(best_miss, Miss::NoBoard | Miss::PartialBoard { cut_off_by: None, .. });
+        let clearer =
+            says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
+        Err(clearer.unwrap_or(best_miss))
+    }
+
+    /// The board in the first of the pictures that shows it whole: in a finer one if the circles are small, in a coarser one
+    /// if they are large or noisy.
+    fn search_circles(
+        &mut self,
+        image: &GrayImage,
+        board: (&Checkerboard, &Circles),
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        let [primary, coarser, finer] = self.search_levels(image);
+        let mut best_miss = Miss::NoBoard;
+        for level in [primary, finer, coarser].into_iter().flatten() {
+            let halved = Halved::whole(level);
+            self.expected.set(search.near, |corner| halved.at(corner));
+            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            let place = (image, picture, halved);
+            let Self { circles, expected, params, .. } = self;
+            match circles.find(place, board, expected, params, search.keep_on) {
+                Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
+                Err(miss) => best_miss = best_miss.or_closer(miss),
+                Ok(detection) => return Ok(detection),
+            }
+        }
+        let says_little = best_miss == Miss::NoBoard;
         let clearer =
             says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
         Err(clearer.unwrap_or(best_miss))

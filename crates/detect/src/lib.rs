@@ -1,4 +1,5 @@
-//! Finds a checkerboard, a ChArUco board or an AprilGrid in a picture: every inner corner with covariance, or the reason why not.
+//! Finds a checkerboard, a ChArUco board, an AprilGrid or a grid of circles in a picture: every inner corner or centre with
+//! covariance, or the reason why not.
 //!
 //! ```
 //! use boresight_detect::{DetectorParams, detect};
@@ -46,6 +47,8 @@
 //! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers or tags (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
 //! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
+//! | `circle_blobs`, `circle_grid` | instead of all these, for circles: finds ellipses, grows a grid of them, and says where on the board it lies | part of the board is missing, or more of it may follow | – |
+//! | `disc_model`, `circles` | fits an ellipse to every circle of the full-size picture, and tells the picture of the circle's centre from the ellipse's | circles are under ~3 px wide | `max_residual`, `max_blur_px`, `min_contrast` |
 //! | `picture_quality` | says whether the picture is too dark or blurred, if no board is found | something else in it is light and sharp | – |
 //! | `printed_code` | reads the code in the margin of a printed board, for a part or if the caller asks | there is none | – |
 //! | `explain` | lists what was weighed, if somebody asks why a picture was refused | – | – |
@@ -67,7 +70,7 @@
 //! # What isn't promised
 //!
 //! - One board in a picture of 8-bit brightness, with columns and rows that the caller knows; [`Detector::count`] reads
-//!   them from a picture. Other patterns, such as grids of circles, aren't found.
+//!   them from a picture.
 //! - Some boards are missed: the column "fails when" says which.
 //! - A covariance is that of the fit to the picture. A print that isn't flat or true to size isn't part of it.
 //! - Another version may find other boards, and corners elsewhere within their covariance. `docs/versioning.md` says
@@ -77,8 +80,12 @@
 
 mod bent_edges;
 mod board_match;
+mod circle_blobs;
+mod circle_grid;
+mod circles;
 mod colours;
 mod detector;
+mod disc_model;
 mod edge_model;
 mod edge_pixels;
 mod erf;

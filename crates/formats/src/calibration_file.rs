@@ -18,7 +18,7 @@ use boresight_calibrate::{LensModel, Verdict, is_unfinished};
 use boresight_geometry::{
     Camera, Corner, Distortion, LensKind,
     board::Checkerboard,
-    markers::{Markers, Tags},
+    markers::{CircleRows, MarkerChoice, Markers, Tags},
 };
 
 /// Name and version of the format.
@@ -82,7 +82,8 @@ pub struct CalibrationFile {
     pub camera: Option<Option<CameraEntry>>,
 }
 
-/// The board in front of the camera. Of an AprilGrid, the corners of its tags are the inner corners, and a square is a tag.
+/// The board in front of the camera. Of an AprilGrid, the corners of its tags are the inner corners, and a square is a tag;
+/// of circles, their centres are, and a square is as wide as rows are apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BoardEntry {
@@ -95,6 +96,9 @@ pub struct BoardEntry {
     /// The markers in its light squares, or the tags of an AprilGrid; none on a plain board.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub markers: Option<MarkersEntry>,
+    /// `symmetric` or `asymmetric` for a grid of circles, as OpenCV calls them; none on other boards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub circles: Option<String>,
     /// The inner corners as the views show them, row by row, from the middle, in millimetres; left out if the board is flat
     /// and its squares are square.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -549,9 +553,14 @@ impl CalibrationFile {
 
     /// The board; `None` if the file has none, or one that cannot be. Plain if its markers are unknown here or don't fit.
     pub fn checkerboard(&self) -> Option<Checkerboard> {
-        let BoardEntry { columns, rows, square_mm, markers, points_mm: _ } = self.board.as_ref()?;
+        let BoardEntry { columns, rows, square_mm, markers, circles, points_mm: _ } =
+            self.board.as_ref()?;
         let count = |count: &u32| u16::try_from(*count).ok();
         let plain = Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
+        if let Some(rows) = circles.as_deref().and_then(CircleRows::named) {
+            let circles = MarkerChoice::circles(rows).in_squares_of(plain.square_m());
+            return plain.with_markers(circles).ok();
+        }
         let marked = markers.as_ref().and_then(|entry| {
             let side_squares = Some(entry.side_mm / square_mm);
             let markers = Markers::sized(entry.dictionary.parse().ok()?, side_squares);

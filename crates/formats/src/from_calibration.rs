@@ -108,6 +108,7 @@ impl CalibrationFile {
                 tag_spacing: markers.tags.map(|tags| tags.spacing),
                 first_tag: markers.tags.map(|tags| tags.first).filter(|first| *first != 0),
             }),
+            circles: board.circles().map(|rows| rows.name().into()),
             points_mm: None,
         };
         let views = views.iter().map(unused).collect();

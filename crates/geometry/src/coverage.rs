@@ -16,29 +16,27 @@ pub struct BoardOutline {
 }
 
 impl BoardOutline {
-    /// The outline of what is seen of points in rows of `columns`, by turns the `steps_m` apart: between those nearest to the
-    /// outermost ones. Of a flat board in perspective it's convex, because these are extreme in four directions of the board.
+    /// The outline of what is seen of points that lie at a `place` each, column and row in any unit: between those nearest to
+    /// the corners of all places. Of a flat board in perspective it's convex, because these are extreme in four directions of
+    /// the board.
     ///
-    /// `None` if fewer than two are seen, or if one of the four isn't finite. The points fill whole rows.
+    /// `None` if fewer than two are seen, or if one of the four isn't finite.
     pub(crate) fn of_seen(
         corners_px: &[Point2<f64>],
-        columns: usize,
-        steps_m: [f64; 2],
+        place: &dyn Fn(usize) -> [f64; 2],
         is_seen: &dyn Fn(usize) -> bool,
     ) -> Option<Self> {
         let seen = || (0..corners_px.len()).filter(|&index| is_seen(index));
         let mut two = seen();
         let (Some(first), Some(_)) = (two.next(), two.next()) else { return None };
-        let (last_row, last_column) = (corners_px.len() / columns - 1, columns - 1);
-        let corners = [(0, 0), (0, last_column), (last_row, last_column), (last_row, 0)];
-        // In first steps, which are whole numbers where all are equal.
-        let along = |place: usize| {
-            (place / 2) as f64 * (1.0 + steps_m[1] / steps_m[0]) + (place % 2) as f64
-        };
-        Self::around(corners.map(|(row, column)| {
+        let [right, bottom] = (0..corners_px.len())
+            .map(place)
+            .fold([0.0_f64; 2], |end, at| std::array::from_fn(|axis| end[axis].max(at[axis])));
+        let corners = [[0.0, 0.0], [right, 0.0], [right, bottom], [0.0, bottom]];
+        Self::around(corners.map(|corner| {
             let apart = |index: usize| {
-                let down = (along(index / columns) - along(row)).abs();
-                let across = (along(index % columns) - along(column)).abs();
+                let at = place(index);
+                let [across, down] = [0, 1].map(|axis: usize| (at[axis] - corner[axis]).abs());
                 [down + across, down.max(across)]
             };
             let nearest = seen().min_by(|a, b| {
@@ -146,15 +144,14 @@ mod tests {
             .map(|i| Point2::new(300.0 * f64::from(i % 3), 400.0 * f64::from(i / 3)))
             .collect();
         let size = ImageSize { width_px: 1200, height_px: 800 };
-        let outline =
-            BoardOutline::of_seen(&view, 3, [1.0; 2], &|_| true).expect("three rows of three");
+        let place = |index: usize| [(index % 3) as f64, (index / 3) as f64];
+        let outline = BoardOutline::of_seen(&view, &place, &|_| true).expect("three rows of three");
         assert!((coverage(&[outline], size) - 0.5).abs() < 1e-12);
         assert!(coverage(&[], size).abs() < 1e-12);
         assert_eq!(open_corners(&[outline], size), [false, true, true, false]);
         assert_eq!(corner_coverage(&[outline], size), [1.0, 0.0, 0.0, 1.0]);
-        let part =
-            BoardOutline::of_seen(&view, 3, [1.0; 2], &|index| [0, 1, 3, 4, 6].contains(&index));
+        let part = BoardOutline::of_seen(&view, &place, &|index| [0, 1, 3, 4, 6].contains(&index));
         assert_eq!(part, BoardOutline::around([view[0], view[1], view[4], view[6]]));
-        assert_eq!(BoardOutline::of_seen(&view, 3, [1.0; 2], &|index| index == 4), None);
+        assert_eq!(BoardOutline::of_seen(&view, &place, &|index| index == 4), None);
     }
 }

@@ -29,7 +29,8 @@ pub fn closeness(
     };
     let mut off_px = mean(&mut live_px.iter().zip(ghost_px));
     if board.looks_the_same_upside_down() {
-        let turned = (0..live_px.len()).map(|index| &live_px[board.target().half_turn(index)]);
+        let turn = |index| board.target().half_turn(index);
+        let turned = (0..live_px.len()).filter_map(turn).map(|index| &live_px[index]);
         off_px = off_px.min(mean(&mut turned.zip(ghost_px)));
     }
     let span_px = (ghost_px[0] - ghost_px[ghost_px.len() - 1]).norm().max(1.0);

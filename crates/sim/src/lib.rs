@@ -39,6 +39,7 @@ mod blur;
 #[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
 pub mod kernel;
 mod print;
+mod printed_circles;
 mod printed_markers;
 mod printed_tags;
 mod renderer;

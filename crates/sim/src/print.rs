@@ -4,10 +4,11 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 
 use super::{
     bend::{Bend, BentView},
+    printed_circles::PrintedCircles,
     printed_markers::{Cells, Crossing, PrintedMarkers},
     printed_tags::PrintedTags,
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::{board::Checkerboard, markers::Markers};
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -17,7 +18,8 @@ const SAMPLES: usize = 64;
 
 /// The printed sheet, in squares or sides of a tag: `[0, across] × [0, down]` is checkered, with a white margin.
 ///
-/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An AprilGrid has tags instead.
+/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An AprilGrid has tags instead, or
+/// there are circles.
 #[derive(Clone, Debug)]
 pub(super) struct Print {
     across: f32,
@@ -26,6 +28,7 @@ pub(super) struct Print {
     bend: Option<Bend>,
     markers: Option<PrintedMarkers>,
     tags: Option<PrintedTags>,
+    circles: Option<PrintedCircles>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
 }
@@ -87,7 +90,7 @@ impl Print {
             .unzip();
         let square_m = board.measured_m();
         let [across, down] = board.target().size_m().map(|side_m| (side_m / square_m) as f32);
-        let in_squares = board.markers().filter(|markers| markers.tags.is_none());
+        let in_squares = board.markers().filter(Markers::are_in_squares);
         Self {
             across,
             down,
@@ -95,6 +98,7 @@ impl Print {
             bend: Bend::new(board, bend_m),
             markers: in_squares.map(|markers| PrintedMarkers::new(board, &markers)),
             tags: PrintedTags::new(board),
+            circles: PrintedCircles::new(board),
             offsets_x,
             offsets_y,
         }
@@ -162,6 +166,9 @@ impl Print {
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Patch {
         let inside =
             |du: f32, dv: f32| u > du && u < self.across - du && v > dv && v < self.down - dv;
+        if let Some(circles) = self.circles.as_ref().filter(|_| inside(du, dv)) {
+            return if circles.is_edge_near(u, v, du, dv) { Patch::Mixed } else { self.flat(u, v) };
+        }
         if let Some(tags) = self.tags.as_ref().filter(|_| inside(du, dv)) {
             return match tags.around(u, v, du, dv) {
                 Cells::One => self.flat(u, v),
@@ -273,6 +280,9 @@ impl Print {
     /// The colour at a point inside the pattern.
     #[inline]
     fn flat(&self, u: f32, v: f32) -> Patch {
+        if let Some(circles) = &self.circles {
+            return if circles.is_black(u, v) { Patch::Dark } else { Patch::Light };
+        }
         if let Some(tags) = &self.tags {
             return if tags.is_black(u, v) { Patch::Dark } else { Patch::Light };
         }

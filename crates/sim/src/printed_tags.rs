@@ -149,7 +149,8 @@ mod tests {
             let share = [0.618_033_9, 0.754_877_7].map(|k| (step as f32 * k).fract());
             let [u, v] = [0, 1].map(|k| share[k] * size_m[k] as f32 / 0.02);
             let at_m = [u, v].map(|at| f64::from(at) * 0.02);
-            let is_black = large.iter().chain(&fine).any(|Shape::Rectangle { low_m, high_m }| {
+            let is_black = large.iter().chain(&fine).any(|shape| {
+                let Shape::Rectangle { low_m, high_m } = shape else { return false };
                 (0..2).all(|k| {
                     let at_m = at_m[k] - 0.5 * size_m[k];
                     low_m[k] <= at_m && at_m < high_m[k]

@@ -2,13 +2,13 @@
 
 use egui::{
     Button, Color32, ComboBox, DragValue, Painter, Rect, RichText, Sense, Stroke, StrokeKind, Ui,
-    Vec2, WidgetInfo, accesskit::Role, pos2,
+    Vec2, WidgetInfo, accesskit::Role,
 };
 
 use super::{
     super::{keys::UiAction, theme},
     markers::{self, choice, kind},
-    start_page::{APRILGRID, CHARUCO, Choices, StartPage},
+    start_page::{APRILGRID, ASYMMETRIC, CHARUCO, CIRCLES, Choices, StartPage},
 };
 use boresight_geometry::{
     markers::Markers,
@@ -30,10 +30,10 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     ui.label(&what);
     size(ui, page);
     ui.horizontal(|ui| {
-        let (name, tip) = if page.kind() == APRILGRID {
-            (words::TAG, words::TAG_TIP)
-        } else {
-            (words::SQUARE, words::SQUARE_TIP)
+        let (name, tip) = match page.kind() {
+            APRILGRID => (words::TAG, words::TAG_TIP),
+            CIRCLES | ASYMMETRIC => (words::ROW_STEP, words::ROW_STEP_TIP),
+            _ => (words::SQUARE, words::SQUARE_TIP),
         };
         let name = ui.label(name).on_hover_text(tip);
         let square = DragValue::new(&mut page.draft.square_m)
@@ -94,12 +94,13 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     }
 }
 
-/// Number of corners of a plain board, of squares of a ChArUco board, or of tags of an AprilGrid: as other programs name
+/// Number of corners of a plain board, of squares of a ChArUco board, of tags of an AprilGrid, or of circles: as other programs name
 /// them.
 fn size(ui: &mut Ui, page: &mut StartPage) {
     let (name, tip, range, each, more) = match page.kind() {
         APRILGRID => (words::TAGS, words::TAGS_TIP, 2..=49, 2, 0),
         CHARUCO => (words::SQUARES, words::SQUARES_TIP, 4..=100, 1, 1),
+        CIRCLES | ASYMMETRIC => (words::CIRCLES, words::CIRCLES_TIP, 3..=99, 1, 0),
         _ => (words::CORNERS, words::CORNERS_TIP, 3..=99, 1, 0),
     };
     ui.horizontal(|ui| {
@@ -161,16 +162,22 @@ pub(super) fn draw(
         ((at.to_vec2() * per_point).round() / per_point).to_pos2()
     };
     let DarkShapes { large, fine } = board.target().dark_shapes();
-    for Shape::Rectangle { low_m, high_m } in large.into_iter().chain(fine) {
-        painter.rect_filled(Rect::from_min_max(place(low_m), place(high_m)), 0.0, Color32::BLACK);
+    for shape in large.into_iter().chain(fine) {
+        match shape {
+            Shape::Rectangle { low_m, high_m } => {
+                let square = Rect::from_min_max(place(low_m), place(high_m));
+                painter.rect_filled(square, 0.0, Color32::BLACK);
+            }
+            Shape::Disc { centre_m, radius_m } => {
+                painter.circle_filled(place(centre_m), side * radius_m as f32, Color32::BLACK);
+            }
+        }
     }
     if !corners {
         return;
     }
-    for row in 1..=rows {
-        for column in 1..=columns {
-            let at = pos2(first.x + side * f32::from(column), first.y + side * f32::from(row));
-            painter.circle_filled(at, (0.16 * side).clamp(1.0, 4.0), theme::AMBER);
-        }
+    for point in board.corners_in_board_m() {
+        let at = place(point.into());
+        painter.circle_filled(at, (0.16 * side).clamp(1.0, 4.0), theme::AMBER);
     }
 }

@@ -25,6 +25,7 @@ pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
     let Some(mut chosen) = page.draft.markers else { return };
     match &mut chosen.tags {
         Some(tags) => tags_choice(ui, tags),
+        None if chosen.circles.is_some() => {}
         None => markers_choice(ui, &mut chosen, page.draft.square_m),
     }
     page.draft.markers = Some(chosen);

@@ -9,7 +9,8 @@ use boresight_app::{
 };
 use boresight_geometry::{
     board::Checkerboard,
-    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags, marker_count},
+    markers::{CircleRows, Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags, marker_count},
+    target::{BOARD_KINDS, BoardChoice},
 };
 
 /// Names that mean no camera of this computer.
@@ -57,14 +58,16 @@ pub struct Choices {
     pub full_screen: bool,
 }
 
-/// Places of the kinds with markers in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+/// Places of the kinds other than plain boards in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
 pub(super) const CHARUCO: usize = 1;
 pub(super) const APRILGRID: usize = 2;
+pub(super) const CIRCLES: usize = 3;
+pub(super) const ASYMMETRIC: usize = 4;
 
 impl StartPage {
     /// A page that begins with `draft`.
     pub fn new(draft: SessionRequest) -> Self {
-        let marked = draft.markers.filter(|markers| markers.tags.is_none());
+        let marked = draft.markers.filter(MarkerChoice::are_in_squares);
         let tags = draft.markers.filter(|markers| markers.tags.is_some());
         Self {
             marked: marked.unwrap_or_else(|| smallest_that_suffices(draft.board)),
@@ -144,19 +147,17 @@ impl StartPage {
 
     /// Kind of the chosen board, by its place in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
     pub(super) fn kind(&self) -> usize {
-        match self.draft.markers {
-            None => 0,
-            Some(markers) if markers.tags.is_none() => CHARUCO,
-            Some(_) => APRILGRID,
-        }
+        let [columns, rows] = self.draft.board;
+        let chosen = BoardChoice { columns, rows, markers: self.draft.markers }.kind().name;
+        BOARD_KINDS.iter().position(|kind| kind.name == chosen).unwrap_or_default()
     }
 
     /// Chooses a kind of board.
     pub(super) fn choose_kind(&mut self, kind: usize) {
         match self.draft.markers {
-            Some(chosen) if chosen.tags.is_none() => self.marked = chosen,
-            Some(chosen) => self.tags = chosen,
-            None => {}
+            Some(chosen) if chosen.are_in_squares() => self.marked = chosen,
+            Some(chosen) if chosen.tags.is_some() => self.tags = chosen,
+            Some(_) | None => {}
         }
         self.draft.markers = match kind {
             CHARUCO => Some(self.marked),
@@ -165,6 +166,8 @@ impl StartPage {
                 self.draft.board = self.draft.board.map(|points| (points / 2 * 2).clamp(4, 98));
                 Some(self.tags)
             }
+            CIRCLES => Some(MarkerChoice::circles(CircleRows::Symmetric)),
+            ASYMMETRIC => Some(MarkerChoice::circles(CircleRows::Asymmetric)),
             _ => None,
         };
         self.counts = false;

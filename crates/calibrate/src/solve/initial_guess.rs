@@ -211,7 +211,7 @@ fn rms_distance_px(a: &[Corner], b: &[Corner], board: &Checkerboard) -> f64 {
         if 10 * count >= 9 * most { sum / count.max(1) as f64 } else { f64::INFINITY }
     };
     let same = mean(&mut a.iter().zip(b));
-    let opposite = |(index, corner)| (corner, &b[board.target().half_turn(index)]);
-    let turned = mean(&mut a.iter().enumerate().map(opposite));
+    let opposite = |(index, corner)| Some((corner, &b[board.target().half_turn(index)?]));
+    let turned = mean(&mut a.iter().enumerate().filter_map(opposite));
     same.min(turned).sqrt()
 }

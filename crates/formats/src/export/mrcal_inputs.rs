@@ -26,7 +26,7 @@ const DIGITS: &[u8; 85] =
     b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;<=>?@^_`{|}~";
 
 /// The `optimization_inputs` of one camera that sees `views` of `board`, as an ASCII text; `None` if there are none, too
-/// many, or one of another board; and for an AprilGrid, since mrcal's boards have even steps.
+/// many, or one of another board; and for an AprilGrid or shifted rows, since mrcal's boards have even steps.
 pub(super) fn optimization_inputs(
     lensmodel: &str,
     intrinsics: &[f64],
@@ -38,7 +38,9 @@ pub(super) fn optimization_inputs(
     let per_view = columns * rows;
     let fits = views.iter().all(|view| view.corners.len() == per_view);
     let [step_m, other_m] = board.target().steps_m();
-    if step_m != other_m || views.is_empty() || !fits || views.len() * per_view > MOST_CORNERS {
+    // The second point of a board with even steps is one of them away.
+    let is_even = step_m == other_m && board.target().place_in_steps(1) == [1.0, 0.0];
+    if !is_even || views.is_empty() || !fits || views.len() * per_view > MOST_CORNERS {
         return None;
     }
     let first = *board.corners_in_board_m().first()?;

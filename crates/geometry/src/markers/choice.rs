@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dictionary, Markers, Tags};
+use super::{CircleRows, Dictionary, Markers, Tags};
 
-/// The markers of a ChArUco board or the tags of an AprilGrid, as they're chosen beside the side of a square or tag.
+/// What is printed in the squares of a board or instead of them, as it's chosen beside their side: the markers of a ChArUco
+/// board, the tags of an AprilGrid, or circles.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerChoice {
@@ -16,23 +17,45 @@ pub struct MarkerChoice {
     /// How they're laid out as an AprilGrid; `None` on a ChArUco board.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tags: Option<Tags>,
+    /// Circles instead of squares and markers; the dictionary tells nothing then. `None` on other boards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub circles: Option<CircleRows>,
 }
 
 impl MarkerChoice {
     /// Markers in the light squares of a board.
     pub fn in_squares(dictionary: Dictionary, side_m: Option<f64>) -> Self {
-        Self { dictionary, side_m, tags: None }
+        Self { dictionary, side_m, tags: None, circles: None }
     }
 
     /// Tags of an AprilGrid.
     pub fn tags(tags: Tags) -> Self {
-        Self { dictionary: Tags::dictionary(), side_m: None, tags: Some(tags) }
+        let dictionary = Tags::dictionary();
+        Self { dictionary, side_m: None, tags: Some(tags), circles: None }
+    }
+
+    /// A grid of circles.
+    pub fn circles(rows: CircleRows) -> Self {
+        Self { circles: Some(rows), ..Self::in_squares(Dictionary::default(), None) }
+    }
+
+    /// What is chosen to have `markers` in squares with a side of `square_m` metres.
+    pub fn of(markers: Markers, square_m: f64) -> Self {
+        let Markers { dictionary, side_squares, tags, circles } = markers;
+        let side_m = markers.are_in_squares().then_some(side_squares * square_m);
+        Self { dictionary, side_m, tags, circles }
+    }
+
+    /// Whether there are markers in the light squares: it's a ChArUco board.
+    pub fn are_in_squares(&self) -> bool {
+        self.tags.is_none() && self.circles.is_none()
     }
 
     /// The markers in squares with a side of `square_m` metres.
     pub fn in_squares_of(self, square_m: f64) -> Markers {
         let side_squares = self.side_m.map(|side_m| side_m / square_m);
-        Markers { tags: self.tags, ..Markers::sized(self.dictionary, side_squares) }
+        let sized = Markers::sized(self.dictionary, side_squares);
+        Markers { tags: self.tags, circles: self.circles, ..sized }
     }
 }
 

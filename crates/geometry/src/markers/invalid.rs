@@ -70,7 +70,10 @@ impl Markers {
     /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags outside 0.1..=0.6, or if the
     /// dictionary has too few.
     pub fn check(&self, [columns, rows]: [u16; 2]) -> Result<(), InvalidMarkers> {
-        let Self { dictionary, side_squares, tags } = *self;
+        let Self { dictionary, side_squares, tags, circles } = *self;
+        if circles.is_some() {
+            return Ok(());
+        }
         if let Some(tags) = tags {
             return check_tags(dictionary, tags, [columns, rows]);
         }

@@ -11,12 +11,14 @@
 //! An AprilGrid is made of [`Tags`]: they fill their squares, and smaller dark squares touch their corners.
 
 mod choice;
+mod circles;
 mod dictionary;
 mod invalid;
 mod layout;
 mod tags;
 
 pub use choice::MarkerChoice;
+pub use circles::CircleRows;
 pub use dictionary::{Dictionary, NoDictionary};
 pub use invalid::InvalidMarkers;
 pub use layout::{Layout, marker_count};
@@ -31,6 +33,8 @@ pub struct Markers {
     pub side_squares: f64,
     /// How they're laid out as an AprilGrid; `None` in the light squares of a ChArUco board.
     pub tags: Option<Tags>,
+    /// Circles instead of squares and markers; `None` on other boards.
+    pub circles: Option<CircleRows>,
 }
 
 impl Markers {
@@ -40,7 +44,12 @@ impl Markers {
     /// Markers with this side, or the usual one.
     pub fn sized(dictionary: Dictionary, side_squares: Option<f64>) -> Self {
         let side_squares = side_squares.unwrap_or(Self::USUAL_SIDE_SQUARES);
-        Self { dictionary, side_squares, tags: None }
+        Self { dictionary, side_squares, tags: None, circles: None }
+    }
+
+    /// Whether they are in the light squares of a ChArUco board.
+    pub fn are_in_squares(&self) -> bool {
+        self.tags.is_none() && self.circles.is_none()
     }
 
     /// Width of a marker's black frame, in cells.

@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-use super::{AprilGrid, Charuco, InvalidBoard, Squares, Target};
-use crate::markers::{InvalidMarkers, Markers};
+use super::{AprilGrid, Charuco, Circles, InvalidBoard, Squares, Target};
+use crate::markers::{CircleRows, InvalidMarkers, Markers};
 
 /// A board of any kind, in the frame that [`target`](super) describes. Also known as
 /// [`Checkerboard`](crate::board::Checkerboard).
@@ -15,6 +15,8 @@ pub enum Board {
     Charuco(Charuco),
     /// Rows of tags with dark squares at their corners.
     AprilGrid(AprilGrid),
+    /// Rows of circles.
+    Circles(Circles),
 }
 
 impl Board {
@@ -34,7 +36,7 @@ impl Board {
     }
 
     /// The board's squares with `markers` in the light ones; or, of tags, an AprilGrid with as many points, its tags as
-    /// large as the squares.
+    /// large as the squares; or as many circles, as far apart as the squares are wide.
     ///
     /// # Errors
     ///
@@ -51,6 +53,9 @@ impl Board {
     #[must_use]
     pub fn drawn_with(self, markers: Markers) -> Self {
         let squares = self.as_squares();
+        if let Some(layout) = markers.circles {
+            return Self::Circles(Circles { squares, layout });
+        }
         let Some(tags) = markers.tags else { return Self::Charuco(Charuco { squares, markers }) };
         let Squares { columns, rows, square_m: tag_m } = squares;
         let markers = Markers { side_squares: 1.0, ..markers };
@@ -60,7 +65,9 @@ impl Board {
     /// A plain board with as many points and as large squares.
     fn as_squares(self) -> Squares {
         match self {
-            Self::Checkerboard(squares) | Self::Charuco(Charuco { squares, .. }) => squares,
+            Self::Checkerboard(squares)
+            | Self::Charuco(Charuco { squares, .. })
+            | Self::Circles(Circles { squares, .. }) => squares,
             Self::AprilGrid(AprilGrid { columns, rows, tag_m: square_m, .. }) => {
                 Squares { columns, rows, square_m }
             }
@@ -73,15 +80,24 @@ impl Board {
             Self::Checkerboard(squares) => squares,
             Self::Charuco(charuco) => charuco,
             Self::AprilGrid(grid) => grid,
+            Self::Circles(circles) => circles,
         }
     }
 
-    /// The markers in the light squares, or the tags; `None` on a plain board.
+    /// The markers in the light squares, or the tags; `None` on a plain board and on circles.
     pub fn markers(&self) -> Option<Markers> {
         match self {
-            Self::Checkerboard(_) => None,
+            Self::Checkerboard(_) | Self::Circles(_) => None,
             Self::Charuco(charuco) => Some(charuco.markers),
             Self::AprilGrid(grid) => Some(grid.markers),
+        }
+    }
+
+    /// How the rows of circles lie; `None` on other boards.
+    pub fn circles(&self) -> Option<CircleRows> {
+        match self {
+            Self::Circles(circles) => Some(circles.layout),
+            Self::Checkerboard(_) | Self::Charuco(_) | Self::AprilGrid(_) => None,
         }
     }
 
@@ -105,14 +121,14 @@ impl Board {
         self.target().pitch_m()
     }
 
-    /// What a person measures, in metres: side of a square, or of a tag.
+    /// What a person measures, in metres: side of a square, or of a tag; of circles the distance of rows.
     pub fn measured_m(&self) -> f64 {
         self.target().steps_m()[0]
     }
 
     /// How far the outermost points are from the middle along both axes, in metres.
     pub fn reach_m(&self) -> [f64; 2] {
-        self.corners_in_board_m().last().map_or([0.0; 2], |last| [last.x, last.y])
+        self.target().reach_m()
     }
 
     /// Number of points.

@@ -18,14 +18,14 @@ pub struct BoardKind {
 }
 
 /// A board as it's chosen before the side of its squares is settled: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`, or
-/// `aprilgrid:6x6`.
+/// `aprilgrid:6x6`, or `circles:7x5`, or `acircles:4x11`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardChoice {
     /// Points in a row.
     pub columns: u16,
     /// Points in a column.
     pub rows: u16,
-    /// The markers of a ChArUco board, or the tags of an AprilGrid.
+    /// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
     pub markers: Option<MarkerChoice>,
 }
 
@@ -45,8 +45,15 @@ pub enum InvalidChoice {
         "expected tags, columns x rows, for example aprilgrid:6x6; if they aren't 0.3 of their side apart or the first isn't 0, then also that share and that number: aprilgrid:6x6:0.25:100"
     )]
     NotAprilGrid,
+    /// Circles that aren't counted.
+    #[error(
+        "expected circles in a row and rows, for example circles:7x5, or acircles:4x11 if every second row is shifted"
+    )]
+    NotCircles,
     /// A name before the colon that no kind of board has.
-    #[error("expected inner corners (9x6), charuco:8x11:DICT_4X4_50:15mm or aprilgrid:6x6")]
+    #[error(
+        "expected inner corners (9x6), charuco:8x11:DICT_4X4_50:15mm, aprilgrid:6x6, circles:7x5 or acircles:4x11"
+    )]
     NoKind,
     /// The marker's size.
     #[error("expected a length with its unit, for example 25mm")]

@@ -2,25 +2,30 @@
 
 use std::{fmt, str::FromStr};
 
-use super::{Board, BoardChoice, BoardKind, InvalidChoice, aprilgrid, charuco, checkerboard};
-use crate::markers::MarkerChoice;
+use super::{
+    Board, BoardChoice, BoardKind, InvalidChoice, aprilgrid, charuco, checkerboard, circles,
+};
+use crate::markers::{CircleRows, MarkerChoice};
 
 /// Every kind of board, the plain one first.
-pub static BOARD_KINDS: [BoardKind; 3] = [checkerboard::KIND, charuco::KIND, aprilgrid::KIND];
+pub static BOARD_KINDS: [BoardKind; 5] =
+    [checkerboard::KIND, charuco::KIND, aprilgrid::KIND, circles::SYMMETRIC, circles::ASYMMETRIC];
 
 impl BoardChoice {
     /// The kind of board.
     pub fn kind(&self) -> &'static BoardKind {
-        let [plain, charuco, aprilgrid] = &BOARD_KINDS;
+        let [plain, charuco, aprilgrid, symmetric, asymmetric] = &BOARD_KINDS;
         match self.markers {
             None => plain,
-            Some(markers) if markers.tags.is_none() => charuco,
-            Some(_) => aprilgrid,
+            Some(MarkerChoice { circles: Some(CircleRows::Symmetric), .. }) => symmetric,
+            Some(MarkerChoice { circles: Some(CircleRows::Asymmetric), .. }) => asymmetric,
+            Some(MarkerChoice { tags: Some(_), .. }) => aprilgrid,
+            Some(_) => charuco,
         }
     }
 
     /// What a person counts in a row and in a column: inner corners of a plain board, squares of a ChArUco board, tags of
-    /// an AprilGrid.
+    /// an AprilGrid, circles.
     pub fn counted(&self) -> [u16; 2] {
         [self.columns, self.rows].map(self.kind().counted)
     }
@@ -83,7 +88,13 @@ mod tests {
         assert_eq!(tags(0.3, 36).to_string(), "aprilgrid:6x7:0.3:36");
         assert_eq!(tags(0.25, 0).to_string(), "aprilgrid:6x7:0.25");
         assert_eq!(tags(0.3, 0).counted(), [6, 7]);
+        let circles = |rows| BoardChoice { markers: Some(MarkerChoice::circles(rows)), ..plain };
+        assert_eq!("circles:9x6".parse(), Ok(circles(CircleRows::Symmetric)));
+        assert_eq!("ACircles:9x6".parse(), Ok(circles(CircleRows::Asymmetric)));
         for wrong in [
+            "circles:2x6",
+            "circles:9x6:2",
+            "acircles:9",
             "aprilgrid:6",
             "aprilgrid:6x6:30%",
             "aprilgrid:6x6:0.05",

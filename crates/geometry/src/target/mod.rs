@@ -3,7 +3,7 @@
 //! [`Board`] is the value that travels; [`Board::target`] gives what it looks like as a [`Target`]. A kind of board is a
 //! file here that implements [`Target`], and a line in [`BOARD_KINDS`].
 //!
-//! The board frame has its origin at the centre of the points, `x` along a row (towards higher columns), `y` along a
+//! The board frame has its origin midway between the outermost points, `x` along a row (towards higher columns), `y` along a
 //! column (towards higher rows) and `z = 0` on the paper, in metres. Points are numbered row by row, all rows equally
 //! long: `index = row * columns + column`.
 
@@ -12,6 +12,7 @@ mod board;
 mod charuco;
 mod checkerboard;
 mod choice;
+mod circles;
 mod kinds;
 
 pub use aprilgrid::AprilGrid;
@@ -19,6 +20,7 @@ pub use board::Board;
 pub use charuco::Charuco;
 pub use checkerboard::Squares;
 pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m, millimetres};
+pub use circles::Circles;
 pub use kinds::BOARD_KINDS;
 
 use nalgebra::Point2;
@@ -31,7 +33,7 @@ pub trait Target {
     fn grid(&self) -> [usize; 2];
 
     /// Distances of neighbouring points of a row or column, in metres: from the first point to the second, from the third
-    /// to the fourth and so on; and those between.
+    /// to the fourth and so on; and those between. Where every second row is shifted: half of a row's, and that of rows.
     fn steps_m(&self) -> [f64; 2];
 
     /// Mean distance of neighbouring points of a row, in metres.
@@ -46,6 +48,16 @@ pub trait Target {
     /// Width and height of the printed pattern, in metres, with what's printed outside of the outermost points. Its centre
     /// is the origin.
     fn size_m(&self) -> [f64; 2];
+
+    /// How far the outermost points are from the middle along both axes, in metres.
+    fn reach_m(&self) -> [f64; 2] {
+        self.points_m().iter().fold([0.0; 2], |[x, y], point| [point.x.max(x), point.y.max(y)])
+    }
+
+    /// How far what has to be in the picture reaches from the middle along both axes, in metres, if all points are measured.
+    fn needed_m(&self) -> [f64; 2] {
+        self.reach_m()
+    }
 
     /// Whether a half turn maps the pattern to itself, so that the numbers of the points are known only up to
     /// [`half_turn`](Self::half_turn). Harmless when calibrating a single camera.
@@ -63,6 +75,13 @@ pub trait Target {
         columns * rows
     }
 
+    /// Column and row of a point in the first of [`steps_m`](Self::steps_m), from the upper left corner of the points.
+    fn place_in_steps(&self, index: usize) -> [f64; 2] {
+        let [one, other] = self.steps_m();
+        // Whole numbers where all steps are equal.
+        self.place(index).map(|at| (at / 2) as f64 * (1.0 + other / one) + (at % 2) as f64)
+    }
+
     /// The longer side, in metres, with a pitch for each point.
     fn length_m(&self) -> f64 {
         let [columns, rows] = self.grid();
@@ -75,13 +94,14 @@ pub trait Target {
         [index % columns, index / columns]
     }
 
-    /// The point where `index` lies after a half turn of the board about its centre. Two half turns lead back.
+    /// The point where `index` lies after a half turn of the board about its centre. Two half turns lead back. `None` if the
+    /// turned points lie elsewhere.
     ///
     /// # Panics
     ///
     /// If there's no such point.
-    fn half_turn(&self, index: usize) -> usize {
-        self.point_count() - 1 - index
+    fn half_turn(&self, index: usize) -> Option<usize> {
+        Some(self.point_count() - 1 - index)
     }
 
     /// The points next to `index` in its row, its column and the diagonals: eight, or fewer at the rim.
@@ -129,8 +149,8 @@ pub trait Target {
         is_seen: &dyn Fn(usize) -> bool,
     ) -> Option<BoardOutline> {
         let of_this = points_px.len() == self.point_count();
-        let (columns, steps_m) = (self.grid()[0], self.steps_m());
-        let outline = || BoardOutline::of_seen(points_px, columns, steps_m, is_seen);
+        let place = |index: usize| self.place_in_steps(index);
+        let outline = || BoardOutline::of_seen(points_px, &place, is_seen);
         of_this.then(outline).flatten()
     }
 }
@@ -143,6 +163,8 @@ pub enum PartTells {
     /// Only where the rest of the board is: a part counts if it's followed from a whole board, or if a code in the margin
     /// is seen beside it.
     WhenFollowed,
+    /// Nothing: a board counts if so little of it is missing that it can be nowhere else.
+    Nothing,
 }
 
 /// What is printed of a board, on white. Shapes may overlap.
@@ -164,6 +186,13 @@ pub enum Shape {
         /// The opposite corner, in metres.
         high_m: [f64; 2],
     },
+    /// A disc.
+    Disc {
+        /// Its centre, in metres.
+        centre_m: [f64; 2],
+        /// Its radius, in metres.
+        radius_m: f64,
+    },
 }
 
 #[cfg(test)]
@@ -172,7 +201,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::markers::{Dictionary, MarkerChoice, Markers, Tags};
+    use crate::markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags};
 
     /// A board of every kind with this many points.
     fn boards(columns: u16, rows: u16, square_m: f64) -> Vec<Board> {
@@ -182,7 +211,10 @@ mod tests {
         let even = |count: u16| (count / 2 * 2).max(4);
         let tags = MarkerChoice::tags(Tags::default()).in_squares_of(square_m);
         let points = Board::new(even(columns), even(rows), square_m).expect("a board");
-        vec![plain, charuco, points.with_markers(tags).expect("enough tags")]
+        let tags = points.with_markers(tags).expect("enough tags");
+        let [even, shifted] = [CircleRows::Symmetric, CircleRows::Asymmetric]
+            .map(|rows| plain.drawn_with(MarkerChoice::circles(rows).in_squares_of(square_m)));
+        vec![plain, charuco, tags, even, shifted]
     }
 
     #[test]
@@ -203,15 +235,19 @@ mod tests {
                 let target = board.target();
                 let points_m = target.points_m();
                 prop_assert_eq!(points_m.len(), target.point_count());
-                let sum = points_m.iter().map(|point| point.coords).sum::<Vector2<f64>>();
-                prop_assert!(sum.norm() < 1e-9);
+                let [low, high] = [f64::min, f64::max].map(|further: fn(f64, f64) -> f64| {
+                    let coords = points_m.iter().map(|point| point.coords);
+                    coords.reduce(|a, b| a.zip_map(&b, further)).expect("points")
+                });
+                prop_assert!((low + high).norm() < 1e-9);
 
                 let [width_m, height_m] = target.size_m();
                 for (index, point) in points_m.iter().enumerate() {
                     prop_assert!(2.0 * point.x.abs() < width_m && 2.0 * point.y.abs() < height_m);
-                    let turned = target.half_turn(index);
-                    prop_assert_eq!(target.half_turn(turned), index);
-                    prop_assert!((points_m[turned] + point.coords).coords.norm() < 1e-12);
+                    if let Some(turned) = target.half_turn(index) {
+                        prop_assert_eq!(target.half_turn(turned), Some(index));
+                        prop_assert!((points_m[turned] + point.coords).coords.norm() < 1e-12);
+                    }
                     for other in target.neighbours(index) {
                         prop_assert!(other != index && target.neighbours(other).contains(&index));
                         let apart_m = (points_m[other] - point).norm();
@@ -243,7 +279,10 @@ mod tests {
                 let px = target.points_m();
                 let outline = target.outline(&px, &|_| true).expect("seen");
                 prop_assert_eq!(*outline.corners_px(), target.rim().map(|index| px[index]));
-                prop_assert!(px.iter().all(|point| outline.reaches(point, 1e-9)));
+                // Shifted rows leave a quadrilateral by less than their distance.
+                let are_shifted = board.circles() == Some(CircleRows::Asymmetric);
+                let beyond_px = if are_shifted { 0.025 } else { 1e-9 };
+                prop_assert!(px.iter().all(|point| outline.reaches(point, beyond_px)));
                 prop_assert_eq!(target.outline(&px[1..], &|_| true), None);
                 prop_assert_eq!(target.outline(&px, &|index| index == 1), None);
             }
@@ -282,13 +321,24 @@ mod tests {
                 let half_m = target.size_m().map(|side_m| 0.5 * side_m + 1e-12);
                 let DarkShapes { large, fine } = target.dark_shapes();
                 let all: Vec<Shape> = large.into_iter().chain(fine).collect();
-                for Shape::Rectangle { low_m, high_m } in &all {
+                for shape in &all {
+                    let [low_m, high_m] = match *shape {
+                        Shape::Rectangle { low_m, high_m } => [low_m, high_m],
+                        Shape::Disc { centre_m, radius_m } => {
+                            [-radius_m, radius_m].map(|way_m| centre_m.map(|at_m| at_m + way_m))
+                        }
+                    };
                     prop_assert!((0..2).all(|axis| -half_m[axis] <= low_m[axis]
                         && low_m[axis] < high_m[axis]
                         && high_m[axis] <= half_m[axis]));
                 }
-                let is_dark = |at: Vector2<f64>| all.iter().any(|Shape::Rectangle { low_m, high_m }| {
-                    (0..2).all(|axis| (low_m[axis]..high_m[axis]).contains(&at[axis]))
+                let is_dark = |at: Vector2<f64>| all.iter().any(|shape| match *shape {
+                    Shape::Rectangle { low_m, high_m } => {
+                        (0..2).all(|axis| (low_m[axis]..high_m[axis]).contains(&at[axis]))
+                    }
+                    Shape::Disc { centre_m, radius_m } => {
+                        (at - Vector2::from(centre_m)).norm() < radius_m
+                    }
                 });
                 let steps = || (0..200).map(|step| (f64::from(step) + 0.5) / 100.0 - 1.0);
                 // Two numbers without a common period reach all over the pattern.

@@ -13,7 +13,7 @@ use super::{
     view::{LensEstimate, View, bounds_px},
     wanted_pose::{WantedPose, place_board, seen_px},
 };
-use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, Homography, board::Checkerboard, frame::ImageSize};
 
 /// What a person misses a place near the picture's edge by, as a share of the picture's shorter side.
 const LEEWAY: f64 = 0.05;
@@ -126,19 +126,31 @@ fn partner_target(
     // A ghost that recedes shrinks about its middle.
     let scale = (params.target_span_fraction / view.span_fraction).min(1.0);
     let middle_px = pp_px.coords * 2.0 - view.mean_px.coords;
-    let reflected = |corner: &Corner| {
-        let px = pp_px.coords * 2.0 - corner.px.coords;
+    let reflected = |px: Point2<f64>| {
+        let px = pp_px.coords * 2.0 - px.coords;
         Point2::from(middle_px + (px - middle_px) * scale)
     };
-    let turned = (0..board.corner_count())
-        .filter_map(|index| view.corners.get(board.target().half_turn(index)));
+    let turned_px = half_turned_px(view, board);
     Target {
         purpose,
         tilt_azimuth_rad: wanted.tilt_azimuth_rad,
         tilt_rad: view.tilt_rad.unwrap_or(0.0),
-        ghost_px: turned.map(reflected).collect(),
+        ghost_px: turned_px.into_iter().map(reflected).collect(),
         leaves_picture: false,
     }
+}
+
+/// Where the points of a view's board would be if the board was turned upside down in its plane.
+fn half_turned_px(view: &View, board: &Checkerboard) -> Vec<Point2<f64>> {
+    let turn = |index| view.corners.get(board.target().half_turn(index)?).map(|corner| corner.px);
+    let points_m = board.corners_in_board_m();
+    let turned: Option<Vec<Point2<f64>>> = (0..points_m.len()).map(turn).collect();
+    // Points that turn into none lie between others, for which the board's plane is good enough.
+    let in_plane = || {
+        let plane = Homography::fit(&points_m, &view.corners).ok()?;
+        points_m.iter().map(|point| plane.map(&-point)).collect()
+    };
+    turned.or_else(in_plane).unwrap_or_default()
 }
 
 /// Partner of a partly seen view: the expected places of its unseen corners are too rough a guess to reflect. `None`

@@ -55,9 +55,7 @@ pub(super) fn place_board(
     let rotation = rotation(wanted, params.board_roll);
     let centre_px = lens_estimate.camera.pp_px + wanted.offset_px;
     let corners = rim_m(board);
-    let mut depth_m = f64::from(board.columns().max(board.rows()) as u32)
-        * board.square_m()
-        * lens_estimate.camera.f_px.x
+    let mut depth_m = board.target().length_m() * lens_estimate.camera.f_px.x
         / (params.target_span_fraction * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
     // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the place.
@@ -104,7 +102,7 @@ pub(super) fn planned_poses(
 
 /// Places on the board's rim, evenly around its middle, in metres: what of the board reaches farthest in the picture.
 fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
-    let [x, y] = board.reach_m();
+    let [x, y] = board.target().needed_m();
     let shares = [-1.0, 0.0, 1.0];
     let places = shares.into_iter().flat_map(|down| shares.map(|across| (across, down)));
     let rim = places.filter(|place| *place != (0.0, 0.0));

@@ -76,9 +76,11 @@ impl Seen {
     ) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
         let beyond_edge = accepted.iter().filter(|taken| taken.was_beyond_edge).count();
-        let tells_parts = board.target().part_tells() == PartTells::EachPoint
-            || self.tells_parts
-            || self.followed > 0;
+        let tells_parts = match board.target().part_tells() {
+            PartTells::EachPoint => true,
+            PartTells::WhenFollowed => self.tells_parts || self.followed > 0,
+            PartTells::Nothing => false,
+        };
         let may_leave = tells_parts && !self.stays_inside;
         let within = within_reach(guidance, noise_px);
         GuidanceParams {

@@ -427,7 +427,10 @@ const BOARDS = {
   '': { what: 'Inner corners', side: 'a square', counted: points => points, points: n => n, counts: [3, 99] },
   charuco: { what: 'Squares', side: 'a square', counted: points => points + 1, points: n => n - 1, counts: [4, 100] },
   aprilgrid: { what: 'Tags', side: 'a tag', counted: points => Math.max(2, Math.round(points / 2)), points: n => 2 * n, counts: [2, 49] },
+  circles: { what: 'Circles', side: 'a step from row to row', counted: points => points, points: n => n, counts: [3, 99] },
+  acircles: { what: 'Circles', side: 'a step from row to row', counted: points => points, points: n => n, counts: [3, 99] },
 };
+const ROWS = { circles: 'symmetric', acircles: 'asymmetric' };
 let offered = null, countedAs = '';
 function offer() {
   say(el('waitwhat'), role === 'owner' ? 'Start a session' : 'Waiting for a session to start');
@@ -442,7 +445,7 @@ function offer() {
   if (known) el('dictionary').value = known;
   if (last && !el('columns').value) {
     const { board, markers, square_m } = last, mm = length => +(1000 * length).toFixed(3);
-    el('kind').value = markers ? markers.tags ? 'aprilgrid' : 'charuco' : '';
+    el('kind').value = !markers ? '' : markers.tags ? 'aprilgrid' : markers.circles ? Object.keys(ROWS).find(is => ROWS[is] === markers.circles) : 'charuco';
     const { counted } = BOARDS[el('kind').value];
     el('columns').value = counted(board[0]); el('rows').value = counted(board[1]); el('square').value = mm(square_m); el('plan').value = last.plan;
     if (markers && markers.side_m) el('marker').value = mm(markers.side_m);
@@ -463,6 +466,7 @@ tap('start', () => {
     if (!(first >= 0 && first + counts[0] * counts[1] <= 587)) return toast('There are tags 0 to 586. Choose fewer, or another first one.');
     request.markers = { dictionary: 'DICT_APRILTAG_36h11', tags: { spacing, first } };
   }
+  if (ROWS[is]) request.markers = { dictionary: 'DICT_4X4_50', circles: ROWS[is] };
   if (is === 'charuco') {
     const chosen = el('dictionary').selectedOptions[0], needed = Math.floor(counts[0] * counts[1] / 2);
     if (!chosen) return toast('Choose a dictionary.');

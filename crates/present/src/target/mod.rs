@@ -21,5 +21,5 @@ pub use paper::{Page, Paper, Resolution};
 pub use pdf::pdf;
 pub use plan::{DoesNotFit, Plan, Square, plan, plan_of};
 pub use png::{NotWritten, png};
-pub use sheet::{Rectangle, Sheet, Words, sheet};
+pub use sheet::{Disc, Rectangle, Sheet, Words, sheet};
 pub use svg::svg;

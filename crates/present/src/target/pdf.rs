@@ -4,6 +4,8 @@ use super::{Sheet, Words};
 
 /// A point, the unit of a PDF, is 1/72 inch.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
+/// Length of the tangents of a Bézier curve that is a quarter of a circle, in radii: to 2e-4 of a radius.
+const QUARTER: f32 = 0.551_915;
 /// Width of Helvetica's digits as a share of their size.
 const DIGIT_WIDTH: f64 = 0.556;
 
@@ -44,6 +46,23 @@ fn drawn(sheet: &Sheet) -> Vec<u8> {
         let [left, top, width, height] =
             [black.left_mm, black.top_mm, black.width_mm, black.height_mm].map(|mm| mm as f32);
         content.rect(left, top, width, height);
+    }
+    for disc in &sheet.discs {
+        let [x, y] = disc.centre_mm.map(|mm| mm as f32);
+        let radius = disc.radius_mm as f32;
+        content.move_to(x + radius, y);
+        for (cosine, sine) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)] {
+            // A quarter turn from (1, 0), turned to its place.
+            let at = |along: f32, across: f32| {
+                (
+                    x + radius * (along * cosine - across * sine),
+                    y + radius * (along * sine + across * cosine),
+                )
+            };
+            let ((a, b), (c, d), (e, f)) = (at(1.0, QUARTER), at(QUARTER, 1.0), at(0.0, 1.0));
+            content.cubic_to(a, b, c, d, e, f);
+        }
+        content.close_path();
     }
     content.fill_nonzero();
     content.begin_text();

@@ -5,7 +5,7 @@ use super::{
 
 use boresight_geometry::{
     board_code::{Edge, FAR},
-    markers::{InvalidMarkers, MarkerChoice, Markers, Tags},
+    markers::{InvalidMarkers, MarkerChoice, Markers},
     target::{Board, BoardChoice},
 };
 
@@ -28,9 +28,9 @@ pub struct Plan {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square or tag. On a screen a whole number of its pixels.
+    /// Side of a square or tag, or the distance of rows of circles. On a screen a whole number of its pixels.
     pub square_mm: f64,
-    /// Markers in the light squares, or tags; none on a plain board.
+    /// Markers in the light squares, or tags or circles instead; none on a plain board.
     pub markers: Option<Markers>,
     /// Left edge of the board.
     pub left_mm: f64,
@@ -82,8 +82,8 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
 ///
 /// [`DoesNotFit`].
 pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
-    let BoardChoice { columns, rows, markers } = *board;
-    let squares = Squares { columns, rows, tags: markers.and_then(|markers| markers.tags) };
+    let markers = board.markers.map(|markers| markers.in_squares_of(1.0));
+    let squares = Squares::of([board.columns, board.rows], markers);
     let least_mm = pages.iter().map(least_mm).fold(f64::INFINITY, f64::min);
     if let Square::Exactly { mm } = square
         && mm < 0.999 * least_mm
@@ -116,8 +116,8 @@ pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Pl
             }
         };
         DoesNotFit::TooLarge {
-            columns,
-            rows,
+            columns: board.columns,
+            rows: board.rows,
             largest_mm: largest.max_by(f64::total_cmp),
             paper: Paper::ALL.into_iter().find(holds),
         }
@@ -140,7 +140,7 @@ impl Plan {
     pub fn file_stem(&self) -> String {
         let (choice, square_mm) = (self.choice(), (1000.0 * self.square_mm).round() / 1000.0);
         let [across, down] = choice.counted();
-        let in_squares = self.markers.filter(|markers| markers.tags.is_none());
+        let in_squares = self.markers.filter(Markers::are_in_squares);
         let dictionary = in_squares.map(|markers| format!("-{}", markers.dictionary));
         let dictionary = dictionary.unwrap_or_default();
         format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
@@ -149,10 +149,10 @@ impl Plan {
     /// The board as it's named on a command line, with the side of its markers to a micrometre.
     pub fn choice(&self) -> BoardChoice {
         let Self { columns, rows, markers, .. } = *self;
-        let markers = markers.map(|Markers { dictionary, side_squares, tags }| {
-            let side_um = (self.square_mm * side_squares * 1e3).round();
-            let in_squares = || MarkerChoice::in_squares(dictionary, Some(side_um * 1e-6));
-            tags.map_or_else(in_squares, MarkerChoice::tags)
+        let markers = markers.map(|markers| {
+            let mut chosen = MarkerChoice::of(markers, 1e-3 * self.square_mm);
+            chosen.side_m = chosen.side_m.map(|side_m| (1e6 * side_m).round() * 1e-6);
+            chosen
         });
         BoardChoice { columns, rows, markers }
     }
@@ -165,22 +165,21 @@ impl Plan {
 
     /// Width of the whole board.
     pub fn board_width_mm(&self) -> f64 {
-        self.squares().sides(self.columns) * self.square_mm
+        self.squares().sides[0] * self.square_mm
     }
 
     /// Height of the whole board.
     pub fn board_height_mm(&self) -> f64 {
-        self.squares().sides(self.rows) * self.square_mm
+        self.squares().sides[1] * self.square_mm
     }
 
     fn squares(&self) -> Squares {
-        let tags = self.markers.and_then(|markers| markers.tags);
-        Squares { columns: self.columns, rows: self.rows, tags }
+        Squares::of([self.columns, self.rows], self.markers)
     }
 
     /// Width of the white around the board with which it's found best: of a square, or as wide as between tags.
     pub fn wanted_white_mm(&self) -> f64 {
-        self.squares().white() * self.square_mm
+        self.squares().white * self.square_mm
     }
 
     /// Edges of the board whose margins have room for a code: the long ones before the short ones, at most two.
@@ -212,33 +211,33 @@ enum White {
 struct Squares {
     columns: u16,
     rows: u16,
-    /// Of an AprilGrid, whose squares are tags.
-    tags: Option<Tags>,
+    /// Width and height of the pattern, in squares.
+    sides: [f64; 2],
+    /// Width of the white that's wanted around it, in squares.
+    white: f64,
 }
 
 impl Squares {
-    /// Length of the pattern along a side with so many points, in squares.
-    fn sides(self, points: u16) -> f64 {
-        let Some(Tags { spacing, .. }) = self.tags else { return f64::from(points + 1) };
-        f64::from(points / 2) * (1.0 + spacing) + spacing
-    }
-
-    /// Width of the white that's wanted around the pattern, in squares.
-    fn white(self) -> f64 {
-        self.tags.map_or(1.0, |tags| tags.spacing)
+    fn of([columns, rows]: [u16; 2], markers: Option<Markers>) -> Self {
+        let board = Board::new(columns, rows, 1.0).ok();
+        let board = board.map(|plain| markers.map_or(plain, |markers| plain.drawn_with(markers)));
+        // Counts that no board has are squares.
+        let plain = [columns, rows].map(|corners| f64::from(corners) + 1.0);
+        let sides = board.map_or(plain, |board| board.target().size_m());
+        let white = board.map_or(1.0, |board| board.target().steps_m()[1]);
+        Self { columns, rows, sides, white }
     }
 
     fn largest_mm(self, page: &Page, white: White) -> Option<f64> {
         let (width_mm, height_mm) = room_mm(page)?;
-        let side = |room_mm: f64, corners: u16| {
-            let squares = self.sides(corners);
+        let side = |room_mm: f64, squares: f64| {
             let within_margins = (room_mm - 2.0 * page.margin_mm) / squares;
             match white {
-                White::Wanted => within_margins.min(room_mm / (squares + 2.0 * self.white())),
+                White::Wanted => within_margins.min(room_mm / (squares + 2.0 * self.white)),
                 White::Margin => within_margins,
             }
         };
-        let most_mm = side(width_mm, self.columns).min(side(height_mm, self.rows));
+        let most_mm = side(width_mm, self.sides[0]).min(side(height_mm, self.sides[1]));
         let round_mm = match page.pixels {
             Some(_) => on_pixels(page, most_mm, f64::floor),
             // Rounding must not lose the square that fits exactly.
@@ -251,8 +250,8 @@ impl Squares {
     /// Places the board in the middle of the page. `None` if there is less white than the margins.
     fn place(self, page: &Page, square_mm: f64) -> Option<Plan> {
         let (width_mm, height_mm) = room_mm(page)?;
-        let start = |room_mm: f64, corners: u16| {
-            let start_mm = (room_mm - self.sides(corners) * square_mm) / 2.0;
+        let start = |room_mm: f64, squares: f64| {
+            let start_mm = (room_mm - squares * square_mm) / 2.0;
             (start_mm > page.margin_mm - 1e-6).then(|| on_pixels(page, start_mm, f64::floor))
         };
         Some(Plan {
@@ -260,8 +259,8 @@ impl Squares {
             rows: self.rows,
             square_mm,
             markers: None,
-            left_mm: start(width_mm, self.columns)?,
-            top_mm: start(height_mm, self.rows)?,
+            left_mm: start(width_mm, self.sides[0])?,
+            top_mm: start(height_mm, self.sides[1])?,
             page: *page,
             ruler_mm: ruler_mm(page)?,
         })

@@ -2,7 +2,7 @@ use image::{GrayImage, Luma};
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster};
 use png::{BitDepth, ColorType, Encoder, PixelDimensions, Unit};
 
-use super::{Rectangle, Resolution, Sheet, Words};
+use super::{Disc, Rectangle, Resolution, Sheet, Words};
 
 /// A font's size as a share of the height of its letters' boxes.
 const SIZE_OF_BOX: f64 = 0.73;
@@ -44,6 +44,9 @@ pub fn png(sheet: &Sheet, resolution: Resolution) -> Result<Vec<u8>, NotWritten>
     for black in sheet.squares.iter().chain(&sheet.markers).chain(&sheet.code).chain(&sheet.ruler) {
         fill(&mut picture, black, resolution.per_mm());
     }
+    for disc in &sheet.discs {
+        fill_disc(&mut picture, disc, resolution.per_mm());
+    }
     for words in &sheet.words {
         write(&mut picture, words, resolution.per_mm());
     }
@@ -67,6 +70,28 @@ fn fill(picture: &mut GrayImage, black: &Rectangle, per_mm: f64) {
     for (y, share_y) in down {
         for (x, share_x) in across.clone() {
             darken(picture, x, y, share_x * share_y);
+        }
+    }
+}
+
+/// Darkens each pixel by the share that the disc covers, to a thousandth of a pixel.
+fn fill_disc(picture: &mut GrayImage, disc: &Disc, per_mm: f64) {
+    /// Lines in a pixel.
+    const LINES: u32 = 16;
+    let ([x, y], radius) = (disc.centre_mm.map(|mm| mm * per_mm), disc.radius_mm * per_mm);
+    for (row, _) in covered(y - radius, y + radius, picture.height()) {
+        let half = |line: u32| {
+            let off = f64::from(row) + (f64::from(line) + 0.5) / f64::from(LINES) - y;
+            (radius * radius - off * off).max(0.0).sqrt()
+        };
+        let mut shares = std::collections::BTreeMap::new();
+        for half in (0..LINES).map(half).filter(|half| *half > 0.0) {
+            for (column, share) in covered(x - half, x + half, picture.width()) {
+                *shares.entry(column).or_insert(0.0) += share / f64::from(LINES);
+            }
+        }
+        for (column, share) in shares {
+            darken(picture, column, row, share);
         }
     }
 }

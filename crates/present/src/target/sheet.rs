@@ -24,6 +24,8 @@ pub struct Sheet {
     pub height_mm: f64,
     /// The dark squares, row by row; none if there is no such board.
     pub squares: Vec<Rectangle>,
+    /// The dark discs of a circle grid, row by row.
+    pub discs: Vec<Disc>,
     /// The black cells of markers, in rows and in columns: each is covered twice, so that no seam shows between them.
     pub markers: Vec<Rectangle>,
     /// The bars of the code in the margin.
@@ -45,6 +47,15 @@ pub struct Rectangle {
     pub width_mm: f64,
     /// Height of the rectangle.
     pub height_mm: f64,
+}
+
+/// A black disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its centre, from the page's upper left corner.
+    pub centre_mm: [f64; 2],
+    /// Its radius.
+    pub radius_mm: f64,
 }
 
 /// Words on one line. Plain ASCII, so that every font has them.
@@ -96,6 +107,7 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         title: lines[0].clone(),
         width_mm: page.width_mm,
         height_mm: page.height_mm,
+        discs: discs(plan, &large),
         squares: rectangles(plan, large),
         markers: rectangles(plan, fine),
         code: Vec::new(),
@@ -123,17 +135,37 @@ impl Sheet {
     }
 }
 
-/// Shapes of `plan`'s board on its page.
+/// The middle of `plan`'s board on its page.
+fn middle_mm(plan: &Plan) -> [f64; 2] {
+    [plan.left_mm + 0.5 * plan.board_width_mm(), plan.top_mm + 0.5 * plan.board_height_mm()]
+}
+
+/// Rectangles of `plan`'s board on its page.
 fn rectangles(plan: &Plan, shapes: Vec<Shape>) -> Vec<Rectangle> {
-    let middle_mm =
-        [plan.left_mm + 0.5 * plan.board_width_mm(), plan.top_mm + 0.5 * plan.board_height_mm()];
-    let on_page = |Shape::Rectangle { low_m, high_m }| Rectangle {
-        left_mm: middle_mm[0] + 1e3 * low_m[0],
-        top_mm: middle_mm[1] + 1e3 * low_m[1],
-        width_mm: 1e3 * (high_m[0] - low_m[0]),
-        height_mm: 1e3 * (high_m[1] - low_m[1]),
+    let middle_mm = middle_mm(plan);
+    let on_page = |shape| match shape {
+        Shape::Rectangle { low_m, high_m } => Some(Rectangle {
+            left_mm: middle_mm[0] + 1e3 * low_m[0],
+            top_mm: middle_mm[1] + 1e3 * low_m[1],
+            width_mm: 1e3 * (high_m[0] - low_m[0]),
+            height_mm: 1e3 * (high_m[1] - low_m[1]),
+        }),
+        Shape::Disc { .. } => None,
     };
-    shapes.into_iter().map(on_page).collect()
+    shapes.into_iter().filter_map(on_page).collect()
+}
+
+/// Discs of `plan`'s board on its page.
+fn discs(plan: &Plan, shapes: &[Shape]) -> Vec<Disc> {
+    let middle_mm = middle_mm(plan);
+    let on_page = |shape: &Shape| match *shape {
+        Shape::Disc { centre_m, radius_m } => Some(Disc {
+            centre_mm: std::array::from_fn(|axis| middle_mm[axis] + 1e3 * centre_m[axis]),
+            radius_mm: 1e3 * radius_m,
+        }),
+        Shape::Rectangle { .. } => None,
+    };
+    shapes.iter().filter_map(on_page).collect()
 }
 
 fn ruler(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Rectangle> {

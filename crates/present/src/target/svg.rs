@@ -1,6 +1,6 @@
 use std::fmt::Write;
 
-use super::{Rectangle, Sheet};
+use super::{Disc, Rectangle, Sheet};
 
 /// The sheet as an SVG file whose units are millimetres.
 pub fn svg(sheet: &Sheet) -> String {
@@ -22,6 +22,10 @@ pub fn svg(sheet: &Sheet) -> String {
             let [x, y, width, height] = [left_mm, top_mm, width_mm, height_mm].map(|mm| short(*mm));
             let _ =
                 writeln!(svg, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/>");
+        }
+        for Disc { centre_mm: [x, y], radius_mm } in sheet.discs.iter().filter(|_| id == "board") {
+            let [x, y, radius] = [x, y, radius_mm].map(|mm| short(*mm));
+            let _ = writeln!(svg, "<circle cx=\"{x}\" cy=\"{y}\" r=\"{radius}\"/>");
         }
         svg.push_str("</g>\n");
     }

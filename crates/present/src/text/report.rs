@@ -1,8 +1,9 @@
 //! The calibration report in words.
 
+use super::target;
 use boresight_calibrate::Verdict;
 use boresight_formats::{BoardEntry, MarkersEntry};
-use boresight_geometry::markers::Tags;
+use boresight_geometry::markers::{CircleRows, Tags};
 
 /// Headings of the page, in its order, with the names by which a link reaches them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -333,8 +334,12 @@ pub mod name {
 
 /// The board in words.
 pub fn board(board: &BoardEntry) -> String {
-    let BoardEntry { columns, rows, square_mm, markers, .. } = board;
+    let BoardEntry { columns, rows, square_mm, markers, circles, .. } = board;
     let tags = markers.as_ref().and_then(MarkersEntry::tags);
+    if let Some(layout) = circles.as_deref().and_then(CircleRows::named) {
+        let name = target::circles(layout);
+        return format!("{name}, {columns} × {rows}, rows {square_mm} mm apart");
+    }
     match (markers, tags) {
         (None, _) => format!("{columns} × {rows} inner corners, squares of {square_mm} mm"),
         (_, Some(Tags { spacing, first })) => format!(

@@ -1,5 +1,6 @@
 //! The words of the start page.
 
+use super::target::circles;
 use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice};
 use boresight_guide::guidance::Plan;
 
@@ -55,7 +56,7 @@ pub fn camera(name: &str, mode: &str) -> String {
 }
 
 /// The kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS), each with its explanation.
-pub const KINDS: [(&str, &str); 3] = [
+pub const KINDS: [(&str, &str); 5] = [
     ("Checkerboard", "Dark and light squares, nothing else."),
     (
         "ChArUco",
@@ -65,6 +66,8 @@ pub const KINDS: [(&str, &str); 3] = [
         "AprilGrid",
         "Kalibr's board: tags with small dark squares at their corners. A part of it is enough.",
     ),
+    ("Circles", "Rows of circles below each other, dark on light or light on dark."),
+    ("Asymmetric circles", "Rows of circles, every second one shifted by half a step."),
 ];
 
 /// The chosen board, with the dictionary of its markers.
@@ -73,6 +76,9 @@ pub fn board([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> String
     match markers {
         None => format!("{squares}, {columns} × {rows} inner corners"),
         Some(MarkerChoice { tags: Some(_), .. }) => format!("{} × {} tags", columns / 2, rows / 2),
+        Some(MarkerChoice { circles: Some(layout), .. }) => {
+            format!("{} {columns} × {rows}", circles(layout))
+        }
         Some(MarkerChoice { dictionary, .. }) => format!("{squares}, {dictionary}"),
     }
 }
@@ -93,6 +99,15 @@ pub const SPACING_TIP: &str = "Between tags, as a share of their side: tagSpacin
 pub const FIRST_TAG: &str = "First tag";
 /// See [`FIRST_TAG`].
 pub const FIRST_TAG_TIP: &str = "Number of the tag in the lower left corner; 0 on most boards.";
+
+/// Before the counts of circles.
+pub const CIRCLES: &str = "Circles";
+/// See [`CIRCLES`].
+pub const CIRCLES_TIP: &str = "In a row, and rows.";
+/// Before the distance of rows of circles.
+pub const ROW_STEP: &str = "Rows apart";
+/// See [`ROW_STEP`].
+pub const ROW_STEP_TIP: &str = "From the centres of one row to those of the next, shifted or not: squareSize in OpenCV. Measure it over the whole board.";
 
 /// Before the counts of a ChArUco board.
 pub const SQUARES: &str = "Squares";

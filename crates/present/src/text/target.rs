@@ -3,7 +3,7 @@
 use crate::target::{DoesNotFit, LINES, Plan};
 use boresight_geometry::{
     board::Checkerboard,
-    markers::{Markers, Tags},
+    markers::{CircleRows, Markers, Tags},
 };
 
 /// The board that a code in its margin names.
@@ -47,6 +47,9 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
                 rows / 2,
                 millimetres(plan.square_mm * spacing)
             ),
+            (_, Some(Markers { circles: Some(layout), .. })) => {
+                format!("{} {columns}x{rows}, rows {square} apart", circles(*layout))
+            }
             (_, Some(markers)) => format!(
                 "ChArUco {}x{} squares of {square}, {}, markers {}",
                 columns + 1,
@@ -70,10 +73,11 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
 pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
     let tags = plan.markers.and_then(|markers| markers.tags);
+    let circles = plan.markers.and_then(|markers| markers.circles);
     let width = millimetres(plan.board_width_mm());
-    let (across, divisor) = match tags {
-        None => (format!("{} squares are", plan.columns + 1), f64::from(plan.columns + 1)),
-        Some(_) => (String::from("pattern is"), plan.board_width_mm() / plan.square_mm),
+    let (across, divisor) = match plan.markers.is_none_or(|markers| markers.are_in_squares()) {
+        true => (format!("{} squares are", plan.columns + 1), f64::from(plan.columns + 1)),
+        false => (String::from("pattern is"), plan.board_width_mm() / plan.square_mm),
     };
     let divisor = (1e6 * divisor).round() / 1e6;
     let measure = |again: &str| {
@@ -95,7 +99,11 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
         ]
     };
     if plan.white_mm() < 0.999 * plan.wanted_white_mm() {
-        let wanted = if tags.is_some() { "between tags" } else { "a square" };
+        let wanted = match (tags, circles) {
+            (Some(_), _) => "between tags",
+            (_, Some(_)) => "between rows",
+            _ => "a square",
+        };
         steps.push(format!(
             "The white margin is {} wide, narrower than {wanted}: keep the background light, and don't cover the squares with your fingers.",
             millimetres((10.0 * plan.white_mm()).floor() / 10.0)
@@ -116,6 +124,14 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
         ));
     }
     steps
+}
+
+/// What a grid of circles is called.
+pub(super) fn circles(rows: CircleRows) -> &'static str {
+    match rows {
+        CircleRows::Symmetric => "Circles",
+        CircleRows::Asymmetric => "Asymmetric circles",
+    }
 }
 
 /// Alternatives that fit.

@@ -18,7 +18,7 @@ use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     board::{Checkerboard, InvalidBoard},
     frame::ImageSize,
-    markers::{Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags},
+    markers::{CircleRows, Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags},
     target::{BoardChoice, millimetres},
 };
 use boresight_guide::{
@@ -80,6 +80,8 @@ pub struct BoardConfig {
     pub tag_spacing: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub first_tag: Option<u16>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub circles: Option<CircleRows>,
 }
 
 impl BoardConfig {
@@ -87,7 +89,7 @@ impl BoardConfig {
     #[must_use]
     pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
         let tags = markers.and_then(|markers| markers.tags);
-        let in_squares = markers.filter(|markers| markers.tags.is_none());
+        let in_squares = markers.filter(MarkerChoice::are_in_squares);
         Self {
             columns,
             rows,
@@ -95,12 +97,16 @@ impl BoardConfig {
             marker_mm: in_squares.and_then(|markers| markers.side_m).map(millimetres),
             tag_spacing: tags.map(|tags| tags.spacing),
             first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
+            circles: markers.and_then(|markers| markers.circles),
             ..self
         }
     }
 
-    /// The markers of a ChArUco board, or the tags of an AprilGrid.
+    /// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
     pub fn markers(&self) -> Option<MarkerChoice> {
+        if let Some(rows) = self.circles {
+            return Some(MarkerChoice::circles(rows));
+        }
         if let Some(spacing) = self.tag_spacing {
             let first = self.first_tag.unwrap_or(0);
             return Some(MarkerChoice::tags(Tags { spacing, first }));
@@ -109,7 +115,7 @@ impl BoardConfig {
         self.dictionary.map(|dictionary| MarkerChoice::in_squares(dictionary, side_m))
     }
 
-    /// The board as `--board` reads it: `9x6`, `charuco:8x11:DICT_4X4_50:15mm` or `aprilgrid:6x6`.
+    /// The board as `--board` reads it: `9x6`, `charuco:8x11:DICT_4X4_50:15mm`, `aprilgrid:6x6`, `circles:7x5`.
     pub fn argument(&self) -> String {
         let Self { columns, rows, .. } = *self;
         BoardChoice { columns, rows, markers: self.markers() }.to_string()
@@ -445,6 +451,11 @@ impl Config {
                 self.board.first_tag.is_none() || self.board.tag_spacing.is_some(),
                 "board.first_tag needs board.tag_spacing",
             ),
+            (
+                self.board.circles.is_none()
+                    || (self.board.dictionary.is_none() && self.board.tag_spacing.is_none()),
+                "board: circles have no dictionary and no tags",
+            ),
             (positive, "guidance: limits must be positive numbers"),
             (rest, "guidance: target_margin must be 0 to 0.4, hold_secs 0 to 60"),
             (views, "guidance: views need 2 <= min_views <= max_views <= 200"),
@@ -465,11 +476,15 @@ impl Config {
     pub fn board(&self) -> Result<Checkerboard, ConfigError> {
         let BoardConfig { columns, rows, square_mm, marker_mm, .. } = self.board;
         let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
-        let Some(MarkerChoice { dictionary, tags, .. }) = self.board.markers() else {
+        let Some(MarkerChoice { dictionary, tags, circles, .. }) = self.board.markers() else {
             return Ok(board);
         };
         let side_squares = marker_mm.map(|mm| mm / square_mm);
-        Ok(board.with_markers(Markers { tags, ..Markers::sized(dictionary, side_squares) })?)
+        Ok(board.with_markers(Markers {
+            tags,
+            circles,
+            ..Markers::sized(dictionary, side_squares)
+        })?)
     }
 
     /// The settings of the planner.

@@ -1,0 +1,405 @@
+//! Grids of circles: grown from ellipses, and placed on the board by their number.
+//!
+//! Nothing tells one circle from another, so a grid is named only if it is the whole board, or if what is missing can be
+//! nowhere else; and nothing like a circle follows it.
+
+use image::GrayImage;
+
+use super::{
+    circle_blobs::Blob,
+    lattice::{BESIDE, Lattice, Node},
+    missing::cut_off_by,
+    outcome::{Miss, Side},
+    placement::TURNS,
+    reduce::sample,
+    track::Expected,
+};
+use boresight_geometry::target::{Circles, Target};
+
+/// Distance of neighbours, in radii of the circle.
+const STEP_RADII: std::ops::Range<f32> = 2.04..9.0;
+/// The nearest ellipses that may be neighbours of a seed, and how many of the four must be there.
+const NEAREST: usize = 16;
+const LEAST_BESIDE: usize = 3;
+/// Ratio of the distances of nearest neighbours: those across a diagonal are 1.4 times as far.
+const EQUAL: f32 = 1.25;
+/// How far a neighbour may be from where it should, in steps.
+const OFF_STEPS: f32 = 0.3;
+/// Ratio of the squared areas of neighbouring ellipses.
+const ALIKE: std::ops::Range<f32> = 0.2..5.0;
+/// Seeds that are tried in a picture.
+const SEEDS: usize = 60;
+/// One circle in so many may be missing.
+const MISSING_SHARE: usize = 6;
+/// Shares of the way to the next circle, beyond the last, at which the picture is looked at: before and in its middle.
+const BEYOND: [f32; 2] = [Circles::GROUND as f32, 0.95];
+/// How far from the colour between circles is still that colour, as a share of the contrast.
+const SAME: f32 = 0.35;
+
+/// Grows grids from ellipses. Reuses its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CircleGrower {
+    taken: Vec<bool>,
+    /// Blobs of the grid, in the order in which they were added to the lattice.
+    members: Vec<usize>,
+    pub(super) lattice: Lattice,
+}
+
+impl CircleGrower {
+    /// Grows the largest grid of dark or light blobs, for a board whose grid is at most `longest` long.
+    pub(super) fn grow(&mut self, blobs: &[Blob], is_dark: bool, longest: usize) {
+        let mut best = Lattice::default();
+        best.clear(longest);
+        self.taken.clear();
+        self.taken.extend(blobs.iter().map(|blob| blob.is_dark != is_dark));
+        let mut seeds = 0;
+        for seed in 0..blobs.len() {
+            if self.taken[seed] || seeds == SEEDS {
+                continue;
+            }
+            self.lattice.clear(longest);
+            self.members.clear();
+            if !self.start(blobs, seed) {
+                continue;
+            }
+            seeds += 1;
+            while self.extend(blobs) {}
+            for &member in &self.members {
+                self.taken[member] = true;
+            }
+            if self.lattice.len() > best.len() {
+                std::mem::swap(&mut best, &mut self.lattice);
+            }
+        }
+        self.lattice = best;
+    }
+
+    fn insert(&mut self, node: Node, blobs: &[Blob], index: usize) {
+        if self.lattice.insert(node, blobs[index].at) {
+            self.members.push(index);
+        }
+    }
+
+    /// Starts with a blob that has neighbours on at least three sides, at equal distances in its own radii.
+    fn start(&mut self, blobs: &[Blob], seed: usize) -> bool {
+        let blob = blobs[seed];
+        let determinant = blob.determinant();
+        let mut near: Vec<(f32, [f32; 2], usize)> = Vec::new();
+        // No ellipse further away is within the radii.
+        let reach = STEP_RADII.end * (blob.shape[0] + blob.shape[2]).sqrt();
+        for (index, other) in blobs.iter().enumerate() {
+            let [dx, dy] = [0, 1].map(|k: usize| other.at[k] - blob.at[k]);
+            let is_far = dx * dx + dy * dy > reach * reach;
+            let is_alike = || ALIKE.contains(&(other.determinant() / determinant));
+            if is_far || self.taken[index] || !is_alike() {
+                continue;
+            }
+            let at = blob.radii_to(other.at);
+            let radii = libm::hypotf(at[0], at[1]);
+            if STEP_RADII.contains(&radii) {
+                near.push((radii, at, index));
+            }
+        }
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        near.truncate(NEAREST);
+        let nearest = near.first().map_or(0.0, |it| it.0);
+        near.iter().take_while(|it| it.0 < EQUAL * nearest).any(|(radii, first, _)| {
+            let [x, y] = *first;
+            // Clockwise on the screen, as the map to a circle keeps the sense of rotation.
+            let wanted = [[x, y], [-y, x], [-x, -y], [y, -x]];
+            let found = wanted.map(|to| {
+                let off = |at: &[f32; 2]| libm::hypotf(at[0] - to[0], at[1] - to[1]);
+                let nearest = near.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+                nearest.filter(|it| off(&it.1) < OFF_STEPS * radii).map(|it| it.2)
+            });
+            let is_start = found.iter().flatten().count() >= LEAST_BESIDE;
+            if is_start {
+                self.insert((0, 0), blobs, seed);
+                let nodes = [(1, 0), (0, 1), (-1, 0), (0, -1)];
+                for (node, index) in nodes.into_iter().zip(found) {
+                    if let Some(index) = index {
+                        self.insert(node, blobs, index);
+                    }
+                }
+            }
+            is_start
+        })
+    }
+
+    /// Adds the blobs that lie beside members; `false` if there are none.
+    fn extend(&mut self, blobs: &[Blob]) -> bool {
+        let beside = |(i, j): &Node| BESIDE.map(|(di, dj)| (i + di, j + dj));
+        let mut frontier: Vec<Node> = self.lattice.nodes().iter().flat_map(beside).collect();
+        frontier.sort_unstable();
+        frontier.dedup();
+        let mut added: Vec<(Node, usize)> = Vec::new();
+        for node in frontier {
+            if self.lattice.contains(node) {
+                continue;
+            }
+            let Some((guess, side)) = self.lattice.predict(node) else { continue };
+            let next_to = BESIDE.iter().find_map(|(di, dj)| {
+                self.lattice.order((node.0 + di, node.1 + dj)).map(|order| self.members[order])
+            });
+            let Some(beside) = next_to.map(|index| blobs[index]) else { continue };
+            let off2 = |index: usize| {
+                let [dx, dy] = [0, 1].map(|k: usize| blobs[index].at[k] - guess[k]);
+                dx * dx + dy * dy
+            };
+            let most2 = (OFF_STEPS * side).powi(2);
+            let is_alike = |blob: &Blob| {
+                blob.is_dark == beside.is_dark
+                    && ALIKE.contains(&(blob.determinant() / beside.determinant()))
+            };
+            let nearest = (0..blobs.len())
+                .filter(|&index| off2(index) < most2 && is_alike(&blobs[index]))
+                .min_by(|a, b| off2(*a).total_cmp(&off2(*b)));
+            if let Some(index) = nearest.filter(|index| {
+                !self.members.contains(index) && !added.iter().any(|(_, other)| other == index)
+            }) {
+                added.push((node, index));
+            }
+        }
+        let before = self.members.len();
+        for (node, index) in added {
+            self.insert(node, blobs, index);
+        }
+        self.members.len() > before
+    }
+}
+
+/// A circle's place on the lattice of nearest neighbours, which lies diagonally where every second row is shifted.
+fn node_of([x, y]: [i32; 2], circles: &Circles) -> [i32; 2] {
+    if circles.step() == 1 { [x, y] } else { [(x + y).div_euclid(2), (y - x).div_euclid(2)] }
+}
+
+/// The inverse of [`node_of`].
+fn place_of([i, j]: [i32; 2], circles: &Circles) -> [i32; 2] {
+    if circles.step() == 1 { [i, j] } else { [i - j, i + j] }
+}
+
+/// Longest side of the lattice of a board.
+pub(super) fn longest(circles: &Circles) -> usize {
+    let [across, down] = circles.reach();
+    if circles.step() == 1 { across.max(down) + 1 } else { (across + down) / 2 + 1 }
+}
+
+/// A way to lay the board on the lattice: node = turn · node of the board + shift.
+#[derive(Clone, Copy)]
+struct Way {
+    turn: [[i32; 2]; 2],
+    shift: [i32; 2],
+}
+
+impl Way {
+    fn node(&self, at: [i32; 2]) -> Node {
+        let [i, j] = std::array::from_fn(|k| {
+            self.turn[k][0] * at[0] + self.turn[k][1] * at[1] + self.shift[k]
+        });
+        (i, j)
+    }
+}
+
+/// Writes where the board's circles are to `into`, row by row; `None` for the few that aren't seen.
+///
+/// # Errors
+///
+/// [`Miss`] if the grid isn't the board, or doesn't tell where on the board it lies.
+pub(super) fn place_circles(
+    picture: &GrayImage,
+    lattice: &Lattice,
+    circles: &Circles,
+    expected: &Expected,
+    into: &mut Vec<Option<[f32; 2]>>,
+) -> Result<(), Miss> {
+    let wanted = circles.point_count();
+    let found = lattice.len();
+    let partial = |found: usize| Miss::PartialBoard {
+        found: found.min(wanted),
+        wanted,
+        cut_off_by: cut_off_by(picture, lattice),
+    };
+    let Some((low, high)) = lattice.extent() else { return Err(Miss::NoBoard) };
+    let at = |index: usize| circles.at(index).map(|at| at as i32);
+    let nodes: Vec<[i32; 2]> = (0..wanted).map(|index| node_of(at(index), circles)).collect();
+    let mut ways: Vec<Way> = Vec::new();
+    for turn in TURNS {
+        let turned = |at: &[i32; 2]| Way { turn, shift: [0, 0] }.node(*at);
+        let start = turned(&nodes[0]);
+        let ends = nodes.iter().map(turned).fold((start, start), |(low, high), (i, j)| {
+            ((low.0.min(i), low.1.min(j)), (high.0.max(i), high.1.max(j)))
+        });
+        // All shifts that put the grid inside the board's extent.
+        for i in high.0 - ends.1.0..=low.0 - ends.0.0 {
+            for j in high.1 - ends.1.1..=low.1 - ends.0.1 {
+                let way = Way { turn, shift: [i, j] };
+                let seen = nodes.iter().filter(|at| lattice.contains(way.node(**at))).count();
+                if seen == found {
+                    ways.push(way);
+                }
+            }
+        }
+    }
+    if ways.is_empty() {
+        return Err(other_board(lattice, circles).unwrap_or(partial(found)));
+    }
+    // Turns that map the board to itself are all there, and no others.
+    let symmetries = match (circles.looks_the_same_upside_down(), circles.grid()) {
+        (false, _) => 1,
+        (true, [columns, rows]) if circles.step() == 1 && columns == rows => 4,
+        (true, _) => 2,
+    };
+    if found * MISSING_SHARE < wanted * (MISSING_SHARE - 1) || ways.len() != symmetries {
+        return Err(partial(found));
+    }
+    // The first circle is where it was, or the one nearest to the top left.
+    let first = |way: &Way| {
+        let off = |index: usize| {
+            let (x, y) = way.node(nodes[index]);
+            let at = lattice.get((x, y));
+            match (expected.corners.get(index), at) {
+                (Some(to), Some([x, y])) => libm::hypotf(x - to[0], y - to[1]),
+                (None, Some([x, y])) if index == 0 => x + y,
+                _ => 0.0,
+            }
+        };
+        (0..wanted).map(off).sum::<f32>()
+    };
+    let Some(way) = ways.iter().min_by(|a, b| first(a).total_cmp(&first(b))) else {
+        return Err(Miss::NoBoard);
+    };
+    // A board that was seen whole may come nearer to the edge of the picture.
+    let is_followed = !expected.corners.is_empty() && is_near(lattice, way, &nodes, expected);
+    let needs = (found < wanted, !is_followed);
+    check_ends(picture, lattice, circles, way, needs).map_err(|side| match side {
+        Some(side) => Miss::PartialBoard { found, wanted, cut_off_by: Some(side) },
+        None => partial(found),
+    })?;
+    into.clear();
+    into.extend(nodes.iter().map(|at| lattice.get(way.node(*at))));
+    Ok(())
+}
+
+/// Whether the circles are where they were expected, to a third of the distance to their neighbours.
+fn is_near(lattice: &Lattice, way: &Way, nodes: &[[i32; 2]], expected: &Expected) -> bool {
+    let off_steps = |(at, to): (&[i32; 2], &[f32; 2])| {
+        let here = lattice.get(way.node(*at))?;
+        let beside =
+            BESIDE.iter().filter_map(|(di, dj)| lattice.get(way.node([at[0] + di, at[1] + dj])));
+        let apart =
+            |one: [f32; 2], other: &[f32; 2]| libm::hypotf(one[0] - other[0], one[1] - other[1]);
+        let step = beside.map(|other| apart(other, &here)).min_by(f32::total_cmp)?;
+        Some(apart(here, to) / step)
+    };
+    let off = || nodes.iter().zip(&expected.corners).filter_map(off_steps);
+    3.0 * off().sum::<f32>() < off().count() as f32
+}
+
+/// The board of another size that a grid without gaps is.
+fn other_board(lattice: &Lattice, circles: &Circles) -> Option<Miss> {
+    let places = || lattice.nodes().iter().map(|&(i, j)| place_of([i, j], circles));
+    let ends = |axis: usize| {
+        Some((places().map(|at| at[axis]).min()?, places().map(|at| at[axis]).max()?))
+    };
+    let ((left, right), (top, bottom)) = (ends(0)?, ends(1)?);
+    let [across, down] = [right - left + 1, bottom - top + 1];
+    let (columns, rows) = match circles.step() {
+        1 => (across.max(down), across.min(down)),
+        _ if across > down => (down / 2, across),
+        _ => (across / 2, down),
+    };
+    let is_whole = lattice.len() as i32 == columns * rows;
+    let (columns, rows) = (columns as usize, rows as usize);
+    (is_whole && columns >= 3 && rows >= 3).then_some(Miss::OtherBoard { columns, rows })
+}
+
+/// Checks that nothing like a circle follows the board on any side, and, if circles are missing, that the ground is seen
+/// there, and that the edge of the picture leaves room to see that. Otherwise the side that cuts the board off, if it's that.
+fn check_ends(
+    picture: &GrayImage,
+    lattice: &Lattice,
+    circles: &Circles,
+    way: &Way,
+    (needs_ground, needs_room): (bool, bool),
+) -> Result<(), Option<Side>> {
+    let [across, down] = circles.reach().map(|reach| reach as i32);
+    // By side of the board: places beyond it, those outside of the picture, and those on the ground.
+    let mut sides = [[0_usize; 3]; 4];
+    // Those that have a circle's colour behind ground, with that of the ground.
+    let mut alike: [Vec<([f32; 2], f32, f32)>; 4] = Default::default();
+    let mut outside = [[0.0_f32; 2]; 4];
+    let inside = |[x, y]: [f32; 2]| {
+        (0.0..picture.width() as f32 - 1.0).contains(&x)
+            && (0.0..picture.height() as f32 - 1.0).contains(&y)
+    };
+    for index in 0..circles.point_count() {
+        let board_node = node_of(circles.at(index).map(|at| at as i32), circles);
+        let node = way.node(board_node);
+        let Some(here) = lattice.get(node) else { continue };
+        for (di, dj) in BESIDE {
+            let next_board = [board_node[0] + di, board_node[1] + dj];
+            let [x, y] = place_of(next_board, circles);
+            let side = match (x, y) {
+                (_, y) if y < 0 => 0,
+                (_, y) if y > down => 1,
+                (x, _) if x < 0 => 2,
+                (x, _) if x > across => 3,
+                _ => continue,
+            };
+            let next = way.node(next_board);
+            let back = (2 * node.0 - next.0, 2 * node.1 - next.1);
+            let Some(inner) = lattice.get(back) else { continue };
+            let beyond = match lattice.predict(next) {
+                Some((guess, _)) => guess,
+                None => std::array::from_fn(|k| 2.0 * here[k] - inner[k]),
+            };
+            let along = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
+                std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
+            };
+            let level = |[x, y]: [f32; 2]| sample(picture, x, y);
+            let (disc, ground) = (level(here), level(along(here, inner, 0.5)));
+            let contrast = ground - disc;
+            sides[side][0] += 1;
+            let places = BEYOND.map(|share| along(here, beyond, share));
+            if !inside(places[0]) {
+                sides[side][1] += 1;
+                for k in 0..2 {
+                    outside[side][k] += places[0][k];
+                }
+                continue;
+            }
+            let is = |at: [f32; 2], wanted: f32| (level(at) - wanted).abs() < SAME * contrast.abs();
+            let is_ground = |at: [f32; 2]| is(at, ground);
+            sides[side][2] +=
+                usize::from(places.into_iter().filter(|at| inside(*at)).all(is_ground));
+            if is(places[1], disc) && is_ground(along(here, beyond, 0.5)) {
+                alike[side].push((beyond, ground, SAME * contrast.abs()));
+            }
+        }
+    }
+    for (([all, cut, ground], sum), alike) in sides.into_iter().zip(outside).zip(alike) {
+        if needs_room && 2 * cut > all {
+            let [x, y] = sum.map(|sum| sum / cut as f32);
+            let (width, height) = (picture.width() as f32, picture.height() as f32);
+            let ends = [
+                (-x, Side::Left),
+                (x - width, Side::Right),
+                (-y, Side::Top),
+                (y - height, Side::Bottom),
+            ];
+            let furthest = ends.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+            return Err(furthest.map(|(_, side)| side));
+        }
+        // Between circles there would be ground, too.
+        let are_apart = |pair: &&[([f32; 2], f32, f32)]| {
+            let [(one, ground, same), (other, ..)] = pair else { return false };
+            let [x, y] = std::array::from_fn(|k| 0.5 * (one[k] + other[k]));
+            (sample(picture, x, y) - ground).abs() < *same
+        };
+        let like = alike.windows(2).filter(are_apart).count();
+        if 3 * like > all || (needs_ground && 3 * ground < all) {
+            return Err(None);
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,333 @@
+//! Finds a grid of circles: the centres of the circles in the picture, which aren't those of the ellipses.
+//!
+//! The picture of a circle is an ellipse, but its centre isn't the picture of the circle's: perspective moves it away by some
+//! tenths of a pixel. The map from the board to the picture tells by how much. It is the homography through all centres, with
+//! a cubic surface through what the lens leaves of them.
+
+use image::GrayImage;
+use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
+
+use super::{
+    circle_blobs::{Blob, BlobFinder, TILES_PX},
+    circle_grid::{CircleGrower, longest, place_circles},
+    disc_model::{self, DiscFit, Pixels},
+    outcome::{Detection, Miss, Quality},
+    params::DetectorParams,
+    reduce::Halved,
+    track::Expected,
+};
+use boresight_geometry::{Corner, Homography, board::Checkerboard, expect_unseen, target::Circles};
+
+/// Most ellipses of a picture that are looked at.
+const MOST_BLOBS: usize = 3000;
+/// Fewest circles, and one in so many of a board that may fail to be fitted.
+const LEAST_CIRCLES: usize = 9;
+const LOST_SHARE: usize = 8;
+/// How much an ellipse may differ from the picture of the circle, as a share of its axes: it's covered, or something else.
+const UNLIKE: f64 = 0.3;
+/// Largest fourth harmonic of the outlines, in radii: that of squares is 0.15.
+const MOST_SQUARE: f64 = 0.05;
+/// Rounds in which the map and the centres are made to agree.
+const ROUNDS: usize = 3;
+/// Coefficients of a cubic surface, and what is added to the sums of their squares, so that few circles give a flat one.
+const TERMS: usize = 10;
+const LEAST_SQUARES: f64 = 1e-6;
+/// Points on a circle.
+const OUTLINE: usize = 16;
+
+/// Finds circles. Reuses its buffers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CircleSearch {
+    finder: BlobFinder,
+    blobs: Vec<Blob>,
+    grower: CircleGrower,
+    corners: Vec<Option<[f32; 2]>>,
+    pixels: Pixels,
+}
+
+impl CircleSearch {
+    /// Finds the board in `image` by way of `picture`, which is the image, `halved`.
+    ///
+    /// # Errors
+    ///
+    /// [`Miss`] without the board.
+    pub(super) fn find(
+        &mut self,
+        (image, picture, halved): (&GrayImage, &GrayImage, Halved),
+        (board, circles): (&Checkerboard, &Circles),
+        expected: &Expected,
+        params: &DetectorParams,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Detection, Miss> {
+        let mut best_miss = Miss::NoBoard;
+        for tile_px in TILES_PX {
+            if !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            self.finder.find(picture, tile_px, &mut self.blobs);
+            self.blobs.truncate(MOST_BLOBS);
+            for is_dark in [true, false] {
+                self.grower.grow(&self.blobs, is_dark, longest(circles));
+                if self.grower.lattice.len() < LEAST_CIRCLES {
+                    continue;
+                }
+                if !keep_on() {
+                    return Err(Miss::OutOfTime);
+                }
+                let lattice = &self.grower.lattice;
+                let placed = place_circles(picture, lattice, circles, expected, &mut self.corners);
+                match placed.and_then(|()| self.refine(image, halved, board, params, keep_on)) {
+                    Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
+                    Err(miss) => best_miss = best_miss.or_closer(miss),
+                    Ok(detection) => return Ok(detection),
+                }
+            }
+        }
+        Err(best_miss)
+    }
+
+    /// The ellipse and the distance of its nearest neighbour in radii at a place of the grid.
+    fn start(&self, at: [f32; 2]) -> Option<(&Blob, f32)> {
+        let blob = self.blobs.iter().find(|blob| blob.at == at)?;
+        let nearest = self.corners.iter().flatten().filter(|other| **other != at).map(|other| {
+            let [x, y] = blob.radii_to(*other);
+            libm::hypotf(x, y)
+        });
+        Some((blob, nearest.min_by(f32::total_cmp)?))
+    }
+
+    fn refine(
+        &mut self,
+        image: &GrayImage,
+        halved: Halved,
+        board: &Checkerboard,
+        params: &DetectorParams,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Detection, Miss> {
+        let (columns, wanted) = (board.columns(), board.corner_count());
+        let tried = self.corners.iter().flatten().count();
+        let mut fits: Vec<Option<DiscFit>> = Vec::with_capacity(wanted);
+        for index in 0..wanted {
+            if index % columns == 0 && !keep_on() {
+                return Err(Miss::OutOfTime);
+            }
+            let fit = self.corners[index].and_then(|at| {
+                let (blob, step) = self.start(at)?;
+                let [a, b, c] = blob.to_circle().map(|it| f64::from(it) / halved.scale);
+                let to_circle = Matrix2::new(a, 0.0, b, c);
+                let start_px = halved.full_px(at);
+                disc_model::fit(image, start_px, &to_circle, f64::from(step), &mut self.pixels)
+            });
+            fits.push(fit.filter(|fit| fit.residual < params.max_residual));
+        }
+        let partial = |found: usize| Miss::PartialBoard { found, wanted, cut_off_by: None };
+        let is_enough =
+            |found: usize| found >= LEAST_CIRCLES && LOST_SHARE * (tried - found) <= tried;
+        let points_m = board.corners_in_board_m();
+        // Circles that are covered in part are found by their shape, which the others tell.
+        let mut centres = Vec::new();
+        for _ in 0..2 {
+            let found = fits.iter().flatten().count();
+            if !is_enough(found) {
+                return Err(partial(found));
+            }
+            centres = true_centres(&points_m, board.measured_m(), &fits).ok_or(Miss::NoBoard)?;
+            for (fit, centre) in fits.iter_mut().zip(&centres) {
+                let is_like = |fit: &DiscFit| {
+                    let turned = fit.to_circle() * centre.px_from_circle;
+                    (turned.transpose() * turned - Matrix2::identity()).amax() < UNLIKE
+                };
+                *fit = fit.take().filter(is_like);
+            }
+        }
+        let found = fits.iter().flatten().count();
+        if !is_enough(found) {
+            return Err(partial(found));
+        }
+        let [along, all] =
+            fits.iter().zip(&centres).fold([0.0, 1e-9], |[along, all], (fit, centre)| {
+                let inverse = centre.px_from_circle.try_inverse();
+                let sums = fit.as_ref().zip(inverse);
+                let [one, other] = sums.map_or([0.0; 2], |(fit, map)| {
+                    fit.fourth_harmonic(image, &map, &mut self.pixels)
+                });
+                [along + one, all + other]
+            });
+        if (along / all).abs() > MOST_SQUARE {
+            return Err(Miss::NoBoard);
+        }
+        let median = |of: &dyn Fn(&DiscFit) -> f64| {
+            let mut all: Vec<f64> = fits.iter().flatten().map(of).collect();
+            all.sort_unstable_by(f64::total_cmp);
+            all.get(all.len() / 2).copied().unwrap_or_default()
+        };
+        let noise = median(&|fit| fit.noise);
+        let blur_px = median(&DiscFit::blur_px);
+        let contrast = median(&|fit| fit.step().abs());
+        if blur_px > params.max_blur_px {
+            return Err(Miss::Blurred { blur_px, limit_px: params.max_blur_px });
+        }
+        if contrast < params.min_contrast {
+            return Err(Miss::LowContrast { contrast, needed: params.min_contrast });
+        }
+        let lit = fits.iter().flatten().filter(|fit| fit.light() >= 252.0).count();
+        let mut corners: Vec<Corner> = Vec::with_capacity(wanted);
+        corners.extend(fits.iter().zip(&centres).map(|(fit, centre)| match fit {
+            None => Corner::unseen(Point2::new(f64::NAN, f64::NAN)),
+            Some(fit) => {
+                let fit = fit.with_least_noise(noise);
+                Corner::new(fit.centre.px - centre.bias_px, fit.centre.covariance_px2)
+            }
+        }));
+        expect_unseen(&points_m, &mut corners);
+        if corners.iter().any(|corner| !corner.px.x.is_finite()) {
+            return Err(partial(found));
+        }
+        corners.iter_mut().for_each(|corner| *corner = corner.in_few_digits());
+        let glare = lit as f64 / found as f64;
+        Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px: 0.0 } })
+    }
+}
+
+/// What the map around a circle makes of it.
+#[derive(Clone, Copy, Debug)]
+struct Centre {
+    /// The ellipse's centre minus the picture of the circle's.
+    bias_px: Vector2<f64>,
+    /// Maps offsets in radii of the circle to pixels.
+    px_from_circle: Matrix2<f64>,
+}
+
+/// What the map from the board to the picture through the fits makes of each circle. The circles' radius is the one that
+/// fits the ellipses' areas best. `None` if no map goes through them.
+fn true_centres(
+    points_m: &[Point2<f64>],
+    pitch_m: f64,
+    fits: &[Option<DiscFit>],
+) -> Option<Vec<Centre>> {
+    let mut centres =
+        vec![Centre { bias_px: Vector2::zeros(), px_from_circle: Matrix2::identity() }; fits.len()];
+    let mut radius_m = 0.25 * pitch_m;
+    for _ in 0..ROUNDS {
+        let pairs: Vec<(Point2<f64>, Point2<f64>)> = fits
+            .iter()
+            .enumerate()
+            .filter_map(|(index, fit)| {
+                Some((points_m[index], fit.as_ref()?.centre.px - centres[index].bias_px))
+            })
+            .collect();
+        let plane = Homography::fit_unweighted(pairs.iter().copied()).ok()?;
+        // The picture's own origin may lie beyond the horizon of the board.
+        let board_from_image = plane.image_from_board().try_inverse()?;
+        // What the lens leaves, in distances of rows on the board.
+        let left: Vec<(Vector2<f64>, Vector2<f64>)> = pairs
+            .iter()
+            .map(|(point, px)| {
+                let back = board_from_image * px.to_homogeneous();
+                (point.coords / pitch_m, (back.xy() / back.z - point.coords) / pitch_m)
+            })
+            .collect();
+        let surface = Surface::through(&left);
+        let mut radii = Vec::with_capacity(pairs.len());
+        for (index, fit) in fits.iter().enumerate() {
+            let map = |at: Vector2<f64>| {
+                let place = points_m[index] + at;
+                plane.map(&(place + surface.at(place.coords / pitch_m) * pitch_m))
+            };
+            let centre = centre_of(&|at| map(at * radius_m))?;
+            if let Some(fit) = fit {
+                let area = (fit.to_circle() * centre.px_from_circle).determinant().abs();
+                radii.push(radius_m / area.sqrt());
+            }
+            centres[index] = centre;
+        }
+        radii.sort_unstable_by(f64::total_cmp);
+        radius_m = *radii.get(radii.len() / 2)?;
+    }
+    Some(centres)
+}
+
+/// A cubic surface through what the lens leaves of the places on the board, in distances of rows.
+struct Surface {
+    coefficients: [SVector<f64, TERMS>; 2],
+    /// Distances of rows in which the board's middle is far from its ends.
+    reach: f64,
+}
+
+impl Surface {
+    fn terms(at: Vector2<f64>) -> SVector<f64, TERMS> {
+        let (x, y) = (at.x, at.y);
+        let (xx, xy, yy) = (x * x, x * y, y * y);
+        SVector::from([1.0, x, y, xx, xy, yy, xx * x, xx * y, x * yy, yy * y])
+    }
+
+    fn through(left: &[(Vector2<f64>, Vector2<f64>)]) -> Self {
+        let reach = left.iter().fold(1.0, |most: f64, (at, _)| most.max(at.amax()));
+        let mut squares = SMatrix::<f64, TERMS, TERMS>::identity() * LEAST_SQUARES;
+        let mut pull = [SVector::<f64, TERMS>::zeros(); 2];
+        for (at, off) in left {
+            let terms = Self::terms(at / reach);
+            squares += terms * terms.transpose();
+            pull[0] += terms * off.x;
+            pull[1] += terms * off.y;
+        }
+        let solved = squares.cholesky();
+        let none = SVector::zeros();
+        let coefficients =
+            pull.map(|pull| solved.as_ref().map_or(none, |squares| squares.solve(&pull)));
+        Self { coefficients, reach }
+    }
+
+    fn at(&self, at: Vector2<f64>) -> Vector2<f64> {
+        let terms = Self::terms(at / self.reach);
+        Vector2::new(self.coefficients[0].dot(&terms), self.coefficients[1].dot(&terms))
+    }
+}
+
+/// What `map`, from offsets in radii to pixels, makes of a circle: an outline that moves by the first harmonic of its
+/// displacement along the normal, in the coordinates in which it's a circle.
+fn centre_of(map: &dyn Fn(Vector2<f64>) -> Option<Point2<f64>>) -> Option<Centre> {
+    let middle = map(Vector2::zeros())?;
+    let mut outline = [(Vector2::zeros(), Vector2::zeros()); OUTLINE];
+    let mut px_from_circle = Matrix2::zeros();
+    for (k, (way, off)) in outline.iter_mut().enumerate() {
+        let (sine, cosine) = libm::sincos(std::f64::consts::TAU * k as f64 / OUTLINE as f64);
+        *way = Vector2::new(cosine, sine);
+        *off = map(*way)? - middle;
+        px_from_circle += *off * way.transpose() * (2.0 / OUTLINE as f64);
+    }
+    let inverse = px_from_circle.try_inverse()?;
+    let moved = outline.iter().fold(Vector2::zeros(), |sum: Vector2<f64>, (way, off)| {
+        sum + way * ((inverse * off).dot(way) * 2.0 / OUTLINE as f64)
+    });
+    Some(Centre { bias_px: px_from_circle * moved, px_from_circle })
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::*;
+
+    /// The pole of the vanishing line is the picture of the centre: of a circle seen at 60 degrees.
+    #[test]
+    fn the_centre_of_an_ellipse_is_off_as_its_conic_says() {
+        let h = Matrix3::new(400.0, 30.0, 300.0, 20.0, 210.0, 200.0, 0.1, 0.3, 1.0);
+        let radius = 0.2;
+        let plane = Homography::from_matrix(&h).expect("a map");
+        let centre =
+            centre_of(&|at| plane.map(&Point2::from(at * radius))).expect("in front of the camera");
+        let back = h.try_inverse().expect("a map");
+        let circle = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -radius * radius));
+        let conic = back.transpose() * circle * back;
+        let middle = conic.try_inverse().expect("an ellipse") * Vector3::z();
+        let middle = Vector2::new(middle.x, middle.y) / middle.z;
+        let truth = plane.map(&Point2::origin()).expect("in front").coords;
+        let off_px = (middle - truth - centre.bias_px).norm();
+        assert!(
+            (middle - truth).norm() > 1.0 && off_px < 0.03,
+            "{off_px} of {}",
+            (middle - truth).norm()
+        );
+    }
+}

@@ -1,0 +1,331 @@
+//! Fits a blurred ellipse to the full-size picture around a circle.
+//!
+//! ```text
+//! I(v) = (b + a erf(d/s)) (1 + g·v),   d = (ρ − 1)/|∇ρ|,   ρ = |M v|
+//! ```
+//! `v`: offset from the ellipse's centre; `d`: distance from its outline, to first order; ten parameters: centre, three of the
+//! triangular `M`, log of the blur `s`, contrast `a` (positive if the ellipse is dark), mean `b`, gradient of the light.
+//! The model is even about the centre but for the gradient. So what's even of the residuals (halos, the blur of a disc,
+//! an outline more bent than the blur is wide) can't move the centre, and only the odd part counts in its covariance.
+
+use image::GrayImage;
+use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
+
+use super::{erf::erf, reduce::sample};
+use boresight_geometry::{
+    Corner,
+    least_squares::{Limits, Linearised, Minimum, Problem, minimise},
+};
+
+const PARAMETERS: usize = 10;
+type Vector = SVector<f64, PARAMETERS>;
+
+const LIMITS: Limits =
+    Limits { rounds: 25, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-7 };
+/// Limits of `ln s`.
+const LOG_BLUR: (f64, f64) = (-1.05, 2.3);
+/// How far around the ellipse the picture is looked at: in its radii, where neighbours are near; and in pixels.
+const REACH_STEPS: f64 = 0.5;
+const REACH_RADII: f64 = 1.9;
+const LEAST_BAND_PX: f64 = 3.0;
+const LEAST_PIXELS: usize = 30;
+/// Pixels that are looked at away from the outline, about.
+const PLAIN_PIXELS: f64 = 200.0;
+/// Floor of the stated error: pixels integrate over their area, and printed circles are imperfect.
+const SIGMA_FLOOR_PX: f64 = 0.004;
+/// Variance of a grey level that's rounded to a whole number.
+const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
+
+/// A fitted ellipse.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DiscFit {
+    /// The ellipse's centre, which isn't the picture of the circle's.
+    pub(super) centre: Corner,
+    at: Vector,
+    /// Variance in squared grey levels of white noise that moves the centre as much as the residuals do.
+    pub(super) noise: f64,
+    /// Root mean square residual as a fraction of the contrast.
+    pub(super) residual: f64,
+}
+
+impl DiscFit {
+    /// The map of offsets in which the ellipse is a circle of radius 1.
+    pub(super) fn to_circle(self) -> Matrix2<f64> {
+        Matrix2::new(self.at[2], self.at[3], 0.0, self.at[4])
+    }
+
+    pub(super) fn blur_px(&self) -> f64 {
+        libm::exp(self.at[5]) / std::f64::consts::SQRT_2
+    }
+
+    /// Half the brightness step in grey levels, positive for a dark ellipse.
+    pub(super) fn step(&self) -> f64 {
+        self.at[6]
+    }
+
+    /// Brightness of the lighter side in grey levels.
+    pub(super) fn light(&self) -> f64 {
+        self.at[7] + self.at[6].abs()
+    }
+
+    /// With noise of at least this variance: a few hundred pixels tell theirs to a tenth only.
+    pub(super) fn with_least_noise(mut self, least: f64) -> Self {
+        let floor = floor_px2();
+        let wider = (least / self.noise).max(1.0);
+        self.centre.covariance_px2 = (self.centre.covariance_px2 - floor) * wider + floor;
+        self
+    }
+
+    /// Sums over the pixels near the outline of the product of the residual, as a displacement of the outline in radii, with
+    /// the fourth harmonic of the angle on the board, and of that harmonic's square: a square has one, a circle none.
+    pub(super) fn fourth_harmonic(
+        &self,
+        image: &GrayImage,
+        circle_from_px: &Matrix2<f64>,
+        scratch: &mut Pixels,
+    ) -> [f64; 2] {
+        let centre = self.centre.px;
+        scratch.gather(image, [centre.x, centre.y], &self.to_circle(), REACH_RADII);
+        let mut sums = [0.0; 2];
+        for (v, value) in scratch.each(&self.at) {
+            let Some(model) = Model::at(&self.at, v) else { continue };
+            let on_board = circle_from_px * v;
+            let angle_rad = libm::atan2(on_board.y, on_board.x);
+            // Change of the brightness if the outline moves outwards by a radius.
+            let weight = -model.by_d / model.slope;
+            let harmonic = weight * libm::cos(4.0 * angle_rad);
+            sums[0] += (value - model.value) * harmonic;
+            sums[1] += harmonic * harmonic;
+        }
+        sums
+    }
+}
+
+fn floor_px2() -> Matrix2<f64> {
+    Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX)
+}
+
+/// Pixels around an ellipse.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pixels {
+    centre: [i32; 2],
+    /// Column and row from the centre, and brightness.
+    pixels: Vec<[f32; 3]>,
+}
+
+impl Pixels {
+    /// All pixels near the outline, and some inside and outside, up to `reach` radii.
+    fn gather(&mut self, image: &GrayImage, at: [f64; 2], to_circle: &Matrix2<f64>, reach: f64) {
+        self.centre = at.map(|at| libm::round(at) as i32);
+        self.pixels.clear();
+        let (width, height) = (image.width() as i32, image.height() as i32);
+        let Some(inverse) = to_circle.try_inverse() else { return };
+        let shape = inverse * inverse.transpose();
+        let half_px = [shape[(0, 0)], shape[(1, 1)]].map(|it| reach * it.sqrt() + 1.0);
+        let half = half_px.map(|it| libm::ceil(it).min(400.0) as i32);
+        let area_px2 = 4.0 * half_px[0] * half_px[1];
+        let thin = libm::round((area_px2 / PLAIN_PIXELS).sqrt()).max(1.0) as i32;
+        for dy in (-half[1]).max(-self.centre[1])..=half[1].min(height - 1 - self.centre[1]) {
+            let row = (self.centre[1] + dy) as usize * width as usize;
+            for dx in (-half[0]).max(-self.centre[0])..=half[0].min(width - 1 - self.centre[0]) {
+                let v = Vector2::new(
+                    f64::from(self.centre[0] + dx) - at[0],
+                    f64::from(self.centre[1] + dy) - at[1],
+                );
+                let across = to_circle * v;
+                let rho = across.norm();
+                let slope = (to_circle.transpose() * across).norm() / rho.max(1e-9);
+                let is_plain = dx % thin == 0 && dy % thin == 0;
+                let is_near = (rho - 1.0).abs() < LEAST_BAND_PX * slope;
+                if rho < reach && (is_plain || is_near) {
+                    let value = image.as_raw()[row + (self.centre[0] + dx) as usize];
+                    self.pixels.push([dx as f32, dy as f32, f32::from(value)]);
+                }
+            }
+        }
+    }
+
+    /// Offsets from the ellipse's centre, and brightness.
+    fn each(&self, at: &Vector) -> impl Iterator<Item = (Vector2<f64>, f64)> {
+        let (x, y) = (at[0], at[1]);
+        self.pixels.iter().map(move |[dx, dy, value]| {
+            (Vector2::new(f64::from(*dx) - x, f64::from(*dy) - y), f64::from(*value))
+        })
+    }
+}
+
+/// The model at one place.
+struct Model {
+    value: f64,
+    /// Change per pixel of distance from the outline.
+    by_d: f64,
+    /// `|∇ρ|` and the direction of `∇ρ`.
+    slope: f64,
+    outwards: Vector2<f64>,
+    across: Vector2<f64>,
+    rho: f64,
+    edge: f64,
+    light: f64,
+}
+
+impl Model {
+    fn at(at: &Vector, v: Vector2<f64>) -> Option<Self> {
+        let m = Matrix2::new(at[2], at[3], 0.0, at[4]);
+        let across = m * v;
+        let rho = across.norm();
+        if rho < 1e-6 {
+            return None;
+        }
+        let gradient = m.transpose() * across / rho;
+        let slope = gradient.norm();
+        let inverse_s = libm::exp(-at[5]);
+        let (edge, bell) = erf(((rho - 1.0) / slope * inverse_s) as f32);
+        let (edge, bell) = (f64::from(edge), f64::from(bell));
+        let light = 1.0 + at[8] * v.x + at[9] * v.y;
+        let by_d = at[6] * light * bell * inverse_s * std::f64::consts::FRAC_2_SQRT_PI;
+        let value = (at[7] + at[6] * edge) * light;
+        let outwards = gradient / slope;
+        Some(Self { value, by_d, slope, outwards, across, rho, edge, light })
+    }
+}
+
+struct DiscProblem<'a>(&'a Pixels);
+
+impl Problem<PARAMETERS> for DiscProblem<'_> {
+    type State = Vector;
+    type Extra = ();
+
+    fn linearise(&self, at: &Vector) -> Option<Linearised<PARAMETERS>> {
+        let (mut cost, mut gradient) = (0.0, Vector::zeros());
+        let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        for (v, value) in self.0.each(at) {
+            let Some(model) = Model::at(at, v) else { continue };
+            let Model { by_d, slope, outwards, across, rho, edge, light, .. } = model;
+            let by_rho = by_d / slope / rho;
+            let distance = (rho - 1.0) / slope;
+            let row = Vector::from([
+                -by_d * outwards.x - at[8] * (at[7] + at[6] * edge),
+                -by_d * outwards.y - at[9] * (at[7] + at[6] * edge),
+                by_rho * across.x * v.x,
+                by_rho * across.x * v.y,
+                by_rho * across.y * v.y,
+                -by_d * distance,
+                edge * light,
+                light,
+                (at[7] + at[6] * edge) * v.x,
+                (at[7] + at[6] * edge) * v.y,
+            ]);
+            let residual = value - model.value;
+            cost += residual * residual;
+            gradient += row * residual;
+            normal_matrix.syger(1.0, &row, &row, 1.0);
+        }
+        normal_matrix.fill_upper_triangle_with_lower_triangle();
+        cost.is_finite().then_some(Linearised { cost, gradient, normal_matrix, extra: () })
+    }
+
+    fn moved(&self, at: &Vector, step: &Vector) -> Vector {
+        let mut moved = at + step;
+        moved[5] = moved[5].clamp(LOG_BLUR.0, LOG_BLUR.1);
+        moved
+    }
+
+    fn noise_variance(&self, cost: f64) -> f64 {
+        cost / degrees_of_freedom(self.0)
+    }
+}
+
+fn degrees_of_freedom(pixels: &Pixels) -> f64 {
+    (pixels.pixels.len() as f64 - PARAMETERS as f64).max(1.0)
+}
+
+/// Fits the ellipse that roughly has this centre and is the circle of radius 1 in the map `to_circle`; the nearest circle is
+/// `step` radii away. `None` if most of it lies outside of the picture, or if the fit diverges or has no contrast.
+pub(super) fn fit(
+    image: &GrayImage,
+    start_px: [f64; 2],
+    to_circle: &Matrix2<f64>,
+    step: f64,
+    scratch: &mut Pixels,
+) -> Option<DiscFit> {
+    let reach = (REACH_STEPS * step).clamp(1.02, REACH_RADII);
+    scratch.gather(image, start_px, to_circle, reach);
+    let count = scratch.pixels.len();
+    if count < LEAST_PIXELS {
+        return None;
+    }
+    let centre = scratch.centre.map(f64::from);
+    let mut guess = Vector::zeros();
+    (guess[0], guess[1]) = (start_px[0] - centre[0], start_px[1] - centre[1]);
+    // An upper triangle with the same product.
+    let upper = (to_circle.transpose() * to_circle).cholesky()?.l().transpose();
+    (guess[2], guess[3], guess[4]) = (upper[(0, 0)], upper[(0, 1)], upper[(1, 1)]);
+    guess[5] = libm::log(1.5);
+    let mut sides = [[0.0, 1e-9]; 2];
+    for (v, value) in scratch.each(&guess) {
+        let side = &mut sides[usize::from((to_circle * v).norm() > 1.0)];
+        side[0] += value;
+        side[1] += 1.0;
+    }
+    let [inner, outer] = sides.map(|[sum, count]| sum / count);
+    (guess[6], guess[7]) = ((outer - inner) / 2.0, (outer + inner) / 2.0);
+    let rough = minimise(&DiscProblem(scratch), guess, LIMITS)?.state;
+    let m = Matrix2::new(rough[2], rough[3], 0.0, rough[4]);
+    let middle = [centre[0] + rough[0], centre[1] + rough[1]];
+    let moved_px = libm::hypot(middle[0] - start_px[0], middle[1] - start_px[1]);
+    let radius_px = 1.0 / m.norm();
+    if !(moved_px < radius_px.max(2.0)) || rough[6].abs() < 1.0 {
+        return None;
+    }
+    // Around the ellipse that was found.
+    scratch.gather(image, middle, &m, reach);
+    let mut start = rough;
+    let centre = scratch.centre.map(f64::from);
+    (start[0], start[1]) = (middle[0] - centre[0], middle[1] - centre[1]);
+    let count = scratch.pixels.len();
+    if count < LEAST_PIXELS {
+        return None;
+    }
+    let Minimum { state: at, at: linear, .. } = minimise(&DiscProblem(scratch), start, LIMITS)?;
+    let residual = (linear.cost / count as f64).sqrt() / at[6].abs();
+    let px = Point2::new(centre[0] + at[0], centre[1] + at[1]);
+    let noise = odd_noise(image, &at, scratch)?.max(ROUNDING_VARIANCE) * count as f64
+        / degrees_of_freedom(scratch);
+    let covariance = linear.normal_matrix.cholesky()?.inverse() * noise;
+    let covariance_px2 = Matrix2::new(
+        covariance[(0, 0)],
+        covariance[(1, 0)],
+        covariance[(1, 0)],
+        covariance[(1, 1)],
+    ) + floor_px2();
+    let is_sound = residual.is_finite() && covariance_px2.iter().all(|it| it.is_finite());
+    (is_sound && at[2] * at[4] != 0.0).then_some(DiscFit {
+        centre: Corner::new(px, covariance_px2),
+        at,
+        noise,
+        residual,
+    })
+}
+
+/// Variance of white noise that moves the centre as the odd part of the residuals does, weighted by what each pixel tells of
+/// it; larger where neighbouring pixels err alike. The mirror image is only multiplied with other pixels, so that noise
+/// counts once.
+fn odd_noise(image: &GrayImage, at: &Vector, scratch: &Pixels) -> Option<f64> {
+    let [left, top] = scratch.centre.map(f64::from);
+    let residual = |v: Vector2<f64>| {
+        let (x, y) = (left + at[0] + v.x, top + at[1] + v.y);
+        Some(f64::from(sample(image, x as f32, y as f32)) - Model::at(at, v)?.value)
+    };
+    let (mut odd, mut next, mut all) = (0.0, 0.0, 0.0);
+    for (v, value) in scratch.each(at) {
+        let Some(model) = Model::at(at, v) else { continue };
+        let information = model.by_d * model.by_d;
+        let here = value - model.value;
+        let off = here - residual(-v)?;
+        all += information;
+        odd += information * here * off;
+        next += information * residual(v + Vector2::x())? * off;
+    }
+    let rho = if odd > 0.0 { (next / odd).clamp(0.0, 0.9) } else { 0.0 };
+    (all > 0.0).then(|| odd.max(0.0) / all * libm::pow((1.0 + rho) / (1.0 - rho), 0.4))
+}
