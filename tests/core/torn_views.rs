@@ -11,8 +11,9 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::trust::{SIZE, Scene, board};
 
-/// Rendered sessions, and smeared views in each.
+/// Rendered sessions, those with smeared views, and how many in each.
 const SESSIONS: u64 = 5;
+const SMEARED_SESSIONS: u64 = 2;
 const SMEARED: usize = 40;
 /// Poses within an exposure.
 const STEPS: i32 = 9;
@@ -80,7 +81,7 @@ fn held_still(scene: &mut Scene, seed: u64) -> (Vec<Isometry3<f64>>, Pictures, V
 #[test]
 fn a_smeared_view_is_not_called_torn() {
     let (mut smeared, mut torn) = (0, 0);
-    for seed in 0..SESSIONS {
+    for seed in 0..SMEARED_SESSIONS {
         let mut scene = Scene::ordinary(7000 + seed);
         let (poses, mut pictures, sharp) = held_still(&mut scene, seed);
         for attempt in 0..SMEARED {
@@ -102,7 +103,7 @@ fn a_smeared_view_is_not_called_torn() {
         }
     }
     println!("{torn} of {smeared} smeared views called torn");
-    assert!(smeared >= 180, "{smeared}");
+    assert!(smeared >= 72, "{smeared}");
     assert_eq!(torn, 0);
 }
 
