@@ -128,6 +128,9 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     let picture = drawn(&shown, &seen_at(20.0, 30.0, 0.4), 0.5);
     let smaller = detect(&picture, &board(7, 5, CircleRows::Symmetric));
     assert_eq!(smaller, Err(Miss::OtherBoard { columns: 8, rows: 6 }));
+    // A row more isn't a covered one.
+    let larger = detect(&picture, &board(8, 7, CircleRows::Symmetric));
+    assert_eq!(larger, Err(Miss::OtherBoard { columns: 8, rows: 6 }));
     let shifted = detect(&picture, &board(4, 6, CircleRows::Asymmetric));
     assert!(shifted.is_err(), "{shifted:?}");
     // The last column is outside.

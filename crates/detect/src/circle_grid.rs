@@ -229,19 +229,19 @@ pub(super) fn place_circles(
         let ends = nodes.iter().map(turned).fold((start, start), |(low, high), (i, j)| {
             ((low.0.min(i), low.1.min(j)), (high.0.max(i), high.1.max(j)))
         });
-        // All shifts that put the grid inside the board's extent.
-        for i in high.0 - ends.1.0..=low.0 - ends.0.0 {
-            for j in high.1 - ends.1.1..=low.1 - ends.0.1 {
-                let way = Way { turn, shift: [i, j] };
-                let seen = nodes.iter().filter(|at| lattice.contains(way.node(**at))).count();
-                if seen == found {
-                    ways.push(way);
-                }
-            }
+        // Each outer row and column shows a circle, or the board is another one.
+        let shift = [low.0 - ends.0.0, low.1 - ends.0.1];
+        let way = Way { turn, shift };
+        let seen = nodes.iter().filter(|at| lattice.contains(way.node(**at))).count();
+        if seen == found && shift == [high.0 - ends.1.0, high.1 - ends.1.1] {
+            ways.push(way);
         }
     }
     if ways.is_empty() {
-        return Err(other_board(lattice, circles).unwrap_or(partial(found)));
+        let part = (found < wanted).then(|| partial(found));
+        let is_cut_off = matches!(part, Some(Miss::PartialBoard { cut_off_by: Some(_), .. }));
+        let other = other_board(lattice, circles).filter(|_| !is_cut_off);
+        return Err(other.or(part).unwrap_or(Miss::NoBoard));
     }
     // Turns that map the board to itself are all there, and no others.
     let symmetries = match (circles.looks_the_same_upside_down(), circles.grid()) {
