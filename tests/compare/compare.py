@@ -222,7 +222,7 @@ def compare(program, given):
         cells = [finder, solver, f"{len(found)} of {len(images)}", "–" if error is None else f"{error:.4f}", f"{rms:.3f}", " / ".join(judged), apart, f"{finding:.2f} + {whole['seconds']:.2f}"]
         print("| " + " | ".join(cells) + " |")
         said = said or whole["said"]
-    print(f"\n{len(common)} views found by all judge the halves. boresight says of its own: {said}.")
+    print(f"\nThe halves are compared in the {len(common)} views that all of them found. Verdict of boresight on its own result: {said}.")
 
 
 def main():

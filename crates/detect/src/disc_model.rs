@@ -11,7 +11,11 @@
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
-use super::{erf::erf, reduce::sample};
+use super::{
+    erf::erf,
+    reduce::sample,
+    stated_noise::{ROUNDING_VARIANCE, correlation_excess, position_px2, with_least_noise_px2},
+};
 use boresight_geometry::{
     Corner,
     least_squares::{Limits, Linearised, Minimum, Problem, minimise},
@@ -33,8 +37,6 @@ const LEAST_PIXELS: usize = 30;
 const PLAIN_PIXELS: f64 = 200.0;
 /// Floor of the stated error: pixels integrate over their area, and printed circles are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.004;
-/// Variance of a grey level that's rounded to a whole number.
-const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 
 /// A fitted ellipse.
 #[derive(Clone, Copy, Debug)]
@@ -70,9 +72,9 @@ impl DiscFit {
 
     /// With noise of at least this variance: a few hundred pixels tell theirs to a tenth only.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
-        let floor = floor_px2();
-        let wider = (least / self.noise).max(1.0);
-        self.centre.covariance_px2 = (self.centre.covariance_px2 - floor) * wider + floor;
+        let noise = (self.noise, least);
+        self.centre.covariance_px2 =
+            with_least_noise_px2(self.centre.covariance_px2, SIGMA_FLOOR_PX, noise);
         self
     }
 
@@ -99,10 +101,6 @@ impl DiscFit {
         }
         sums
     }
-}
-
-fn floor_px2() -> Matrix2<f64> {
-    Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX)
 }
 
 /// Pixels around an ellipse.
@@ -292,12 +290,7 @@ pub(super) fn fit(
     let noise = odd_noise(image, &at, scratch)?.max(ROUNDING_VARIANCE) * count as f64
         / degrees_of_freedom(scratch);
     let covariance = linear.normal_matrix.cholesky()?.inverse() * noise;
-    let covariance_px2 = Matrix2::new(
-        covariance[(0, 0)],
-        covariance[(1, 0)],
-        covariance[(1, 0)],
-        covariance[(1, 1)],
-    ) + floor_px2();
+    let covariance_px2 = position_px2(&covariance, SIGMA_FLOOR_PX);
     let is_sound = residual.is_finite() && covariance_px2.iter().all(|it| it.is_finite());
     (is_sound && at[2] * at[4] != 0.0).then_some(DiscFit {
         centre: Corner::new(px, covariance_px2),
@@ -326,6 +319,6 @@ fn odd_noise(image: &GrayImage, at: &Vector, scratch: &Pixels) -> Option<f64> {
         odd += information * here * off;
         next += information * residual(v + Vector2::x())? * off;
     }
-    let rho = if odd > 0.0 { (next / odd).clamp(0.0, 0.9) } else { 0.0 };
-    (all > 0.0).then(|| odd.max(0.0) / all * libm::pow((1.0 + rho) / (1.0 - rho), 0.4))
+    let correlation = if odd > 0.0 { next / odd } else { 0.0 };
+    (all > 0.0).then(|| odd.max(0.0) / all * correlation_excess(correlation))
 }

@@ -12,11 +12,12 @@
 //! Assumes that edges are straight within the patch and blurred by a Gaussian.
 
 use image::GrayImage;
-use nalgebra::{Matrix2, Point2};
+use nalgebra::Point2;
 
 use super::{
     edge_pixels::{PARAMETERS, Pixels, Vector},
     patch::Patch,
+    stated_noise::{ROUNDING_VARIANCE, correlation_excess, position_px2, with_least_noise_px2},
 };
 use boresight_geometry::{
     Corner,
@@ -49,11 +50,8 @@ const ROUGH_PIXELS: f64 = 60.0;
 const LEAST_PIXELS: usize = 24;
 /// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.0055;
-const CORRELATION_POWER: f64 = 0.4;
 /// Share of the even residuals that counts where markers are near: what lies in them, and comes out by blur, isn't even.
 const EVEN_SHARE: f64 = 0.1;
-/// Variance of a grey level that's rounded to a whole number.
-const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 
 /// A fitted corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,9 +75,9 @@ impl EdgeFit {
     /// With noise of at least this variance. A few hundred pixels tell their noise to a tenth or a fifth only, and what's
     /// below the board's usual noise is chance.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
-        let floor = floor_px2();
-        let wider = (least / self.noise).max(1.0);
-        self.corner.covariance_px2 = (self.corner.covariance_px2 - floor) * wider + floor;
+        let noise = (self.noise, least);
+        self.corner.covariance_px2 =
+            with_least_noise_px2(self.corner.covariance_px2, SIGMA_FLOOR_PX, noise);
         self
     }
 
@@ -227,31 +225,9 @@ pub(super) fn fit(
     if !(inside(centre[0] + at[0], image.width()) && inside(centre[1] + at[1], image.height())) {
         return None;
     }
-    let corner = Corner::new(
-        Point2::new(centre[0] + at[0], centre[1] + at[1]),
-        // A computed inverse is symmetric only up to rounding; a recording stores three numbers.
-        Matrix2::new(
-            covariance[(0, 0)],
-            covariance[(1, 0)],
-            covariance[(1, 0)],
-            covariance[(1, 1)],
-        ) + floor_px2(),
-    );
+    let px = Point2::new(centre[0] + at[0], centre[1] + at[1]);
+    let corner = Corner::new(px, position_px2(&covariance, SIGMA_FLOOR_PX));
     Some(EdgeFit { corner, residual, noise, at, patch })
-}
-
-fn floor_px2() -> Matrix2<f64> {
-    Matrix2::from_diagonal_element(SIGMA_FLOOR_PX * SIGMA_FLOOR_PX)
-}
-
-/// Factor by which correlated residuals, as from clutter and shadows, inflate the variance over independent ones:
-/// `((1+ρ)/(1−ρ))^0.4` for a correlation `ρ` of neighbouring pixels.
-///
-/// The exponent was measured on rendered pictures. It lies between 0 (no effect) and 1 (a correlation that decays
-/// exponentially along a line), because residuals that are equal on both sides of an edge don't move the corner.
-fn correlation_excess(correlation: f64) -> f64 {
-    let rho = correlation.clamp(0.0, 0.9);
-    libm::pow((1.0 + rho) / (1.0 - rho), CORRELATION_POWER)
 }
 
 /// Step in rows and columns between the pixels of the rough fit. Bands keep at least two pixels across.

@@ -111,6 +111,7 @@ mod refine;
 mod response;
 mod saddle;
 mod simd;
+mod stated_noise;
 mod track;
 
 pub use detector::{Detector, Search, detect};

@@ -240,6 +240,10 @@ mod tests {
                     coords.reduce(|a, b| a.zip_map(&b, further)).expect("points")
                 });
                 prop_assert!((low + high).norm() < 1e-9);
+                if target.half_turn(0).is_some() {
+                    let sum = points_m.iter().map(|point| point.coords).sum::<Vector2<f64>>();
+                    prop_assert!(sum.norm() < 1e-9);
+                }
 
                 let [width_m, height_m] = target.size_m();
                 for (index, point) in points_m.iter().enumerate() {
