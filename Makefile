@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: compare web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -99,10 +99,10 @@ web: setup
 
 # Whole sessions by the page alone in headless Chromium, and their calibrations beside the program's. Not part of
 # `make test`: it builds the library twice more.
-test-web: PACKAGES += chromium chromium-driver ffmpeg
+test-web: PACKAGES += chromium chromium-driver ffmpeg python3-selenium
 test-web: web
 	cargo build --release --no-default-features --features live,report,serve
-	$(PYTHON) tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html
+	/usr/bin/python3 tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html
 
 # No combination of features brings more crates than it may; features-each also compiles each without a warning.
 features: setup
@@ -241,7 +241,7 @@ packages: setup
 # A release without its publication, and then its packages where they're for: on bare Debian roots, as a container image, and under
 # Wine. Not part of `make test`: it needs root, the targets that rustup adds, and hours.
 CROSS_PACKAGES = musl-tools gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-mingw-w64-x86-64
-TRYING_PACKAGES = gnupg mmdebstrap lintian appstream desktop-file-utils qemu-user-static skopeo umoci jq wine wine64
+TRYING_PACKAGES = gnupg mmdebstrap arch-test lintian appstream desktop-file-utils qemu-user-static skopeo umoci jq wine wine64
 BUILT = $(TARGET)/packages
 test-packages: PACKAGES += $(PACKAGING_PACKAGES) $(CROSS_PACKAGES) $(TRYING_PACKAGES)
 test-packages: setup

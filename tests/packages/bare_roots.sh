@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs a .deb on bare roots of Debian 12 and 13 with one command, runs the demonstration, and removes it again; lintian
-# has nothing to say before. Needs root and mmdebstrap, for another processor qemu-user-static with binfmt_misc, too. SUITES names
-# other releases.
+# has nothing to say before. Needs root and mmdebstrap; for another processor arch-test and qemu-user-static with binfmt_misc, too.
+# SUITES names other releases, DEMO has options of the demonstration.
 #
 #     tests/packages/bare_roots.sh target/packages/boresight_*_arm64.deb
 set -euo pipefail
@@ -23,7 +23,7 @@ for suite in ${SUITES:-bookworm trixie}; do
 	began=$(date +%s)
 	"${install[@]}" >/dev/null
 	installed=$(date +%s)
-	chroot "$root" sh -c 'cd /tmp && boresight demo --out demo' 2>"$work/said" || { cat "$work/said"; exit 1; }
+	chroot "$root" sh -c "cd /tmp && boresight demo ${DEMO:-} --out demo" 2>"$work/said" || { cat "$work/said"; exit 1; }
 	ended=$(date +%s)
 	grep 'GOOD (SIMULATED)' "$work/said"
 	test -s "$root/tmp/demo/report.html"
