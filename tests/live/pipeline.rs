@@ -318,6 +318,50 @@ fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
 }
 
 #[test]
+fn in_a_pause_the_detector_rests_and_a_source_that_waits_loses_nothing() {
+    for lossless in [false, true] {
+        let frames = Arc::new(Mutex::new(Vec::<Weak<Frame>>::new()));
+        let wanted = Arc::new(AtomicUsize::new(1));
+        let source = Numbered { frames: Arc::clone(&frames), wanted: Arc::clone(&wanted) };
+        let (looks_at, looked_at) = mpsc::channel();
+        let (go, let_go) = mpsc::channel();
+        drop(go); // Nothing holds it up.
+        let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), lossless) };
+        let finder = Box::new(Held { looks_at, let_go });
+        let (pipeline, showing) =
+            Pipeline::start_with_feed_and_finder(setup, finder, || ()).expect("threads");
+        let told = |command: Command, paused: bool| {
+            while pipeline.try_command(command).is_err() {}
+            while showing.newest_snapshot().is_none_or(|snapshot| snapshot.paused != paused) {
+                std::thread::yield_now();
+            }
+        };
+        assert_eq!(looked_at.recv(), Ok(0));
+        told(Command::Pause, true);
+        wanted.store(11, Ordering::SeqCst);
+        // The picture goes on, as far as the source does.
+        let last = if lossless { 1 } else { 10 };
+        while showing.newest_frame().is_none_or(|frame| frame.id.0 != last) {
+            std::thread::yield_now();
+        }
+        let is_gone = |frame: &Weak<Frame>| frame.strong_count() == 0;
+        while !lossless && !frames.lock().expect("whole").iter().all(is_gone) {
+            std::thread::yield_now();
+        }
+        assert!(looked_at.try_recv().is_err(), "nothing is looked for");
+        told(Command::Resume, false);
+        wanted.store(12, Ordering::SeqCst);
+        for number in if lossless { 1..12 } else { 11..12 } {
+            assert_eq!(looked_at.recv(), Ok(number));
+        }
+        // A pause doesn't keep the threads from ending.
+        told(Command::Pause, true);
+        wanted.store(14, Ordering::SeqCst);
+        pipeline.stop().expect("clean");
+    }
+}
+
+#[test]
 fn a_broken_source_is_told_and_costs_no_view() {
     for (then, words) in [(Then::Fail, "it burns"), (Then::Panic, "the driver went mad")] {
         let finished = run(setup(boards(then), true)).expect("the session survives");

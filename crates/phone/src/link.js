@@ -173,8 +173,8 @@ setInterval(() => {
   if (!key || !started) return;
   if (now() - lastBytes > 2000 && stream) stream.abort();
   const isLinked = linked() || !live;
-  // A slow link's pictures are older, and come less often.
-  const isFresh = !wantsPicture() || (pictureBorn !== null && now() - pictureBorn < 1000 + 3 * pictureAge);
+  // A slow link's pictures are older, and come less often. In a pause, pictures that wait to be judged don't come.
+  const isFresh = !wantsPicture() || live.paused || (pictureBorn !== null && now() - pictureBorn < 1000 + 3 * pictureAge);
   el('stale').hidden = isFresh;
   say(el('age'), pictureBorn === null || !isFresh ? '' : 'picture ' + Math.round(pictureAge) + ' ms old');
   if (isLinked !== had.link) { had.link = isLinked; if (!isLinked) loseLink(); else { forgetPicture(); back('Connected again'); paint(); } }

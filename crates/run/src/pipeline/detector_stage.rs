@@ -8,7 +8,7 @@ use std::{
 use crossbeam_channel::Sender;
 use image::GrayImage;
 
-use super::latest::LatestReceiver;
+use super::{latest::LatestReceiver, rest::Rest};
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, Search, Track};
 use boresight_geometry::{
     board::Checkerboard,
@@ -60,6 +60,7 @@ pub(super) struct DetectorStage {
     /// Frames to the recorder, sent before their observations.
     pub(super) pictures: Sender<Arc<Frame>>,
     pub(super) inbox: Sender<Input>,
+    pub(super) rest: Arc<Rest>,
 }
 
 impl DetectorStage {
@@ -72,6 +73,12 @@ impl DetectorStage {
         let mut track = Track::default();
         let mut last = None;
         while let Some(frame) = frames.recv() {
+            // A source that can wait does so in a pause; another one's pictures pass.
+            if self.unhurried {
+                self.rest.wait_for_end();
+            } else if self.rest.is_on() {
+                continue;
+            }
             on_start(frames);
             let limit = (!self.unhurried).then(|| LONGEST_SEARCH.max(interval(last, &frame)));
             last = Some((frame.id, frame.captured_at));

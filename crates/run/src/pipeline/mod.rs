@@ -8,8 +8,8 @@
 //!
 //! Frames are lost in exactly one place, the latest-wins slot, and counted there. The inbox is
 //! ordered, bounded and lossless: a slow session holds back the detector, and old frames are replaced
-//! upstream instead of piling up. Stop at the source, join capture, join the detector, then `Stop`,
-//! then join the session.
+//! upstream instead of piling up. The detector rests while the person has paused. Stop at the source, join
+//! capture, join the detector, then `Stop`, then join the session.
 
 mod background;
 mod capture_stage;
@@ -21,6 +21,7 @@ mod latest;
 mod live_feed;
 mod onlooker;
 mod paced;
+mod rest;
 mod run;
 mod session_stage;
 mod worker;

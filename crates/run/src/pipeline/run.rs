@@ -16,6 +16,7 @@ use super::{
     latest::{LatestReceiver, latest},
     live_feed::{AcceptedPicture, FeedSenders, LiveFeed, feed_links},
     onlooker::{CommandLink, Onlookers},
+    rest::Rest,
     session_stage::{OnFrame, Recorder, run_session},
     worker::Worker,
 };
@@ -65,6 +66,7 @@ pub struct Pipeline {
     inbox: Sender<Input>,
     control_requests: Sender<(Control, i64)>,
     replaced: Arc<AtomicU64>,
+    rest: Arc<Rest>,
     workers: Option<Workers>,
 }
 
@@ -188,6 +190,7 @@ impl Pipeline {
         let Setup { source, session, folder, lossless, record_stream, on_frame } = setup;
         let Listeners { wake, on_captured, on_accepted } = listeners;
         let gate = Arc::new(JudgedGate::default());
+        let rest = Arc::new(Rest::default());
         let stop = Arc::new(AtomicBool::new(false));
         let replaced = Arc::new(AtomicU64::new(0));
         let (frames_in, frames_out) = latest();
@@ -220,8 +223,14 @@ impl Pipeline {
             }
         })?;
         let board = session.setup().board;
-        let stage =
-            DetectorStage { finder, board, unhurried: lossless, pictures, inbox: inbox.clone() };
+        let stage = DetectorStage {
+            finder,
+            board,
+            unhurried: lossless,
+            pictures,
+            inbox: inbox.clone(),
+            rest: Arc::clone(&rest),
+        };
         let detector = Worker::spawn("detector", inbox.clone(), {
             let replaced = Arc::clone(&replaced);
             move || {
@@ -230,7 +239,7 @@ impl Pipeline {
                 });
             }
         })?;
-        let onlookers = onlookers.clone();
+        let (onlookers, rests) = (onlookers.clone(), Arc::clone(&rest));
         let session = Worker::spawn("session", inbox.clone(), move || {
             let recorder = Recorder::new(folder, record_stream, pictures_out);
             run_session(session, recorder, &inbox_out, on_frame, |snapshot, accepted| {
@@ -243,13 +252,16 @@ impl Pipeline {
                 if snapshot.decision.frame.is_some() {
                     gate.count_one();
                 }
+                // What ends a session ends a pause: the last frames are still looked at.
+                let is_over = snapshot.source_ended || !snapshot.failures.is_empty();
+                rests.set(snapshot.paused && !is_over);
                 if snapshots_in.publish(snapshot).is_ok() {
                     wake();
                 }
             })
         })?;
         let workers = Some(Workers { capture, detector, session });
-        Ok((Self { stop, inbox, control_requests, replaced, workers }, snapshots_out))
+        Ok((Self { stop, inbox, control_requests, replaced, rest, workers }, snapshots_out))
     }
 
     /// Hands a command to the session without waiting.
@@ -305,6 +317,7 @@ impl Pipeline {
         // A panic upstream is already in the session as `WorkerFailed`; it must not cost the person
         // the views they have.
         capture.join().ok();
+        self.rest.set(false);
         detector.join().ok();
         // Both senders upstream are gone, so every observation is already in the inbox.
         self.inbox.send(Input::Stop).ok();
