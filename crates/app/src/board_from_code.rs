@@ -92,7 +92,7 @@ pub fn board_from_pictures(
 }
 
 /// Takes the board from the code in the first frames of a source, as [`board_from_pictures`] does. A folder's or
-/// recording's frames come again; a live camera's are over. If the source is broken, its error comes where it came from
+/// recording's frames come again; a live camera's are over. The simulated camera shows one picture before it's judged. If the source is broken, its error comes where it came from
 /// the source.
 ///
 /// # Errors
@@ -104,16 +104,15 @@ pub fn board_from_source(
     decides: BoardFromCode,
     announcer: &Announcer,
 ) -> anyhow::Result<OpenSource> {
-    if open.truth.is_some() {
-        return Ok(open);
-    }
     let mut reader = CodeReader::new(config.board()?);
     let OpenSource { mut source, on_frame, truth } = open;
     let keeps_frames = source.waits();
     let mut first = VecDeque::new();
     let (mut frames, mut waits, mut until) = (PICTURES, WAITS, None);
     while frames > 0 && waits > 0 && until.is_none_or(|until| Instant::now() < until) {
-        let arrival = source.next_frame(PATIENCE);
+        // A source that waits has its next picture at once, or not before the first one is judged.
+        let has_begun = keeps_frames && !first.is_empty();
+        let arrival = source.next_frame(if has_begun { Duration::ZERO } else { PATIENCE });
         let code = match &arrival {
             Ok(Arrival::Frame(frame)) => {
                 if keeps_frames {
@@ -123,6 +122,7 @@ pub fn board_from_source(
                 }
                 reader.read(&frame.image)
             }
+            Ok(Arrival::NothingYet) if has_begun => break,
             Ok(Arrival::NothingYet) => {
                 waits -= 1;
                 continue;
@@ -168,5 +168,39 @@ fn take(code: &BoardCode, config: &mut Config, decides: BoardFromCode, announcer
     certificate.board_id = id;
     if let Some(measured) = measured.filter(|_| certificate.square_measured.is_empty()) {
         certificate.square_measured = measured.measured_with;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::SourceName;
+
+    #[test]
+    fn a_simulated_board_names_itself_and_loses_no_picture() -> anyhow::Result<()> {
+        let place = tempfile::tempdir()?;
+        let said = |scene: &str| -> anyhow::Result<(Config, u64)> {
+            let file = place.path().join("scene.toml");
+            std::fs::write(&file, scene)?;
+            let mut config = Config::load(None, &[])?;
+            let announcer = Announcer::silent();
+            let name = format!("sim:{}", file.display());
+            let open = SourceName::parse(&name, &config, &announcer)?.open(2)?;
+            let decides = BoardFromCode::All;
+            let mut open = board_from_source(open, &mut config, decides, &announcer)?;
+            let Arrival::Frame(first) = open.source.next_frame(PATIENCE)? else {
+                anyhow::bail!("no picture");
+            };
+            Ok((config, first.id.0))
+        };
+        let (config, first) = said("board = [7, 5]\nsquare_mm = 20\nboard_id = \"zx5n\"")?;
+        let board = &config.board;
+        assert_eq!((board.columns, board.rows, board.square_mm, first), (7, 5, 20.0, 0));
+        assert_eq!(config.certificate.board_id, "ZX5N");
+        let (config, first) = said("board = [7, 5]")?;
+        assert_eq!((config.board.columns, config.certificate.board_id.as_str()), (9, ""));
+        assert_eq!(first, 0);
+        assert!(said("board_id = \"ZX-N\"").is_err());
+        Ok(())
     }
 }

@@ -381,7 +381,8 @@ mod tests {
     #[test]
     fn cameras_come_and_go_and_the_board_is_counted() -> Result<(), Box<dyn std::error::Error>> {
         let board = Checkerboard::new(7, 5, 0.025)?;
-        let scene = Scene { board, clutter: 0.0, ..Scene::default_720p(1) };
+        let board_id = "ZX5N".parse().ok();
+        let scene = Scene { board, board_id, clutter: 0.0, ..Scene::default_720p(1) };
         let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
         let sources = Arc::new(Mutex::new(Vec::new()));
         let cameras =
@@ -403,6 +404,8 @@ mod tests {
         lookout.count_board(Some("one"));
         let seen = until(&lookout, |cameras| cameras.iter().any(|camera| camera.board.is_some()));
         assert_eq!(seen[1].board, Some([7, 5]));
+        let code = SeenCode { id: "ZX5N".into(), board: [7, 5], square_m: 0.025 };
+        assert_eq!(seen[1].code, Some(code));
         lock(&sources).clear();
         until(&lookout, <[CameraView]>::is_empty);
         Ok(())

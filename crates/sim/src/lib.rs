@@ -24,7 +24,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `scene`, `scene_file` | what is simulated, and its TOML |
-//! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `printed_tags`, `blur` | a picture of it |
+//! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `printed_tags`, `printed_circles`, `printed_code`, `blur` | a picture of it |
 //! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
 //! | [`street`] | a fixed camera over a street, day and night, for the watch |
@@ -40,6 +40,7 @@ mod blur;
 pub mod kernel;
 mod print;
 mod printed_circles;
+mod printed_code;
 mod printed_markers;
 mod printed_tags;
 mod renderer;

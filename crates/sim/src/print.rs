@@ -5,10 +5,11 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 use super::{
     bend::{Bend, BentView},
     printed_circles::PrintedCircles,
+    printed_code::PrintedCode,
     printed_markers::{Cells, Crossing, PrintedMarkers},
     printed_tags::PrintedTags,
 };
-use boresight_geometry::{board::Checkerboard, markers::Markers};
+use boresight_geometry::{board::Checkerboard, board_code::BoardId, markers::Markers};
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -19,7 +20,7 @@ const SAMPLES: usize = 64;
 /// The printed sheet, in squares or sides of a tag: `[0, across] × [0, down]` is checkered, with a white margin.
 ///
 /// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An AprilGrid has tags instead, or
-/// there are circles.
+/// there are circles. A code may be in the margin.
 #[derive(Clone, Debug)]
 pub(super) struct Print {
     across: f32,
@@ -29,6 +30,7 @@ pub(super) struct Print {
     markers: Option<PrintedMarkers>,
     tags: Option<PrintedTags>,
     circles: Option<PrintedCircles>,
+    code: Option<PrintedCode>,
     offsets_x: Vec<f32>,
     offsets_y: Vec<f32>,
 }
@@ -81,8 +83,8 @@ pub(super) struct PixelRay {
 }
 
 impl Print {
-    /// The sheet of a board whose middle is `bend_m` along its z-axis from its ends.
-    pub(super) fn new(board: &Checkerboard, bend_m: f64) -> Self {
+    /// The sheet of a board whose middle is `bend_m` along its z-axis from its ends; with the code of `id`, if there is one.
+    pub(super) fn new(board: &Checkerboard, id: Option<BoardId>, bend_m: f64) -> Self {
         // A digital net, so that every aligned run of samples is spread evenly in x and in y, folded
         // into a tent two pixels wide: the pixel's own square and one pixel of the blur.
         let (offsets_x, offsets_y) = (0..SAMPLES as u32)
@@ -99,6 +101,7 @@ impl Print {
             markers: in_squares.map(|markers| PrintedMarkers::new(board, &markers)),
             tags: PrintedTags::new(board),
             circles: PrintedCircles::new(board),
+            code: id.and_then(|id| PrintedCode::new(board, id)),
             offsets_x,
             offsets_y,
         }
@@ -203,7 +206,8 @@ impl Print {
             return Patch::Backdrop;
         }
         if !inside(-du, -dv) && inside(du - MARGIN, dv - MARGIN) {
-            return Patch::Light;
+            let has_code = self.code.as_ref().is_some_and(|code| code.may_reach(u, v, du, dv));
+            return if has_code { Patch::Mixed } else { Patch::Light };
         }
         Patch::Mixed
     }
@@ -271,7 +275,8 @@ impl Print {
         if u > 0.0 && u < self.across && v > 0.0 && v < self.down {
             self.flat(u, v)
         } else if u > -MARGIN && u < self.across + MARGIN && v > -MARGIN && v < self.down + MARGIN {
-            Patch::Light
+            let on_bar = self.code.as_ref().is_some_and(|code| code.is_black(u, v));
+            if on_bar { Patch::Dark } else { Patch::Light }
         } else {
             Patch::Backdrop
         }

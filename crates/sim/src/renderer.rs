@@ -102,7 +102,7 @@ impl Renderer {
         let sharp_room = backdrop::draw(scene, stride, lines).levels;
         let mut renderer = Self {
             camera: scene.camera,
-            print: Print::new(&scene.board, scene.bend_m),
+            print: Print::new(&scene.board, scene.board_id, scene.bend_m),
             dark_level: scene.light.dark_level as f32,
             light_level: scene.light.light_level as f32,
             seed: scene.seed,

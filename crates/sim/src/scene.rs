@@ -7,7 +7,9 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::{bend::Bend, rng_stream::RngStream, technician::params::TechnicianParams};
-use boresight_geometry::{Camera, Distortion, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{
+    Camera, Distortion, board::Checkerboard, board_code::BoardId, frame::ImageSize,
+};
 
 /// A simulated room, person and camera. The same scene gives the same pictures.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,6 +24,8 @@ pub struct Scene {
     pub camera: Camera,
     /// The board held up.
     pub board: Checkerboard,
+    /// Identity that the code in the board's margin says, with its counts and squares; `None` for a board without code.
+    pub board_id: Option<BoardId>,
     /// How far the board isn't flat: its middle is this far along its z-axis, which points away from the camera, from
     /// the ends of the longer side's corners, as a parabola. Metres; 0 for a flat board.
     pub bend_m: f64,
@@ -136,6 +140,7 @@ impl Scene {
                 ..Camera::pinhole(980.0, Point2::new(653.4, 348.2))
             },
             board: default_board(),
+            board_id: None,
             bend_m: 0.0,
             frame_interval_nanos: 1_000_000_000 / 30,
             light: Light::default(),

@@ -10,7 +10,9 @@ use crate::{
     technician::{Person, TechnicianParams},
 };
 use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
-use boresight_geometry::{Distortion, LensKind, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{
+    Distortion, LensKind, board::Checkerboard, board_code::BoardId, frame::ImageSize,
+};
 
 /// Largest height of a bent board's middle, in squares.
 const LARGEST_BEND: f64 = 0.5;
@@ -39,6 +41,10 @@ pub struct SceneFile {
     seed: Option<u64>,
     /// Inner corners of the board in front of the camera, if it's another than the session's.
     board: Option<[u16; 2]>,
+    /// Side of the squares of the board in front of the camera, if it's another than the session's.
+    square_mm: Option<f64>,
+    /// What the code in the board's margin says, if it has one.
+    board_id: Option<String>,
     /// Height of the board's middle over its ends.
     bend_mm: Option<f64>,
     image_size_px: Option<[u32; 2]>,
@@ -160,8 +166,8 @@ impl SceneFile {
         Self::load_with(path, Scene::default_720p(1).board)
     }
 
-    /// Reads a scene with `board` in front of the camera, unless the file names another one, whose squares are then
-    /// as large.
+    /// Reads a scene with `board` in front of the camera, unless the file names another one. What it doesn't name,
+    /// counts or squares, is as of `board`.
     ///
     /// # Errors
     ///
@@ -174,15 +180,27 @@ impl SceneFile {
         };
         let table: toml::Table = toml::from_str(&text).map_err(|err| invalid(&err.to_string()))?;
         let file: Self = table.try_into().map_err(|err| invalid(&err.to_string()))?;
-        let board = match file.board {
-            Some([columns, rows]) => Checkerboard::new(columns, rows, board.measured_m())
-                .map_err(|err| invalid(&err.to_string()))?,
-            None => board,
+        let board = match (file.board, file.square_mm) {
+            (None, None) => board,
+            (size, square_mm) => {
+                // No board has more than 99.
+                let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+                let [columns, rows] = size.unwrap_or([side(board.columns()), side(board.rows())]);
+                let square_m = square_mm.map_or(board.measured_m(), |mm| mm * 1e-3);
+                Checkerboard::new(columns, rows, square_m)
+                    .map_err(|err| invalid(&err.to_string()))?
+            }
         };
+        let board_id: Option<BoardId> = file
+            .board_id
+            .as_deref()
+            .map(str::parse)
+            .transpose()
+            .map_err(|err| invalid(&format!("board_id: {err}")))?;
         let distortion = file
             .lens_distortion()
             .ok_or_else(|| invalid("distortion needs 5 or 8 numbers; with fisheye = true, 4"))?;
-        let scene = file.over(distortion, Scene { board, ..Scene::default_720p(1) });
+        let scene = file.over(distortion, Scene { board, board_id, ..Scene::default_720p(1) });
         let (width_px, height_px) = (scene.image_size.width_px, scene.image_size.height_px);
         let sized = (160..=8192).contains(&width_px) && (120..=8192).contains(&height_px);
         let lens = scene.camera.lens_parameters();
