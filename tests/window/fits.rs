@@ -90,7 +90,7 @@ fn the_numbers_of_a_result_do_not_run_under_its_chart() {
         let moment = moments.iter().find(|m| m.name == name).expect("there");
         let size = boresight::ui::SMALLEST;
         let harness = harness_at(Page::Result, moment, (Theme::Dark, 1.0), size);
-        let charts = harness.get_by_role_and_label(Role::Button, "Uncertainty").rect();
+        let charts = harness.get_by_role_and_label(Role::Button, "Typical error").rect();
         for (words, rect) in read(&harness) {
             let is_left = rect.left() < charts.left() - 20.0 && rect.top() > charts.top();
             assert!(!is_left || rect.right() <= charts.left(), "{name}: {words:?} {rect:?}");

@@ -240,7 +240,7 @@ impl PlannedBoard {
         let reached =
             reached.map_or("too small to measure with".to_owned(), |(pp_px, projection_px)| {
                 format!(
-                    "principal point to about {pp_px:.1} px, projection to {projection_px:.2} px"
+                    "principal point to about {pp_px:.1} px, typical error {projection_px:.2} px"
                 )
             });
         format!("{name:8} {square_mm:6} mm squares: {looks}; {reached}")

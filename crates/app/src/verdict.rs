@@ -82,7 +82,7 @@ pub fn announce_result(
         calibration.model.code(),
         text::result::coefficients(&calibration.camera.distortion)
     ));
-    say(&format!("  projection       {}", text::projection(calibration)));
+    say(&format!("  typical error    {}", text::projection(calibration)));
     if text::knows_sd(calibration) {
         say(&format!("  valid            {}", text::result::valid_area(&calibration.valid_area)));
     }

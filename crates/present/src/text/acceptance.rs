@@ -36,7 +36,7 @@ pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     };
     let reached = match goal {
         AcceptanceGoal::Projection { .. } => {
-            format!("projection to {} in 95 % of the picture", error(goal, bound.total))
+            format!("{} in 95 % of the picture", error(goal, bound.total))
         }
         AcceptanceGoal::Length { length_m, at_m, .. } => {
             format!("{} to ±{}", a_length(length_m, at_m), error(goal, bound.total))
@@ -161,10 +161,7 @@ mod tests {
         let (_, action) = acceptance(&judged(goal, 0.0001, 0.0016));
         assert!(action.contains("--board-scale-error"));
         let (met, _) = acceptance(&judged("0.2px", 0.181, 0.0));
-        assert_eq!(
-            met,
-            "Meets your goal: projection to 0.18 px in 95 % of the picture (goal 0.2 px)"
-        );
+        assert_eq!(met, "Meets your goal: 0.18 px in 95 % of the picture (goal 0.2 px)");
         assert_eq!(progress(&judged(goal, 0.0006, 0.0001), true), "±0.61 mm (goal 0.5 mm)");
         let goal = goal.parse().expect("a goal");
         assert!(out_of_reach(goal, 1e-3).is_some_and(|said| said.contains("±1.6 mm")));

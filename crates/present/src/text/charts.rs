@@ -47,7 +47,7 @@ impl Chart {
     /// Name of the chart.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Uncertainty => "Uncertainty",
+            Self::Uncertainty => super::numbers::TYPICAL_ERROR,
             Self::Residuals => "Residuals",
             Self::Lines => "Principal lines",
             Self::Skipped => "Views left out",
@@ -65,7 +65,7 @@ impl Chart {
     pub fn tip(self) -> &'static str {
         match self {
             Self::Uncertainty => {
-                "Where the picture is known well enough: the numbers say how far a point may be off there (1 sd, px)."
+                "Where the picture is known well enough: the numbers say how far a point is typically off there (1 sd, px)."
             }
             Self::Residuals => {
                 "From predicted to measured corners, enlarged. If the arrows of a view all point the same way, the board or the lens model is wrong."

@@ -49,7 +49,7 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     [
         ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
         ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
-        ("projection", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
+        ("picture", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
         ("smallest detectable change", {
             let lens =
                 drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));

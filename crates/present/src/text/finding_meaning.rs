@@ -65,7 +65,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
         ],
         FindingCode::LensFolds { .. } => [
             "The lens model ends inside the picture",
-            "Holes in the map of uncertainty, near the picture's corners.",
+            "Holes in the map of the typical error, near the picture's corners.",
             "Polynomials of lens distortion turn around somewhere. With no corners there, nothing stops the turn from lying inside the picture; or the lens is wider than the model.",
             "Take views that reach into the corners of the picture. For a lens of more than 120°, ask for `--lens fisheye`.",
             "With care: inside the valid area that the report shows, and never where the map has holes.",
@@ -74,7 +74,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The second method disagrees",
             "Two principal points further apart than their standard deviations allow (report, estimates).",
             "The result and the independent check use the same corners in different ways. What neither models, such as a bent board or a focus that moved, pulls them apart.",
-            "Check that the board is flat and that focus and zoom are locked, then take the views again.",
+            "Check that the board is flat and that focus and zoom are locked. If the verdict isn't GOOD, take the views again.",
             "It's a remark. If another finding names a cause, follow that one.",
         ],
         FindingCode::LensContradicts { .. } => [
@@ -158,7 +158,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The board isn't flat",
             "The sentence says by how much. Against a ruler, you can see half a millimetre.",
             "Paper on cardboard, a warped plate, or glue that pulled while it dried.",
-            "Mount it on glass, aluminium or thick board. Then take the views again.",
+            "Mount it on glass, aluminium or thick board. If the verdict isn't GOOD, take the views again.",
             "Yes, where it's a remark: the result allows for the bend, and the uncertainty holds what's left of it. For measurement to a tenth of a pixel, take a flat board.",
         ],
         FindingCode::RollingShutter { .. } => [
@@ -179,7 +179,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "A board that bends as you hold it",
             "The board has a different shape in each view.",
             "It's too thin: paper, cardboard or thin foam under your hands.",
-            "Mount it on glass, aluminium or thick board. Then take the views again.",
+            "Mount it on glass, aluminium or thick board. If the verdict isn't GOOD, take the views again.",
             "Yes, if the verdict is GOOD: the views differ by it, so the bound includes it.",
         ],
         FindingCode::PictureShifted { .. } => [
@@ -282,7 +282,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
         ],
         FindingCode::ProjectionUncertain { .. } => [
             "Too little of the picture is known",
-            "Much of the map of uncertainty in the report isn't green; the sentence states the share.",
+            "Much of the map of the typical error in the report isn't green; the sentence states the share.",
             "The board stayed in one part of the picture, was small, or was tipped too little.",
             "Take more views that fill the picture and reach its corners, tipped by 30 to 50° in different directions. For an installed camera, take a larger board.",
             "With care: inside the valid area that the report shows. If it's bad, no.",

@@ -59,7 +59,17 @@ pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, 
     finding_of_views(finding, &called)
 }
 
+/// Ends of actions that begin anew. A remark limits nothing, so it asks for no other views.
+const ANEW: [&str; 2] = [" Then take the views again.", " Then start over."];
+
 fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
+    let (what, action) = what_and_action(finding, called);
+    let is_remark = finding.severity == Severity::Info;
+    let without = ANEW.into_iter().find_map(|anew| action.strip_suffix(anew));
+    (what, without.filter(|_| is_remark).unwrap_or(action))
+}
+
+fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
     match finding.code {
         FindingCode::FewViews { distinct, wanted } => (
             format!("Not enough views: {distinct} of at least {wanted}"),
@@ -252,7 +262,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
         ),
         FindingCode::CornerOdd { view, corner, off_px, times, count } => (
             format!(
-                "Corner {} of view {} is off by {off_px:.1} px, {times:.0} times the typical error ({count} such corners)",
+                "Corner {} of view {} is off by {off_px:.1} px, {times:.0} times as far as usual ({count} such corners)",
                 corner + 1,
                 called(view)
             ),
@@ -306,7 +316,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Stri
             {
                 let (share, least) = apart(100.0 * share, 100.0 * wanted_share, 0);
                 format!(
-                    "Projection is known within {goal_px:.1} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {bound_px:.1} px"
+                    "The error stays below {goal_px:.1} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {bound_px:.1} px"
                 )
             },
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
@@ -383,5 +393,18 @@ pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
             format!("{distinct} different views aren't enough to measure the lens"),
             "Tip the board by 30 to 50° in different directions.",
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_remark_asks_for_no_other_views() {
+        let code = FindingCode::BoardBent { depth_m: 0.000_2, gain: 40.0 };
+        let action = |severity| finding(&Finding { code, severity }).1;
+        assert_eq!(action(Severity::Info), "Mount it on glass, aluminium or thick board.");
+        assert!(action(Severity::Care).ends_with("Then take the views again."));
     }
 }

@@ -68,6 +68,9 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
+/// Name of [`precision_over_picture`], everywhere.
+pub const TYPICAL_ERROR: &str = "Typical error";
+
 /// Accuracy of projection over the whole picture, with the value to reach; over its corners while boards are asked for
 /// beyond its edge. `None` without a calibration, and where a goal takes its place.
 pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
@@ -137,8 +140,8 @@ pub const NUMBERS: [(&str, &str); 10] = [
         "Standard deviation of the principal point on its worse axis. With --accept: the 95 % error bound.",
     ),
     (
-        "Over picture",
-        "Standard deviation of projection over the whole picture, or in its corners if they need more.",
+        TYPICAL_ERROR,
+        "How far a point of the picture is off: one standard deviation, on average over the picture, or in its corners if they need more.",
     ),
     ("Views", "Views taken so far, and how many more are likely needed."),
     (

@@ -80,7 +80,7 @@ impl Section {
             Self::Estimates => "Principal point by method",
             Self::EstimatesNear => "Methods that model the lens",
             Self::Skip => "Estimates with n views left out",
-            Self::Projection => "Projection uncertainty",
+            Self::Projection => "Typical error over the picture",
             Self::Lens => "Distortion",
             Self::Coverage => "Coverage",
             Self::Residuals => "Residuals",
@@ -235,7 +235,7 @@ pub fn within_goal(goal_px: f64, share: f64) -> String {
 pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
     let places = if hatched { " Hatched: not covered by the lens model." } else { "" };
     format!(
-        "Uncertainty (1 sd, px) of a projected point, ignoring camera rotation: {mean_px} px on average, {max_px} px at worst. Darker is less certain.{places}"
+        "Typical error of a point (1 sd), ignoring camera rotation: {mean_px} px on average, {max_px} px at worst. Darker is less certain.{places}"
     )
 }
 
@@ -309,7 +309,7 @@ pub mod name {
     pub const FOCAL_SCATTER: &str = "Focal length, sd between views";
     pub const LENS_MODEL: &str = "Lens model";
     pub const SD: &str = "Standard deviations";
-    pub const PROJECTION: &str = "Projection sd, mean and max";
+    pub const PROJECTION: &str = "Typical error (1 sd), and at worst";
     pub const BOUND: &str = "Error bound (95 %)";
     pub const FOCUS: &str = "Focus";
     pub const NOISE: &str = "Corner error";

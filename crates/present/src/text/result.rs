@@ -26,7 +26,7 @@ pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     let first = if has_goal { "Error" } else { "Principal point" };
     let both = [
         (first, super::numbers::precision(snapshot)),
-        ("Typical error in the picture", super::numbers::precision_over_picture(snapshot)),
+        (super::numbers::TYPICAL_ERROR, super::numbers::precision_over_picture(snapshot)),
     ];
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
 }
@@ -103,7 +103,7 @@ pub fn show_tip(file: &Path) -> String {
 /// Before the field for an older calibration.
 pub const COMPARE: &str = "Compare with an older calibration:";
 /// See [`COMPARE`].
-pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and projection, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
+pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and points of the picture, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
 /// Hint in the empty field.
 pub const COMPARE_HINT: &str = "path of the file";
 /// The button that begins.
@@ -153,7 +153,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
         }
     }
     lines.extend(acceptance::on_goal(calibration).map(|(what, _)| ("Goal", what)));
-    lines.push(("Projection", projection(calibration)));
+    lines.push((super::numbers::TYPICAL_ERROR, projection(calibration)));
     let bound = error_bound(calibration.picture_bound_px(), calibration.covered_bound_px);
     lines
         .extend(bound.filter(|_| knows_sd(calibration)).map(|bound| ("Error bound (95 %)", bound)));
@@ -177,7 +177,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// The bound of the error of projection, over the picture and where boards were.
+/// The bound of the error, over the picture and where boards were.
 pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<String> {
     let picture = picture_px.map(|px| format!("{px:.2} px over the picture"));
     let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));

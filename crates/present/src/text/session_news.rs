@@ -15,7 +15,7 @@ pub fn far_board(far: &FarBoard) -> String {
         )
     });
     format!(
-        "At {size} of the picture, this board can measure the principal point to about {pp} and projection to {projection}.{twice}"
+        "At {size} of the picture, this board can measure the principal point to about {pp}, with a typical error of {projection} in the picture.{twice}"
     )
 }
 
@@ -71,9 +71,9 @@ mod tests {
         let far = FarBoard { span_fraction: 0.28, reach, twice_the_size: Some(twice) };
         assert_eq!(
             far_board(&far),
-            "At 28 % of the picture, this board can measure the principal point to about 6.2 px and projection to 1.2 px. With a board twice the size: 1.6 px and 0.31 px."
+            "At 28 % of the picture, this board can measure the principal point to about 6.2 px, with a typical error of 1.2 px in the picture. With a board twice the size: 1.6 px and 0.31 px."
         );
         let alone = far_board(&FarBoard { twice_the_size: None, ..far });
-        assert!(alone.ends_with("projection to 1.2 px."), "{alone}");
+        assert!(alone.ends_with("a typical error of 1.2 px in the picture."), "{alone}");
     }
 }

@@ -26,12 +26,12 @@ pub fn measured(calibration: &Calibration, value: f64, sd: f64, decimals: usize)
     format!("{value:.decimals$} ± {}", sd_of(calibration, format!("{sd:.decimals$}")))
 }
 
-/// The standard deviation of projection over the picture.
+/// The typical error: the standard deviation of projection over the picture.
 pub fn projection(calibration: &Calibration) -> String {
     let sd = &calibration.projection_sd;
     if knows_sd(calibration) {
-        format!("± {:.3} px on average, {:.3} px at worst", sd.mean_px, sd.max_px)
+        format!("{:.3} px (1 sd), {:.3} px at worst", sd.mean_px, sd.max_px)
     } else {
-        format!("± {SD_UNKNOWN}")
+        SD_UNKNOWN.into()
     }
 }
