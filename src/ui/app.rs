@@ -17,7 +17,7 @@ use std::{
 use egui::{Context, Ui, ViewportCommand};
 
 use super::{
-    guide,
+    aloud, guide,
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
@@ -473,6 +473,7 @@ impl App {
 
     /// Paints the page and carries out its requests.
     pub fn paint(&mut self, ui: &mut Ui) {
+        aloud::name_window(ui.ctx(), &self.title());
         // A recording has its own keys.
         let replaying = self.page == Page::Replay;
         let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
@@ -554,6 +555,12 @@ impl App {
         self.stage = SessionState::Idle;
     }
 
+    /// Title of the window: the camera of the session, if there is one.
+    fn title(&self) -> String {
+        let source = self.screen.source.as_str();
+        if source.is_empty() { words::TITLE.into() } else { words::title(source) }
+    }
+
     fn open(&mut self, ctx: &Context, wish: SessionRequest) {
         self.stop_looking();
         self.end();
@@ -565,8 +572,7 @@ impl App {
         self.stage = match self.host.open(&wish, Arc::clone(&self.wake)) {
             Ok(opened) => {
                 self.screen.source.clone_from(&opened.source);
-                let title = words::title(&opened.source);
-                ctx.send_viewport_cmd(ViewportCommand::Title(title));
+                ctx.send_viewport_cmd(ViewportCommand::Title(self.title()));
                 self.screen.folder = Some(opened.folder.clone());
                 self.note.clone_from(&opened.note);
                 self.screen.opening_note.clone_from(&opened.note);

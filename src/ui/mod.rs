@@ -12,7 +12,7 @@
 //! | `app` | pages, keys, the session behind them |
 //! | `stage` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | what panels see, and in which colours |
-//! | `keys`, `sound` | what can be done by hand; what is heard |
+//! | `keys`, `sound`, `aloud` | what can be done by hand; what is heard; what a screen reader says by itself |
 //! | `start` | camera, board and plan of the next session |
 //! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
@@ -22,6 +22,7 @@
 //! | `trouble` | a session that could not be started |
 
 mod adjust;
+mod aloud;
 mod app;
 pub mod guide;
 mod keys;

@@ -2,7 +2,7 @@
 
 use egui::{CentralPanel, RichText, Ui};
 
-use super::{keys::UiAction, theme};
+use super::{aloud, keys::UiAction, theme};
 use boresight_app::host::{SessionRequest, UserError};
 use boresight_present::text::{Act, window as words};
 
@@ -14,10 +14,10 @@ pub fn show(ui: &mut Ui, trouble: &UserError, wish: &SessionRequest, asks: &mut 
             ui.set_max_width(760.0);
             ui.label(RichText::new(words::NOT_STARTED).size(theme::VERDICT).strong());
             ui.add_space(16.0);
-            ui.label(RichText::new(&trouble.what).size(theme::TITLE));
+            aloud::read_next(&ui.label(RichText::new(&trouble.what).size(theme::TITLE)));
             if let Some(action) = &trouble.action {
                 ui.add_space(8.0);
-                ui.label(RichText::new(action).size(theme::TITLE).strong());
+                aloud::read_next(&ui.label(RichText::new(action).size(theme::TITLE).strong()));
             }
             ui.add_space(24.0);
             let again = RichText::new(words::TRY_AGAIN).size(theme::TITLE);

@@ -44,7 +44,10 @@ use boresight::{
         user_error,
     },
 };
-use egui::{Theme, accesskit::Role};
+use egui::{
+    Theme, Vec2,
+    accesskit::{Live, Role},
+};
 use egui_kittest::{
     Harness, SnapshotResults,
     kittest::{NodeT, Queryable},
@@ -195,7 +198,8 @@ fn every_moment_is_read_on_every_page() {
     for moment in moments() {
         println!("{}", moment.name);
         let guide = harness(Page::Guide, &moment, Theme::Dark, 1.0);
-        guide.get_by_role_and_label(Role::Status, &moment.sentence);
+        let sentence = guide.get_by_role_and_label(Role::Status, &moment.sentence);
+        assert_eq!(sentence.accesskit_node().live(), Live::Assertive, "read when it changes");
         guide.get_by_role_and_label(Role::Image, "Live picture");
         let wheel = |node: &egui_kittest::Node<'_>| {
             node.accesskit_node().label().is_some_and(|l| l.starts_with("Directions: "))
@@ -233,6 +237,27 @@ fn every_moment_is_read_on_every_page() {
         result.get_by_role_and_label(Role::Button, "calibration.json");
         replay_is_read(&moment);
         settings_are_read(&harness(Page::Settings, &moment, Theme::Dark, 1.0));
+    }
+}
+
+#[test]
+fn what_stands_on_the_picture_is_read_too() {
+    let all = moments();
+    for (name, distance, wanted) in [
+        ("paused", true, Some("Press P to resume.")),
+        ("paused", false, None),
+        ("searching", true, None),
+    ] {
+        let moment = matrix::moment_of(&all, name);
+        let size = Vec2::new(1024.0, 640.0);
+        let mut page = matrix::page_at(Page::Guide, &moment, (Theme::Dark, 1.0), size, distance);
+        page.state_mut().screen.source = "sim:webcam".into();
+        page.run();
+        let picture = page.get_by_role_and_label(Role::Image, "Live picture");
+        let told = picture.accesskit_node().description().unwrap_or_default();
+        assert!(told.starts_with("SIMULATED."), "{told}");
+        assert_eq!(told.contains("resume"), wanted.is_some(), "{name}: {told}");
+        assert!(told.contains(wanted.unwrap_or_default()), "{told}");
     }
 }
 

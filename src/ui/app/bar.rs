@@ -4,7 +4,7 @@ use egui::{Panel, RichText, Ui};
 
 use super::{
     super::{
-        guide,
+        aloud, guide,
         keys::{self, UiAction, toggle},
         session_state::SessionState,
     },
@@ -63,7 +63,7 @@ impl App {
                 }
                 self.phone.button(ui);
                 if let Some(note) = &self.note {
-                    ui.label(RichText::new(note).small().weak());
+                    aloud::read_next(&ui.label(RichText::new(note).small().weak()));
                 }
             });
         });

@@ -2,7 +2,7 @@
 
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
-use super::super::{keys::UiAction, screen::Screen, theme};
+use super::super::{aloud, keys::UiAction, screen::Screen, theme};
 use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Trouble, adjust, window as words};
 
@@ -26,10 +26,11 @@ pub(super) fn show(
             if is_board { (theme::BAND, theme::AMBER) } else { (theme::ALARM, Color32::WHITE) };
         Frame::new().fill(fill).inner_margin(theme::UNIT).show(ui, |ui| {
             ui.set_width(ui.available_width());
-            ui.label(RichText::new(what).size(larger * theme::TITLE).strong().color(title));
+            let what = RichText::new(what).size(larger * theme::TITLE).strong().color(title);
+            aloud::read_next(&ui.label(what));
             if !action.is_empty() {
                 let action = RichText::new(action).size(larger * theme::BODY);
-                ui.label(action.color(Color32::WHITE));
+                aloud::read_next(&ui.label(action.color(Color32::WHITE)));
             }
             if let Some(board) = board.filter(|_| !screen.is_recorded) {
                 use_other_board(ui, board, asks);

@@ -104,6 +104,10 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
         lost::paint(&painter, placed.rect, secs);
     }
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
+    if let Some(instruction) = instruction {
+        let told = overlay::told(screen, instruction, doubts);
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_description(told));
+    }
 }
 
 /// Buttons to use while views are taken.

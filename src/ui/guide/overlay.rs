@@ -42,25 +42,17 @@ pub(super) fn paint(
         live(painter, placed, snapshot, opacity(screen.overlay_age_secs()));
         principal_point(painter, placed, snapshot);
     }
-    // What the result will say of the pictures, whatever the board does.
     let mut at = placed.rect.left_top() + Vec2::splat(1.5 * theme::UNIT);
     let size = (0.028 * placed.rect.height()).max(theme::BODY);
-    let simulated = text::is_simulated(&screen.source);
-    let simulated = simulated.then_some(text::window::SIMULATED_CAMERA);
-    let doubts = doubts.iter().map(|doubt| doubt.what.as_str());
-    for told in simulated.into_iter().chain(doubts) {
+    for told in said_of_pictures(screen, doubts) {
         shaded_text(painter, at, Align2::LEFT_TOP, told, size);
         at.y += 1.8 * size;
     }
-    if instruction.card.is_some() {
-        let hint = screen.preferences.hint.then_some(text::window::HINT);
-        let note = screen.opening_note.as_deref().filter(|_| snapshot.views.is_empty());
-        let mut at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
-        let size = (0.032 * placed.rect.height()).max(theme::BODY);
-        for told in hint.into_iter().chain(note) {
-            shaded_text(painter, at, Align2::CENTER_BOTTOM, told, size);
-            at.y -= 1.8 * size;
-        }
+    let mut at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
+    let size = (0.032 * placed.rect.height()).max(theme::BODY);
+    for told in hints(screen, instruction) {
+        shaded_text(painter, at, Align2::CENTER_BOTTOM, told, size);
+        at.y -= 1.8 * size;
     }
     if let Some(hold) = instruction.hold {
         ring(painter, placed, instruction, hold as f32);
@@ -75,6 +67,32 @@ pub(super) fn paint(
             egui::StrokeKind::Middle,
         );
     }
+}
+
+/// What stands on the picture, for those who don't see it.
+pub(super) fn told(screen: &Screen, instruction: &Instruction, doubts: &[Trouble]) -> String {
+    let views = screen.snapshot.as_ref().map(text::window::views);
+    let lines = said_of_pictures(screen, doubts).into_iter().chain(hints(screen, instruction));
+    let lines = lines.chain(views.as_deref());
+    lines.map(|line| format!("{}.", line.trim_end_matches('.'))).collect::<Vec<_>>().join(" ")
+}
+
+/// What the result will say of the pictures, whatever the board does.
+fn said_of_pictures<'a>(screen: &Screen, doubts: &'a [Trouble]) -> Vec<&'a str> {
+    let simulated = text::is_simulated(&screen.source);
+    let simulated = simulated.then_some(text::window::SIMULATED_CAMERA);
+    simulated.into_iter().chain(doubts.iter().map(|doubt| doubt.what.as_str())).collect()
+}
+
+/// What helps on, from the lower edge up.
+fn hints<'a>(screen: &'a Screen, instruction: &Instruction) -> Vec<&'a str> {
+    let has_card = instruction.card.is_some();
+    let hint = (has_card && screen.preferences.hint).then_some(text::window::HINT);
+    let is_new = screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.views.is_empty());
+    let note = screen.opening_note.as_deref().filter(|_| has_card && is_new);
+    // From afar, no button says how to go on.
+    let rests = screen.distance && instruction.moment == Moment::Rest;
+    hint.into_iter().chain(note).chain(rests.then_some(text::window::RESUME)).collect()
 }
 
 /// Opacity of a drawing of that age, 0.15 to 1.

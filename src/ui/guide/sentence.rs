@@ -6,7 +6,7 @@ use egui::{
 };
 
 use super::{
-    super::{screen::Screen, theme},
+    super::{aloud, screen::Screen, theme},
     icon,
 };
 use boresight_guide::session::Gravity;
@@ -95,5 +95,6 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instructio
     }
     painter.galley(pos2(at.left() + side + gap, at.top()), galley, color);
     response.widget_info(|| WidgetInfo::labeled(Role::Status, true, &words));
+    aloud::read_now(&response);
     response
 }

@@ -6,6 +6,7 @@ use egui::{
 
 use super::{
     super::{
+        aloud,
         keys::{UiAction, button},
         screen::Screen,
         theme,
@@ -121,7 +122,8 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(theme::VERDICT), Sense::hover());
         sign(ui.painter(), rect, calibration.verdict, color);
         ui.vertical(|ui| {
-            ui.label(RichText::new(verdict).size(theme::VERDICT).strong().color(color));
+            let verdict = RichText::new(verdict).size(theme::VERDICT).strong().color(color);
+            aloud::read_next(&ui.label(verdict));
         });
     });
     for accuracy in words::accuracies(snapshot) {

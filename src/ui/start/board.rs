@@ -6,7 +6,7 @@ use egui::{
 };
 
 use super::{
-    super::{keys::UiAction, theme},
+    super::{aloud, keys::UiAction, theme},
     markers::{self, choice, kind},
     start_page::{APRILGRID, ASYMMETRIC, CHARUCO, CIRCLES, Choices, StartPage},
 };
@@ -47,7 +47,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     let palette = theme::palette(ui.visuals());
     if let Some(code) = page.code() {
         let said = words::named_board(&code.id, code.board.map(usize::from), code.square_m);
-        ui.label(RichText::new(said).strong().color(palette.good));
+        aloud::read_next(&ui.label(RichText::new(said).strong().color(palette.good)));
     } else if !page.knows_square {
         ui.label(RichText::new(words::ASK_SQUARE).color(palette.care));
     }
@@ -126,7 +126,9 @@ fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
         match camera.board {
             Some(board) => {
                 let good = theme::palette(ui.visuals()).good;
-                ui.label(RichText::new(words::detected(board)).strong().color(good));
+                aloud::read_next(
+                    &ui.label(RichText::new(words::detected(board)).strong().color(good)),
+                );
             }
             None => {
                 ui.label(words::DETECTING);

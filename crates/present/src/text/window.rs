@@ -23,6 +23,9 @@ pub const SIMULATED_CAMERA: &str = "SIMULATED";
 /// On the picture until somebody's first view is taken.
 pub const HINT: &str = "Match the outline with your board. boresight takes each photo for you.";
 
+/// On the picture of a session that rests, where no button is seen.
+pub const RESUME: &str = "Press P to resume.";
+
 /// Shown before the first frame is processed.
 pub const STARTING: &str = "Starting";
 
