@@ -237,6 +237,11 @@ impl App {
         }
     }
 
+    /// How many times as large as usual the person wants everything.
+    fn zoom(&self, ctx: &Context) -> f32 {
+        ctx.zoom_factor() / self.fitted
+    }
+
     /// Looks through the cameras while the start page is seen and no session has one.
     fn look_around(&mut self) {
         let has_session = matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_));
@@ -345,7 +350,7 @@ impl App {
             panels: changed(preferences.panels, usual.panels, before.panels),
             full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
             knows_guide: (!preferences.hint).then_some(true),
-            zoom: Some(ctx.zoom_factor() / self.fitted).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
+            zoom: Some(self.zoom(ctx)).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
             ..before.clone()
         };
         self.memorise(memory);
@@ -499,7 +504,8 @@ impl App {
                 let no_voice = self.no_voice.as_deref();
                 let mut memory = self.memory.clone();
                 let preferences = &self.screen.preferences;
-                settings::show(ui, preferences, no_voice, &mut memory, &mut asks);
+                let looks = (preferences, self.zoom(ui.ctx()));
+                settings::show(ui, looks, no_voice, &mut memory, &mut asks);
                 typed = Some(memory);
             }
             (stage, Page::Replay) => {
@@ -683,6 +689,7 @@ impl App {
                     self.stay_silent(trouble);
                 }
             }
+            UiAction::Zoom(zoom) => ctx.set_zoom_factor(zoom * self.fitted),
             UiAction::FullScreenAfar(full) => preferences.full_screen = full,
             UiAction::Start(wish) => {
                 self.keep_wish(&wish);

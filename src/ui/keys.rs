@@ -11,6 +11,8 @@ use boresight_present::text::Act;
 pub enum UiAction {
     /// An action that needs no further data.
     Act(Act),
+    /// Show everything so many times as large as usual.
+    Zoom(f32),
     /// Take back one view.
     Remove(ViewNumber),
     /// Start the session chosen on the start page.

@@ -1,6 +1,9 @@
 //! Settings of the window's looks and sounds.
 
-use egui::{CentralPanel, ComboBox, DragValue, Grid, RichText, ScrollArea, Slider, TextEdit, Ui};
+use egui::{
+    CentralPanel, ComboBox, DragValue, Grid, RichText, ScrollArea, Slider, SliderClamping,
+    TextEdit, Ui,
+};
 
 use super::{
     keys::{UiAction, button, toggle},
@@ -20,10 +23,11 @@ const MOST_LETTERS: usize = 200;
 /// Between the rows and columns of fields.
 const SPACING: [f32; 2] = [2.0 * theme::UNIT, 0.5 * theme::UNIT];
 
-/// Shows the page. `no_voice` says why nothing can be heard; what new sessions should have goes into `memory`.
+/// Shows the page. `zoom` is how much larger than usual the person wants everything, `no_voice` says why nothing can be
+/// heard; what new sessions should have goes into `memory`.
 pub fn show(
     ui: &mut Ui,
-    preferences: &Preferences,
+    (preferences, zoom): (&Preferences, f32),
     no_voice: Option<&str>,
     memory: &mut Memory,
     asks: &mut Vec<UiAction>,
@@ -32,7 +36,7 @@ pub fn show(
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             ui.set_max_width(ui.available_width().min(MOST));
             ui.columns_const(|[looks, new]| {
-                window(looks, preferences, no_voice, asks);
+                window(looks, (preferences, zoom), no_voice, asks);
                 card(new, words::NEW_SESSIONS, &mut |ui| sessions(ui, memory));
                 card(new, words::CERTIFICATE, &mut |ui| certificate(ui, memory));
             });
@@ -53,7 +57,7 @@ fn card(ui: &mut Ui, heading: &str, contents: &mut dyn FnMut(&mut Ui)) {
 /// How the window looks and sounds.
 fn window(
     ui: &mut Ui,
-    preferences: &Preferences,
+    (preferences, zoom): (&Preferences, f32),
     no_voice: Option<&str>,
     asks: &mut Vec<UiAction>,
 ) {
@@ -89,10 +93,10 @@ fn window(
             button(ui, Act::FullScreen, asks);
             button(ui, Act::Help, asks);
         });
-        zoom(ui);
+        size(ui, zoom, asks);
     });
     ui.label(RichText::new(words::NEXT).weak());
-    button(ui, Act::StartPage, asks);
+    ui.horizontal(|ui| button(ui, Act::StartPage, asks));
 }
 
 /// Folder, goal, lens and board of new sessions.
@@ -162,12 +166,13 @@ fn text(ui: &mut Ui, (name, tip): (&str, &str), value: &mut String) {
     ui.end_row();
 }
 
-fn zoom(ui: &mut Ui) {
-    let mut zoom = ui.ctx().zoom_factor();
+fn size(ui: &mut Ui, mut zoom: f32, asks: &mut Vec<UiAction>) {
+    // What the keys have set between the steps stays until the slider is moved.
     let slider = Slider::new(&mut zoom, 0.5..=3.0).step_by(0.25).text(words::ZOOM);
+    let slider = slider.clamping(SliderClamping::Edits);
     let response = ui.add(slider).on_hover_text(words::ZOOM_TIP);
     // While it is dragged, a new size would move the slider away from the pointer.
     if response.changed() && !response.dragged() || response.drag_stopped() {
-        ui.ctx().set_zoom_factor(zoom);
+        asks.push(UiAction::Zoom(zoom));
     }
 }

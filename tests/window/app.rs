@@ -12,7 +12,7 @@ use boresight::{
     cli::app_host,
     ui::{App, Page, SMALLEST},
 };
-use egui::accesskit::Role;
+use egui::{Key, Order, Pos2, Rect, accesskit::Role};
 use egui_kittest::{
     Harness,
     kittest::{NodeT, Queryable},
@@ -132,6 +132,28 @@ fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
             assert!((window.ctx.zoom_factor() - zoom).abs() < 1e-3, "{}", window.ctx.zoom_factor());
         }
         assert_eq!(crate::fits::outside(&window, points), Vec::<String>::new());
+        let name = window.root().accesskit_node().label();
+        assert_eq!(name.as_deref(), Some("boresight"), "for a screen reader");
+        // Nor does the page change that on which the person may.
+        window.key_press(Key::F4);
+        for _ in 0..4 {
+            window.step();
+        }
+        let slider = window.get_all_by_role(Role::Slider).next().expect("Interface size");
+        assert_eq!(slider.accesskit_node().numeric_value(), Some(1.0));
+        assert!((window.ctx.zoom_factor() - zoom).abs() < 1e-3, "{}", window.ctx.zoom_factor());
+        // The list of keys is whole, or scrolls.
+        window.key_press(Key::F12);
+        for _ in 0..4 {
+            window.step();
+        }
+        let keys = window.ctx.memory(|memory| {
+            let mut layers = memory.areas().visible_layer_ids().into_iter();
+            let list = layers.find(|layer| layer.order == Order::Middle);
+            list.and_then(|layer| memory.area_rect(layer.id)).expect("shown")
+        });
+        let all = Rect::from_min_size(Pos2::ZERO, points).expand(1.0);
+        assert!(all.contains_rect(keys), "{keys:?} in {points:?}");
     }
 }
 

@@ -116,7 +116,7 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
         Page::Replay => replay::show(ui, table.replayed.as_mut().expect("a recording")),
         Page::Settings => {
             let Table { screen, memory, asks, .. } = table;
-            settings::show(ui, &screen.preferences, None, memory, asks);
+            settings::show(ui, (&screen.preferences, 1.0), None, memory, asks);
         }
         Page::Start => start::show(ui, &mut table.start, &table.choices, &mut table.asks),
     }

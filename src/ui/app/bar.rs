@@ -1,6 +1,6 @@
 //! Bar above every page, and the list of keys.
 
-use egui::{Panel, RichText, Ui};
+use egui::{Panel, RichText, TextStyle, TextWrapMode, Ui, WidgetText};
 
 use super::{
     super::{
@@ -63,7 +63,15 @@ impl App {
                 }
                 self.phone.button(ui);
                 if let Some(note) = &self.note {
-                    aloud::read_next(&ui.label(RichText::new(note).small().weak()));
+                    let note = RichText::new(note).small().weak();
+                    let (wrap, room) = (Some(TextWrapMode::Extend), f32::INFINITY);
+                    let whole = WidgetText::from(note.clone());
+                    let whole = whole.into_galley(ui, wrap, room, TextStyle::Small);
+                    // A line of its own, if it would be broken in the middle.
+                    if whole.size().x > ui.available_size_before_wrap().x {
+                        ui.end_row();
+                    }
+                    aloud::read_next(&ui.label(note));
                 }
             });
         });
@@ -74,7 +82,9 @@ impl App {
             return;
         }
         let mut open = true;
-        egui::Window::new(words::HELP).open(&mut open).collapsible(false).show(ui.ctx(), |ui| {
+        let window =
+            egui::Window::new(words::HELP).open(&mut open).collapsible(false).vscroll(true);
+        window.show(ui.ctx(), |ui| {
             egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
                 let acts = Act::ALL.iter().map(|act| act.words());
                 let acts = acts.map(|it| (it.key, format!("{}: {}", it.label, it.tip)));
