@@ -343,8 +343,9 @@ impl Distortion {
         }
         let mut flat = *distorted;
         for _ in 0..50 {
-            let residual = distorted - self.apply(&flat);
-            let derivative = self.derivative(&flat);
+            let radial = self.radial(flat.coords.norm_squared());
+            let residual = distorted - self.applied(&flat, &radial);
+            let derivative = self.derived(&flat, &radial);
             let determinant = derivative.determinant();
             if !(determinant > 1e-6 && derivative.trace() > 0.0) {
                 return None;
@@ -357,7 +358,8 @@ impl Distortion {
                 step *= longest / length;
             }
             flat += step;
-            if length <= 1e-15 * (1.0 + flat.coords.norm()) {
+            // The next step would be about as long as the square of this one.
+            if length <= 1e-9 * longest {
                 break;
             }
         }

@@ -18,9 +18,9 @@ pub(super) struct Bend {
 /// A bent board at a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BentView {
-    bend: Bend,
+    pub(super) bend: Bend,
     /// The board's axes in the camera's frame.
-    axes: [[f32; 3]; 3],
+    pub(super) axes: [[f32; 3]; 3],
 }
 
 /// How far a ray goes along the bend and across it for each square along the board's normal.
@@ -57,6 +57,7 @@ impl Bend {
         BentView { bend: self, axes }
     }
 
+    #[inline(always)]
     fn height_at(&self, along: f32) -> f32 {
         self.sag * (1.0 - (along / self.half).powi(2))
     }
@@ -64,6 +65,7 @@ impl Bend {
 
 impl BentView {
     /// Where the ray `(x, y, 1)` meets the bent board, if it would meet a flat one at `flat`. Both from the middle.
+    #[inline(always)]
     pub(super) fn met(&self, ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
         let (slant, _) = self.slant(ray);
         let [along, across] = self.turned(flat);
@@ -76,6 +78,7 @@ impl BentView {
     }
 
     /// Change of [`met`](Self::met) with `by_ray`, at the place `met` itself, where that of a flat board is `by_flat`.
+    #[inline(always)]
     pub(super) fn change(
         &self,
         ray: [f32; 2],
@@ -100,6 +103,7 @@ impl BentView {
     }
 
     /// Slant of a ray, and how far it goes along the board's normal.
+    #[inline(always)]
     fn slant(&self, [x, y]: [f32; 2]) -> (Slant, f32) {
         let dot = |axis: &[f32; 3]| axis[0] * x + axis[1] * y + axis[2];
         let depth = dot(&self.axes[2]).max(1e-3);
@@ -107,7 +111,9 @@ impl BentView {
     }
 
     /// Along and across the bend from right and down, or the other way.
+    #[inline(always)]
     fn turned(&self, [a, b]: [f32; 2]) -> [f32; 2] {
-        if self.bend.is_upright { [b, a] } else { [a, b] }
+        let is_upright = self.bend.is_upright;
+        [if is_upright { b } else { a }, if is_upright { a } else { b }]
     }
 }

@@ -36,6 +36,7 @@
 mod backdrop;
 mod bend;
 mod blur;
+mod exposure;
 #[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
 pub mod kernel;
 mod print;
@@ -47,6 +48,7 @@ mod renderer;
 mod rng_stream;
 mod scene;
 mod scene_file;
+mod sheet_view;
 mod shutter;
 mod source;
 pub mod street;

@@ -3,11 +3,13 @@
 use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 
 use super::{
-    bend::{Bend, BentView},
+    bend::Bend,
+    exposure::Exposure,
     printed_circles::PrintedCircles,
     printed_code::PrintedCode,
     printed_markers::{Cells, Crossing, PrintedMarkers},
     printed_tags::PrintedTags,
+    sheet_view::{PixelRay, SheetView, Spot},
 };
 use boresight_geometry::{board::Checkerboard, board_code::BoardId, markers::Markers};
 
@@ -35,23 +37,6 @@ pub(super) struct Print {
     offsets_y: Vec<f32>,
 }
 
-/// Sheet coordinates (squares) from undistorted rays, for one pose.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SheetView {
-    rows: [[f32; 3]; 3],
-    /// The sheet's middle, and the bend, if it isn't flat.
-    bent: Option<([f32; 2], BentView)>,
-}
-
-/// Where a pixel lies on the sheet, and its change per pixel.
-#[derive(Clone, Copy, Debug)]
-struct Spot {
-    u: f32,
-    v: f32,
-    by_x: [f32; 2],
-    by_y: [f32; 2],
-}
-
 /// What is seen around a point of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Patch {
@@ -72,14 +57,6 @@ pub(super) enum Patch {
 pub(super) struct Share {
     pub(super) dark: f32,
     pub(super) light: f32,
-}
-
-/// A pixel's ray and its derivative.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PixelRay {
-    pub(super) ray: [f32; 2],
-    pub(super) by_x: [f32; 2],
-    pub(super) by_y: [f32; 2],
 }
 
 impl Print {
@@ -212,21 +189,24 @@ impl Print {
         Patch::Mixed
     }
 
-    /// How much of a pixel is dark and how much is light, on average over `views`.
-    pub(super) fn share(&self, views: &[SheetView], pixel: &PixelRay) -> Share {
-        let per_view = (SAMPLES / views.len().max(1)).max(1);
+    /// How much of a pixel is dark and how much is light, on average over `exposure`.
+    pub(super) fn share(&self, exposure: &Exposure, pixel: &PixelRay) -> Share {
+        let count = exposure.view_count();
+        let per_view = (SAMPLES / count.max(1)).max(1);
         let mut share = Share::default();
-        for (index, view) in views.iter().enumerate() {
-            let Some(spot) = view.spot(pixel) else { continue };
+        exposure.for_each_spot(pixel, |index, spot| {
+            if !spot.is_met() {
+                return;
+            }
             let start = (index * per_view) % SAMPLES;
             let end = (start + per_view).min(SAMPLES);
             let xs = &self.offsets_x[start..end];
             let ys = &self.offsets_y[start..end];
-            let seen = self.share_of(&spot, xs, ys);
+            let seen = self.share_of(spot, xs, ys);
             share.dark += seen.dark;
             share.light += seen.light;
-        }
-        let scale = 1.0 / views.len().max(1) as f32;
+        });
+        let scale = 1.0 / count.max(1) as f32;
         Share { dark: share.dark * scale, light: share.light * scale }
     }
 
@@ -298,58 +278,6 @@ impl Print {
             Patch::Light
         }
     }
-}
-
-impl SheetView {
-    /// Sheet coordinates of a row of rays; far outside the sheet where a ray misses its plane.
-    pub(super) fn trace_row(&self, rays_x: &[f32], rays_y: &[f32], us: &mut [f32], vs: &mut [f32]) {
-        let [a, b, c] = &self.rows;
-        for ((x, y), (u, v)) in rays_x.iter().zip(rays_y).zip(us.iter_mut().zip(vs.iter_mut())) {
-            let w = c[0] * x + c[1] * y + c[2];
-            // Not greater also for NaN: a pixel without a ray.
-            let inverse = if w > 1e-6 { 1.0 / w } else { 0.0 };
-            let missed = if w > 1e-6 { 0.0 } else { -1e6 };
-            let (x, y) = if x.is_finite() { (*x, *y) } else { (0.0, 0.0) };
-            *u = (a[0] * x + a[1] * y + a[2]) * inverse + missed;
-            *v = (b[0] * x + b[1] * y + b[2]) * inverse + missed;
-            if let Some(bent) = &self.bent {
-                [*u, *v] = met(bent, [x, y], [*u, *v]);
-            }
-        }
-    }
-
-    fn spot(&self, pixel: &PixelRay) -> Option<Spot> {
-        let [a, b, c] = &self.rows;
-        let [x, y] = pixel.ray;
-        let w = c[0] * x + c[1] * y + c[2];
-        if w.is_nan() || w <= 1e-6 {
-            return None;
-        }
-        let inverse = 1.0 / w;
-        let u = (a[0] * x + a[1] * y + a[2]) * inverse;
-        let v = (b[0] * x + b[1] * y + b[2]) * inverse;
-        let change = |ray: [f32; 2]| {
-            let dw = c[0] * ray[0] + c[1] * ray[1];
-            [
-                (a[0] * ray[0] + a[1] * ray[1] - u * dw) * inverse,
-                (b[0] * ray[0] + b[1] * ray[1] - v * dw) * inverse,
-            ]
-        };
-        let (by_x, by_y) = (change(pixel.by_x), change(pixel.by_y));
-        let Some(bent @ (middle, view)) = &self.bent else {
-            return Some(Spot { u, v, by_x, by_y });
-        };
-        let [u, v] = met(bent, pixel.ray, [u, v]);
-        let from_middle = [u - middle[0], v - middle[1]];
-        let change = |by_ray, by_flat| view.change(pixel.ray, from_middle, by_ray, by_flat);
-        Some(Spot { u, v, by_x: change(pixel.by_x, by_x), by_y: change(pixel.by_y, by_y) })
-    }
-}
-
-/// Where a ray meets the bent sheet that would meet a flat one at `flat`.
-fn met((middle, view): &([f32; 2], BentView), ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
-    let [u, v] = view.met(ray, [flat[0] - middle[0], flat[1] - middle[1]]);
-    [u + middle[0], v + middle[1]]
 }
 
 /// Whether a point inside the pattern is in a light square.

@@ -15,9 +15,11 @@ use rand_distr::StandardNormal;
 use super::{
     backdrop,
     blur::{Kernel, Region},
-    print::{Patch, PixelRay, Print, Share, SheetView},
+    exposure::Exposure,
+    print::{Patch, Print, Share},
     rng_stream::RngStream,
     scene::Scene,
+    sheet_view::{PixelRay, SheetView},
     shutter::{Shutter, middle_pose},
     technician::Hand,
 };
@@ -64,7 +66,7 @@ struct Traced {
 /// The sheet during the exposure of a row.
 struct RowViews {
     centre: SheetView,
-    views: Vec<SheetView>,
+    exposure: Exposure,
 }
 
 impl Renderer {
@@ -223,7 +225,7 @@ impl Renderer {
         for y in area.y0..area.y1 {
             let below = views_at(self, y + 1);
             self.trace(&below.centre, &area, y + 1, &mut traced);
-            self.paint_row(&here.views, &area, y, (&traced, reach_px));
+            self.paint_row(&here.exposure, &area, y, (&traced, reach_px));
             here = below;
         }
         self.traced = traced;
@@ -233,12 +235,13 @@ impl Renderer {
     /// The sheet at `poses`; one view is enough if it isn't smeared. `None` from behind or edge-on.
     fn row_views(&self, poses: &[Isometry3<f64>], smear_px: f64) -> Option<RowViews> {
         let centre = self.print.seen_at(&middle_pose(poses)?)?;
-        let views = if smear_px > 0.0 {
-            poses.iter().filter_map(|pose| self.print.seen_at(pose)).collect()
+        let exposure = if smear_px > 0.0 {
+            let views: Vec<_> = poses.iter().filter_map(|pose| self.print.seen_at(pose)).collect();
+            Exposure::of(&views)
         } else {
-            vec![centre]
+            Exposure::of(&[centre])
         };
-        Some(RowViews { centre, views })
+        Some(RowViews { centre, exposure })
     }
 
     fn trace(&self, view: &SheetView, area: &Region, y: usize, traced: &mut Traced) {
@@ -254,7 +257,7 @@ impl Renderer {
 
     fn paint_row(
         &mut self,
-        views: &[SheetView],
+        exposure: &Exposure,
         area: &Region,
         y: usize,
         (traced, reach_px): (&Traced, f32),
@@ -278,7 +281,7 @@ impl Renderer {
                 Patch::Dark => self.canvas[start + x] = self.dark_level,
                 Patch::Light => self.canvas[start + x] = self.light_level,
                 Patch::Crossing(_) | Patch::Mixed => {
-                    let share = self.print.share(views, &self.pixel_ray(start + x));
+                    let share = self.print.share(exposure, &self.pixel_ray(start + x));
                     self.canvas[start + x] = self.mixed(share, self.sharp_room[start + x]);
                 }
             }

@@ -1,0 +1,129 @@
+//! The sheet at several poses during an exposure, laid out so that a pixel meets all of them at once.
+
+use super::{
+    bend::{Bend, BentView},
+    sheet_view::{PixelRay, SheetView, Spot},
+};
+
+/// Views that are computed at once: two registers of four numbers.
+const LANES: usize = 8;
+
+/// Three by three numbers of each view.
+type Matrices = [[[f32; LANES]; 3]; 3];
+
+/// The sheet as it's seen during the exposure of a row.
+pub(super) struct Exposure {
+    count: usize,
+    groups: Vec<Group>,
+}
+
+/// Up to [`LANES`] views; the last one fills the rest.
+struct Group {
+    rows: Matrices,
+    /// The sheet's middle, its bend, and the board's axes, if it isn't flat.
+    bent: Option<([f32; 2], Bend, Matrices)>,
+}
+
+/// A pixel's [`Spot`] in each view.
+#[derive(Default)]
+struct Spots {
+    depth: [f32; LANES],
+    at: [[f32; LANES]; 2],
+    by_x: [[f32; LANES]; 2],
+    by_y: [[f32; LANES]; 2],
+}
+
+impl Exposure {
+    pub(super) fn of(views: &[SheetView]) -> Self {
+        Self { count: views.len(), groups: views.chunks(LANES).map(Group::of).collect() }
+    }
+
+    pub(super) fn view_count(&self) -> usize {
+        self.count
+    }
+
+    /// Where `pixel` lies on the sheet in each view, in their order.
+    #[inline]
+    pub(super) fn for_each_spot(&self, pixel: &PixelRay, mut take: impl FnMut(usize, &Spot)) {
+        for (group, first) in self.groups.iter().zip((0..self.count).step_by(LANES)) {
+            if first + 1 == self.count {
+                take(first, &group.first().spot(pixel));
+                continue;
+            }
+            let spots = group.spots(pixel);
+            for lane in 0..LANES.min(self.count - first) {
+                take(first + lane, &spots.of_view(lane));
+            }
+        }
+    }
+}
+
+impl Group {
+    fn of(views: &[SheetView]) -> Self {
+        let view = |lane: usize| &views[lane.min(views.len() - 1)];
+        let matrices = |of: &dyn Fn(&SheetView, usize, usize) -> f32| -> Matrices {
+            let lanes = |i, j| std::array::from_fn(|lane| of(view(lane), i, j));
+            std::array::from_fn(|i| std::array::from_fn(|j| lanes(i, j)))
+        };
+        let bent = views[0].bent.map(|(middle, BentView { bend, .. })| {
+            let axes = |view: &SheetView, i: usize, j: usize| {
+                view.bent.map_or(0.0, |(_, BentView { axes, .. })| axes[i][j])
+            };
+            (middle, bend, matrices(&axes))
+        });
+        Self { rows: matrices(&|view, i, j| view.rows[i][j]), bent }
+    }
+
+    #[inline(never)]
+    fn spots(&self, pixel: &PixelRay) -> Spots {
+        // What is the same for all views is decided outside of the loops, so that these become vector instructions.
+        match &self.bent {
+            None => spots(|lane| SheetView { rows: of_lane(&self.rows, lane), bent: None }, pixel),
+            Some((middle, bend, axes)) => spots(
+                |lane| {
+                    let view = BentView { bend: *bend, axes: of_lane(axes, lane) };
+                    SheetView { rows: of_lane(&self.rows, lane), bent: Some((*middle, view)) }
+                },
+                pixel,
+            ),
+        }
+    }
+
+    fn first(&self) -> SheetView {
+        let bent = self.bent.as_ref().map(|(middle, bend, axes)| {
+            (*middle, BentView { bend: *bend, axes: of_lane(axes, 0) })
+        });
+        SheetView { rows: of_lane(&self.rows, 0), bent }
+    }
+}
+
+#[inline(always)]
+fn of_lane(from: &Matrices, lane: usize) -> [[f32; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| from[i][j][lane]))
+}
+
+#[inline(always)]
+fn spots(view: impl Fn(usize) -> SheetView, pixel: &PixelRay) -> Spots {
+    let mut spots = Spots::default();
+    for lane in 0..LANES {
+        let spot = view(lane).spot(pixel);
+        spots.depth[lane] = spot.depth;
+        spots.at[0][lane] = spot.u;
+        spots.at[1][lane] = spot.v;
+        for axis in 0..2 {
+            spots.by_x[axis][lane] = spot.by_x[axis];
+            spots.by_y[axis][lane] = spot.by_y[axis];
+        }
+    }
+    spots
+}
+
+impl Spots {
+    #[inline]
+    fn of_view(&self, lane: usize) -> Spot {
+        let pair = |from: &[[f32; LANES]; 2]| [from[0][lane], from[1][lane]];
+        let [u, v] = pair(&self.at);
+        let (by_x, by_y) = (pair(&self.by_x), pair(&self.by_y));
+        Spot { depth: self.depth[lane], u, v, by_x, by_y }
+    }
+}
