@@ -28,6 +28,10 @@ pub struct Projection {
     pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
     /// d px / d pose, columns `ω` then `τ` of `R ← exp([ω]×) R`, `t ← t + τ` (see [`Camera::moved`]).
     pub jac_pose: SMatrix<f64, 2, 6>,
+    /// The point before the lens bends it: see [`LensKind::flat`].
+    pub flat: Point2<f64>,
+    /// d flat / d pose, columns as of `jac_pose`.
+    pub flat_by_pose: SMatrix<f64, 2, 6>,
 }
 
 /// The image of a ray, with derivatives by lens and rotation of the camera.
@@ -46,6 +50,8 @@ struct Sighting {
     px: Point2<f64>,
     jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
     by_cam: SMatrix<f64, 2, 3>,
+    flat: Point2<f64>,
+    flat_by_cam: SMatrix<f64, 2, 3>,
 }
 
 impl Camera {
@@ -158,20 +164,29 @@ impl Camera {
         cam_from_board: &Isometry3<f64>,
         point_in_board_m: &Point2<f64>,
     ) -> Option<Projection> {
-        let turned =
-            cam_from_board.rotation * Vector3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
-        let in_cam = turned + cam_from_board.translation.vector;
-        let Sighting { px, jac_lens, by_cam } = self.sight(&in_cam)?;
-        // ω × t moves the pixel by b·(ω × t) = (t × b)·ω, for each row b of `by_cam`.
-        let mut jac_pose = SMatrix::<f64, 2, 6>::zeros();
-        for axis in 0..2 {
-            let b = [by_cam[(axis, 0)], by_cam[(axis, 1)], by_cam[(axis, 2)]];
-            for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
-                jac_pose[(axis, i)] = turned[j] * b[k] - turned[k] * b[j];
-                jac_pose[(axis, 3 + i)] = b[i];
-            }
-        }
-        Some(Projection { px, jac_lens, jac_pose })
+        let point_m = Point3::new(point_in_board_m.x, point_in_board_m.y, 0.0);
+        self.project_body_point(cam_from_board, &point_m)
+    }
+
+    /// The image of a point of a body at a pose, in metres, with derivatives; a flat board's has z = 0. `None` outside the
+    /// field, see [`Self::project`].
+    #[inline]
+    pub fn project_body_point(
+        &self,
+        cam_from_body: &Isometry3<f64>,
+        point_in_body_m: &Point3<f64>,
+    ) -> Option<Projection> {
+        let turned = cam_from_body.rotation * point_in_body_m.coords;
+        let in_cam = turned + cam_from_body.translation.vector;
+        let Sighting { px, jac_lens, by_cam, flat, flat_by_cam } = self.sight(&in_cam)?;
+        let jac_pose = by_pose(&turned, &by_cam);
+        Some(Projection {
+            px,
+            jac_lens,
+            jac_pose,
+            flat,
+            flat_by_pose: by_pose(&turned, &flat_by_cam),
+        })
     }
 
     /// Projects a ray, a direction of any length in camera coordinates, with derivatives. `None` outside the field, see
@@ -179,7 +194,7 @@ impl Camera {
     ///
     /// A small rotation ω of the camera moves the ray `r` by `ω × r = −[r]× ω`.
     pub fn project_ray(&self, ray: &Vector3<f64>) -> Option<RayProjection> {
-        let Sighting { px, jac_lens, by_cam } = self.sight(ray)?;
+        let Sighting { px, jac_lens, by_cam, .. } = self.sight(ray)?;
         Some(RayProjection { px, jac_lens, jac_rotation: by_cam * -ray.cross_matrix() })
     }
 
@@ -194,7 +209,7 @@ impl Camera {
         }
         let px = self.pp_px + at.coords.component_mul(&self.f_px);
         let px_by_flat = Matrix2::from_diagonal(&self.f_px) * by_flat;
-        Some(Sighting { px, jac_lens, by_cam: px_by_flat * flat_by_cam })
+        Some(Sighting { px, jac_lens, by_cam: px_by_flat * flat_by_cam, flat, flat_by_cam })
     }
 
     /// Moves `cam_from_board` by the small step `(ω, τ)`, radians and metres, of [`Projection::jac_pose`].
@@ -229,6 +244,21 @@ impl Camera {
     pub fn with_lens_parameters(&self, parameters: &[f64; LENS_PARAMETERS]) -> Self {
         Self::from_lens_parameters(self.distortion.kind, parameters)
     }
+}
+
+/// Derivatives by a pose from those by a point in camera coordinates, which is `turned` from the middle of the body.
+#[inline]
+fn by_pose(turned: &Vector3<f64>, by_cam: &SMatrix<f64, 2, 3>) -> SMatrix<f64, 2, 6> {
+    // ω × t moves the pixel by b·(ω × t) = (t × b)·ω, for each row b of `by_cam`.
+    let mut by_pose = SMatrix::<f64, 2, 6>::zeros();
+    for axis in 0..2 {
+        let b = [by_cam[(axis, 0)], by_cam[(axis, 1)], by_cam[(axis, 2)]];
+        for (i, j, k) in [(0, 1, 2), (1, 2, 0), (2, 0, 1)] {
+            by_pose[(axis, i)] = turned[j] * b[k] - turned[k] * b[j];
+            by_pose[(axis, 3 + i)] = b[i];
+        }
+    }
+    by_pose
 }
 
 #[cfg(test)]

@@ -1,25 +1,24 @@
 //! The bundle with the parameters of one [`Cause`] of a misfit added to the lens and the poses.
 
-use nalgebra::{Isometry3, Point2, Point3, SVector, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 
-use super::hypotheses::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS};
+use super::{
+    hypotheses::{Cause, FEW_SHARED_EXTRAS, LOCAL_EXTRAS, SHARED_EXTRAS},
+    picture_effect::PictureAt,
+};
 use crate::solve::{
     bundle::{BundleState, Observations},
     gram::{Gram, Row},
-    lens_model::tie_focal_lengths,
+    lens_model::{join_focal_lengths, tie_focal_lengths},
     schur_lm::{NormalEquations, Problem, Step, ViewBlock},
     whitened::Whitened,
 };
-use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter, frame::ImageSize};
+use boresight_geometry::{Camera, LENS_PARAMETERS, LensParameter, frame::ImageSize};
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
 /// Number of shared parameters of lens and cause: `FEW` for every cause but [`Cause::SmoothField`], `MANY` for that.
 pub(super) const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
 pub(super) const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
-/// Half step of numeric derivatives.
-const HALF_STEP: f64 = 1e-6;
-/// Half step of numeric derivatives by parameters in pixels.
-const HALF_STEP_PX: f64 = 1e-3;
 
 /// Lens, poses and the parameters of a cause.
 #[derive(Clone, Debug)]
@@ -57,8 +56,7 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) image_size: ImageSize,
     pub(super) half_board_m: f64,
     pub(super) square_pixels: bool,
-    /// Kind of the lens, and which of its parameters are estimated.
-    pub(super) kind: LensKind,
+    /// Lens parameters that are estimated.
     pub(super) free: [bool; LENS_PARAMETERS],
     /// Prior standard deviation of the local parameters, where [`Cause::local_sd`] gives one.
     pub(super) local_sd: f64,
@@ -66,53 +64,16 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) noise_variance: f64,
 }
 
-/// The terms of a [`Cause::SmoothField`] at `px`: those of second order, without the ones that p1 and p2 give, and of third
-/// order, 1 px at the sides of the picture.
-pub(super) fn field_terms(
-    image_size: ImageSize,
-    px: &Point2<f64>,
-) -> [Vector2<f64>; SHARED_EXTRAS] {
-    let off = (px - image_size.centre_px()) * 2.0 / f64::from(image_size.width_px);
-    let (u, v) = (off.x, off.y);
-    let along_x = |value: f64| Vector2::new(value, 0.0);
-    let along_y = |value: f64| Vector2::new(0.0, value);
-    let square = u * u + v * v;
-    let [a, b, c, d] = [u * u * u, u * u * v, u * v * v, v * v * v];
-    [
-        along_x(square),
-        along_y(square),
-        Vector2::new(u * u - v * v, -2.0 * u * v),
-        Vector2::new(2.0 * u * v, u * u - v * v),
-        along_x(a),
-        along_x(b),
-        along_x(c),
-        along_x(d),
-        along_y(a),
-        along_y(b),
-        along_y(c),
-        along_y(d),
-    ]
-}
-
-/// All parameters on which the image of a board point depends.
-#[derive(Clone, Copy)]
-struct Parameters {
-    lens: [f64; LENS_PARAMETERS],
-    shared: [f64; SHARED_EXTRAS],
-    pose: Isometry3<f64>,
-    local: [f64; LOCAL_EXTRAS],
+/// The image of a corner under a cause, with derivatives by lens, pose and the parameters of the cause, which are all views'
+/// or the view's own.
+struct Seen {
+    px: Point2<f64>,
+    by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
+    by_pose: SMatrix<f64, 2, 6>,
+    by_cause: [Vector2<f64>; SHARED_EXTRAS],
 }
 
 impl ExtendedProblem<'_> {
-    fn parameters(&self, state: &ExtendedState, view: usize) -> Parameters {
-        Parameters {
-            lens: state.bundle.camera.lens_parameters(),
-            shared: state.shared,
-            pose: state.bundle.cam_from_board[view],
-            local: state.local[view],
-        }
-    }
-
     /// A board point in metres, with the board as it is under the cause.
     pub(super) fn on_board(
         &self,
@@ -120,74 +81,57 @@ impl ExtendedProblem<'_> {
         local: &[f64; LOCAL_EXTRAS],
         point_m: &Point2<f64>,
     ) -> Point3<f64> {
+        let flat_m = Point3::new(point_m.x, point_m.y, 0.0);
+        let by = self.cause.of_view(shared, local);
+        let moved = self.board_by_cause(point_m).into_iter().zip(by);
+        moved.fold(flat_m, |at, (by_cause, value)| at + by_cause * *value)
+    }
+
+    /// Derivatives of a board point in metres by the parameters of a cause that changes the board.
+    fn board_by_cause(&self, point_m: &Point2<f64>) -> [Vector3<f64>; 3] {
         let (x, y) = (point_m.x / self.half_board_m, point_m.y / self.half_board_m);
-        let bent = |by: &[f64]| {
-            let rise = by[0] * (1.0 - x * x) + by[1] * (1.0 - y * y) + by[2] * x * y;
-            Point3::new(point_m.x, point_m.y, rise * self.half_board_m)
-        };
         match self.cause {
-            Cause::BoardStretched => Point3::new(point_m.x, point_m.y * (1.0 + shared[0]), 0.0),
-            Cause::BoardBent => bent(&shared[..3]),
-            Cause::BoardFlexes => bent(local),
-            _ => Point3::new(point_m.x, point_m.y, 0.0),
+            Cause::BoardStretched => [Vector3::y() * point_m.y, Vector3::zeros(), Vector3::zeros()],
+            Cause::BoardBent | Cause::BoardFlexes => [1.0 - x * x, 1.0 - y * y, x * y]
+                .map(|rise| Vector3::z() * (rise * self.half_board_m)),
+            _ => [Vector3::zeros(); 3],
         }
     }
 
-    fn predict(&self, view: usize, at: &Parameters, corner: &Whitened) -> Option<Point2<f64>> {
-        let camera = Camera::from_lens_parameters(self.kind, &at.lens);
-        let [first, second, third, fourth, ..] = at.shared;
-        let on_board = self.on_board(&at.shared, &at.local, &corner.board_m);
-        let flat = self.kind.flat(&(at.pose * on_board).coords)?;
-        let px = camera.px_from_flat(&flat);
-        let off = px - camera.pp_px;
-        let r2 = flat.coords.norm_squared();
-        let power = self.kind.next_radial_power();
-        Some(match self.cause {
-            Cause::LensShape => {
-                let more = flat.coords * (r2.powi(power) * (first + second * r2))
-                    + Vector2::new(third, fourth) * r2;
-                px + more.component_mul(&camera.f_px)
+    /// `None` outside the field.
+    fn seen(&self, view: usize, state: &ExtendedState, corner: &Whitened) -> Option<Seen> {
+        let (camera, pose) = (&state.bundle.camera, &state.bundle.cam_from_board[view]);
+        let local = &state.local[view];
+        let point_m = self.on_board(&state.shared, local, &corner.board_m);
+        let plain = camera.project_body_point(pose, &point_m)?;
+        let times = self.cause.times(view, self.observations.view_count());
+        let by = self.cause.of_view(&state.shared, local);
+        let at = PictureAt { view, corner, camera, plain: &plain, image_size: self.image_size };
+        let effect = at.effect(self.cause, by, times);
+        let mut by_cause = effect.by_cause;
+        if self.cause.is_of_board() {
+            let px_by_point = effect.by_px * plain.jac_pose.fixed_columns::<3>(3);
+            for (by_cause, moved) in by_cause.iter_mut().zip(self.board_by_cause(&corner.board_m)) {
+                *by_cause = px_by_point * (pose.rotation * moved);
             }
-            Cause::NextRadial => {
-                px + (flat.coords * (r2.powi(power) * first)).component_mul(&camera.f_px)
-            }
-            Cause::SmoothField => px + self.field_px(&at.shared, &px),
-            Cause::Focus => camera.pp_px + off * libm::exp(at.local[0]),
-            Cause::FocusDrift | Cause::FocusJump(_) | Cause::FocusBreathes(_) => {
-                let times = self.cause.times(view, self.observations.view_count());
-                camera.pp_px + off * libm::exp(first * times)
-            }
-            Cause::Mixed(other) if other[view] => {
-                let f_px = camera.f_px.x;
-                let bend = 1.0 + fourth * r2;
-                camera.pp_px + Vector2::new(second, third) * f_px + off * (libm::exp(first) * bend)
-            }
-            Cause::PixelSkew => px + Vector2::new(first * off.y, 0.0),
-            Cause::Shifted => px + Vector2::new(at.local[0], at.local[1]),
-            Cause::RollingShutter => {
-                let row = px.y / f64::from(self.image_size.height_px) - 0.5;
-                px + Vector2::new(at.local[0], at.local[1]) * row
-            }
-            // Compare the corner's seen place, so that the fit can't move it over the tear.
-            Cause::Torn(rows) if rows[view].is_some_and(|row_px| corner.px.y > row_px) => {
-                px + Vector2::new(at.local[0], at.local[1])
-            }
-            _ => px,
-        })
-    }
-
-    /// The field of [`Cause::SmoothField`] at `px`.
-    fn field_px(&self, by: &[f64; SHARED_EXTRAS], px: &Point2<f64>) -> Vector2<f64> {
-        field_terms(self.image_size, px).iter().zip(by).map(|(term, by)| term * *by).sum()
+        }
+        let mut by_lens = effect.by_px * plain.jac_lens;
+        let mut lens = by_lens.fixed_columns_mut::<4>(LensParameter::Fx.index());
+        lens += effect.by_f_and_pp;
+        if self.square_pixels {
+            join_focal_lengths(&mut by_lens);
+        }
+        let by_pose = effect.by_px * plain.jac_pose + effect.by_flat * plain.flat_by_pose;
+        Some(Seen { px: effect.px, by_lens, by_pose, by_cause })
     }
 
     /// Shift of each corner in pixels by the cause, view by view, lens and poses being the same. `None` if a corner is
     /// behind the camera.
     pub(super) fn shifts_px(&self, state: &ExtendedState) -> Option<Vec<Vec<Vector2<f64>>>> {
         let shift_px = |view: usize, corner: &Whitened| {
-            let at = self.parameters(state, view);
-            let plain = state.bundle.camera.px_from_board(&at.pose, &corner.board_m)?;
-            Some(self.predict(view, &at, corner)? - plain)
+            let pose = &state.bundle.cam_from_board[view];
+            let plain = state.bundle.camera.px_from_board(pose, &corner.board_m)?;
+            Some(self.seen(view, state, corner)?.px - plain)
         };
         (0..self.observations.view_count())
             .map(|view| self.observations.view(view).iter().map(|c| shift_px(view, c)).collect())
@@ -195,14 +139,11 @@ impl ExtendedProblem<'_> {
     }
 
     pub(super) fn cost(&self, state: &ExtendedState) -> Option<f64> {
-        let at: Vec<Parameters> =
-            (0..self.observations.view_count()).map(|view| self.parameters(state, view)).collect();
-        self.observations.cost_of(|view, corner| self.predict(view, &at[view], corner))
+        self.observations.cost_of(|view, corner| Some(self.seen(view, state, corner)?.px))
     }
 
     pub(super) fn view_cost(&self, state: &ExtendedState, view: usize) -> Option<f64> {
-        let at = self.parameters(state, view);
-        self.observations.view_cost_of(view, |corner| self.predict(view, &at, corner))
+        self.observations.view_cost_of(view, |corner| Some(self.seen(view, state, corner)?.px))
     }
 
     /// True if a shared parameter, lens or extra, is estimated.
@@ -213,53 +154,7 @@ impl ExtendedProblem<'_> {
             None => index < LENS_PARAMETERS + self.cause.shared_extras(),
         }
     }
-
-    /// Half step by which a shared parameter is moved for its derivative.
-    fn shared_half_step(&self, index: usize) -> f64 {
-        match LensParameter::ALL.get(index) {
-            Some(parameter) if !parameter.is_distortion() => HALF_STEP_PX,
-            None if *self.cause == Cause::SmoothField => HALF_STEP_PX,
-            Some(_) | None => HALF_STEP,
-        }
-    }
-
-    /// Half step by which a parameter of one view is moved for its derivative.
-    fn local_half_step(&self, index: usize, depth_m: f64) -> f64 {
-        match index {
-            3..6 => HALF_STEP * depth_m,
-            6.. if !matches!(self.cause, Cause::Focus | Cause::BoardFlexes) => HALF_STEP_PX,
-            _ => HALF_STEP,
-        }
-    }
-
-    fn with_shared(&self, at: &Parameters, index: usize, change: f64) -> Parameters {
-        let mut moved = *at;
-        if index < LENS_PARAMETERS {
-            moved.lens[index] += change;
-            if index == LensParameter::Fx.index() && self.square_pixels {
-                tie_focal_lengths(&mut moved.lens);
-            }
-        } else {
-            moved.shared[index - LENS_PARAMETERS] += change;
-        }
-        moved
-    }
-
-    fn with_local(at: &Parameters, index: usize, change: f64) -> Parameters {
-        let mut moved = *at;
-        if index < 6 {
-            let mut step = [Vector3::zeros(), Vector3::zeros()];
-            step[index / 3][index % 3] = change;
-            moved.pose = Camera::moved(&at.pose, &step[0], &step[1]);
-        } else {
-            moved.local[index - 6] += change;
-        }
-        moved
-    }
 }
-
-/// Column of a parameter, half a step of it, and the parameters after and before that.
-type Perturbed = (usize, f64, Parameters, Parameters);
 
 impl ExtendedProblem<'_> {
     /// Adds the priors of the local parameters to `block`, and holds parameters that the view doesn't have at zero.
@@ -294,39 +189,29 @@ impl ExtendedProblem<'_> {
         view: usize,
         state: &ExtendedState,
     ) -> Option<(f64, ViewBlock<S, LOCAL>)> {
-        let at = self.parameters(state, view);
-        let depth_m = at.pose.translation.z.abs().max(1e-3);
-        // Perturbed parameters are built once per view rather than per corner.
-        let shared = (0..S).filter(|index| self.is_free(*index)).map(|i| {
-            let h = self.shared_half_step(i);
-            (i, h, self.with_shared(&at, i, h), self.with_shared(&at, i, -h))
-        });
-        let local = (0..6 + self.cause.local_extras()).map(|i| {
-            let h = self.local_half_step(i, depth_m);
-            (S + i, h, Self::with_local(&at, i, h), Self::with_local(&at, i, -h))
-        });
-        let perturbed: Vec<Perturbed> = shared.chain(local).collect();
+        let free: Vec<usize> = (0..LENS_PARAMETERS).filter(|index| self.is_free(*index)).collect();
         let corners = self.observations.view(view);
         let mut rows: Vec<Row<T>> = Vec::with_capacity(2 * corners.len());
         for corner in corners {
+            let seen = self.seen(view, state, corner)?;
             let mut pair = [Row::zeros(); 2];
-            let mut set = |column: usize, values: Vector2<f64>| {
-                pair.iter_mut().zip(&values).for_each(|(row, value)| row.set(column, *value));
+            let mut set = |column: usize, by: Vector2<f64>| {
+                let by = corner.whitener * by;
+                pair.iter_mut().zip(&by).for_each(|(row, value)| row.set(column, *value));
             };
-            for (column, h, up, down) in &perturbed {
-                let up = self.predict(view, up, corner)?;
-                let down = self.predict(view, down, corner)?;
-                set(*column, corner.whitener * (up - down) / (2.0 * h));
-            }
-            let predicted = self.predict(view, &at, corner)?;
-            set(S + LOCAL, corner.whitener * (corner.px - predicted));
+            free.iter().for_each(|i| set(*i, seen.by_lens.column(*i).into_owned()));
+            (0..6).for_each(|i| set(S + i, seen.by_pose.column(i).into_owned()));
+            let shared = LENS_PARAMETERS..LENS_PARAMETERS + self.cause.shared_extras();
+            let local = S + 6..S + 6 + self.cause.local_extras();
+            shared.chain(local).zip(seen.by_cause).for_each(|(column, by)| set(column, by));
+            set(S + LOCAL, corner.px - seen.px);
             rows.extend(pair);
         }
         if let Some(common) = self.observations.common(view) {
             common.take_out(&mut rows);
         }
         let (cost, mut block) = Gram::of(&rows).split();
-        Some((cost + self.weigh_local(view, &at.local, &mut block), block))
+        Some((cost + self.weigh_local(view, &state.local[view], &mut block), block))
     }
 }
 
@@ -382,5 +267,105 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
             .collect();
         let camera = state.bundle.camera.with_lens_parameters(&lens);
         ExtendedState { bundle: BundleState { camera, cam_from_board }, shared, local }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use boresight_geometry::{Corner, Distortion, LensKind, board::Checkerboard};
+
+    /// Every cause that acts on the second of two views.
+    fn causes() -> Vec<Cause> {
+        vec![
+            Cause::Focus,
+            Cause::FocusDrift,
+            Cause::FocusJump(1),
+            Cause::FocusBreathes(vec![-0.1, 0.3]),
+            Cause::Mixed(vec![false, true]),
+            Cause::Shifted,
+            Cause::PixelAspect,
+            Cause::PixelSkew,
+            Cause::BoardStretched,
+            Cause::BoardBent,
+            Cause::BoardFlexes,
+            Cause::RollingShutter,
+            Cause::LensShape,
+            Cause::SmoothField,
+            Cause::Torn(vec![None, Some(400.0)]),
+            Cause::NextRadial,
+        ]
+    }
+
+    #[test]
+    fn derivatives_are_what_a_small_step_changes() {
+        const HALF_STEP: f64 = 1e-6;
+        const VIEW: usize = 1;
+        let board = Checkerboard::new(9, 6, 0.025).expect("a board");
+        let board_m = board.corners_in_board_m();
+        let image_size = ImageSize { width_px: 1280, height_px: 720 };
+        for (kind, cause) in [LensKind::Perspective, LensKind::Fisheye]
+            .into_iter()
+            .flat_map(|kind| causes().into_iter().map(move |cause| (kind, cause)))
+        {
+            let distortion =
+                Distortion { kind, k1: -0.2, k2: 0.03, p1: 1e-3, ..Distortion::default() };
+            let mut camera =
+                Camera { distortion, ..Camera::pinhole(700.0, Point2::new(650.0, 350.0)) };
+            camera.f_px.y = 710.0;
+            let poses = [Vector3::new(0.5, 0.1, 0.0), Vector3::new(-0.3, 0.4, 0.2)]
+                .map(|turn| Isometry3::new(Vector3::new(0.05, -0.02, 0.4), turn));
+            let see = |pose| {
+                let px = |p| camera.px_from_board(pose, p).expect("in front");
+                board_m.iter().map(|p| Corner::isotropic(px(p), 0.05)).collect::<Vec<Corner>>()
+            };
+            let views = poses.each_ref().map(see);
+            let slices: Vec<&[Corner]> = views.iter().map(Vec::as_slice).collect();
+            let observations = Observations::new(&board_m, &slices).expect("corners");
+            let problem = ExtendedProblem {
+                observations: &observations,
+                cause: &cause,
+                image_size,
+                half_board_m: 0.1,
+                square_pixels: false,
+                free: [true; LENS_PARAMETERS],
+                local_sd: 1.0,
+                noise_variance: 1.0,
+            };
+            let bundle = BundleState { camera, cam_from_board: poses.to_vec() };
+            let mut state = ExtendedState::plain(&bundle);
+            state.shared = std::array::from_fn(|i| 0.02 + 0.01 * i as f64);
+            state.local[VIEW] = [0.03, -0.02, 0.04];
+            // Numbers of the lens, the pose, and the cause.
+            let local = cause.local_extras();
+            let count = LENS_PARAMETERS + 6 + if local > 0 { local } else { cause.shared_extras() };
+            let moved = |place: usize, by: f64| {
+                let mut step = Step::<MANY, LOCAL> {
+                    shared: SVector::zeros(),
+                    views: vec![SVector::zeros(); 2],
+                    decrement: 0.0,
+                };
+                match place.checked_sub(LENS_PARAMETERS) {
+                    None => step.shared[place] = by,
+                    Some(place) if place < 6 || local > 0 => step.views[VIEW][place] = by,
+                    Some(place) => step.shared[LENS_PARAMETERS + place - 6] = by,
+                }
+                problem.moved(&state, &step)
+            };
+            for corner in observations.view(VIEW) {
+                let here = problem.seen(VIEW, &state, corner).expect("seen");
+                for place in 0..count {
+                    let stated = match place.checked_sub(LENS_PARAMETERS) {
+                        None => here.by_lens.column(place).into_owned(),
+                        Some(place) if place < 6 => here.by_pose.column(place).into_owned(),
+                        Some(place) => here.by_cause[place - 6],
+                    };
+                    let at = |by| problem.seen(VIEW, &moved(place, by), corner).expect("seen").px;
+                    let found = (at(HALF_STEP) - at(-HALF_STEP)) / (2.0 * HALF_STEP);
+                    let off = (found - stated).norm() / (1.0 + stated.norm());
+                    assert!(off < 1e-5, "{cause:?}, {kind:?}, {place}: {stated} but {found}");
+                }
+            }
+        }
     }
 }

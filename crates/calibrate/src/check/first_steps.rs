@@ -7,8 +7,8 @@
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2};
 
 use super::{
-    extended_bundle::field_terms,
     hypotheses::{Cause, LOCAL_EXTRAS, SHARED_EXTRAS},
+    picture_effect::field_terms,
 };
 use crate::solve::{
     bundle::{BundleState, Observations},
@@ -186,8 +186,7 @@ impl Plain<'_> {
         let mut rows: Vec<Row<TILES>> = Vec::with_capacity(2 * corners.len());
         for corner in corners {
             let seen = camera.project_board_point(pose, &corner.board_m)?;
-            let on_board = nalgebra::Point3::new(corner.board_m.x, corner.board_m.y, 0.0);
-            let flat = kind.flat(&(pose * on_board).coords)?.coords;
+            let flat = seen.flat.coords;
             let r2 = flat.norm_squared();
             let off = seen.px - camera.pp_px;
             let by_cam = seen.jac_pose.fixed_columns::<3>(3);

@@ -171,6 +171,20 @@ impl Cause {
         self.row().local.0
     }
 
+    /// The parameters that act on a view: all views' ones, or its own.
+    pub(super) fn of_view<'a>(
+        &self,
+        shared: &'a [f64; SHARED_EXTRAS],
+        local: &'a [f64; LOCAL_EXTRAS],
+    ) -> &'a [f64] {
+        if self.local_extras() > 0 { local } else { shared }
+    }
+
+    /// True if it changes the board rather than the picture.
+    pub(super) fn is_of_board(&self) -> bool {
+        matches!(self, Self::BoardStretched | Self::BoardBent | Self::BoardFlexes)
+    }
+
     /// See [`Row::local`].
     pub(super) fn local_sd(&self) -> Option<(f64, f64)> {
         self.row().local.1

@@ -224,7 +224,6 @@ impl<'a> Unexplained<'a> {
             image_size: self.image_size,
             half_board_m: half_board_m(self.observations),
             square_pixels: self.freedom.square_pixels && *cause != Cause::PixelAspect,
-            kind: self.start.camera.distortion.kind,
             free: self.freed(),
             local_sd: cause.local_sd().map_or(1.0, |(first, _)| first),
             noise_variance: self.noise_variance(self.cost),

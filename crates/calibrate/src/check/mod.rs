@@ -14,7 +14,7 @@
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `torn_views` | finds views put together from two pictures |
 //! | `hypotheses` | the table of causes of a misfit (focus, board, shutter, mixed or torn views): what is believed of each |
-//! | `view_split`, `first_steps`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits them and compares their odds |
+//! | `view_split`, `first_steps`, `picture_effect`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits them and compares their odds |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
@@ -37,6 +37,7 @@ pub(super) mod noise_correlation;
 pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
+mod picture_effect;
 pub(super) mod projection_sd;
 pub(super) mod rival_family;
 mod torn_views;
