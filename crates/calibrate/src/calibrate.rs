@@ -166,14 +166,24 @@ impl Given<'_> {
         let is_other_cause = |wide: &WideLens| {
             wide.gain.is_finite() && other_cause.is_some_and(|gain| gain > wide.gain)
         };
+        // One that a pole keeps from its minimum is taken only if no other is.
+        let mut unfinished = None;
         for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
             let family = wide.family;
             let mut problem = self.inputs(views, observations.clone(), Some(&wide))?;
             problem.left_out.clone_from(&left_out);
-            match problem.solve_wide(wide).and_then(|it| self.result(views, &problem, &it)) {
-                Ok(found) => return Ok(found),
-                Err(_) => left_out.push(family.code()),
+            let found = problem.solve_wide(wide).and_then(|solution| {
+                Ok((solution.choice.bundle().converged, self.result(views, &problem, &solution)?))
+            });
+            match found {
+                Ok((true, found)) => return Ok(found),
+                Ok((false, found)) => unfinished = unfinished.or(Some(found)),
+                Err(_) => {}
             }
+            left_out.push(family.code());
+        }
+        if let Some(found) = unfinished {
+            return Ok(found);
         }
         if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
             return Err(NotCalibrated::Undetermined { distinct: problem.distinct });

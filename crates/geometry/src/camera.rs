@@ -170,7 +170,7 @@ impl Camera {
 
     /// The image of a point of a body at a pose, in metres, with derivatives; a flat board's has z = 0. `None` outside the
     /// field, see [`Self::project`].
-    #[inline]
+    #[inline(always)]
     pub fn project_body_point(
         &self,
         cam_from_body: &Isometry3<f64>,
@@ -247,7 +247,7 @@ impl Camera {
 }
 
 /// Derivatives by a pose from those by a point in camera coordinates, which is `turned` from the middle of the body.
-#[inline]
+#[inline(always)]
 fn by_pose(turned: &Vector3<f64>, by_cam: &SMatrix<f64, 2, 3>) -> SMatrix<f64, 2, 6> {
     // ω × t moves the pixel by b·(ω × t) = (t × b)·ω, for each row b of `by_cam`.
     let mut by_pose = SMatrix::<f64, 2, 6>::zeros();

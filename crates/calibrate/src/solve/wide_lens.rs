@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust},
     lens_model::{LensFamily, LensModel, LensPrior},
-    odds::{CLEAR, UNLIKELY},
+    odds::CLEAR,
     reversal::with_better_tilts,
 };
 use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_from_rays};
@@ -19,8 +19,9 @@ use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_fr
 const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
 /// Starts that are adjusted.
 const BEST_STARTS: usize = 2;
-/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
-const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Rays this far from the optical axis make a picture wide, in radians: 45°. Beyond, the series of θ in powers of `tan θ`
+/// diverges, so that Brown's polynomial says nothing where no board was.
+const WIDE_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Lens and poses from which a family of wide lenses is adjusted, under its richest model.
 #[derive(Clone, Debug)]
@@ -28,7 +29,7 @@ pub(crate) struct WideLens {
     pub(crate) family: LensFamily,
     pub(crate) state: BundleState,
     bic: f64,
-    /// Twice the logarithm of its odds to Brown's richest model; infinite without one.
+    /// Twice the logarithm of its odds to Brown's richest model; infinite unless that may be the lens.
     pub(crate) gain: f64,
     /// Other families that explain the corners, too.
     pub(crate) rivals: Vec<Rival>,
@@ -42,7 +43,7 @@ pub(crate) struct Rival {
     pub(crate) odds: f64,
 }
 
-/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 40° from the axis,
+/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 45° from the axis,
 /// as a pinhole sees it if it has no ray.
 pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
     let pinhole = Camera { distortion: Distortion::default(), ..*camera };
@@ -83,12 +84,12 @@ pub(crate) fn better_families(
 ) -> Vec<WideLens> {
     let brown = brown.and_then(|state| search.adjusted(LensFamily::Brown.richest(), state.clone()));
     let may_be_brown = search.allowed.iter().any(|model| model.family() == LensFamily::Brown);
-    let wanted_bic = brown.as_ref().filter(|_| may_be_brown).map_or(f64::INFINITY, |brown| {
+    // A polynomial that folds in a wide picture isn't its lens, whatever else may be wrong.
+    let reaches = |brown: &&Bundle| {
         let camera = &brown.state.camera;
-        let folds = corners_px(search.image_size).iter().any(|px| camera.ray_from_px(px).is_none());
-        // A lens that doesn't reach the corners of the picture is the unlikely one.
-        search.bic(brown) + if folds { UNLIKELY } else { -CLEAR }
-    });
+        corners_px(search.image_size).iter().all(|px| camera.ray_from_px(px).is_some())
+    };
+    let wanted = brown.as_ref().filter(|_| may_be_brown).filter(reaches);
     let fisheye = search.fisheye();
     let is_allowed =
         |family: &LensFamily| search.allowed.iter().any(|model| model.family() == *family);
@@ -100,10 +101,8 @@ pub(crate) fn better_families(
     let mut found: Vec<WideLens> =
         LensFamily::ALL.into_iter().filter(is_allowed).filter_map(best_of).collect();
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let gain = |lens: &WideLens| {
-        brown.as_ref().map_or(f64::INFINITY, |brown| search.bic(brown) - lens.bic)
-    };
-    let better = found.iter().enumerate().filter(|(_, lens)| lens.bic < wanted_bic);
+    let gain = |lens: &WideLens| wanted.map_or(f64::INFINITY, |brown| search.bic(brown) - lens.bic);
+    let better = found.iter().enumerate().filter(|(_, lens)| gain(lens) > CLEAR);
     let with_rivals = better.map(|(place, lens)| {
         let rival = |other: &WideLens| Rival {
             camera: other.state.camera,
