@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -198,7 +198,7 @@ test-hostile: setup
 	$(PYTHON) tests/hostile/whole_program.py --boresight $(TARGET)/release/boresight --keep $(TARGET)/hostile-failures
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-hostile test-python test-cloud test-sources test-consumers test-fleet test-web test-packages book
+release-check: features-each long-tests test-hostile test-python test-cloud test-sources test-consumers test-fleet test-web test-packages stopwatch book
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
@@ -249,6 +249,11 @@ test-packages: setup
 	for architecture in amd64 arm64; do tests/packages/bare_roots.sh $(BUILT)/boresight_*_$$architecture.deb || exit 1; done
 	tests/packages/image.sh $(BUILT)/boresight-*-amd64.oci.tar
 	tests/packages/wine.sh $(TARGET)/x86_64-pc-windows-gnu/dist/boresight.exe $(TARGET)/x86_64-unknown-linux-gnu/dist/boresight
+
+# Bytes and seconds from nothing to the first report, of what has been built: the page, the wheel, the .deb; and from a clone.
+stopwatch: PACKAGES += mmdebstrap lintian chromium chromium-driver python3-selenium python3-venv
+stopwatch: setup
+	/usr/bin/python3 tests/packages/stopwatch.py --source . $(foreach way,page:$(WEB)/boresight.html wheel:python/dist/boresight-*.whl deb:$(BUILT)/boresight_*_amd64.deb,$(addprefix --$(firstword $(subst :, ,$(way))) ,$(wildcard $(lastword $(subst :, ,$(way))))))
 
 # The book, by mdBook (cargo install mdbook), into target/book. Its commands are run by `make test`.
 MDBOOK ?= mdbook
