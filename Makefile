@@ -38,7 +38,7 @@ CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(cr
 VENV = $(TARGET)/python-venv
 PYTHON ?= python3
 
-.PHONY: compare stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup
@@ -255,10 +255,18 @@ stopwatch: PACKAGES += mmdebstrap lintian chromium chromium-driver python3-selen
 stopwatch: setup
 	/usr/bin/python3 tests/packages/stopwatch.py --source . $(foreach way,page:$(WEB)/boresight.html wheel:python/dist/boresight-*.whl deb:$(BUILT)/boresight_*_amd64.deb,$(addprefix --$(firstword $(subst :, ,$(way))) ,$(wildcard $(lastword $(subst :, ,$(way))))))
 
-# The book, by mdBook (cargo install mdbook), into target/book. Its commands are run by `make test`.
+# The sessions of the book's page "Gallery", by the commands that stand there, into target/gallery; it's an error if the page says
+# something else than what comes out.
+GALLERY = $(TARGET)/gallery
+gallery: setup
+	cargo build --release --no-default-features --features live,report,serve
+	$(PYTHON) examples/gallery/make.py --boresight $(TARGET)/release/boresight --out $(GALLERY)
+
+# The book, by mdBook (cargo install mdbook), into target/book, with the gallery's reports. Its commands are run by `make test`.
 MDBOOK ?= mdbook
-book: setup
+book: gallery
 	$(MDBOOK) build book
+	mkdir -p $(TARGET)/book/gallery && cp $(GALLERY)/*.html $(TARGET)/book/gallery
 	$(PYTHON) tests/packages/book_links.py $(TARGET)/book
 
 # Two builds of the last commit in two folders give the same bytes. Takes as long as two builds.
