@@ -183,7 +183,8 @@ impl Opening {
             folder,
             session: saved.session,
             board_id: saved.header.config.certificate.board_id,
-            note: self.note(&name),
+            // The session names its source; no camera was looked for.
+            note: None,
             open,
             record_stream: self.record_stream,
             first_frame: saved.first_frame,
