@@ -63,13 +63,14 @@ def facts(session):
 
 
 def shoot(report, into):
-    """The report's second sheet, as a small picture: findings, principal lines, uncertainty, residuals."""
+    """What follows the report's first sheet, as a small picture: verdict, findings, principal lines, uncertainty, residuals."""
     with tempfile.TemporaryDirectory() as place:
-        shot = pathlib.Path(place) / "shot.png"
-        window = ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--window-size=900,2400", f"--screenshot={shot}"]
-        subprocess.run(["chromium", *window, report.resolve().as_uri()], check=True, capture_output=True)
-        second = ["-crop", "52", "866", "796", "1400", "-resize", "640", "0"]
-        subprocess.run(["cwebp", "-quiet", "-q", "60", *second, shot, "-o", into], check=True)
+        shot, page = pathlib.Path(place) / "shot.png", pathlib.Path(place) / "page.html"
+        page.write_text(report.read_text().replace("</head>", "<style>#certificate { display: none }</style></head>"))
+        window = ["--headless=new", "--no-sandbox", "--hide-scrollbars", "--window-size=900,1500", f"--screenshot={shot}"]
+        subprocess.run(["chromium", *window, page.as_uri()], check=True, capture_output=True)
+        sheet = ["-crop", "52", "20", "796", "1400", "-resize", "640", "0"]
+        subprocess.run(["cwebp", "-quiet", "-q", "60", *sheet, shot, "-o", into], check=True)
 
 
 def main():
