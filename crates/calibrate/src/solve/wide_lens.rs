@@ -19,9 +19,10 @@ use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_fr
 const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
 /// Starts that are adjusted.
 const BEST_STARTS: usize = 2;
-/// Rays this far from the optical axis make a picture wide, in radians: 45°. Beyond, the series of θ in powers of `tan θ`
-/// diverges, so that Brown's polynomial says nothing where no board was.
-const WIDE_RAD: f64 = std::f64::consts::FRAC_PI_4;
+/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
+const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// `tan θ` from which the series of θ in its powers diverges: 45°. Beyond, Brown's polynomial says nothing where no board was.
+const DIVERGENT: f64 = 1.0;
 
 /// Lens and poses from which a family of wide lenses is adjusted, under its richest model.
 #[derive(Clone, Debug)]
@@ -43,7 +44,7 @@ pub(crate) struct Rival {
     pub(crate) odds: f64,
 }
 
-/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 45° from the axis,
+/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 40° from the axis,
 /// as a pinhole sees it if it has no ray.
 pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
     let pinhole = Camera { distortion: Distortion::default(), ..*camera };
@@ -84,12 +85,7 @@ pub(crate) fn better_families(
 ) -> Vec<WideLens> {
     let brown = brown.and_then(|state| search.adjusted(LensFamily::Brown.richest(), state.clone()));
     let may_be_brown = search.allowed.iter().any(|model| model.family() == LensFamily::Brown);
-    // A polynomial that folds in a wide picture isn't its lens, whatever else may be wrong.
-    let reaches = |brown: &&Bundle| {
-        let camera = &brown.state.camera;
-        corners_px(search.image_size).iter().all(|px| camera.ray_from_px(px).is_some())
-    };
-    let wanted = brown.as_ref().filter(|_| may_be_brown).filter(reaches);
+    let wanted = brown.as_ref().filter(|it| may_be_brown && reaches(it, search.image_size));
     let fisheye = search.fisheye();
     let is_allowed =
         |family: &LensFamily| search.allowed.iter().any(|model| model.family() == *family);
@@ -112,6 +108,15 @@ pub(crate) fn better_families(
         WideLens { rivals, gain: gain(lens), ..lens.clone() }
     });
     with_rivals.collect()
+}
+
+/// False if `brown` folds where its series diverges: it isn't the lens of the picture, whatever else may be wrong.
+fn reaches(brown: &Bundle, image_size: ImageSize) -> bool {
+    let camera = &brown.state.camera;
+    corners_px(image_size).iter().all(|px| {
+        let flat = (px - camera.pp_px).component_div(&camera.f_px);
+        flat.norm() <= DIVERGENT || camera.ray_from_px(px).is_some()
+    })
 }
 
 /// Adjusted lenses from which those of other families start.
