@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The Windows program under Wine beside the Linux program of the same commit: detect, calibrate, report, batch and the
-# demonstration give the same bytes, but for times and names of folders.
+# demonstration give the same bytes, but for times and names of folders. Debian 12's Wine has no bcryptprimitives.dll, from which
+# Rust's library takes its random numbers: one that asks Wine's own source for them is made by MinGW and put beside the program.
 #
 #     tests/packages/wine.sh target/x86_64-pc-windows-gnu/dist/boresight.exe target/x86_64-unknown-linux-gnu/dist/boresight
 set -euo pipefail
@@ -11,17 +12,26 @@ work=$(mktemp -d)
 export HOME=$work WINEPREFIX=$work/wine WINEDEBUG=-all WINEDLLOVERRIDES='mscoree,mshtml='
 trap 'wineserver --kill 2>/dev/null || true; rm -rf "$work"' EXIT
 wineboot --init >/dev/null 2>&1
+cp "$windows" "$work/boresight.exe"
+windows=$work/boresight.exe
+if [ ! -e "$WINEPREFIX/drive_c/windows/system32/bcryptprimitives.dll" ]; then
+	x86_64-w64-mingw32-gcc -shared -o "$work/bcryptprimitives.dll" -x c - -ladvapi32 <<-END
+		#include <windows.h>
+		BOOLEAN NTAPI SystemFunction036(PVOID, ULONG);
+		__declspec(dllexport) BOOL WINAPI ProcessPrng(PBYTE data, SIZE_T length) { return SystemFunction036(data, length); }
+	END
+fi
 
 everything() { # PROGRAM…
-	cp -r "$recorded" session
-	"$@" --version >version.txt
-	"$@" detect --board 7x5 --json session/frames/*.png >detect.jsonl
-	"$@" calibrate session/frames/*.png --board 7x5 --square 30mm --json --out calibrated.json >calibrate.json
-	"$@" report session --out report.html
-	"$@" batch plan session >manifest.jsonl
-	"$@" batch run manifest.jsonl --action replay --out replayed
-	"$@" batch gather replayed >gathered.jsonl
-	"$@" demo --fast --no-open --json --out demo >demo.json
+	cp -r "$recorded" session &&
+		"$@" --version >version.txt &&
+		"$@" detect --board 7x5 --json session/frames/*.png >detect.jsonl &&
+		"$@" calibrate session/frames/*.png --board 7x5 --square 30mm --json --out calibrated.json >calibrate.json &&
+		"$@" report session --out report.html &&
+		"$@" batch plan session >manifest.jsonl &&
+		"$@" batch run manifest.jsonl --action replay --out replayed &&
+		"$@" batch gather replayed >gathered.jsonl &&
+		"$@" demo --fast --no-open --json --out demo >demo.json
 }
 for side in linux windows; do
 	mkdir "$work/$side"
@@ -29,7 +39,7 @@ for side in linux windows; do
 	program=("$linux")
 	[ $side = linux ] || program=(wine "$windows")
 	began=$SECONDS
-	everything "${program[@]}" 2>said.txt || { cat said.txt; exit 1; }
+	everything "${program[@]}" 2>said.txt || { cat said.txt; echo "$side failed"; exit 1; }
 	echo "$side: $(head -n 1 version.txt), everything in $((SECONDS - began)) s, $(grep '^GOOD (SIMULATED)' said.txt | tail -n 1)"
 	sed -i -E 's/,"millis":[^,}]*//' detect.jsonl
 	# The manifest holds the folder's own name, and so does what's planned from it.
