@@ -129,7 +129,7 @@ impl Card {
     pub fn arrow(&self) -> Vec<Point2<f64>> {
         let rotation = self.cam_from_board.rotation.to_rotation_matrix();
         let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
-        let norm = x.hypot(y);
+        let norm = libm::hypot(x, y);
         if norm < 0.05 {
             return Vec::new();
         }

@@ -152,7 +152,7 @@ impl Instruction {
             Prompt::Closer => Some(Movement::Nearer),
             Prompt::Farther => Some(Movement::Farther),
             _ => prompt.shift().map(|[right, down]| Movement::Shift {
-                towards_rad: f32::atan2(f32::from(down), f32::from(right)),
+                towards_rad: libm::atan2f(f32::from(down), f32::from(right)),
             }),
         }
     }

@@ -115,7 +115,7 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("egui"), &["boresight/ui", "study/window", "study/main"]),
         // Numbers that decide are the same on every processor: the system's functions round otherwise from one machine
         // to the next, those of the crate `libm` don't. What only draws, sounds or studies may use them.
-        (Reach::SystemMathematics, &["present", "boresight", "study"]),
+        (Reach::SystemMathematics, &["boresight", "study"]),
         // People's units stop at the edge: settings, files, sentences.
         (
             Reach::Ending("_mm"),

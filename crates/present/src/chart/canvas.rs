@@ -356,7 +356,7 @@ impl Canvas {
         (0..ELLIPSE_POINTS)
             .map(|k| {
                 let (sin, cos) =
-                    (std::f64::consts::TAU * k as f64 / ELLIPSE_POINTS as f64).sin_cos();
+                    libm::sincos(std::f64::consts::TAU * k as f64 / ELLIPSE_POINTS as f64);
                 centre + (axis(0) * cos + axis(1) * sin) * sds
             })
             .collect()

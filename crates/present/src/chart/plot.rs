@@ -66,7 +66,7 @@ impl Plot {
         let (inner_width, inner_height) = (420.0 - LEFT - RIGHT, 320.0 - TOP - BOTTOM);
         let beside = self.series.len() > NAMES_INSIDE;
         let (width, height) = (if beside { 540.0 } else { 420.0 }, 320.0);
-        let value = |y: f64| if self.log_y { y.max(1e-9).log10() } else { y };
+        let value = |y: f64| if self.log_y { libm::log10(y.max(1e-9)) } else { y };
         let points = || self.series.iter().flat_map(|series| &series.points);
         let range = |values: Vec<f64>| {
             let finite = values.iter().copied().filter(|value| value.is_finite());
@@ -111,7 +111,7 @@ impl Plot {
         let y_ticks = if self.log_y { log_ticks(y_least, y_most) } else { ticks(y_least, y_most) };
         for y in y_ticks {
             let at = up(y);
-            let label = if self.log_y { short(10_f64.powf(y)) } else { short(y) };
+            let label = if self.log_y { short(libm::pow(10.0, y)) } else { short(y) };
             push(
                 &mut svg,
                 format_args!(
@@ -202,7 +202,7 @@ pub fn ticks(low: f64, high: f64) -> Vec<f64> {
     if !(rough > 0.0 && rough.is_finite()) {
         return Vec::new();
     }
-    let power = 10_f64.powf(rough.log10().floor());
+    let power = libm::pow(10.0, libm::log10(rough).floor());
     let step =
         [1.0, 2.0, 5.0, 10.0].into_iter().find(|s| s * power >= rough).unwrap_or(10.0) * power;
     let first = (low / step).ceil() as i64;
@@ -220,7 +220,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         _ => &[1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
     };
     (low.floor() as i32..=high.ceil() as i32)
-        .flat_map(|power| digits.iter().map(move |digit| digit.log10() + f64::from(power)))
+        .flat_map(|power| digits.iter().map(move |digit| libm::log10(*digit) + f64::from(power)))
         .filter(|tick| (low..=high).contains(tick))
         .collect()
 }

@@ -36,7 +36,7 @@ impl Histogram {
     /// What a normal distribution would have in a bar at `sds` standard deviations.
     pub fn normal(&self, sds: f64) -> f64 {
         let step = 2.0 * SPAN / BARS as f64;
-        self.all * step * (-0.5 * sds * sds).exp() / std::f64::consts::TAU.sqrt()
+        self.all * step * libm::exp(-0.5 * sds * sds) / std::f64::consts::TAU.sqrt()
     }
 
     /// Height that bars and curve stay within.

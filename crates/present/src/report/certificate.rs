@@ -323,7 +323,7 @@ fn independent_check(calibration: &CalibrationFile, lens: &LensEntry) -> Option<
     if lens.focal_varies() {
         return None;
     }
-    let distance_px = (free.px[0] - lens.pp_px[0]).hypot(free.px[1] - lens.pp_px[1]);
+    let distance_px = libm::hypot(free.px[0] - lens.pp_px[0], free.px[1] - lens.pp_px[1]);
     let disagrees = calibration.findings.iter().any(|finding| finding.code == "CHECK-DISAGREES");
     Some((distance_px, !disagrees))
 }

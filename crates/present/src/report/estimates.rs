@@ -92,7 +92,7 @@ fn towards(
     slot_rad: f64,
     (width, height): (f64, f64),
 ) -> Point2<f64> {
-    let (sin, cos) = slot_rad.sin_cos();
+    let (sin, cos) = libm::sincos(slot_rad);
     let side = if line.along.x * cos + line.along.y * sin < 0.0 { -1.0 } else { 1.0 };
     let along = line.along * side;
     let from = line.through_px + line.along * line.along.dot(&(near - line.through_px));

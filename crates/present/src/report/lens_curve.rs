@@ -107,7 +107,7 @@ fn farthest_corner_px(calibration: &CalibrationFile, lens: &LensEntry) -> f64 {
     let (width, height) = calibration.size_px();
     let [x, y] = lens.pp_px;
     let far = |at: f64, size: f64| at.abs().max((size - at).abs());
-    far(x, width).hypot(far(y, height))
+    libm::hypot(far(x, width), far(y, height))
 }
 
 /// Distance of the farthest board corner.
@@ -125,5 +125,5 @@ fn boards_reach_px(calibration: &CalibrationFile, lens: &LensEntry) -> Option<f6
 fn tangential_px(lens: &LensEntry, reach_px: f64) -> f64 {
     let r = reach_px / lens.f_px[0];
     // With q = (p2, p1) the shift at x is |x|² q + 2 (q·x) x: longest along q.
-    3.0 * lens.distortion.p1.hypot(lens.distortion.p2) * r * r * lens.f_px[0]
+    3.0 * libm::hypot(lens.distortion.p1, lens.distortion.p2) * r * r * lens.f_px[0]
 }

@@ -14,7 +14,7 @@ pub(super) struct Line {
 
 impl From<LineEntry> for Line {
     fn from(entry: LineEntry) -> Self {
-        let (sin, cos) = entry.phi_rad.sin_cos();
+        let (sin, cos) = libm::sincos(entry.phi_rad);
         let [x, y] = entry.x0_px;
         Self {
             through_px: Point2::new(x + entry.c_px * cos, y + entry.c_px * sin),

@@ -8,7 +8,7 @@ pub(super) fn decimals(sd: f64) -> usize {
         return 2;
     }
     // Between 0 and 9 after clamping.
-    (1.0 - sd.log10().floor()).clamp(0.0, 9.0) as usize
+    (1.0 - libm::log10(sd).floor()).clamp(0.0, 9.0) as usize
 }
 
 /// A number with `decimals` digits after the point; all digits stand in its `value`.
@@ -40,7 +40,7 @@ fn brief_decimals(value: f64, digits: i32) -> usize {
     if value == 0.0 || !value.is_finite() {
         return 0;
     }
-    (f64::from(digits) - 1.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize
+    (f64::from(digits) - 1.0 - libm::log10(value.abs()).floor()).clamp(0.0, 6.0) as usize
 }
 
 /// `value ± sd`, the value alone if there is no standard deviation; both with all digits in their `value`.

@@ -46,7 +46,7 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         };
         // Equal steps of the logarithm: uncertainty grows by factors towards the corners.
         let share = if projection.max > least && least > 0.0 {
-            (sd_px / least).ln() / (projection.max / least).ln()
+            libm::log(sd_px / least) / libm::log(projection.max / least)
         } else {
             0.0
         };

@@ -224,7 +224,7 @@ mod tests {
     fn curve() -> WatchedCurve {
         let points = (0..400).map(|n| {
             let day = f64::from(n) / 48.0;
-            let value = [0.5 * day.sin(), 0.0, 0.01, f64::from(u8::from(day > 6.0))];
+            let value = [0.5 * libm::sin(day), 0.0, 0.01, f64::from(u8::from(day > 6.0))];
             let usual = (day > 1.0).then_some([[0.0; 4], [0.8, 0.8, 0.05, 0.1]]);
             WatchedPoint { day, value, usual }
         });

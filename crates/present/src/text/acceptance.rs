@@ -129,7 +129,7 @@ fn small(value: f64) -> String {
     if !(value.is_finite() && value > 0.0) {
         return format!("{value}");
     }
-    let places = (1.0 - value.log10().floor()).clamp(0.0, 6.0);
+    let places = (1.0 - libm::log10(value).floor()).clamp(0.0, 6.0);
     let text = format!("{value:.0$}", places as usize);
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
 }
@@ -141,7 +141,7 @@ mod tests {
 
     fn judged(goal: &str, lens: f64, scale: f64) -> Acceptance {
         let place_px = [Point2::origin(); 2];
-        let total = lens.hypot(scale);
+        let total = libm::hypot(lens, scale);
         Acceptance {
             goal: goal.parse().expect("a goal"),
             bound: Some(ErrorBound { total, lens, scale, place_px }),
