@@ -237,7 +237,7 @@ impl App {
         }
     }
 
-    /// How many times as large as usual the person wants everything.
+    /// The scale that the person chose; 1 is the usual size.
     fn zoom(&self, ctx: &Context) -> f32 {
         ctx.zoom_factor() / self.fitted
     }

@@ -11,7 +11,7 @@ use boresight_present::text::Act;
 pub enum UiAction {
     /// An action that needs no further data.
     Act(Act),
-    /// Show everything so many times as large as usual.
+    /// Scale everything by this factor; 1 is the usual size.
     Zoom(f32),
     /// Take back one view.
     Remove(ViewNumber),

@@ -23,7 +23,7 @@ const MOST_LETTERS: usize = 200;
 /// Between the rows and columns of fields.
 const SPACING: [f32; 2] = [2.0 * theme::UNIT, 0.5 * theme::UNIT];
 
-/// Shows the page. `zoom` is how much larger than usual the person wants everything, `no_voice` says why nothing can be
+/// Shows the page. `zoom` is the scale that the person chose, `no_voice` says why nothing can be
 /// heard; what new sessions should have goes into `memory`.
 pub fn show(
     ui: &mut Ui,

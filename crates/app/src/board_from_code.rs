@@ -92,8 +92,8 @@ pub fn board_from_pictures(
 }
 
 /// Takes the board from the code in the first frames of a source, as [`board_from_pictures`] does. A folder's or
-/// recording's frames come again; a live camera's are over. The simulated camera shows one picture before it's judged. If the source is broken, its error comes where it came from
-/// the source.
+/// recording's frames come again; a live camera's are over. The simulated camera waits until its first picture is judged. If
+/// the source is broken, its error comes where it came from the source.
 ///
 /// # Errors
 ///

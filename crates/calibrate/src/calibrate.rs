@@ -166,7 +166,7 @@ impl Given<'_> {
         let is_other_cause = |wide: &WideLens| {
             wide.gain.is_finite() && other_cause.is_some_and(|gain| gain > wide.gain)
         };
-        // One that a pole keeps from its minimum is taken only if no other is.
+        // A lens whose fit hasn't converged is taken only if no other one has.
         let mut unfinished = None;
         for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
             let family = wide.family;

@@ -1,7 +1,7 @@
 //! The sheet at several poses during an exposure, laid out so that a pixel meets all of them at once.
 
 use super::{
-    bend::{Bend, BentView},
+    bend::BentView,
     sheet_view::{PixelRay, SheetView, Spot},
 };
 
@@ -17,11 +17,12 @@ pub(super) struct Exposure {
     groups: Vec<Group>,
 }
 
-/// Up to [`LANES`] views; the last one fills the rest.
+/// Up to [`LANES`] views; the last one fills the rest. They differ only in these matrices.
 struct Group {
+    first: SheetView,
     rows: Matrices,
-    /// The sheet's middle, its bend, and the board's axes, if it isn't flat.
-    bent: Option<([f32; 2], Bend, Matrices)>,
+    /// Of the board, if it isn't flat.
+    axes: Matrices,
 }
 
 /// A pixel's [`Spot`] in each view.
@@ -47,7 +48,7 @@ impl Exposure {
     pub(super) fn for_each_spot(&self, pixel: &PixelRay, mut take: impl FnMut(usize, &Spot)) {
         for (group, first) in self.groups.iter().zip((0..self.count).step_by(LANES)) {
             if first + 1 == self.count {
-                take(first, &group.first().spot(pixel));
+                take(first, &group.first.spot(pixel));
                 continue;
             }
             let spots = group.spots(pixel);
@@ -65,35 +66,27 @@ impl Group {
             let lanes = |i, j| std::array::from_fn(|lane| of(view(lane), i, j));
             std::array::from_fn(|i| std::array::from_fn(|j| lanes(i, j)))
         };
-        let bent = views[0].bent.map(|(middle, BentView { bend, .. })| {
-            let axes = |view: &SheetView, i: usize, j: usize| {
-                view.bent.map_or(0.0, |(_, BentView { axes, .. })| axes[i][j])
-            };
-            (middle, bend, matrices(&axes))
-        });
-        Self { rows: matrices(&|view, i, j| view.rows[i][j]), bent }
+        let axis = |view: &SheetView, i: usize, j: usize| {
+            view.bent.map_or(0.0, |(_, BentView { axes, .. })| axes[i][j])
+        };
+        let rows = matrices(&|view, i, j| view.rows[i][j]);
+        Self { first: views[0], rows, axes: matrices(&axis) }
     }
 
     #[inline(never)]
     fn spots(&self, pixel: &PixelRay) -> Spots {
         // What is the same for all views is decided outside of the loops, so that these become vector instructions.
-        match &self.bent {
-            None => spots(|lane| SheetView { rows: of_lane(&self.rows, lane), bent: None }, pixel),
-            Some((middle, bend, axes)) => spots(
+        let rows = |lane| of_lane(&self.rows, lane);
+        match self.first.bent {
+            None => spots(|lane| SheetView { rows: rows(lane), bent: None }, pixel),
+            Some((middle, view)) => spots(
                 |lane| {
-                    let view = BentView { bend: *bend, axes: of_lane(axes, lane) };
-                    SheetView { rows: of_lane(&self.rows, lane), bent: Some((*middle, view)) }
+                    let view = BentView { axes: of_lane(&self.axes, lane), ..view };
+                    SheetView { rows: rows(lane), bent: Some((middle, view)) }
                 },
                 pixel,
             ),
         }
-    }
-
-    fn first(&self) -> SheetView {
-        let bent = self.bent.as_ref().map(|(middle, bend, axes)| {
-            (*middle, BentView { bend: *bend, axes: of_lane(axes, 0) })
-        });
-        SheetView { rows: of_lane(&self.rows, 0), bent }
     }
 }
 

@@ -67,7 +67,7 @@ impl App {
                     let (wrap, room) = (Some(TextWrapMode::Extend), f32::INFINITY);
                     let whole = WidgetText::from(note.clone());
                     let whole = whole.into_galley(ui, wrap, room, TextStyle::Small);
-                    // A line of its own, if it would be broken in the middle.
+                    // The note starts a new line if it doesn't fit on this one.
                     if whole.size().x > ui.available_size_before_wrap().x {
                         ui.end_row();
                     }

@@ -84,7 +84,7 @@ fn said_of_pictures<'a>(screen: &Screen, doubts: &'a [Trouble]) -> Vec<&'a str> 
     simulated.into_iter().chain(doubts.iter().map(|doubt| doubt.what.as_str())).collect()
 }
 
-/// What helps on, from the lower edge up.
+/// Hints on what to do next, from the lower edge up.
 fn hints<'a>(screen: &'a Screen, instruction: &Instruction) -> Vec<&'a str> {
     let has_card = instruction.card.is_some();
     let hint = (has_card && screen.preferences.hint).then_some(text::window::HINT);

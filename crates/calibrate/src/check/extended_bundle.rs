@@ -190,6 +190,8 @@ impl ExtendedProblem<'_> {
         state: &ExtendedState,
     ) -> Option<(f64, ViewBlock<S, LOCAL>)> {
         let free: Vec<usize> = (0..LENS_PARAMETERS).filter(|index| self.is_free(*index)).collect();
+        let shared = LENS_PARAMETERS..LENS_PARAMETERS + self.cause.shared_extras();
+        let local = S + 6..S + 6 + self.cause.local_extras();
         let corners = self.observations.view(view);
         let mut rows: Vec<Row<T>> = Vec::with_capacity(2 * corners.len());
         for corner in corners {
@@ -201,9 +203,8 @@ impl ExtendedProblem<'_> {
             };
             free.iter().for_each(|i| set(*i, seen.by_lens.column(*i).into_owned()));
             (0..6).for_each(|i| set(S + i, seen.by_pose.column(i).into_owned()));
-            let shared = LENS_PARAMETERS..LENS_PARAMETERS + self.cause.shared_extras();
-            let local = S + 6..S + 6 + self.cause.local_extras();
-            shared.chain(local).zip(seen.by_cause).for_each(|(column, by)| set(column, by));
+            let extras = shared.clone().chain(local.clone());
+            extras.zip(seen.by_cause).for_each(|(column, by)| set(column, by));
             set(S + LOCAL, corner.px - seen.px);
             rows.extend(pair);
         }

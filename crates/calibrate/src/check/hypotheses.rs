@@ -171,7 +171,7 @@ impl Cause {
         self.row().local.0
     }
 
-    /// The parameters that act on a view: all views' ones, or its own.
+    /// The parameters that act on a view: those that all views share, or its own.
     pub(super) fn of_view<'a>(
         &self,
         shared: &'a [f64; SHARED_EXTRAS],
