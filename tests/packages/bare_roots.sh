@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Installs a .deb on bare roots of Debian 12 and 13 with one command, runs the demonstration, and removes it again; lintian
 # has nothing to say before. Needs root and mmdebstrap; for another processor arch-test and qemu-user-static with binfmt_misc, too.
-# SUITES names other releases, DEMO has options of the demonstration.
+# SUITES names other releases, DEMO has options of the demonstration. OLDER is the .deb of an earlier version: it's installed and
+# used first, and what it has kept must then be there to the byte, and be read by the newer one.
 #
 #     tests/packages/bare_roots.sh target/packages/boresight_*_arm64.deb
 set -euo pipefail
@@ -16,8 +17,16 @@ for suite in ${SUITES:-bookworm trixie}; do
 	# What a removal should leave.
 	listed() { (cd "$root" && find . -xdev -path ./proc -prune -o -path ./tmp -prune -o -print | sort); }
 	listed >"$work/before"
-	cp "$package" "$root/tmp/boresight.deb"
 	install=(chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends /tmp/boresight.deb)
+	in_place() { chroot "$root" sh -c "mkdir -p /tmp/kept && cd /tmp/kept && $1"; }
+	if [ -n "${OLDER:-}" ]; then
+		cp "$OLDER" "$root/tmp/boresight.deb"
+		"${install[@]}" >/dev/null
+		in_place "boresight demo --fast --no-open --out older 2>/dev/null && boresight history add older >/dev/null"
+		(cd "$root/tmp/kept" && find . -type f -exec sha256sum {} +) >"$work/kept"
+		was=$(chroot "$root" dpkg-query -W -f='${Version}' boresight)
+	fi
+	cp "$package" "$root/tmp/boresight.deb"
 	# Of each file that would be fetched: its address, name, size and sum.
 	fetched=$("${install[@]}" --print-uris | awk '{ sum += $3 } END { print sum }')
 	began=$(date +%s)
@@ -28,6 +37,11 @@ for suite in ${SUITES:-bookworm trixie}; do
 	grep 'GOOD (SIMULATED)' "$work/said"
 	test -s "$root/tmp/demo/report.html"
 	echo "$suite $architecture: $fetched bytes fetched, installed in $((installed - began)) s, report after $((ended - installed)) s more"
+	if [ -n "${OLDER:-}" ]; then
+		(cd "$root/tmp/kept" && sha256sum --check --quiet "$work/kept")
+		in_place "boresight doctor older && boresight history && boresight replay older --json >/tmp/replayed.json"
+		echo "$suite: over $was, $(wc -l <"$work/kept") files are as they were, and are read"
+	fi
 	chroot "$root" apt-get purge -qq -y --autoremove boresight >/dev/null
 	listed >"$work/after"
 	# apt and dpkg keep a log of what they did, and the lists that they were given.
