@@ -109,13 +109,13 @@ def source(repository, place):
     environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "WAYLAND_DISPLAY")}
     began = time.monotonic()
     run("git", "clone", "--quiet", "--depth", "1", pathlib.Path(repository).resolve().as_uri(), place / "clone")
-    cloned = bytes_in(place / "clone/.git")
+    cloned = bytes_in(place / "clone/.git/objects")
     arguments = " ".join(DEMO[:-1] + [str(place / "shown")])
     is_good(place, run("make", "run", f"ARGS={arguments}", cwd=place / "clone", env=environment | {"CARGO_HOME": str(crates)}))
     report = time.monotonic() - began
     program = built / "release/boresight"
     installed = program.stat().st_mtime - time.time() + time.monotonic() - began
-    return cloned + bytes_in(crates / "registry/cache"), installed, report
+    return cloned + bytes_in(crates / "registry/cache") + bytes_in(crates / "registry/index"), installed, report
 
 
 WAYS = {
