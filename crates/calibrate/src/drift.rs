@@ -19,7 +19,7 @@ use boresight_geometry::{
 
 /// Probability that an unchanged principal point, or an unchanged focal length, alone passes for one.
 const ONE_ALONE: f64 = 0.99;
-/// Fewest views for a verdict: two opposed pairs.
+/// Fewest different views for a verdict: two opposed pairs. Fewer give no standard deviations that hold.
 pub const DRIFT_VIEWS: usize = 4;
 /// Distance outside the old boards up to which a corner still counts as covered, as a fraction of the picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
@@ -122,11 +122,13 @@ pub enum NoDrift {
         /// Size in the old calibration.
         old: ImageSize,
     },
-    /// Too few views, or too few in the part of the picture that the old calibration covers.
-    #[error("{usable} usable views, {outside} outside the calibrated part, {DRIFT_VIEWS} needed")]
+    /// Too few different views, or too few in the part of the picture that the old calibration covers.
+    #[error(
+        "{different} different views, {outside} outside the calibrated part, {DRIFT_VIEWS} needed"
+    )]
     FewViews {
-        /// Views that can be used.
-        usable: usize,
+        /// Views that can be used and that differ.
+        different: usize,
         /// Views that extend too far outside the part that the old calibration covers.
         outside: usize,
     },
@@ -186,7 +188,7 @@ impl DriftVerdict {
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] views can be used, if they are of two cameras, or
+/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] usable views differ, if they are of two cameras, or
 /// if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
@@ -202,16 +204,17 @@ pub fn drift(
     let used: Vec<usize> = (0..views.len())
         .filter(|view| usable(&views[*view]) && is_covered(&views[*view], old))
         .collect();
-    if used.len() < DRIFT_VIEWS {
-        let outside = views.iter().filter(|view| usable(view) && !is_covered(view, old)).count();
-        return Err(NoDrift::FewViews { usable: used.len(), outside });
-    }
     // Rows are scaled so that the old pixels are square, and the result back again.
     let aspect = old.camera.f_px.x / old.camera.f_px.y;
     let scaled: Vec<Vec<Corner>> = used
         .iter()
         .map(|view| views[*view].iter().map(|c| c.with_rows_scaled(aspect)).collect())
         .collect();
+    let different = distinct_views(&scaled, board, image_size);
+    if different < DRIFT_VIEWS {
+        let outside = views.iter().filter(|view| usable(view) && !is_covered(view, old)).count();
+        return Err(NoDrift::FewViews { different, outside });
+    }
     let mut camera = old.camera;
     camera.f_px.y = camera.f_px.x;
     camera.pp_px.y *= aspect;
@@ -232,7 +235,7 @@ pub fn drift(
     if let Some(odd_views) = odd_views {
         return Err(NoDrift::Mixed { odd_views });
     }
-    let told = Told::by(view_scatter::freedom(distinct_views(&scaled, board, image_size)));
+    let told = Told::by(view_scatter::freedom(different));
     let change = Change::between((&camera, &old_covariance), (&new.camera, &new.covariance_all))
         .ok_or(NoDrift::Undetermined)?;
     let (d, covariance) = (change.f_and_pp_px, change.f_and_pp_covariance);

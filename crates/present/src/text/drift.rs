@@ -98,12 +98,13 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             ),
             "Set the camera to the mode it was calibrated in. Other modes may crop or scale the picture.",
         ),
-        NoDrift::FewViews { usable, outside: 0 } => {
-            (format!("Not finished: {usable} of 4 views"), "Match the outline once more.")
-        }
-        NoDrift::FewViews { usable, outside } => (
+        NoDrift::FewViews { different, outside: 0 } => (
+            format!("Not finished: {different} of 4 different views"),
+            "Match the outline once more.",
+        ),
+        NoDrift::FewViews { different, outside } => (
             format!(
-                "Not finished: {usable} of 4 views; {outside} more lie outside the part of the picture that the old calibration covers"
+                "Not finished: {different} of 4 different views; {outside} more lie outside the part of the picture that the old calibration covers"
             ),
             "Hold the board where it was for the old calibration, or recalibrate.",
         ),
