@@ -13,11 +13,12 @@
 //! covariance becomes `I⁻¹ (Σ Aᵀ K A) I⁻¹`, with `A` the Jacobian of a view by the lens, its pose eliminated, and `K` the
 //! average of the models.
 
-use nalgebra::{DMatrix, Matrix6, SMatrix, SVector};
+use nalgebra::{DMatrix, SMatrix, SVector};
 
 use crate::solve::{
     bundle::{Bundle, Observations},
     common_error::CommonError,
+    gram::{Gram, Row},
     model_choice::ModelChoice,
     schur_lm::inverse,
 };
@@ -26,6 +27,7 @@ use boresight_geometry::LENS_PARAMETERS;
 use super::misfit_diagnosis::positive_part;
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+type LensVector = SVector<f64, LENS_PARAMETERS>;
 
 /// Shares `a` of the variance that vary smoothly.
 const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
@@ -44,9 +46,7 @@ const PARAMETERS: f64 = 2.0;
 /// Columns of a view's table: lens, pose, residual.
 const POSE: usize = LENS_PARAMETERS;
 const RESIDUAL: usize = LENS_PARAMETERS + 6;
-const COLUMNS: usize = RESIDUAL + 1;
-
-type Gram = SMatrix<f64, COLUMNS, COLUMNS>;
+const TILES: usize = (RESIDUAL + 1).div_ceil(4);
 
 /// Noise of the corners, averaged over the models.
 #[derive(Clone, Debug)]
@@ -63,9 +63,12 @@ pub(crate) struct NoiseCorrelation {
     independent: LensMatrix,
 }
 
-/// A view under the lens of the bundle, thinned: a row per corner for each coordinate.
+/// A view under the lens of the bundle, thinned.
 struct View {
-    rows: [DMatrix<f64>; 2],
+    /// Two rows a corner.
+    rows: Vec<Row<TILES>>,
+    /// What the lens moves a corner by once the pose has settled: a row per corner for each coordinate.
+    by_lens: [DMatrix<f64>; 2],
     distance_px: DMatrix<f64>,
     /// Mean distance of these corners from the nearest one of all.
     spacing_px: f64,
@@ -101,7 +104,7 @@ pub(crate) fn noise_correlation(
     models.push((0.0, 0, independent_cost - 2.0 * libm::log(INDEPENDENT), variance));
     // A thinned corner stands for `step` corners, a pair for the square of that, and a view for `every` views.
     let (step, every) = (step as f64, every as f64);
-    let independent = between(&views, &white)? * (step * every);
+    let independent = between(&views, &white) * (step * every);
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
     let mut by_length = Vec::with_capacity(LENGTHS.len());
     for (length, times) in LENGTHS.into_iter().enumerate() {
@@ -112,7 +115,7 @@ pub(crate) fn noise_correlation(
                 models.push((share, length, cost - 2.0 * libm::log(prior), variance));
             }
         }
-        let pairs = between(&views, &smooth)? * every - independent / step;
+        let pairs = between(&views, &smooth) * every - independent / step;
         by_length.push(pairs * (step * step) + independent);
     }
     let least = models.iter().map(|model| model.2).fold(f64::INFINITY, f64::min);
@@ -161,27 +164,34 @@ impl View {
         let first = view % step;
         let corners: Vec<_> = all.iter().skip(first).step_by(step).collect();
         let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
-        let mut rows = [(); 2].map(|()| DMatrix::zeros(corners.len(), COLUMNS));
-        for (i, corner) in corners.iter().enumerate() {
+        let mut rows = Vec::with_capacity(2 * corners.len());
+        for corner in &corners {
             let predicted = camera.project_board_point(pose, &corner.board_m)?;
             let residual = corner.whitener * (corner.px - predicted.px);
             let mut by_lens = predicted.jac_lens;
             bundle.freedom.restrict(&mut by_lens);
             let (by_lens, by_pose) =
                 (corner.whitener * by_lens, corner.whitener * predicted.jac_pose);
-            for (axis, rows) in rows.iter_mut().enumerate() {
-                for column in 0..LENS_PARAMETERS {
-                    rows[(i, column)] = by_lens[(axis, column)];
-                }
-                for column in 0..6 {
-                    rows[(i, POSE + column)] = by_pose[(axis, column)];
-                }
-                rows[(i, RESIDUAL)] = residual[axis];
+            for axis in 0..2 {
+                let mut row = Row::zeros();
+                (0..LENS_PARAMETERS).for_each(|column| row.set(column, by_lens[(axis, column)]));
+                (0..6).for_each(|column| row.set(POSE + column, by_pose[(axis, column)]));
+                row.set(RESIDUAL, residual[axis]);
+                rows.push(row);
             }
         }
         if let Some(common) = CommonError::of(corners.iter().copied()) {
-            common.take_out_of(&mut rows);
+            common.take_out(&mut rows);
         }
+        let (_, block) = Gram::of(&rows).split::<LENS_PARAMETERS, 6>();
+        let absorbed = block.local_inverse(0.0)? * block.cross.transpose();
+        let by_lens = [0, 1].map(|axis| {
+            DMatrix::from_fn(corners.len(), LENS_PARAMETERS, |corner, column| {
+                let row = &rows[2 * corner + axis];
+                let of_pose = (0..6).map(|i| row.at(POSE + i) * absorbed[(i, column)]);
+                row.at(column) - of_pose.sum::<f64>()
+            })
+        });
         let count = corners.len();
         let distance_px =
             DMatrix::from_fn(count, count, |i, j| (corners[i].px - corners[j].px).norm());
@@ -190,7 +200,7 @@ impl View {
             others.map(|(_, other)| (corners[i].px - other.px).norm()).fold(f64::INFINITY, f64::min)
         };
         let spacing_px = (0..count).map(nearest).sum::<f64>() / count.max(1) as f64;
-        Some(Self { rows, distance_px, spacing_px })
+        Some(Self { rows, by_lens, distance_px, spacing_px })
     }
 
     fn count(&self) -> usize {
@@ -200,32 +210,33 @@ impl View {
     fn smooth(&self, length_px: f64) -> DMatrix<f64> {
         self.distance_px.map(|d| libm::exp(-0.5 * (d / length_px).powi(2)))
     }
+
+    /// The rows, multiplied by the inverse of the lower triangular `factor` of the corners' covariance.
+    fn whitened(&self, factor: &DMatrix<f64>) -> Vec<Row<TILES>> {
+        let mut rows = self.rows.clone();
+        for corner in 0..self.count() {
+            let column = factor.column(corner);
+            let (done, left) = rows.split_at_mut(2 * corner + 2);
+            let pair = &mut done[2 * corner..];
+            pair.iter_mut().for_each(|row| row.scale(column[corner].recip()));
+            for (other, by) in left.chunks_exact_mut(2).zip(column.iter().skip(corner + 1)) {
+                other.iter_mut().zip(&*pair).for_each(|(row, of)| row.add_scaled(of, -by));
+            }
+        }
+        rows
+    }
 }
 
 /// `Σ Aᵀ C A` over the views, with `C` the correlations in `smooth`.
-fn between(views: &[View], smooth: &[DMatrix<f64>]) -> Option<LensMatrix> {
+fn between(views: &[View], smooth: &[DMatrix<f64>]) -> LensMatrix {
     let mut sum = LensMatrix::zeros();
     for (view, smooth) in views.iter().zip(smooth) {
-        let mut gram = Gram::zeros();
-        for rows in &view.rows {
-            gram += fixed(&(rows.transpose() * rows));
-        }
-        let local: Matrix6<f64> = gram.fixed_view::<6, 6>(POSE, POSE).into();
-        let cross = gram.fixed_view::<6, LENS_PARAMETERS>(POSE, 0);
-        let absorbed = inverse(&local)? * cross;
-        for rows in &view.rows {
-            let reduced = rows.columns(0, LENS_PARAMETERS)
-                - rows.columns(POSE, 6)
-                    * DMatrix::from_column_slice(6, LENS_PARAMETERS, absorbed.as_slice());
-            let product = reduced.transpose() * (smooth * &reduced);
+        for by_lens in &view.by_lens {
+            let product = by_lens.transpose() * (smooth * by_lens);
             sum += LensMatrix::from_column_slice(product.as_slice());
         }
     }
-    Some(sum)
-}
-
-fn fixed(gram: &DMatrix<f64>) -> Gram {
-    Gram::from_column_slice(gram.as_slice())
+    sum
 }
 
 /// −2 log restricted likelihood up to a constant, and the most likely `s²`.
@@ -236,8 +247,8 @@ fn restricted_likelihood(
     bundle: &Bundle,
     left: f64,
 ) -> Option<(f64, f64)> {
-    let mut log_determinants = 0.0;
-    let mut lens = SMatrix::<f64, { LENS_PARAMETERS + 1 }, { LENS_PARAMETERS + 1 }>::zeros();
+    let (mut log_determinants, mut squares) = (0.0, 0.0);
+    let (mut of_lens, mut pull) = (LensMatrix::zeros(), LensVector::zeros());
     for (view, smooth) in views.iter().zip(smooth) {
         let mut covariance = smooth * share;
         for i in 0..view.count() {
@@ -246,31 +257,18 @@ fn restricted_likelihood(
         let factor = covariance.cholesky()?;
         let factor = factor.l_dirty();
         log_determinants += 4.0 * (0..view.count()).map(|i| libm::log(factor[(i, i)])).sum::<f64>();
-        let mut gram = Gram::zeros();
-        for rows in &view.rows {
-            let mut whitened = rows.clone();
-            if !factor.solve_lower_triangular_mut(&mut whitened) {
-                return None;
-            }
-            gram += fixed(&(whitened.transpose() * &whitened));
-        }
-        let local: Matrix6<f64> = gram.fixed_view::<6, 6>(POSE, POSE).into();
-        log_determinants += log_determinant(&local)?;
-        let keep = |i: usize| if i < LENS_PARAMETERS { i } else { RESIDUAL };
-        let cross =
-            SMatrix::<f64, 6, { LENS_PARAMETERS + 1 }>::from_fn(|i, j| gram[(POSE + i, keep(j))]);
-        let absorbed = cross.transpose() * inverse(&local)? * cross;
-        lens += SMatrix::from_fn(|i, j| gram[(keep(i), keep(j))] - absorbed[(i, j)]);
+        let (cost, block) = Gram::of(&view.whitened(factor)).split::<LENS_PARAMETERS, 6>();
+        let (information, gradient) = block.reduced()?;
+        log_determinants += log_determinant(&block.local)?;
+        squares += cost - block.gradient.dot(&(block.local_inverse(0.0)? * block.gradient));
+        of_lens += information;
+        pull += gradient;
     }
-    let mut of_lens: LensMatrix = lens.fixed_view::<LENS_PARAMETERS, LENS_PARAMETERS>(0, 0).into();
     for i in (0..LENS_PARAMETERS).filter(|i| !bundle.freedom.free[*i]) {
         of_lens[(i, i)] = 1.0;
     }
-    let pull: SVector<f64, LENS_PARAMETERS> =
-        lens.fixed_view::<LENS_PARAMETERS, 1>(0, LENS_PARAMETERS).into();
     log_determinants += log_determinant(&of_lens)?;
-    let squares =
-        lens[(LENS_PARAMETERS, LENS_PARAMETERS)] - (pull.transpose() * inverse(&of_lens)? * pull).x;
+    squares -= pull.dot(&(inverse(&of_lens)? * pull));
     let variance = squares / left;
     let cost = left * libm::log(variance) + log_determinants;
     cost.is_finite().then_some((cost, variance))

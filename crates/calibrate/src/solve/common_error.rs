@@ -5,7 +5,7 @@
 //! covariance `I + U Uᵀ`, whose inverse square root is `I − Q Φ Qᵀ` with the eigenvectors `Q` of `U Uᵀ` and `φ = 1 − 1/√(1 +
 //! λ)`: what the columns tell is weighed down, nothing else.
 
-use nalgebra::{DMatrix, Point2, SMatrix, SVector, Vector2};
+use nalgebra::{Point2, SMatrix, SVector, Vector2};
 
 use super::{gram::Row, whitened::Whitened};
 
@@ -86,21 +86,6 @@ impl CommonError {
             }
             for (row, along) in rows.iter_mut().zip(&self.directions) {
                 row.add_scaled(&sum, -share * along[axis]);
-            }
-        }
-    }
-
-    /// The same in the rows of the first axis of all corners, and in those of the second.
-    pub(crate) fn take_out_of(&self, rows: &mut [DMatrix<f64>; 2]) {
-        for axis in 0..COLUMNS {
-            let share = 1.0 - (1.0 + self.variances[axis]).sqrt().recip();
-            for column in 0..rows[0].ncols() {
-                let at = |row: usize| (row / 2, column);
-                let along = || self.directions.iter().map(|along| along[axis]).enumerate();
-                let sum: f64 = along().map(|(row, along)| rows[row % 2][at(row)] * along).sum();
-                for (row, along) in along() {
-                    rows[row % 2][at(row)] -= share * sum * along;
-                }
             }
         }
     }

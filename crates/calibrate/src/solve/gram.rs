@@ -28,6 +28,14 @@ impl<const T: usize> Row<T> {
         }
     }
 
+    pub(crate) fn scale(&mut self, factor: f64) {
+        self.0.as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
+    }
+
+    pub(crate) fn at(&self, column: usize) -> f64 {
+        self.0[column / TILE][column % TILE]
+    }
+
     pub(crate) fn set(&mut self, column: usize, value: f64) {
         self.0[column / TILE][column % TILE] = value;
     }

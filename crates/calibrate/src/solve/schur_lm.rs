@@ -53,7 +53,7 @@ pub(crate) struct Step<const S: usize, const L: usize> {
 
 impl<const S: usize, const L: usize> ViewBlock<S, L> {
     /// `V⁻¹`, with the diagonal of `V` multiplied by `1 + damping`. `None` if singular.
-    pub(super) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
+    pub(crate) fn local_inverse(&self, damping: f64) -> Option<SMatrix<f64, L, L>> {
         let mut local = self.local;
         for i in 0..L {
             local[(i, i)] *= 1.0 + damping;
