@@ -45,8 +45,8 @@ use boresight_present::{
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG), one corner table (.vnl), or one session folder; - reads a table or a picture from standard
-    /// input.
+    /// Pictures (PNG, JPEG) or folders of them, one corner table (.vnl), or one session folder; - reads a table or a picture
+    /// from standard input.
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -81,7 +81,7 @@ pub(super) struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  boresight calibrate pictures/*.png
+  boresight calibrate pictures
   boresight calibrate --board 9x6 --square 25mm pictures/*.png
   boresight calibrate --board 9x6 --out camera.json --report camera.html pictures/*.png
   boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl
@@ -90,7 +90,7 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
-        let given = Given::of(&self.inputs)?;
+        let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);
         #[cfg(not(feature = "report"))]
         if self.report.is_some() {

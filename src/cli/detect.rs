@@ -34,7 +34,7 @@ use boresight_present::text::{self, weighed};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures, PNG or JPEG, or video files and recorded bags; - reads one picture from standard input.
+    /// Pictures, PNG or JPEG, folders of them, video files or recorded bags; - reads one picture from standard input.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only one with pictures].
@@ -55,7 +55,7 @@ pub(super) struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  boresight detect pictures/*.png > corners.vnl
+  boresight detect pictures > corners.vnl
   boresight detect --board 9x6 pictures/*.png > corners.vnl
   boresight detect --board 9x6 --json picture.png
   boresight detect --board 9x6 --explain why refused.png
@@ -63,7 +63,7 @@ Examples:
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let given = Given::of(&self.images)?;
+        let given = Given::of_pictures(&self.images)?;
         let (recordings, pictures): (Vec<PathBuf>, Vec<PathBuf>) =
             given.files.iter().cloned().partition(|path| is_recording(path));
         let mut config = self.board.config_for(&pictures)?;
@@ -75,7 +75,7 @@ impl Arguments {
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
-        let progress = Progress::new(FINDING, self.images.len());
+        let progress = Progress::new(FINDING, given.files.len());
         if let Some(folder) = &self.explain {
             make_folder(folder)?;
             progress.say(weighed::ABOUT);
@@ -129,7 +129,7 @@ impl Arguments {
         }
         progress.finish();
         if unreadable > 0 {
-            bail!("{unreadable} of {} files could not be read", self.images.len());
+            bail!("{unreadable} of {} files could not be read", given.files.len());
         }
         Ok(Exit::Good)
     }

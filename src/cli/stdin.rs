@@ -1,4 +1,4 @@
-//! `-`: what stands at standard input, in the place of a file.
+//! What a person named: files, the pictures of folders, and `-` for what comes at standard input.
 
 use std::{
     io::{Read, Write},
@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
+use boresight_capture::pictures_in;
 use boresight_files::Scratch;
 
 /// The name of standard input.
@@ -40,6 +41,23 @@ impl Given {
             given.copy = Some((scratch, path));
         }
         Ok(given)
+    }
+
+    /// As [`Self::of`], with the pictures of a folder in its place. A session's folder stays.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::of`]; if a folder can't be listed, or holds no picture.
+    pub(super) fn of_pictures(names: &[PathBuf]) -> anyhow::Result<Self> {
+        let mut files = Vec::with_capacity(names.len());
+        for name in names {
+            if name.is_dir() && !name.join("session.toml").is_file() {
+                files.extend(pictures_in(name)?);
+            } else {
+                files.push(name.clone());
+            }
+        }
+        Self::of(&files)
     }
 
     /// The file called `name`, alone.

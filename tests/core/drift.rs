@@ -228,7 +228,7 @@ fn what_cannot_be_compared_gets_no_verdict() {
     ));
     assert_eq!(
         drift(&views[..3], &board(), SIZE, &installed.lens()).map(|_| ()),
-        Err(NoDrift::FewViews { usable: 3, outside: 0 })
+        Err(NoDrift::FewViews { different: 3, outside: 0 })
     );
     // The old boards were all at the left.
     let old = OldLens { outlines: &installed.outlines[..0], ..installed.lens() };
@@ -239,7 +239,7 @@ fn what_cannot_be_compared_gets_no_verdict() {
     let left = OldLens { outlines: &[corner], ..old };
     assert_eq!(
         drift(&views, &board(), SIZE, &left).map(|_| ()),
-        Err(NoDrift::FewViews { usable: 0, outside: 4 })
+        Err(NoDrift::FewViews { different: 0, outside: 4 })
     );
 }
 

@@ -64,6 +64,24 @@ fn pictures_become_a_calibration_near_the_truth() {
     assert_ne!(forced.code, 1, "{}", forced.stderr);
 }
 
+#[test]
+fn a_folder_stands_for_its_pictures() {
+    let folder = views(&good());
+    fs::write(folder.path().join("notes.txt"), "taken in the hall").expect("written");
+    let by_names = calibrate(folder.path(), &names(&good()), &["--json"]);
+    let by_folder = calibrate(folder.path(), &[".".into()], &["--json"]);
+    let result = |ended: &Ended| {
+        let file: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+        (file["result"].clone(), file["views"].as_array().map(Vec::len))
+    };
+    assert_eq!(result(&by_folder), result(&by_names));
+    let table = boresight(folder.path(), &["detect", "--board", "9x6", "."]);
+    assert_eq!(table.code, 0, "{}", table.stderr);
+    assert!(table.stdout.contains("0.png"), "{}", table.stdout);
+    fs::create_dir(folder.path().join("empty")).expect("a folder");
+    says(&calibrate(folder.path(), &["empty".into()], &[]), 1, &["empty", "PNG or JPEG"]);
+}
+
 /// A result that can't be written is better known before the pictures are searched: here, there are none to search.
 #[test]
 fn outputs_are_looked_at_before_the_work() {

@@ -35,16 +35,7 @@ impl ImageFolder {
     ///
     /// [`CaptureError`] if it cannot be listed, holds no picture, or none that can be read.
     pub fn open(folder: &Path, upright: Upright) -> Result<Self, CaptureError> {
-        let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
-        let mut files = Vec::new();
-        for entry in folder.read_dir().map_err(failed)? {
-            let path = entry.map_err(failed)?.path();
-            let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-            if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
-                files.push(path);
-            }
-        }
-        files.sort();
+        let files = pictures_in(folder)?;
         let mut broken = None;
         let readable = files.iter().find_map(|path| match read_picture_turned(path, upright) {
             Ok(image) => Some(image),
@@ -58,6 +49,28 @@ impl ImageFolder {
         let identity = SourceIdentity { name: folder.display().to_string(), image_size };
         Ok(Self { identity, files: files.into_iter(), upright, next: 0 })
     }
+}
+
+/// The PNG and JPEG files of `folder`, by their names, in the order of these.
+///
+/// # Errors
+///
+/// [`CaptureError`] if it can't be listed, or holds none.
+pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
+    let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
+    let mut files = Vec::new();
+    for entry in folder.read_dir().map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
+        if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        return Err(CaptureError::NoPictures { path: folder.to_path_buf() });
+    }
+    files.sort();
+    Ok(files)
 }
 
 impl FrameSource for ImageFolder {
