@@ -222,13 +222,24 @@ fn files_that_are_no_pictures_are_named() {
     assert_eq!(contents(folder.path()), before, "nothing is touched");
 }
 
+/// A picture of another size was cut or scaled: what it shows is another camera's.
 #[test]
-fn pictures_of_two_sizes_are_refused() {
+fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {
     let folder = views(&good()[..3]);
-    let small = image::imageops::thumbnail(&picture(40.0, 90.0), 320, 240);
-    small.save(folder.path().join("small.png")).expect("saved");
-    let mut files = names(&good()[..3]);
-    files.push("small.png".into());
+    for name in ["small.png", "tiny.png"] {
+        let small = image::imageops::thumbnail(&picture(40.0, 90.0), 320, 240);
+        small.save(folder.path().join(name)).expect("saved");
+    }
+    let mut files = vec!["small.png".to_owned()];
+    files.extend(names(&good()[..3]));
+    let without = calibrate(folder.path(), &files[1..], &["--json"]);
+    let with = calibrate(folder.path(), &files, &["--json"]);
+    says(&with, without.code, &["small.png: not used", "320x240", "640x480"]);
+    let result = |ended: &Ended| -> Value {
+        serde_json::from_str::<Value>(&ended.stdout).expect("JSON")["result"].clone()
+    };
+    assert_eq!(result(&with), result(&without));
+    files.push("tiny.png".into());
     says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
 }
 

@@ -24,6 +24,8 @@ use boresight_run::{config::Config, pipeline::detect_many};
 
 /// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_CORNERS: usize = 6;
+/// Of so many views, one may be left out: of more, it's the board or the camera that is another one.
+const LEFT_OUT_OF: usize = 3;
 
 /// Corners and names of the pictures of one camera.
 #[derive(Clone, Debug)]
@@ -100,7 +102,7 @@ impl CalibrationViews {
         params: &CalibrationParams,
         announcer: &Announcer,
     ) -> Result<Calibration, NotCalibrated> {
-        let most_left_out = self.corners.len() / 3;
+        let most_left_out = self.corners.len() / LEFT_OUT_OF;
         for left_out in 0.. {
             let result = calibrate(&self.corners, board, self.image_size, params);
             let view = match result {
@@ -171,13 +173,13 @@ pub fn from_table(
     Ok(views)
 }
 
-/// The views of the pictures `inputs`, read the way up that `upright` says, in which `board` is searched on every core. Calls `progress` after each
-/// picture, and announces each that isn't used and why: also those that are damaged. With `with_thumbnails`, also small
-/// copies.
+/// The views of the pictures `inputs`, read the way up that `upright` says, in which `board` is searched on every core. Calls
+/// `progress` after each picture, and announces each that isn't used and why: also those that are damaged, and those that
+/// haven't the size of most. With `with_thumbnails`, also small copies.
 ///
 /// # Errors
 ///
-/// If a picture isn't there or all are damaged, or if the pictures differ in size.
+/// If a picture isn't there or all are damaged, or if more than a third haven't the size of most.
 pub fn from_pictures(
     (inputs, upright): (&[PathBuf], Upright),
     board: &Checkerboard,
@@ -197,11 +199,15 @@ pub fn from_pictures(
     };
     let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| progress())?;
     let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let first = read.iter().flatten().next();
-    let Some(image_size) = first.map(|(size, _)| *size) else {
+    let sizes = || read.iter().flatten().map(|(size, _)| *size);
+    // Of two sizes that are as frequent, the first.
+    let image_size = sizes().rev().max_by_key(|size| sizes().filter(|other| other == size).count());
+    let Some(image_size) = image_size else {
         let failed = found.into_iter().find_map(Result::err);
         return Err(failed.map_or_else(|| anyhow!("no pictures"), Into::into));
     };
+    let is_few =
+        sizes().filter(|size| *size != image_size).count() * LEFT_OUT_OF <= sizes().count();
     let mut views = CalibrationViews {
         image_size,
         corners: Vec::new(),
@@ -210,22 +216,22 @@ pub fn from_pictures(
     };
     for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let corners = match seen {
-            Err(damaged @ CaptureError::Decode { .. }) => Err(damaged.to_string()),
-            Err(err) => return Err(err.into()),
-            Ok(seen) => seen.map(|detection| detection.corners).map_err(|miss| text::miss(&miss)),
+        let other_size = read.as_ref().map(|(size, _)| *size).filter(|size| *size != image_size);
+        let corners = match (seen, other_size) {
+            (Err(damaged @ CaptureError::Decode { .. }), _) => Err(damaged.to_string()),
+            (Err(err), _) => return Err(err.into()),
+            (_, Some(size)) => {
+                let sides = |size: ImageSize| format!("{}x{}", size.width_px, size.height_px);
+                let differs = format!("It's {}, others are {}", sides(size), sides(image_size));
+                if !is_few {
+                    bail!("{name}: {differs}. Pictures of one calibration have one size");
+                }
+                Err(differs)
+            }
+            (Ok(seen), None) => {
+                seen.map(|detection| detection.corners).map_err(|miss| text::miss(&miss))
+            }
         };
-        if let Some((size, _)) = &read
-            && *size != image_size
-        {
-            bail!(
-                "{name} is {}x{}, the first is {}x{}: pictures of one calibration have one size",
-                size.width_px,
-                size.height_px,
-                image_size.width_px,
-                image_size.height_px
-            );
-        }
         let reason = corners.as_ref().err().cloned();
         match &reason {
             Some(reason) => announcer.say(&format!("{name}: not used. {reason}")),
