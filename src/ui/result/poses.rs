@@ -34,9 +34,9 @@ pub(super) fn draw(
             rim.map(corner).to_vec()
         })
         .collect();
-    let depths: Vec<f64> = boards.iter().flatten().map(|point| point.z).collect();
-    let farthest_m = depths.iter().copied().fold(0.0, f64::max);
-    let nearest_m = depths.iter().copied().fold(f64::INFINITY, f64::min);
+    let away_m = || boards.iter().flatten().map(|point| point.coords.norm());
+    let farthest_m = away_m().fold(0.0, f64::max);
+    let nearest_m = away_m().fold(f64::INFINITY, f64::min);
     if farthest_m <= 0.0 {
         return words::TOO_FEW.into();
     }

@@ -98,9 +98,12 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
             Some((number, rim.map(|i| pose * Point3::new(corners_m[i].x, corners_m[i].y, 0.0))))
         })
         .collect();
-    let depths = || boards.iter().flat_map(|(_, corners)| corners).map(|point| point.z);
-    let (nearest_m, farthest_m) =
-        depths().fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), z| (low.min(z), high.max(z)));
+    // Beside a fisheye, what is near needn't be in front.
+    let away_m = boards.iter().flat_map(|(_, corners)| corners).map(|point| point.coords.norm());
+    let (nearest_m, farthest_m) = away_m
+        .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), away| {
+            (low.min(away), high.max(away))
+        });
     if boards.is_empty() || farthest_m <= 0.0 {
         return None;
     }

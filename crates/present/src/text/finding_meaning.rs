@@ -67,7 +67,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The lens model ends inside the picture",
             "Holes in the map of the typical error, near the picture's corners.",
             "Polynomials of lens distortion turn around somewhere. With no corners there, nothing stops the turn from lying inside the picture; or the lens is wider than the model.",
-            "Take views that reach into the corners of the picture. For a lens of more than 120°, ask for `--lens fisheye`.",
+            "Take views that reach into the corners of the picture, unless they're black: what a round fisheye doesn't show, no model needs. For a lens of more than 120°, ask for `--lens fisheye`.",
             "With care: inside the valid area that the report shows, and never where the map has holes.",
         ],
         FindingCode::CheckDisagrees { .. } => [

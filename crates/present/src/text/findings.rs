@@ -113,7 +113,7 @@ fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Strin
             format!(
                 "The lens model doesn't cover the whole picture: {unmapped} of {of} places are missing"
             ),
-            "Take views that reach into the corners of the picture.",
+            "Take views that reach into the corners of the picture, unless they're black.",
         ),
         FindingCode::CheckDisagrees { distance_px, sigmas, limit } => (
             format!(
@@ -362,10 +362,9 @@ pub const NOT_OF_THE_BOARD: &str = "its corners aren't the board's: their order 
 /// Why there is no calibration at all, and what to do.
 pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
     match *reason {
-        NotCalibrated::NoViews => (
-            "No view of the board".into(),
-            "Show the whole board, match the outline, and hold still.",
-        ),
+        NotCalibrated::NoViews => {
+            ("No view of the board".into(), "Show the whole board, and hold it still.")
+        }
         NotCalibrated::NoModels => ("No lens model to try".into(), "Choose one with --lens."),
         NotCalibrated::NoPicture { width_px, height_px } => {
             (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
