@@ -136,8 +136,9 @@ test-cloud:
 	$(TARGET)/cloud-test/bin/pip install --quiet "moto[server]>=5.2" boto3
 	$(TARGET)/cloud-test/bin/python tests/fleet/object_store.py --boresight $(TARGET)/release/boresight
 
-# boresight beside OpenCV and mrcal on pictures of a board, as in BENCHMARKS.md:
-# make compare BOARD=9x6 SQUARE=25mm SETS="FOLDER FOLDER". Not part of `make test`: OpenCV comes from PyPI.
+# boresight beside OpenCV, mrcal, calib-targets and vision-calibration on pictures of a board, as in BENCHMARKS.md:
+# make compare BOARD=9x6 SQUARE=25mm SETS="FOLDER FOLDER". Not part of `make test`: OpenCV comes from PyPI, and the two crates
+# are built by nothing else.
 BOARD ?= 7x5
 SQUARE ?= 30mm
 SETS ?= fixtures/recordings/v1/good/frames
@@ -146,7 +147,8 @@ compare: setup
 	cargo build --release --no-default-features --features report
 	$(PYTHON) -m venv $(TARGET)/compare
 	$(TARGET)/compare/bin/pip install --quiet numpy "opencv-python-headless>=5"
-	$(TARGET)/compare/bin/python tests/compare/compare.py --boresight $(TARGET)/release/boresight --board $(BOARD) --square $(SQUARE) $(SETS)
+	cargo build --release --locked --manifest-path tests/compare/peers/Cargo.toml --target-dir $(TARGET)/compare-peers
+	set -f; $(TARGET)/compare/bin/python tests/compare/compare.py --boresight $(TARGET)/release/boresight --peers $(TARGET)/compare-peers/release/peers --board $(BOARD) --square $(SQUARE) $(SETS)
 
 # Compiles for Windows; nothing of it is tested there. Needs: rustup target add x86_64-pc-windows-gnu
 windows:
