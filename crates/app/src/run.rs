@@ -18,6 +18,7 @@ use super::{
     truth,
 };
 use boresight_capture::renumbered;
+use boresight_detect::Miss;
 use boresight_formats::CalibrationFile;
 use boresight_guide::{
     guidance::{Progress, Refusal},
@@ -327,7 +328,13 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         let prompt = now.prompt(false);
         // Views taken and the end of the session are announced with more words elsewhere.
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
-            announcer.ask(&now.sentence(false));
+            announcer.ask(&match prompt {
+                // Nobody can choose it here.
+                Prompt::OtherBoard { columns, rows } => {
+                    text::miss(&Miss::OtherBoard { columns, rows })
+                }
+                _ => now.sentence(false),
+            });
         }
         last = Some(prompt);
         on_frame(report);

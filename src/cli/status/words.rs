@@ -4,7 +4,7 @@ use boresight_guide::session::Snapshot;
 use boresight_present::{
     instruction::{Instruction, Moment},
     reading::reading,
-    text::{terminal as words, window::Gauge},
+    text::{terminal as words, window},
 };
 
 /// Characters of the hold's bar.
@@ -18,10 +18,10 @@ pub(super) fn lines(now: &Instruction, snapshot: &Snapshot, keys: bool) -> Vec<S
     };
     let pose = match now.moment {
         Moment::Approach | Moment::Match | Moment::Hold | Moment::BeyondEdge => {
-            let (tilt, size) = (measured(Gauge::Tilt), measured(Gauge::Size));
+            let (tilt, size) = (measured(window::Gauge::Tilt), measured(window::Gauge::Size));
             words::pose(tilt, size)
         }
-        _ => String::new(),
+        _ => window::other_board(snapshot).map(|(what, _)| what).unwrap_or_default(),
     };
     let hold = now.hold.map_or(String::new(), |hold| {
         let full = (hold * BAR as f64).round() as usize;
