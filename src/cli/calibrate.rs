@@ -22,6 +22,7 @@ use super::{
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
+    source::is_recording,
 };
 #[cfg(feature = "report")]
 use boresight_app::{
@@ -92,6 +93,11 @@ impl Arguments {
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
         let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);
+        if let Some(recording) = self.inputs.iter().find(|path| is_recording(path)) {
+            bail!(
+                "{recording:?} is a recording, whose views are chosen first: boresight guide --headless --source {recording:?}"
+            );
+        }
         #[cfg(not(feature = "report"))]
         if self.report.is_some() {
             return Err(boresight_app::MissingFeature::REPORT.into());

@@ -222,6 +222,14 @@ fn files_that_are_no_pictures_are_named() {
     assert_eq!(contents(folder.path()), before, "nothing is touched");
 }
 
+#[test]
+fn a_recording_is_guided_through_rather_than_calibrated() {
+    let folder = TempDir::new().expect("folder");
+    fs::write(folder.path().join("hall.mp4"), b"moving").expect("written");
+    let ended = calibrate(folder.path(), &["hall.mp4".into()], &[]);
+    says(&ended, 1, &["hall.mp4", "boresight guide --headless --source"]);
+}
+
 /// A picture of another size was cut or scaled: what it shows is another camera's.
 #[test]
 fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {

@@ -147,7 +147,7 @@ fn capture(err: &CaptureError) -> String {
         }
         CaptureError::Read { .. } => "Check the name, and that the file is readable.",
         CaptureError::Decode { .. } => {
-            "Remove the file, or replace it with an undamaged PNG or JPEG."
+            "Leave the file out, or replace it with an undamaged PNG or JPEG."
         }
         CaptureError::Bag { flaw, .. } => match flaw {
             BagFlaw::Unreadable(_) => {
