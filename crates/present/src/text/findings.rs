@@ -59,17 +59,15 @@ pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, 
     finding_of_views(finding, &called)
 }
 
-/// Ends of actions that begin anew. A remark limits nothing, so it asks for no other views.
-const ANEW: [&str; 2] = [" Then take the views again.", " Then start over."];
-
-fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
-    let (what, action) = what_and_action(finding, called);
-    let is_remark = finding.severity == Severity::Info;
-    let without = ANEW.into_iter().find_map(|anew| action.strip_suffix(anew));
-    (what, without.filter(|_| is_remark).unwrap_or(action))
+/// An action in two parts: what mends the cause, and what to do anew after that. A remark limits nothing, so it asks for
+/// no other views.
+macro_rules! mend_then {
+    ($finding:ident, $mend:literal, $anew:literal) => {
+        if $finding.severity == Severity::Info { $mend } else { concat!($mend, " ", $anew) }
+    };
 }
 
-fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
+fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
     match finding.code {
         FindingCode::FewViews { distinct, wanted } => (
             format!("Not enough views: {distinct} of at least {wanted}"),
@@ -119,7 +117,11 @@ fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Strin
             format!(
                 "The independent check disagrees: its principal point is {distance_px:.1} px away ({sigmas:.1} sd, limit {limit:.1})"
             ),
-            "Check that the board is flat and that focus and zoom are locked. Then take the views again.",
+            mend_then!(
+                finding,
+                "Check that the board is flat and that focus and zoom are locked.",
+                "Then take the views again."
+            ),
         ),
         FindingCode::LensContradicts { statistic, limit } => (
             format!(
@@ -202,7 +204,11 @@ fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Strin
                 "The board isn't flat: it bends by {:.2} mm. The result allows for it",
                 1000.0 * depth_m
             ),
-            "Mount it on glass, aluminium or thick board. Then take the views again.",
+            mend_then!(
+                finding,
+                "Mount it on glass, aluminium or thick board.",
+                "Then take the views again."
+            ),
         ),
         FindingCode::RollingShutter { shear_px, .. } => (
             format!(
@@ -223,11 +229,19 @@ fn what_and_action(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (Strin
                 "The board bends differently in each view, by about {:.2} mm",
                 1000.0 * depth_m
             ),
-            "Mount it on glass, aluminium or thick board. Then take the views again.",
+            mend_then!(
+                finding,
+                "Mount it on glass, aluminium or thick board.",
+                "Then take the views again."
+            ),
         ),
         FindingCode::PictureShifted { shift_px, .. } => (
             format!("Each view is shifted differently in the picture, by about {shift_px:.1} px"),
-            "Switch off image stabilisation and automatic framing. Then start over.",
+            mend_then!(
+                finding,
+                "Switch off image stabilisation and automatic framing.",
+                "Then start over."
+            ),
         ),
         FindingCode::PixelsSkewed { skew_rad, .. } => (
             format!(
