@@ -57,6 +57,7 @@ caption{text-align:left;font-weight:bold;font-size:9.5pt;margin-bottom:.8mm}
 th[scope=row]{color:#333;padding-left:0}
 td.n{text-align:right;font-variant-numeric:tabular-nums;overflow-wrap:normal;white-space:nowrap}
 #methods,#skip-table{font-size:7pt}
+#numbers th{width:45%}#numbers td.n{white-space:normal}
 ul{margin:0;padding-left:4mm;font-size:8.2pt}
 .columns{columns:2;column-gap:6mm}
 li{break-inside:avoid;overflow-wrap:anywhere}
@@ -76,7 +77,7 @@ details{font-size:8pt}
 @media screen and (max-width:800px){.three{grid-template-columns:1fr}.columns{columns:1}}
 @media screen and (max-width:600px){body{padding:3mm;font-size:11pt}.two,.wide,section.wide,.narrow,.signatures{display:block}
 table,.certificate table{font-size:9.5pt}ul{font-size:10pt}.note{font-size:9pt}#methods,#skip-table{font-size:8pt}.views{grid-template-columns:repeat(2,1fr)}.views p{font-size:8pt}
-section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-align:left;margin-top:2mm}.masthead h1{font-size:16pt}#numbers td.n,#methods td.n{white-space:normal}.results{letter-spacing:-.01em}.results td,.results th{padding-left:.5mm;padding-right:.5mm}.results [colspan]{white-space:normal}.certificate>.watermark{font-size:40pt}details{overflow-x:auto}}
+section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-align:left;margin-top:2mm}.masthead h1{font-size:16pt}#methods td.n{white-space:normal}.results{letter-spacing:-.01em}.results td,.results th{padding-left:.5mm;padding-right:.5mm}.results [colspan]{white-space:normal}.certificate>.watermark{font-size:40pt}details{overflow-x:auto}}
 @media print and (max-height:270mm){body>*:not(.certificate){zoom:.95}}
 @media print{.certificate{border:0;margin:0;padding:0}html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
 ";
