@@ -1,6 +1,7 @@
 //! The phone's page: who is let in, what it answers, and that a session doesn't notice it.
 
 use std::{
+    collections::BTreeSet,
     fmt::Write as _,
     io::{Read, Write},
     net::{SocketAddr, TcpStream},
@@ -439,12 +440,19 @@ fn a_session_is_shown_and_obeys_the_page() {
         .expect("a thread");
     let (mut taken, mut undone, mut done) = (0, false, 0);
     let mut result = Value::Null;
+    let mut said = BTreeSet::new();
     follow(&site, &key, |name, data| {
         match name {
             "news" if data["rank"] == "taken" && data["text"] == "Taken" => taken += 1,
             "news" if data["rank"] == "taken" => done += 1,
             "ended" if !data.is_null() => result = data.clone(),
+            "live" | "plan" => {
+                said.extend(data.as_object().into_iter().flatten().map(|(k, _)| k.clone()))
+            }
             _ => {}
+        }
+        if name == "live" && data["moment"] == "taken" {
+            assert!(data["reason"].is_null(), "nothing but that a view is taken: {data}");
         }
         if name == "live" && data["views"] == 2 && !undone {
             undone = true;
@@ -454,6 +462,10 @@ fn a_session_is_shown_and_obeys_the_page() {
         result.is_null()
     });
     session.join().expect("no panic");
+    // The network that a browser's tests play says the same.
+    let played = include_str!("phone_browser/link.js");
+    said.retain(|field| !played.contains(&format!("{field}: ")));
+    assert_eq!(said, BTreeSet::new(), "missing in link.js");
     assert!(taken >= 5 && done == 1, "four views at least, one of them twice: {taken}, {done}");
     // Two pairs alone may lie a little less than 41° apart, which is a remark.
     let usable = ["GOOD (SIMULATED)", "USE WITH CARE (SIMULATED)"];

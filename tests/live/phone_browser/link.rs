@@ -141,7 +141,7 @@ fn the_verdict_is_spoken_and_two_more_are_a_tap_away() {
     let page = Played::guided(PHONE);
     page.run(
         "net.ended = {verdict: 'good', what: 'GOOD', action: '', aloud: 'Good. You can use it', lines: [], findings: [],
-            image_size_px: [640, 360], map: [], can_restart: false, can_go_on: true, files: []};
+            image_size_px: [640, 360], map: null, can_restart: false, can_go_on: true, files: []};
         net.live = {...net.live, stage: 'ended'}",
     );
     page.browser.until("shown === 'result' && spoken.length");

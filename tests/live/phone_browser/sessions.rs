@@ -114,6 +114,7 @@ pub(super) fn session(
     });
     let open = OpenSource { source: Box::new(source), on_frame, truth: Some(truth) };
     let run = opening.begin_with("sim", open, config).expect("a session").paced();
+    site.hub.opens(run.open.truth.is_some(), run.board_in_words());
     let onlookers: Onlookers = vec![Arc::clone(&site.hub) as _];
     let finished =
         run.carry_out_before(&AtomicBool::new(false), &onlookers, &silent).expect("it runs");

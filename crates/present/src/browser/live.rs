@@ -189,6 +189,8 @@ impl Live {
             to_go: snapshot.views_to_go,
             paused: snapshot.paused,
             reason: match &snapshot.decision.outcome {
+                // "Got it!" is about the view, not about the frames after it.
+                _ if now.moment == Moment::Taken => None,
                 Outcome::Refused { refusal } if *refusal != Refusal::NotFound => {
                     Some(text::refusal(refusal))
                 }
