@@ -113,7 +113,7 @@ impl AdjustPage {
         }
         let newest = self.link.newest.lock().unwrap_or_else(PoisonError::into_inner).take();
         if let Some(step) = newest {
-            self.picture.show_image(ui.ctx(), &step.frame.image);
+            self.picture.show_image(&step.frame.image);
             self.shown = Some(step);
         }
         self.sound(ui.input(|input| input.time));
@@ -129,7 +129,7 @@ impl AdjustPage {
         Panel::bottom("close").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
             let size = Vec2::new(ui.available_width(), BAR * window);
             let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
-            ui.painter().rect_filled(rect, 0.0, theme::BAND);
+            theme::band(ui, rect);
             if let Some(close) = close {
                 let end = rect.left() + rect.width() * close as f32;
                 ui.painter().rect_filled(rect.with_max_x(end), 0.0, theme::approach(close as f32));
@@ -142,7 +142,7 @@ impl AdjustPage {
         let (rect, response) =
             ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 0.0, theme::BAND);
+        theme::band(ui, rect);
         let color = self.shown.as_ref().map_or(theme::GREY, |shown| match shown.gravity {
             Gravity::Bad => theme::RED,
             Gravity::Good => theme::GREEN,
@@ -176,12 +176,18 @@ impl AdjustPage {
     fn scene(&self, ui: &mut Ui) {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, Sense::hover());
-        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
-        let (Some(shown), Some(texture)) = (&self.shown, self.picture.texture()) else { return };
+        let texture = self.picture.texture(ui.ctx(), None);
+        let (Some(shown), Some(texture)) = (&self.shown, texture) else {
+            theme::band(ui, area);
+            return;
+        };
         let size = frame::ImageSize::of(&shown.frame.image);
         let placed = Placed::within(area, size, self.faces);
-        Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+        for bar in placed.bars(area) {
+            theme::band(ui, bar);
+        }
+        Image::new((texture, placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
         let color = shown.close.map_or(theme::GREY, |close| theme::approach(close as f32));
         // Dark below, so that the edges are seen on any picture.
         let dot = placed.scale().max(1.0);

@@ -37,8 +37,9 @@ use boresight_geometry::device::Control;
 use boresight_guide::session::{Command, Prompt};
 use boresight_present::text::{self, Act, window as words};
 
-/// Time between two paintings while something moves that does not come from the source.
-const MOVING: Duration = Duration::from_millis(16);
+/// Time between two paintings while something moves that doesn't come from the source: a flash fades. As long as between a
+/// usual camera's pictures, with which it then is painted.
+const MOVING: Duration = Duration::from_millis(33);
 /// Wakes within this time paint once: a picture, and what is found in it.
 const MOMENT: Duration = Duration::from_millis(15);
 /// Time between two looks of the window while a session runs and nothing comes.
@@ -48,8 +49,6 @@ const IDLE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_secs(2);
 /// Time without mouse or keys after which a session is shown in big letters.
 const UNTOUCHED_SECS: f64 = 2.0;
-/// Duration of the flash and of the moving words after a view, in seconds.
-const FLASH_SECS: f64 = 1.3;
 /// Time for which another board must have been named, before the first view, until it's used …
 const OTHER_BOARD_SECS: f64 = 1.5;
 /// … and most switches, so that two boards in view don't take turns for ever.
@@ -297,7 +296,7 @@ impl App {
     /// Starts the session again with another board, before its first view.
     fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
         let image = self.screen.picture.grey();
-        let code = image.and_then(|image| self.host.read_code(&image, board));
+        let code = image.and_then(|image| self.host.read_code(image, board));
         // Without a code only the number of corners names the board in view.
         let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
         let (go_on_with, first, markers) = (None, None, None);
@@ -543,7 +542,8 @@ impl App {
         if asked {
             self.keep(ui.ctx());
         }
-        let moving = self.screen.since_taken_secs().is_some_and(|since| since < FLASH_SECS);
+        let moving =
+            self.screen.since_taken_secs().is_some_and(|since| since < guide::overlay::FLASH_SECS);
         let runs = matches!(self.stage, SessionState::Running(_));
         let next = match (moving, runs && !self.rests.load(Ordering::Relaxed)) {
             (true, _) => MOVING,

@@ -43,7 +43,7 @@ mod window_icon;
 pub use adjust::{AdjustPage, Link, WayBack};
 pub use app::{App, Page};
 pub use keys::UiAction;
-pub use picture::{Picture, Placed};
+pub use picture::{Picture, Placed, Tint};
 pub use run::{NoWindow, open, options, run, run_adjust, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::{SMALLEST, apply as apply_theme};

@@ -1,8 +1,10 @@
 //! The live picture: one texture, overwritten in place, and its rectangle on the screen.
 
-use std::sync::Arc;
+use std::{cell::RefCell, sync::Arc};
 
-use egui::{Color32, ColorImage, Context, Pos2, Rect, TextureHandle, TextureOptions, Vec2, pos2};
+use egui::{
+    Color32, ColorImage, Context, Pos2, Rect, TextureHandle, TextureId, TextureOptions, Vec2, pos2,
+};
 use image::GrayImage;
 use nalgebra::Point2;
 
@@ -14,11 +16,39 @@ pub(super) fn grey(image: &GrayImage) -> ColorImage {
     ColorImage::from_gray(size, image.as_raw())
 }
 
+/// A part of the picture in another colour. It's mixed into the pixels: one that is painted twice costs twice, most of all
+/// where there is no graphics card.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tint {
+    /// Points around the part, in pixels of a picture …
+    pub rim_px: Vec<Point2<f64>>,
+    /// … of that size, though the one that is shown may be smaller.
+    pub image_size: ImageSize,
+    /// The colour, which the picture shines through.
+    pub color: Color32,
+}
+
+impl Tint {
+    /// The columns of row `y` whose middles are inside, each part from its first column to the one after its last, in a
+    /// picture of `width` columns.
+    fn parts(&self, y: usize, width: usize) -> Vec<[usize; 2]> {
+        let scale = width as f64 / f64::from(self.image_size.width_px);
+        let y = (y as f64 + 0.5) / scale - 0.5;
+        let ends = self.rim_px.iter().cycle().skip(1);
+        let sides = self.rim_px.iter().zip(ends).filter(|(a, b)| (a.y <= y) != (b.y <= y));
+        let mut across: Vec<f64> =
+            sides.map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y)).collect();
+        across.sort_by(f64::total_cmp);
+        let column = |x: &f64| ((x + 0.5) * scale - 0.5).ceil().clamp(0.0, width as f64) as usize;
+        across.chunks_exact(2).map(|ends| [column(&ends[0]), column(&ends[1])]).collect()
+    }
+}
+
 /// The newest picture.
 #[derive(Default)]
 pub struct Picture {
-    texture: Option<TextureHandle>,
-    pixels: Option<Arc<ColorImage>>,
+    image: GrayImage,
+    shown: RefCell<Option<Shown>>,
     /// Capture time of the shown picture.
     pub captured_at: Option<CaptureTime>,
     /// Arrival of the shown picture, by the window's clock.
@@ -26,10 +56,19 @@ pub struct Picture {
     interval_secs: Option<f64>,
 }
 
+/// The picture as it was painted last.
+struct Shown {
+    texture: TextureHandle,
+    pixels: Arc<ColorImage>,
+    tint: Option<Tint>,
+    /// True if a newer picture has come since.
+    is_old: bool,
+}
+
 impl Picture {
     /// Shows `frame`, which came at `now_secs` by the window's clock.
-    pub fn show_frame(&mut self, ctx: &Context, frame: &Frame, now_secs: f64) {
-        self.show_image(ctx, &frame.image);
+    pub fn show_frame(&mut self, frame: &Frame, now_secs: f64) {
+        self.show_image(&frame.image);
         if let Some(before) = self.captured_at {
             let secs = frame.captured_at.secs_since(before);
             if secs > 0.0 {
@@ -42,35 +81,20 @@ impl Picture {
     }
 
     /// Shows `image` from now on.
-    pub fn show_image(&mut self, ctx: &Context, image: &GrayImage) {
-        let size = [image.width() as usize, image.height() as usize];
-        let pixels = match &mut self.pixels {
-            // Unshared once the last one is on the graphics card, so that nothing is allocated.
-            Some(pixels) if pixels.size == size => {
-                let shown = Arc::make_mut(pixels);
-                for (to, from) in shown.pixels.iter_mut().zip(image.as_raw()) {
-                    *to = Color32::from_gray(*from);
-                }
-                Arc::clone(pixels)
-            }
-            pixels => {
-                Arc::clone(pixels.insert(Arc::new(ColorImage::from_gray(size, image.as_raw()))))
-            }
-        };
-        let options = TextureOptions::LINEAR;
-        match &mut self.texture {
-            Some(texture) if texture.size() == size => {
-                texture.set_partial([0, 0], pixels, options);
-            }
-            texture => *texture = Some(ctx.load_texture("picture", pixels, options)),
+    pub fn show_image(&mut self, image: &GrayImage) {
+        if self.image.dimensions() == image.dimensions() {
+            self.image.copy_from_slice(image);
+        } else {
+            self.image = image.clone();
+        }
+        if let Some(shown) = self.shown.get_mut() {
+            shown.is_old = true;
         }
     }
 
     /// The picture itself.
-    pub fn grey(&self) -> Option<GrayImage> {
-        let pixels = self.pixels.as_ref()?;
-        let [width, height] = pixels.size.map(|side| side as u32);
-        GrayImage::from_raw(width, height, pixels.pixels.iter().map(Color32::r).collect())
+    pub fn grey(&self) -> Option<&GrayImage> {
+        Some(&self.image).filter(|image| !image.is_empty())
     }
 
     /// Pictures per second of the source, by its time stamps.
@@ -78,9 +102,49 @@ impl Picture {
         self.interval_secs.map(|secs| 1.0 / secs)
     }
 
-    /// Texture of the picture, once there is one.
-    pub fn texture(&self) -> Option<&TextureHandle> {
-        self.texture.as_ref()
+    /// Texture of the picture with `tint`, once there is a picture. Pixels are coloured when they are painted: pictures that
+    /// come faster than that cost nothing.
+    pub fn texture(&self, ctx: &Context, tint: Option<&Tint>) -> Option<TextureId> {
+        let image = self.grey()?;
+        let size = [image.width() as usize, image.height() as usize];
+        let mut kept = self.shown.borrow_mut();
+        let mut shown = match kept.take().filter(|shown| shown.pixels.size == size) {
+            Some(shown) if !shown.is_old && shown.tint.as_ref() == tint => {
+                return Some(kept.insert(shown).texture.id());
+            }
+            Some(shown) => shown,
+            None => {
+                let pixels = Arc::new(ColorImage::filled(size, Color32::BLACK));
+                let texture = ctx.load_texture("picture", Arc::clone(&pixels), OPTIONS);
+                Shown { texture, pixels, tint: None, is_old: true }
+            }
+        };
+        // Unshared once the last one is on the graphics card, so that nothing is allocated.
+        color(&mut Arc::make_mut(&mut shown.pixels).pixels, image, tint);
+        shown.texture.set_partial([0, 0], Arc::clone(&shown.pixels), OPTIONS);
+        (shown.tint, shown.is_old) = (tint.cloned(), false);
+        Some(kept.insert(shown).texture.id())
+    }
+}
+
+const OPTIONS: TextureOptions = TextureOptions::LINEAR;
+
+/// The pixels of `image` with `tint`.
+fn color(pixels: &mut [Color32], image: &GrayImage, tint: Option<&Tint>) {
+    for (to, from) in pixels.iter_mut().zip(image.as_raw()) {
+        *to = Color32::from_gray(*from);
+    }
+    let Some(tint) = tint else { return };
+    let mixed: [Color32; 256] =
+        std::array::from_fn(|grey| Color32::from_gray(grey as u8).blend(tint.color));
+    let width = image.width() as usize;
+    let rows = pixels.chunks_exact_mut(width).zip(image.as_raw().chunks_exact(width));
+    for (y, (to, from)) in rows.enumerate() {
+        for [first, end] in tint.parts(y, width) {
+            for (to, from) in to[first..end].iter_mut().zip(&from[first..end]) {
+                *to = mixed[usize::from(*from)];
+            }
+        }
     }
 }
 
@@ -140,7 +204,48 @@ impl Placed {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector2;
+
     use super::*;
+
+    #[test]
+    fn a_tint_colours_the_pixels_inside_its_rim() {
+        let image = GrayImage::from_fn(20, 10, |x, y| image::Luma([(10 * x + y) as u8]));
+        let color_of_all = |tint: Option<&Tint>| {
+            let mut pixels = vec![Color32::BLACK; 200];
+            color(&mut pixels, &image, tint);
+            pixels
+        };
+        let plain = color_of_all(None);
+        assert_eq!(plain[3 * 20 + 7], Color32::from_gray(73));
+        // A quadrilateral whose side bends inwards and that leaves the picture on the right.
+        let rim = [[2.5, 1.5], [30.0, 1.5], [30.0, 7.5], [9.5, 4.4], [2.5, 7.5]];
+        let rim_px: Vec<Point2<f64>> = rim.into_iter().map(Point2::from).collect();
+        let half = Color32::from_rgba_premultiplied(100, 50, 0, 128);
+        let image_size = ImageSize { width_px: 20, height_px: 10 };
+        let mut tint = Tint { rim_px, image_size, color: half };
+        let tinted = color_of_all(Some(&tint));
+        let inside = |x: usize, y: usize| tinted[20 * y + x] != plain[20 * y + x];
+        assert_eq!(tinted[2 * 20 + 5], Color32::from_gray(52).blend(half));
+        for (x, y, is_inside) in [
+            (2, 3, false),
+            (3, 3, true),
+            (19, 2, true),
+            (9, 1, false),
+            (9, 4, true),
+            (9, 6, false),
+            (3, 7, true),
+            (19, 8, false),
+        ] {
+            assert_eq!(inside(x, y), is_inside, "{x}, {y}");
+        }
+        // The same part of a smaller picture of the same scene.
+        tint.image_size = ImageSize { width_px: 80, height_px: 40 };
+        for px in &mut tint.rim_px {
+            *px = (*px * 4.0) + Vector2::new(1.5, 1.5);
+        }
+        assert_eq!(color_of_all(Some(&tint)), tinted);
+    }
 
     #[test]
     fn pixels_and_places_belong_to_each_other() {

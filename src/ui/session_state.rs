@@ -69,7 +69,7 @@ impl Running {
         let mut news = News::default();
         let showing = &self.opened.showing;
         if let Some(frame) = showing.newest_frame() {
-            screen.picture.show_frame(ctx, &frame, screen.now_secs);
+            screen.picture.show_frame(&frame, screen.now_secs);
         }
         while let Some(taken) = showing.next_accepted() {
             screen.add_thumbnail(ctx, taken.view, &taken.frame.image);

@@ -1,8 +1,8 @@
 //! Colours. Those on the picture hold on bright and dark pictures; the rest follow the theme.
 
 use egui::{
-    Color32, Context, FontId, Frame, Stroke, TextStyle, Theme, ThemePreference, Vec2, Visuals,
-    ecolor::Hsva,
+    Color32, Context, FontId, Frame, Rect, Stroke, TextStyle, Theme, ThemePreference, Ui, Vec2,
+    Visuals, ecolor::Hsva,
 };
 
 /// Good.
@@ -35,7 +35,7 @@ pub const UNIT: f32 = 8.0;
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
 /// Largest window in which everything is seen well. A larger one shows everything larger.
 pub(super) const LARGEST: Vec2 = Vec2::new(1920.0, 1200.0);
-/// Colour behind the sentence.
+/// Colour behind the sentence and around the picture.
 pub const BAND: Color32 = Color32::from_gray(18);
 /// Area that boards have covered.
 pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
@@ -93,16 +93,37 @@ const IN_SUNLIGHT: Palette = Palette {
 };
 
 pub(super) fn palette(visuals: &Visuals) -> Palette {
-    match (visuals.dark_mode, visuals.panel_fill == Color32::WHITE) {
+    match (visuals.dark_mode, is_sunlit(visuals)) {
         (true, _) => ON_DARK,
         (false, false) => ON_LIGHT,
         (false, true) => IN_SUNLIGHT,
     }
 }
 
-/// Colour behind all panels, as RGBA from 0 to 1.
-pub(super) fn background(visuals: &Visuals) -> [f32; 4] {
-    visuals.panel_fill.to_normalized_gamma_f32()
+/// Colour to which the window is cleared, and on which all panels lie without one of their own: a pixel that is painted
+/// twice costs twice, most of all where there is no graphics card.
+pub fn ground(visuals: &Visuals) -> Color32 {
+    match (visuals.dark_mode, is_sunlit(visuals)) {
+        (true, _) => BAND,
+        (false, false) => Color32::from_gray(244),
+        (false, true) => Color32::WHITE,
+    }
+}
+
+/// The same as RGBA from 0 to 1.
+pub fn background(visuals: &Visuals) -> [f32; 4] {
+    ground(visuals).to_normalized_gamma_f32()
+}
+
+/// Makes `rect` a part of the band behind the sentence and around the picture.
+pub(super) fn band(ui: &Ui, rect: Rect) {
+    if ground(ui.visuals()) != BAND {
+        ui.painter().rect_filled(rect, 0.0, BAND);
+    }
+}
+
+fn is_sunlit(visuals: &Visuals) -> bool {
+    !visuals.dark_mode && visuals.window_fill == Color32::WHITE
 }
 
 /// Sets the differences from the toolkit's style: larger words of four sizes, one unit of spacing, calmer surfaces.
@@ -110,12 +131,13 @@ pub fn apply(ctx: &Context) {
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
             let dark = theme == Theme::Dark;
+            style.visuals = theme.default_visuals();
             let visuals = &mut style.visuals;
             let words = Color32::from_gray(if dark { 225 } else { 20 });
             visuals.widgets.noninteractive.fg_stroke.color = words;
             visuals.widgets.inactive.fg_stroke.color = words;
             visuals.weak_text_alpha = 0.8;
-            visuals.panel_fill = Color32::from_gray(if dark { 24 } else { 244 });
+            visuals.panel_fill = Color32::TRANSPARENT;
             visuals.faint_bg_color = Color32::from_gray(if dark { 34 } else { 255 });
             // A field is seen on a card, too.
             visuals.extreme_bg_color = Color32::from_gray(if dark { 10 } else { 232 });
@@ -141,7 +163,7 @@ const NAMES: [&str; 3] = ["dark", "light", "sunlight"];
 pub(super) fn name(ctx: &Context) -> &'static str {
     let visuals = &ctx.style_of(ctx.theme()).visuals;
     let [dark, light, sunlight] = NAMES;
-    match (visuals.dark_mode, visuals.panel_fill == Color32::WHITE) {
+    match (visuals.dark_mode, is_sunlit(visuals)) {
         (true, _) => dark,
         (false, false) => light,
         (false, true) => sunlight,
@@ -162,7 +184,7 @@ pub(super) fn choose(ctx: &Context, name: &str) {
 /// The next of dark, light and sunlight.
 pub(super) fn switch(ctx: &Context) {
     let visuals = ctx.style_of(ctx.theme()).visuals.clone();
-    let sunlit = !visuals.dark_mode && visuals.panel_fill == Color32::WHITE;
+    let sunlit = is_sunlit(&visuals);
     apply(ctx);
     if visuals.dark_mode {
         ctx.set_theme(ThemePreference::Light);
@@ -175,7 +197,6 @@ pub(super) fn switch(ctx: &Context) {
 
 /// Black on white, to read in sunlight.
 fn sunlight(visuals: &mut Visuals) {
-    visuals.panel_fill = Color32::WHITE;
     visuals.window_fill = Color32::WHITE;
     visuals.faint_bg_color = Color32::WHITE;
     visuals.override_text_color = Some(Color32::BLACK);
@@ -236,7 +257,7 @@ mod tests {
         for visuals in [dark, light, sunlit] {
             let Palette { good, care, bad, info } = palette(&visuals);
             for color in [good, care, bad, info] {
-                for behind in [visuals.panel_fill, visuals.faint_bg_color] {
+                for behind in [ground(&visuals), visuals.faint_bg_color] {
                     assert!(contrast(color, behind) >= 4.5, "{color:?} on {behind:?}");
                 }
             }

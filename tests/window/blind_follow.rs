@@ -95,11 +95,10 @@ fn sitting(seed: u64, page: &mut Harness<'static, Table>) -> (Session, f64, Vec<
         let image = picture(&snapshot, 4);
         let (id, kind, name) = (FrameId(number), FrameKind::Video, String::new());
         let wanted = snapshot.target.clone();
-        let ctx = page.ctx.clone();
         let screen = &mut page.state_mut().screen;
         screen.show(snapshot);
         let frame = Frame { id, captured_at, kind, name, image };
-        screen.picture.show_frame(&ctx, &frame, screen.now_secs);
+        screen.picture.show_frame(&frame, screen.now_secs);
         page.step();
         let painted = page.render().expect("painted");
         let below = page.get_by_role(Role::Status).rect().bottom();

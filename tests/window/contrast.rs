@@ -141,8 +141,7 @@ impl Easel {
             image: picture.clone(),
         };
         self.pages.each_mut().map(|page| {
-            let ctx = page.ctx.clone();
-            page.state_mut().screen.picture.show_frame(&ctx, &frame, 9.99);
+            page.state_mut().screen.picture.show_frame(&frame, 9.99);
             page.step();
             page.step();
             page.render().expect("painted")

@@ -178,7 +178,7 @@ fn harness_at(
         .renderer(Painter::default())
         .with_context_setup(apply_theme)
         .build_ui_state(show, table);
-    screen.picture.show_frame(&harness.ctx, &frame, 9.99);
+    screen.picture.show_frame(&frame, 9.99);
     for view in moment.snapshot.views.iter() {
         screen.add_thumbnail(&harness.ctx, view.number, &frame.image);
     }

@@ -134,7 +134,7 @@ pub(crate) fn page_at(
     };
     let ctx = shown.ctx.clone();
     let screen = &mut shown.state_mut().screen;
-    screen.picture.show_frame(&ctx, &frame, 9.99);
+    screen.picture.show_frame(&frame, 9.99);
     screen.source = "HD Webcam".into();
     screen.distance = distance;
     for view in moment.snapshot.views.iter() {

@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 
+use boresight::ui::theme::background;
 use egui::{
     Color32, Context, FullOutput,
     epaint::{ImageData, Mesh, Primitive, TextureId, textures::TextureFilter},
@@ -90,7 +91,8 @@ impl TestRenderer for Painter {
         let scale = ctx.pixels_per_point();
         let points = ctx.content_rect().size() * scale;
         let size = [points.x.round() as usize, points.y.round() as usize];
-        let mut canvas = Canvas { size, pixels: vec![[0.0; 4]; size[0] * size[1]] };
+        let ground = background(&ctx.style_of(ctx.theme()).visuals);
+        let mut canvas = Canvas { size, pixels: vec![ground; size[0] * size[1]] };
         for clipped in ctx.tessellate(output.shapes.clone(), scale) {
             let Primitive::Mesh(mesh) = &clipped.primitive else { continue };
             let Some(texture) = self.textures.get(&mesh.texture_id) else { continue };

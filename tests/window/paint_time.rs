@@ -36,7 +36,7 @@ fn paint_time_of_a_session() {
                 name: String::new(),
                 image: image.clone(),
             };
-            screen.picture.show_frame(&ctx, &frame, screen.now_secs);
+            screen.picture.show_frame(&frame, screen.now_secs);
             screen.show(snapshot.clone());
             let screen_rect = Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(1920.0, 1080.0));
             let input = egui::RawInput {

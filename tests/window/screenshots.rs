@@ -124,9 +124,8 @@ fn shown(
             name: String::new(),
             image,
         };
-        let ctx = painted.ctx.clone();
         let table = painted.state_mut();
-        table.screen.picture.show_frame(&ctx, &frame, 9.99);
+        table.screen.picture.show_frame(&frame, 9.99);
         // A single picture has no rate.
         table.screen.picture.came_secs = None;
         let camera = &mut table.choices.cameras[0];

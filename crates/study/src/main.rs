@@ -39,6 +39,10 @@ impl eframe::App for Explore {
     fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
         window::show(ui, &mut self.0);
     }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        ui::theme::background(visuals)
+    }
 }
 
 /// Repeat the source paper's experiments with known true values.

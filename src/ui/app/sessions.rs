@@ -71,7 +71,7 @@ impl App {
         self.screen = Screen { preferences, now_secs: ctx.time(), source, ..Screen::default() };
         self.screen.folder = Some(folder.clone());
         if let Some((_, picture)) = pictures.last() {
-            self.screen.picture.show_image(ctx, picture);
+            self.screen.picture.show_image(picture);
         }
         for (view, picture) in &pictures {
             self.screen.add_thumbnail(ctx, *view, picture);

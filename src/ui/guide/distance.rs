@@ -18,7 +18,7 @@ const OUTLINE: f32 = 0.025;
 pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     let high = BAR * ui.ctx().content_rect().height();
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
-    ui.painter().rect_filled(rect, 0.0, theme::BAND);
+    theme::band(ui, rect);
     if let Some(hold) = instruction.and_then(|instruction| instruction.hold) {
         let width = rect.width() * hold as f32;
         let done = Rect::from_min_size(rect.min, Vec2::new(width, rect.height()));
@@ -46,8 +46,8 @@ pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
 fn outlined(painter: &Painter, at: Pos2, text: &str, size: f32) {
     let font = FontId::proportional(size);
     let wide = (OUTLINE * size).max(2.0);
-    for step in 0..16 {
-        let aside = wide * Vec2::angled(step as f32 * std::f32::consts::TAU / 16.0);
+    for step in 0..8 {
+        let aside = wide * Vec2::angled(step as f32 * std::f32::consts::TAU / 8.0);
         painter.text(at + aside, Align2::RIGHT_BOTTOM, text, font.clone(), Color32::BLACK);
     }
     painter.text(at, Align2::RIGHT_BOTTOM, text, font, Color32::WHITE);

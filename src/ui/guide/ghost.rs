@@ -4,7 +4,10 @@
 use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 use nalgebra::Point2;
 
-use super::super::{picture::Placed, theme};
+use super::super::{
+    picture::{Placed, Tint},
+    theme,
+};
 use boresight_geometry::frame::ImageSize;
 use boresight_present::{
     ghost::Card,
@@ -29,14 +32,11 @@ pub(super) fn paint(
     (instruction, image_size): (&Instruction, ImageSize),
 ) {
     let canvas = Canvas { painter, placed };
-    // The last steps matter most, so that green comes late; not before all that lacks is small.
-    let close = instruction.close.unwrap_or(0.0).powi(3);
-    let is_near = instruction.moment == Moment::Match;
-    let color = if is_near { theme::approach(close) } else { theme::AMBER };
+    let color = color(instruction);
     let corners = |card: &Option<Card>| canvas.points(card.as_ref()?);
     let (wanted, now) = (corners(&instruction.card), corners(&instruction.board));
     if let Some(rim) = &wanted {
-        canvas.card(rim, color, OPACITY[0] + close * (OPACITY[1] - OPACITY[0]));
+        canvas.around(rim, color);
     }
     if let Some(rim) = &now {
         let holds = instruction.moment == Moment::Hold;
@@ -51,6 +51,34 @@ pub(super) fn paint(
         && card.lies_outside(image_size)
     {
         canvas.inset(now.as_deref(), wanted, color);
+    }
+}
+
+/// The face of the card that is wanted, which tints the picture.
+pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<Tint> {
+    let rim = instruction.card.as_ref()?.rim()?;
+    let opacity = OPACITY[0] + closeness(instruction) * (OPACITY[1] - OPACITY[0]);
+    let color = color(instruction).gamma_multiply(opacity);
+    Some(Tint { rim_px: rim.into_iter().map(|(px, _)| px).collect(), image_size, color })
+}
+
+/// The face where there's no picture to tint.
+pub(super) fn paint_face(painter: &Painter, placed: &Placed, tint: &Tint) {
+    let rim: Vec<(Pos2, f32)> = tint.rim_px.iter().map(|px| (placed.pos(px), 0.0)).collect();
+    face(painter, &rim, tint.color);
+}
+
+/// Closeness of the board to the card. The last steps matter most, so that green comes late.
+fn closeness(instruction: &Instruction) -> f32 {
+    instruction.close.unwrap_or(0.0).powi(3)
+}
+
+/// Colour of the card, which isn't green before all that lacks is small.
+fn color(instruction: &Instruction) -> Color32 {
+    if instruction.moment == Moment::Match {
+        theme::approach(closeness(instruction))
+    } else {
+        theme::AMBER
     }
 }
 
@@ -74,10 +102,9 @@ impl Canvas<'_> {
         Some(card.rim()?.into_iter().map(on_screen).collect())
     }
 
-    /// A solid card: its shadow, its face, and its rim, thick where it's near.
-    fn card(&self, rim: &Rim, color: Color32, opacity: f32) {
+    /// Around a card's face: its shadow, and its rim, thick where it's near.
+    fn around(&self, rim: &Rim, color: Color32) {
         self.shadow(rim);
-        face(self.painter, rim, color.gamma_multiply(opacity));
         let width = |near: f32| self.wide(RIM[0] + near * near * (RIM[1] - RIM[0]));
         let [below, _] = theme::outline(0.0, color);
         edge(self.painter, rim, |near| width(near) + below.width, below.color);

@@ -14,14 +14,15 @@ mod views;
 mod wheel;
 
 use egui::{
-    CentralPanel, Color32, Frame, Image, Label, Panel, Rect, RichText, ScrollArea, Sense, Ui,
-    UiBuilder, WidgetInfo, accesskit::Role, style::ScrollStyle,
+    CentralPanel, Frame, Image, Label, Panel, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder,
+    WidgetInfo, accesskit::Role, style::ScrollStyle,
 };
 
 use super::{
     keys::{UiAction, button, toggle},
     picture::Placed,
     screen::Screen,
+    theme,
 };
 use boresight_present::{
     instruction::Instruction,
@@ -80,22 +81,24 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
 fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doubts: &[Trouble]) {
     let area = ui.available_rect_before_wrap();
     let Some(snapshot) = &screen.snapshot else {
-        ui.painter().rect_filled(area, 0.0, Color32::BLACK);
+        theme::band(ui, area);
         return;
     };
-    let placed = Placed::within(area, snapshot.setup.image_size, screen.preferences.mirrored);
+    let size = snapshot.setup.image_size;
+    let placed = Placed::within(area, size, screen.preferences.mirrored);
     let response = ui.allocate_rect(area, Sense::hover());
-    let around = match screen.picture.texture() {
-        Some(_) => placed.bars(area),
-        None => [area, Rect::NOTHING],
-    };
+    let face = instruction.and_then(|it| ghost::face_of(it, size));
+    let texture = screen.picture.texture(ui.ctx(), face.as_ref());
+    let around = if texture.is_some() { placed.bars(area) } else { [area, Rect::NOTHING] };
     for bar in around {
-        ui.painter().rect_filled(bar, 0.0, Color32::BLACK);
-    }
-    if let Some(texture) = screen.picture.texture() {
-        Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+        theme::band(ui, bar);
     }
     let painter = ui.painter_at(placed.rect);
+    if let Some(texture) = texture {
+        Image::new((texture, placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+    } else if let Some(face) = face {
+        ghost::paint_face(&painter, &placed, &face);
+    }
     overlay::paint(&painter, &placed, screen, (instruction, doubts));
     if screen.distance {
         distance::count(&painter, placed.rect, screen);
@@ -126,7 +129,7 @@ pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
 fn status(ui: &mut Ui, screen: &Screen) {
     ui.horizontal(|ui| {
         // A picture without a running source comes from a recording.
-        let is_recording = screen.picture.texture().is_some() && screen.picture.came_secs.is_none();
+        let is_recording = screen.picture.grey().is_some() && screen.picture.came_secs.is_none();
         if !is_recording {
             let rate = screen.picture.per_sec().filter(|_| screen.lost_secs().is_none());
             let frames = words::frames(rate, screen.frames_replaced);

@@ -22,7 +22,7 @@ const FRESH_SECS: f64 = 0.12;
 /// Age beyond which the drawing is hardly seen.
 const OLD_SECS: f64 = 0.7;
 /// Duration of the flash after a view, in seconds.
-const FLASH_SECS: f64 = 0.45;
+pub(in crate::ui) const FLASH_SECS: f64 = 0.45;
 
 /// Draws everything that belongs on the picture: what the instruction shows, and marks for engineers if they are wanted.
 pub(super) fn paint(

@@ -65,7 +65,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instructio
     let high = height(ui, screen);
     let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
     let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 0.0, theme::BAND);
+    theme::band(ui, rect);
     let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
     let side = if sign.is_some() { SIGN * high } else { 0.0 };
     // One font size: resizing would draw the eye for nothing.

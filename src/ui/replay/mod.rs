@@ -50,7 +50,7 @@ fn decision(ui: &mut Ui, replayed: &Replayed) {
         ui.label(RichText::new(words::place(at, steps, frame, replayed.secs[at])).weak());
         if replayed.differs[at] {
             ui.label(RichText::new(words::DIFFERS).color(bad).strong());
-        } else if frame.is_some() && replayed.screen.picture.texture().is_none() {
+        } else if frame.is_some() && replayed.screen.picture.grey().is_none() {
             ui.label(RichText::new(words::NO_PICTURE).weak());
         }
     });

@@ -143,7 +143,7 @@ impl Replayed {
         };
         self.screen.taken_secs = self.is_taken(self.at).then_some(self.screen.now_secs);
         if let Some(picture) = frame.and_then(|frame| (self.load)(frame)) {
-            self.screen.picture.show_image(ui.ctx(), &picture);
+            self.screen.picture.show_image(&picture);
             self.screen.picture.captured_at = step.live.as_ref().map(|live| live.captured_at);
         }
         for view in step.views.iter() {

@@ -275,13 +275,15 @@ fn undistorted(
     screen: &Screen,
     (calibration, share): (&Calibration, f32),
 ) -> String {
-    let Some(texture) = screen.picture.texture() else { return words::NO_PICTURE.into() };
+    let Some(texture) = screen.picture.texture(painter.ctx(), None) else {
+        return words::NO_PICTURE.into();
+    };
     const ACROSS: u32 = 48;
     const DOWN: u32 = 30;
     let after = share;
     let ImageSize { width_px, height_px } = calibration.image_size;
     let camera = &calibration.camera;
-    let mut mesh = Mesh::with_texture(texture.id());
+    let mut mesh = Mesh::with_texture(texture);
     for row in 0..=DOWN {
         for column in 0..=ACROSS {
             let share = |i: u32, n: u32, size: u32| f64::from(i) / f64::from(n) * f64::from(size);
