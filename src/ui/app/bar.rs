@@ -1,6 +1,6 @@
 //! Bar above every page, and the list of keys.
 
-use egui::{Panel, RichText, TextStyle, TextWrapMode, Ui, WidgetText};
+use egui::{Id, Panel, RichText, TextStyle, TextWrapMode, Ui, UiBuilder, WidgetText};
 
 use super::{
     super::{
@@ -71,7 +71,9 @@ impl App {
                     if whole.size().x > ui.available_size_before_wrap().x {
                         ui.end_row();
                     }
-                    aloud::read_next(&ui.label(note));
+                    // One name on every page: a screen reader reads what is new.
+                    let own = UiBuilder::new().scope_id(Id::unique("note"));
+                    ui.scope_builder(own, |ui| aloud::read_next(&ui.label(note)));
                 }
             });
         });

@@ -1,8 +1,8 @@
 //! Sentence in letters of one size, with a sign of the movement that it asks for.
 
 use egui::{
-    Align2, Color32, FontId, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
-    text::LayoutJob,
+    Align2, Color32, FontId, Id, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role,
+    pos2, text::LayoutJob,
 };
 
 use super::{
@@ -63,7 +63,9 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instructio
     let width = ui.available_width();
     let Size { letters, across, line, .. } = size(screen);
     let high = height(ui, screen);
-    let (rect, response) = ui.allocate_exact_size(Vec2::new(width, high), Sense::hover());
+    let (_, rect) = ui.allocate_space(Vec2::new(width, high));
+    // One name, whatever stands above it: a screen reader reads what is new.
+    let response = ui.interact(rect, Id::unique("sentence"), Sense::hover());
     let painter = ui.painter_at(rect);
     theme::band(ui, rect);
     let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
