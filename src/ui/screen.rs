@@ -143,6 +143,11 @@ impl Screen {
         self.snapshot.as_ref().map(|snapshot| snapshot.camera.locks).unwrap_or_default()
     }
 
+    /// How many times as large words are that are read from afar, too.
+    pub fn larger(&self) -> f32 {
+        if self.distance { 1.5 } else { 1.0 }
+    }
+
     /// Age of the drawing relative to the picture below it, in seconds.
     pub fn overlay_age_secs(&self) -> Option<f64> {
         let live = self.snapshot.as_ref()?.live.as_ref()?;

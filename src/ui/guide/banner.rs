@@ -18,8 +18,7 @@ pub(super) fn show(
     obstacles: Vec<Trouble>,
     asks: &mut Vec<UiAction>,
 ) {
-    // Read from afar, too.
-    let larger = if screen.distance { 1.5 } else { 1.0 };
+    let larger = screen.larger();
     for Trouble { what, action, detail, board, .. } in obstacles {
         let is_board = board.is_some();
         let (fill, title) =

@@ -49,7 +49,7 @@ pub(super) fn paint(
         at.y += 1.8 * size;
     }
     let mut at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
-    let size = (0.032 * placed.rect.height()).max(theme::BODY);
+    let size = (0.032 * placed.rect.height()).max(theme::BODY) * screen.larger();
     for told in hints(screen, instruction) {
         shaded_text(painter, at, Align2::CENTER_BOTTOM, told, size);
         at.y -= 1.8 * size;
