@@ -447,7 +447,7 @@ fn a_session_is_shown_and_obeys_the_page() {
             "news" if data["rank"] == "taken" => done += 1,
             "ended" if !data.is_null() => result = data.clone(),
             "live" | "plan" => {
-                said.extend(data.as_object().into_iter().flatten().map(|(k, _)| k.clone()))
+                said.extend(data.as_object().into_iter().flat_map(|fields| fields.keys().cloned()));
             }
             _ => {}
         }
