@@ -38,6 +38,8 @@ impl Tint {
         let sides = self.rim_px.iter().zip(ends).filter(|(a, b)| (a.y <= y) != (b.y <= y));
         let mut across: Vec<f64> =
             sides.map(|(a, b)| a.x + (b.x - a.x) * (y - a.y) / (b.y - a.y)).collect();
+        // A lens model may lead nowhere far outside the picture.
+        across.retain(|x| x.is_finite());
         across.sort_by(f64::total_cmp);
         let column = |x: &f64| ((x + 0.5) * scale - 0.5).ceil().clamp(0.0, width as f64) as usize;
         across.chunks_exact(2).map(|ends| [column(&ends[0]), column(&ends[1])]).collect()
@@ -245,6 +247,12 @@ mod tests {
             *px = (*px * 4.0) + Vector2::new(1.5, 1.5);
         }
         assert_eq!(color_of_all(Some(&tint)), tinted);
+        for nowhere in [f64::NAN, f64::INFINITY] {
+            tint.rim_px[2] = Point2::new(nowhere, nowhere);
+            assert_eq!(color_of_all(Some(&tint))[0], plain[0]);
+            tint.rim_px.swap(2, 3);
+            assert_eq!(color_of_all(Some(&tint))[0], plain[0]);
+        }
     }
 
     #[test]
