@@ -280,7 +280,6 @@ impl Given<'_> {
             view_noise: noise.map_or_else(Vec::new, |noise| noise.of_views),
             tails,
             family: wide.map_or(LensFamily::Brown, |wide| wide.family),
-            rivals: wide.map_or_else(Vec::new, |wide| wide.rivals.clone()),
             correction,
             left_out: Vec::new(),
         })

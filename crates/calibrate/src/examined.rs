@@ -9,7 +9,6 @@ use super::{
         misfit_diagnosis::{Causes, causes},
         next_radial::next_radial_doubt,
         noise_correlation::{NoiseCorrelation, noise_correlation},
-        rival_family::rival_doubt,
     },
     inputs::{Inputs, VIEWS_WITHOUT_PRIOR},
     solve::{bundle::Bundle, model_choice::ModelChoice, view_scatter::averaged},
@@ -79,16 +78,14 @@ impl Examined {
         Some(averaged(of_model, of_views, inputs.distinct))
     }
 
-    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, other
-    /// families of lens models, and the remaining doubt about a corrected cause.
+    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, and the
+    /// remaining doubt about a corrected cause.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
         let allowed_for = inputs
             .correction
             .map(|correction| correction.doubt((lens, freedom), inputs.image_size));
-        let of_rivals = (!inputs.rivals.is_empty())
-            .then(|| rival_doubt(lens, freedom, &inputs.rivals, inputs.image_size));
-        [self.next_radial_doubt(inputs, choice), allowed_for, of_rivals]
+        [self.next_radial_doubt(inputs, choice), allowed_for]
             .into_iter()
             .flatten()
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)

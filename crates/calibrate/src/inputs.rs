@@ -7,7 +7,7 @@ use super::{
     params::CalibrationParams,
     solve::{
         bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
-        lens_model::LensFamily, model_choice::ModelChoice, wide_lens::Rival,
+        lens_model::LensFamily, model_choice::ModelChoice,
     },
 };
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
@@ -38,8 +38,6 @@ pub(super) struct Inputs<'a> {
     pub(super) tails: Option<TailWeights>,
     /// The family whose models are fitted.
     pub(super) family: LensFamily,
-    /// Other families that explain the corners nearly as well.
-    pub(super) rivals: Vec<Rival>,
     /// Correction for the cause of a misfit, if one is applied.
     pub(super) correction: Option<&'a Correction>,
     /// Codes of families of lens models that couldn't be fitted.

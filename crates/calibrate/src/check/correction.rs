@@ -14,7 +14,7 @@ use super::{
     hypotheses::Cause,
     misfit_diagnosis::{Causes, positive_part},
     misfit_models::Bent,
-    rival_family::carried,
+    other_parameters::carried,
 };
 use crate::{
     params::CalibrationParams,

@@ -6,8 +6,8 @@
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
 //! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
-//! | `next_radial`, `rival_family` | what the radial terms left out, and other families of lens models, leave open |
-//! | `disagreement` | compares bundle and free homographies, and widens the covariance if they contradict each other |
+//! | `next_radial` | what the radial terms left out leave open |
+//! | `disagreement` | compares bundle and free homographies |
 //! | `noise_findings` | compares the noise of the fit with that of a board held still |
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
@@ -15,6 +15,7 @@
 //! | `torn_views` | finds views put together from two pictures |
 //! | `hypotheses` | the table of causes of a misfit (focus, board, shutter, mixed or torn views): what is believed of each |
 //! | `view_split`, `first_steps`, `picture_effect`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits them and compares their odds |
+//! | `correction`, `other_parameters` | corrects what it can, and carries the doubt that's left to the corrected lens |
 //! | `trust_checks` | turns all evidence into findings |
 //! | `limits` | what a GOOD calibration keeps to |
 //! | `finding` | the possible findings, their severity, and the verdict |
@@ -37,9 +38,9 @@ pub(super) mod noise_correlation;
 pub mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
+mod other_parameters;
 mod picture_effect;
 pub(super) mod projection_sd;
-pub(super) mod rival_family;
 mod torn_views;
 pub(super) mod trust_checks;
 mod view_split;

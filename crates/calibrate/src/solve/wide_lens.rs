@@ -32,16 +32,6 @@ pub(crate) struct WideLens {
     bic: f64,
     /// Twice the logarithm of its odds to Brown's richest model; infinite unless that may be the lens.
     pub(crate) gain: f64,
-    /// Other families that explain the corners, too.
-    pub(crate) rivals: Vec<Rival>,
-}
-
-/// The best lens of a family that wasn't chosen.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rival {
-    pub(crate) camera: Camera,
-    /// Ratio of the family's probability to that of the chosen family, by BIC; at most 1.
-    pub(crate) odds: f64,
 }
 
 /// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 40° from the axis,
@@ -98,16 +88,9 @@ pub(crate) fn better_families(
         LensFamily::ALL.into_iter().filter(is_allowed).filter_map(best_of).collect();
     found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let gain = |lens: &WideLens| wanted.map_or(f64::INFINITY, |brown| search.bic(brown) - lens.bic);
-    let better = found.iter().enumerate().filter(|(_, lens)| gain(lens) > CLEAR);
-    let with_rivals = better.map(|(place, lens)| {
-        let rival = |other: &WideLens| Rival {
-            camera: other.state.camera,
-            odds: libm::exp(-0.5 * (other.bic - lens.bic)),
-        };
-        let rivals = found[place + 1..].iter().map(rival).collect();
-        WideLens { rivals, gain: gain(lens), ..lens.clone() }
-    });
-    with_rivals.collect()
+    found.iter_mut().for_each(|lens| lens.gain = gain(lens));
+    found.retain(|lens| lens.gain > CLEAR);
+    found
 }
 
 /// False if `brown` folds where its series diverges: it isn't the lens of the picture, whatever else may be wrong.
@@ -169,7 +152,7 @@ impl WideSearch<'_> {
     fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
         let against = if bundle.converged { family.against() } else { f64::MAX };
         let (bic, state) = (self.bic(&bundle) + against, bundle.state);
-        WideLens { family, state, bic, gain: 0.0, rivals: Vec::new() }
+        WideLens { family, state, bic, gain: 0.0 }
     }
 
     /// The richest fisheye lens, from the best of several focal lengths.
