@@ -97,12 +97,12 @@ web: setup
 	$(WEB)/tools/bin/wasm-bindgen --target no-modules --no-typescript --out-dir $(WEB)/bound $(WEB)/build/$(WASM)/web/boresight_web.wasm
 	$(PYTHON) crates/web/pack.py $(WEB)/bound/boresight_web.js $(WEB)/bound/boresight_web_bg.wasm $(WEB)/boresight.html
 
-# Whole sessions by the page alone in headless Chromium, and their calibrations beside the program's. Not part of
-# `make test`: it builds the library twice more.
+# Whole sessions by the page alone in headless Chromium, and their calibrations beside the program's: of a rendered session, and
+# of each of VIDEOS="FILE:BOARD:SQUARE_MM …". Not part of `make test`: it builds the library twice more.
 test-web: PACKAGES += chromium chromium-driver ffmpeg python3-selenium
 test-web: web
 	cargo build --release --no-default-features --features live,report,serve
-	/usr/bin/python3 tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html
+	/usr/bin/python3 tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html $(if $(VIDEOS),rendered $(VIDEOS))
 
 # No combination of features brings more crates than it may; features-each also compiles each without a warning.
 features: setup

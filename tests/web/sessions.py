@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Whole sessions by the page alone, in headless Chromium whose camera is a video, and what the program makes of them.
 
-    tests/web/sessions.py --boresight PROGRAM --page PAGE.html [--keep FOLDER] [VIDEO:BOARD:SQUARE …]
+    tests/web/sessions.py --boresight PROGRAM --page PAGE.html [--keep FOLDER] [rendered] [VIDEO:BOARD:SQUARE_MM …]
 
-Without videos, one is rendered: a simulated session, recorded. Each session is begun, watched and ended on the page as a
-person does it. Its downloads are then read by the program: decisions decided again must be the same, corners found again
-in the same pictures, too, and the calibration must be the page's. Prints what it measured, and "all well".
+"rendered", and no name at all, is a rendered video: a simulated session, recorded. Each session is begun, watched and ended
+on the page as a person does it. Its downloads are then read by the program: decisions decided again must be the same, corners
+found again in the same pictures, too, and the calibration must be the page's. Prints what it measured, and "all well".
 """
 
 import argparse
@@ -14,7 +14,6 @@ import math
 import re
 import subprocess
 import sys
-import tarfile
 import tempfile
 import time
 from pathlib import Path
@@ -22,7 +21,6 @@ from pathlib import Path
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-# Largest difference of a number of the page's from the program's, beside its size; covariances beside their variances.
 # Times that a video may be shown until its session is ended.
 ROUNDS = 3
 LONGEST_SESSION_SECS = 240
@@ -37,11 +35,17 @@ def run(*arguments, code=0):
 
 def rendered(program, folder):
     """A simulated session as a camera's video."""
-    session, video = folder / "simulated", folder / "simulated.y4m"
+    session, video = folder / "recorded", folder / "simulated.y4m"
     run(program, "simulate", "--out", session, code=None)
     pictures = str(session / "frames" / "*.png")
     run("ffmpeg", "-v", "error", "-y", "-framerate", "30", "-pattern_type", "glob", "-i", pictures, "-pix_fmt", "yuv420p", video)
     return video
+
+
+def named(text):
+    """A video's file, board and square in millimetres."""
+    file, board, square_mm = text.rsplit(":", 2)
+    return Path(file), board, square_mm
 
 
 def camera_video(video, folder):
@@ -199,8 +203,7 @@ def session(options, link, place, video, board, square_mm):
     if log:
         sys.exit(f"the page complained: {log}")
     page.browser.quit()
-    with tarfile.open(tar) as archive:
-        archive.extractall(downloads, filter="data")
+    run("tar", "-xf", tar, "-C", downloads)
     folder = downloads / "boresight-session"
     print(f"{video.name} {size_of(video)}: {verdict[0]}")
     print(f"  ready {ready_secs:.2f} s, first picture {first_secs:.2f} s, first judged {judged_secs:.2f} s after Start")
@@ -245,8 +248,7 @@ def main():
         options.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         place = Path(place)
-        videos = [(Path(video), board, square) for video, board, square in (text.rsplit(":", 2) for text in options.videos)]
-        videos = videos or [(rendered(options.boresight, place), "9x6", "25")]
+        videos = [(rendered(options.boresight, place), "9x6", "25") if text == "rendered" else named(text) for text in options.videos or ["rendered"]]
         served = subprocess.Popen([options.boresight, "web", "127.0.0.1:0", "--page", options.page], stderr=subprocess.PIPE, text=True)
         try:
             link = re.search(r"http://\S+", served.stderr.readline()).group()
