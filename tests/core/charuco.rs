@@ -314,6 +314,40 @@ fn every_corner_that_is_found_has_its_number() {
     assert!(rms_px < 0.05, "{rms_px} px");
 }
 
+/// A plain board lies on a part of the board: where its corners are near the board's, none of these tells them apart alone.
+#[test]
+fn corners_of_something_that_lies_on_a_board_arent_the_boards() {
+    const SIDE_PX: u32 = 24;
+    const RIM_PX: u32 = 7;
+    let sheet = drawn(DRAWN[0].0);
+    let columns = usize::from(DRAWN[0].1[0]) - 1;
+    let piece = GrayImage::from_fn(8 * SIDE_PX + 2 * RIM_PX, 6 * SIDE_PX + 2 * RIM_PX, |x, y| {
+        let [u, v] = [x, y].map(|at| at.checked_sub(RIM_PX).map(|at| at / SIDE_PX));
+        let is_dark = u.zip(v).is_some_and(|(u, v)| u < 8 && v < 6 && (u + v).is_multiple_of(2));
+        Luma([if is_dark { 20 } else { 240 }])
+    });
+    let board = board(DRAWN[0].1, DRAWN[0].2, DRAWN[0].3);
+    let mut detector = Detector::new(DetectorParams::default());
+    let (mut boards, mut seen) = (0, 0);
+    for top in (60..260).step_by(26) {
+        for left in (60..120).step_by(17) {
+            let mut picture = sheet.clone();
+            imageops::replace(&mut picture, &piece, left, top);
+            let picture = imageops::blur(&picture, 0.8);
+            let Ok(found) = detector.detect(&picture, &board) else { continue };
+            boards += 1;
+            for (index, corner) in found.corners.iter().enumerate().filter(|it| it.1.is_seen()) {
+                let place = [index % columns, index / columns];
+                let [x, y] = place.map(|at| DRAWN_SQUARE_PX * (at as f64 + 2.0) - 0.5);
+                let off_px = (corner.px - Point2::new(x, y)).norm();
+                assert!(off_px < 1.0, "{left}, {top}: corner {place:?} is {off_px} px off");
+                seen += 1;
+            }
+        }
+    }
+    assert!(boards >= 24 && seen > 700, "{boards} of 32 boards, {seen} corners");
+}
+
 #[test]
 fn a_board_with_other_markers_is_said_to_have_them() {
     let picture = drawn(DRAWN[0].0);

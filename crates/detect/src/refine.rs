@@ -281,18 +281,15 @@ impl Refiner {
         }
     }
 
-    /// Drops corners of a part that stray from where the corners in their row and column put them; also those at its rim,
-    /// which only extrapolation checks.
+    /// Drops corners of a part that stray from where the corners in their row and column put them, or that none of these
+    /// checks: something in front of the board may have such a corner.
     fn drop_strays(&mut self, rough: Rough<'_>) {
         let strays = |index: &usize| {
-            let (Some(fit), Some(expected)) =
-                (&self.fits[*index], expected_px(&self.fits, rough.lines, *index))
-            else {
-                return false;
-            };
+            let Some(fit) = &self.fits[*index] else { return false };
             let side_px = Window::around(rough, *index).map_or(0.0, |it| it.side_px);
             let allowed_px = (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
-            (fit.corner.px - Point2::from(expected)).norm() > allowed_px
+            expected_px(&self.fits, rough.lines, *index)
+                .is_none_or(|expected| (fit.corner.px - Point2::from(expected)).norm() > allowed_px)
         };
         let found: Vec<usize> = (0..self.fits.len()).filter(strays).collect();
         for index in found {
