@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::{
     circle_blobs::Blob,
     lattice::{BESIDE, Lattice, Node},
-    missing::cut_off_by,
+    missing::why_missing,
     outcome::{Miss, Side},
     placement::TURNS,
     reduce::sample,
@@ -217,7 +217,7 @@ pub(super) fn place_circles(
     let partial = |found: usize| Miss::PartialBoard {
         found: found.min(wanted),
         wanted,
-        cut_off_by: cut_off_by(picture, lattice),
+        cut_off_by: why_missing(picture, lattice, None).cut_off_by(),
     };
     let Some((low, high)) = lattice.extent() else { return Err(Miss::NoBoard) };
     let at = |index: usize| circles.at(index).map(|at| at as i32);

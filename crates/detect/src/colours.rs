@@ -85,69 +85,81 @@ pub(super) fn dark_outside(
     Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
 }
 
-/// Sampling distance close to a corner, in squares, and the largest colour step there of discs, as a share of that at
-/// [`FAR_SQUARES`]: squares meet in their corners, so that any blur leaves a quarter; between discs there's nothing.
-const CLOSE_SQUARES: f32 = 0.18;
-const MOST_OF_DISCS: f32 = 0.15;
+/// How far beside the edges of a grid the picture is looked at, and at which places along them, in squares: at both ends
+/// and in the middle.
+const BESIDE_EDGE: f32 = 0.1;
+const ALONG_EDGE: [f32; 3] = [0.1, 0.5, 0.9];
+/// Least step across an edge of squares at its ends and in its middle, as a share of that between squares: a blur that leaves
+/// only the ground wave of their pattern leaves `sin²(0.1 π) / sin²(0.33 π)`, 0.13, and `sin(0.1 π) / sin²(0.33 π)`, 0.42.
+const LEAST_OF_STEP: [f32; 2] = [0.06, 0.3];
+/// Largest difference of the places on both sides of an edge, taken together, between its ends and its middle, as a share of
+/// the step: edges of squares are straight.
+const MOST_BULGE: f32 = 0.45;
 
-/// True if the dark and light areas don't meet in the corners of the grid: the gaps between the discs of a circle grid look
-/// like corners from afar.
-pub(super) fn are_discs(image: &GrayImage, lattice: &Lattice) -> bool {
-    let sum = |far: f32| {
-        let steps = lattice.nodes().iter().filter_map(|&(i, j)| {
-            let step = colour_step_within(image, lattice, (i, j), far)?.value;
-            Some(if (i + j) % 2 == 0 { step } else { -step })
-        });
-        steps.sum::<f32>()
-    };
-    let far = sum(FAR_SQUARES);
-    sum(CLOSE_SQUARES) * far.signum() < MOST_OF_DISCS * far.abs()
+/// What the cells of a grid of corners look like.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cells {
+    /// Squares, for all that is seen.
+    Squares,
+    /// Discs, whose gaps look like corners from afar.
+    Discs,
+    /// Several smaller squares: the grid has every third of their corners. The colours around those don't show it, because
+    /// they belong to squares further away.
+    Several,
 }
 
-/// Sampling distance on both sides of an edge, in squares.
-const BESIDE_EDGE: f32 = 0.2;
-
-/// Sampling places along an edge, in squares: in each third of it, away from its corners.
-const ALONG_EDGE: [f32; 3] = [0.25, 0.5, 0.75];
-
-/// True if the edges between the corners of a whole grid change sides on the way, along the first or the second axis:
-/// the grid has every third corner of smaller squares. The colours around its corners don't show the sides, because
-/// they belong to squares further away.
-pub(super) fn skips_squares(image: &GrayImage, lattice: &Lattice) -> bool {
-    [(1, 0), (0, 1)].into_iter().any(|along| {
-        let (mut agree, mut all) = (0, 0);
+/// What the edges between the corners of a grid make of its cells.
+pub(super) fn cells(image: &GrayImage, lattice: &Lattice) -> Cells {
+    let sign = |(i, j): Node| if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+    let steps = lattice.nodes().iter().filter_map(|node| {
+        Some((1.0, 2.0 * sign(*node) * colour_step(image, lattice, *node)?.value))
+    });
+    let (count, sum) =
+        steps.fold((0.0, 0.0), |(count, sum), (one, step)| (count + one, sum + step));
+    let step: f32 = sum / f32::max(count, 1.0);
+    let mut seen = Cells::Squares;
+    for along in [(1, 0), (0, 1)] {
+        let (mut at_ends, mut in_middle, mut bulge, mut count) = (0.0, 0.0, 0.0, 0.0);
         for &node in lattice.nodes() {
-            let [Some(first), Some(middle), Some(last)] =
-                ALONG_EDGE.map(|share| step_across(image, lattice, node, along, share))
-            else {
-                continue;
-            };
-            all += 1;
-            agree += usize::from((first + last) * middle > 0.0);
+            let places = ALONG_EDGE.map(|share| beside_edge(image, lattice, node, along, share));
+            let [Some(first), Some(middle), Some(last)] = places else { continue };
+            let across = |[one, other]: [f32; 2]| sign(node) * (one - other);
+            at_ends += 0.5 * (across(first) + across(last));
+            in_middle += across(middle);
+            bulge += 0.5 * (first[0] + first[1] + last[0] + last[1]) - middle[0] - middle[1];
+            count += 1.0;
         }
-        2 * agree < all
-    })
+        let [at_ends, in_middle, bulge] =
+            [at_ends, in_middle, bulge].map(|sum| sum / (count * step));
+        let [least_at_ends, least_in_middle] = LEAST_OF_STEP;
+        if at_ends < -least_at_ends || in_middle < -least_in_middle {
+            return Cells::Several;
+        }
+        if at_ends < least_at_ends || in_middle < least_in_middle || bulge.abs() > MOST_BULGE {
+            seen = Cells::Discs;
+        }
+    }
+    seen
 }
 
-/// Brightness difference across the edge from a member to the next one `along` an axis, at a `share` of its length, towards
-/// the other axis. `None` at the end of a row.
-fn step_across(
+/// Brightness on both sides of the edge from a member to the next one `along` an axis, at a `share` of its length; first
+/// towards the other axis. `None` at the end of a row.
+fn beside_edge(
     image: &GrayImage,
     lattice: &Lattice,
     node: Node,
     along: Node,
     share: f32,
-) -> Option<f32> {
+) -> Option<[f32; 2]> {
     let here = lattice.get(node)?;
     let next = lattice.get((node.0 + along.0, node.1 + along.1))?;
     let (u, v) = axes(lattice, node, here)?;
     let across = if along.0 == 0 { u } else { v };
-    let level = |squares: f32| {
+    Some([BESIDE_EDGE, -BESIDE_EDGE].map(|squares| {
         let at: [f32; 2] =
             std::array::from_fn(|k| here[k] + share * (next[k] - here[k]) + squares * across[k]);
         sample(image, at[0], at[1])
-    };
-    Some(level(BESIDE_EDGE) - level(-BESIDE_EDGE))
+    }))
 }
 
 /// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
@@ -205,9 +217,36 @@ mod tests {
     fn every_third_corner_is_no_grid() {
         for turned in [false, true] {
             for steps in [[1, 3], [3, 1], [3, 3]] {
-                assert!(skips_squares(&cloth(), &grid(steps, turned)), "{steps:?}, {turned}");
+                assert_eq!(cells(&cloth(), &grid(steps, turned)), Cells::Several, "{steps:?}");
             }
-            assert!(!skips_squares(&cloth(), &grid([1, 1], turned)), "turned: {turned}");
+            assert_eq!(cells(&cloth(), &grid([1, 1], turned)), Cells::Squares, "{turned}");
+        }
+    }
+
+    /// Between four discs there's something like a corner in the middle of each two.
+    #[test]
+    fn discs_of_any_size_are_no_squares() {
+        const PITCH_PX: f32 = 24.0;
+        for diameter in [0.35_f32, 0.5, 0.6, 0.7, 0.8, 0.9] {
+            let drawn = GrayImage::from_fn(200, 200, |x, y| {
+                let off = [x, y].map(|at| (at as f32 + 0.5).rem_euclid(PITCH_PX) - 0.5 * PITCH_PX);
+                let is_disc = libm::hypotf(off[0], off[1]) < 0.5 * diameter * PITCH_PX;
+                image::Luma([if is_disc { 30 } else { 210 }])
+            });
+            let picture = image::imageops::blur(&drawn, 0.8);
+            let mut lattice = Lattice::default();
+            lattice.clear(6);
+            for i in 0..4 {
+                for j in 0..4 {
+                    let at = [i - j, i + j].map(|half| half as f32);
+                    let at = [4.0 + 0.5 * at[0], 1.5 + 0.5 * at[1]];
+                    lattice.insert((i, j), at.map(|at| at * PITCH_PX - 0.5));
+                }
+            }
+            assert_eq!(cells(&picture, &lattice), Cells::Discs, "{diameter}");
+            let mut light = picture;
+            image::imageops::invert(&mut light);
+            assert_eq!(cells(&light, &lattice), Cells::Discs, "light, {diameter}");
         }
     }
 }

@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use super::{
     board_match::{count_board, is_no_part, match_board, prune},
-    colours::are_discs,
+    colours::{Cells, cells},
     explain::{GridOutcome, WeighedGrid},
     grow::{Grower, Limits},
     junction::{self, Junction},
@@ -121,6 +121,9 @@ impl GridSearch {
         for (index, at) in corners.enumerate().filter(|(_, at)| at[0].is_finite()) {
             self.lattice.insert(((index % columns) as i32, (index / columns) as i32), at);
         }
+        if cells(picture, &self.lattice) != Cells::Squares {
+            return Err(Miss::NoBoard);
+        }
         is_no_part(picture, &mut self.lattice)
     }
 
@@ -189,15 +192,14 @@ impl GridSearch {
         part.clear();
         let mut best_miss = Miss::NoBoard;
         let mut is_whole = |lattice: &mut Lattice| {
-            let are_discs = are_discs(plain, lattice);
-            let matched = if are_discs {
-                Err(Miss::NoBoard)
-            } else {
-                match_board(picture, lattice, board, expected, corners)
+            let cells = cells(plain, lattice);
+            let matched = match cells {
+                Cells::Squares => match_board(picture, lattice, board, expected, corners),
+                Cells::Discs | Cells::Several => Err(Miss::NoBoard),
             };
             if let Some(weighed) = weighed.as_mut().filter(|_| lattice.len() > 0) {
                 let outcome = outcome_of(matched.map(|()| &**corners));
-                let outcome = if are_discs { GridOutcome::Circles } else { outcome };
+                let outcome = if cells == Cells::Discs { GridOutcome::Circles } else { outcome };
                 weighed.push(WeighedGrid::of(picture, lattice, board, expected, outcome));
             }
             if let Err(miss) = matched {

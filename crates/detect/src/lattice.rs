@@ -187,6 +187,16 @@ impl Lattice {
     }
 }
 
+/// Whether a node is among the last ones, in the direction `out`, of those from `low` to `high`.
+pub(super) fn is_at_end((low, high): (Node, Node), out: Node, (i, j): Node) -> bool {
+    match out {
+        (-1, _) => i == low.0,
+        (1, _) => i == high.0,
+        (_, -1) => j == low.1,
+        _ => j == high.1,
+    }
+}
+
 /// Weights of the values at three places with which a parabola through them passes 0.
 fn extrapolating([a, b, c]: [f32; 3]) -> [f32; 3] {
     [b * c / ((a - b) * (a - c)), a * c / ((b - a) * (b - c)), a * b / ((c - a) * (c - b))]

@@ -42,6 +42,7 @@
 //! | `response` | computes a corner response on a ring and its local maxima | edges cross below ~35°, contrast is below ~8 levels | `min_response`, `max_candidates` |
 //! | `junction` | reads the two edge directions and the colours between them | an edge of a neighbouring corner enters the ring | edges in line within 27°, crossing above 30° |
 //! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
+//! | `colours` | refuses a grid whose cells aren't squares, by the edges between its corners: discs, or several smaller squares | blur leaves no edges in the middle of a square's side | – |
 //! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), refuses a part of a larger pattern, numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
 //! | `placement` | says where on the board a part of it lies, by its track or its printed code | fewer than twelve corners are seen, or neither tells | – |
 //! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers or tags (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |

@@ -9,7 +9,7 @@ use super::{
     lattice::{Lattice, Node, axes, height},
     marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place},
-    missing::cut_off_by,
+    missing::why_missing,
     outcome::Miss,
     saddle::settle,
 };
@@ -45,10 +45,11 @@ pub(super) fn name_corners(
     markers: Markers,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<Polarity, Miss> {
+    let size = [board.columns() as i32, board.rows() as i32];
     let partial = |lattice: &Lattice| Miss::PartialBoard {
         found: lattice.len().min(board.corner_count()),
         wanted: board.corner_count(),
-        cut_off_by: cut_off_by(image, lattice),
+        cut_off_by: why_missing(image, lattice, Some(size)).cut_off_by(),
     };
     let best = match place(readings, lattice, board, markers) {
         Verdict::Clear(best) => best,
@@ -75,10 +76,7 @@ pub(super) fn name_corners(
     if lattice.len() < LEAST_CORNERS {
         return Err(partial(lattice));
     }
-    into.clear();
-    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
-    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-    into.extend(places.map(|place| lattice.get(best.placement.node(place))));
+    best.placement.write(lattice, board, into);
     Ok(best.polarity)
 }
 

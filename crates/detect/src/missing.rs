@@ -1,9 +1,9 @@
-//! Why corners of a board are missing: cut off by the edge of the picture, or saturated.
+//! Why corners of a board are missing, and what lies behind the ends of a grid.
 
 use image::GrayImage;
 
 use super::{
-    lattice::{BESIDE, Lattice, Node, axes, height},
+    lattice::{BESIDE, Lattice, Node, axes, height, is_at_end},
     outcome::Side,
     reduce::sample,
 };
@@ -14,54 +14,87 @@ const LEAST_STEP: f32 = 8.0;
 /// Brightness from which a square counts as saturated, in grey levels.
 const SATURATED: f32 = 248.0;
 
-/// The edge of the picture that the grid runs into, if any: beyond it, the next corners would lie outside.
-pub(super) fn cut_off_by(image: &GrayImage, lattice: &Lattice) -> Option<Side> {
-    let (width, height) = (image.width() as f32, image.height() as f32);
-    let mut outside = [(Side::Left, 0), (Side::Right, 0), (Side::Top, 0), (Side::Bottom, 0)];
-    for (i, j) in lattice.nodes() {
-        for node in BESIDE.map(|(di, dj)| (i + di, j + dj)) {
-            if lattice.contains(node) {
-                continue;
-            }
-            let Some((guess, _)) = lattice.predict(node) else { continue };
-            let margin = 6.0;
-            outside[0].1 += usize::from(guess[0] < margin);
-            outside[1].1 += usize::from(guess[0] > width - margin);
-            outside[2].1 += usize::from(guess[1] < margin);
-            outside[3].1 += usize::from(guess[1] > height - margin);
-        }
-    }
-    let (side, count) = outside.into_iter().max_by_key(|(_, count)| *count)?;
-    (count >= 2).then_some(side)
+/// Why corners of a board are missing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Why {
+    /// They lie beyond this edge of the picture.
+    CutOff(Side),
+    /// The picture is saturated there.
+    Glare,
+    /// Something is in front of them, for all that is seen.
+    Covered,
 }
 
-/// True if the grid ends where the picture is saturated: at least one in eight of the next three nodes beyond each end
-/// of a line.
-pub(super) fn glaring(image: &GrayImage, lattice: &Lattice) -> bool {
-    let (mut missing, mut bright) = (0, 0);
+impl Why {
+    /// The edge of the picture, if it's that.
+    pub(super) fn cut_off_by(self) -> Option<Side> {
+        match self {
+            Self::CutOff(side) => Some(side),
+            Self::Glare | Self::Covered => None,
+        }
+    }
+}
+
+/// How near to the edge of the picture no corner is found, in pixels.
+const MARGIN_PX: f32 = 6.0;
+/// A single place may be there by chance.
+const LEAST_PLACES: usize = 2;
+/// Places ahead of the last corner at which glare may be, in squares: it hides corners around the place that's saturated.
+const AHEAD: [f32; 2] = [1.0, 2.0];
+
+/// What explains most of the places beside a grid that miss a corner. A board of `size`, if that's known, has none beyond those
+/// ends of the grid between which it's as long as the board.
+pub(super) fn why_missing(image: &GrayImage, lattice: &Lattice, size: Option<[i32; 2]>) -> Why {
+    use Side::{Bottom, Left, Right, Top};
+    let Some((low, high)) = lattice.extent() else { return Why::Covered };
+    let span = [high.0 - low.0 + 1, high.1 - low.1 + 1];
+    let ways = size.into_iter().flat_map(|[columns, rows]| [[columns, rows], [rows, columns]]);
+    let mut ways = ways.filter(|way| span[0] <= way[0] && span[1] <= way[1]).peekable();
+    let is_any = ways.peek().is_none();
+    let is_longer = ways.fold([is_any; 2], |longer, way| {
+        [longer[0] || way[0] > span[0], longer[1] || way[1] > span[1]]
+    });
+    let (width, height) = (image.width() as f32, image.height() as f32);
+    let mut places = [
+        (Why::CutOff(Left), 0),
+        (Why::CutOff(Right), 0),
+        (Why::CutOff(Top), 0),
+        (Why::CutOff(Bottom), 0),
+        (Why::Glare, 0),
+    ];
     for &(i, j) in lattice.nodes() {
-        let Some((here, (u, v))) =
-            lattice.get((i, j)).and_then(|here| Some((here, axes(lattice, (i, j), here)?)))
-        else {
-            continue;
-        };
         for (di, dj) in BESIDE {
-            if lattice.contains((i + di, j + dj)) {
+            let next = (i + di, j + dj);
+            let is_within = |at: i32, low: i32, high: i32| (low..=high).contains(&at);
+            let may_be = (is_longer[0] || is_within(next.0, low.0, high.0))
+                && (is_longer[1] || is_within(next.1, low.1, high.1));
+            if !may_be || lattice.contains(next) {
                 continue;
             }
-            let step: [f32; 2] = std::array::from_fn(|k| u[k] * di as f32 + v[k] * dj as f32);
-            let reach = 0.3 * height((u, v));
-            for ahead in [1.0, 2.0, 3.0] {
-                let at = [here[0] + ahead * step[0], here[1] + ahead * step[1]];
-                missing += 1;
-                let glares = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= SATURATED;
-                let across = [-reach, 0.0, reach];
-                bright +=
-                    usize::from(across.iter().all(|dx| across.iter().all(|dy| glares(*dx, *dy))));
+            let Some(([x, y], _)) = lattice.predict(next) else { continue };
+            let outside = [x, width - x, y, height - y].map(|off_px| off_px < MARGIN_PX);
+            let is_glare = !outside.contains(&true) && glares(image, lattice, (i, j), (di, dj));
+            for (place, explains) in places.iter_mut().zip(outside.into_iter().chain([is_glare])) {
+                place.1 += usize::from(explains);
             }
         }
     }
-    bright >= 3 && 8 * bright >= missing
+    let most = places.into_iter().rev().max_by_key(|(_, count)| *count);
+    most.filter(|(_, count)| *count >= LEAST_PLACES).map_or(Why::Covered, |(why, _)| why)
+}
+
+/// Whether the picture is saturated ahead of a corner.
+fn glares(image: &GrayImage, lattice: &Lattice, node: Node, (di, dj): Node) -> bool {
+    let axes = lattice.get(node).and_then(|here| Some((here, axes(lattice, node, here)?)));
+    let Some((here, (u, v))) = axes else { return false };
+    let reach = 0.3 * height((u, v));
+    AHEAD.iter().any(|ahead| {
+        let at: [f32; 2] =
+            std::array::from_fn(|k| here[k] + ahead * (u[k] * di as f32 + v[k] * dj as f32));
+        let across = [-reach, 0.0, reach];
+        let is_bright = |dx: f32, dy: f32| sample(image, at[0] + dx, at[1] + dy) >= SATURATED;
+        across.iter().all(|dx| across.iter().all(|dy| is_bright(*dx, *dy)))
+    })
 }
 
 /// Steps out of a grid, through each of its sides.
@@ -111,22 +144,16 @@ impl Behind {
 /// light one, white or a dark square decides.
 pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind {
     let mut bits = Behind::default();
-    let Some((low, high)) = lattice.extent() else { return bits };
+    let Some(extent) = lattice.extent() else { return bits };
     for &(i, j) in lattice.nodes() {
-        let on_rim = match out {
-            (-1, _) => i == low.0,
-            (1, _) => i == high.0,
-            (_, -1) => j == low.1,
-            _ => j == high.1,
-        };
         let beside = (i + out.1.abs(), j + out.0.abs());
-        if !on_rim || !lattice.contains(beside) {
+        if !is_at_end(extent, out, (i, j)) || !lattice.contains(beside) {
             continue;
         }
         let seen = outer_square(image, lattice, [(i, j), beside], out);
         let bits_of = |brightness: f32| {
             let Some((_, behind)) = seen else { return -libm::log2f(ONE_IS_OTHER) };
-            let places = behind.map(|seen| log2_likelihood(seen - brightness));
+            let places = behind.map(|seen| log2_likelihood(seen - brightness, SPREAD));
             let mean = places.iter().sum::<f32>() / places.len() as f32;
             libm::log2f(
                 libm::exp2f(INDEPENDENT * mean) * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER,
@@ -138,10 +165,12 @@ pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind 
     bits
 }
 
-/// Bits for a place `off` the brightness that it should have, as a share of the step from dark to light squares.
-fn log2_likelihood(off: f32) -> f32 {
-    let peak = RANGE / (SPREAD * std::f32::consts::TAU.sqrt());
-    let likely = peak * libm::expf(-0.5 * (off / SPREAD).powi(2));
+/// Bits for a place `off` the brightness that it should have, as a share of the step from dark to light squares; `spread` is its
+/// standard deviation if that's more than the usual one.
+pub(super) fn log2_likelihood(off: f32, spread: f32) -> f32 {
+    let spread = spread.max(SPREAD);
+    let peak = RANGE / (spread * std::f32::consts::TAU.sqrt());
+    let likely = peak * libm::expf(-0.5 * (off / spread).powi(2));
     libm::log2f(likely * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER)
 }
 

@@ -10,7 +10,7 @@ use nalgebra::Point2;
 
 use super::{
     colours::{dark_outside, inside},
-    lattice::{Lattice, Node, axes, height},
+    lattice::{Lattice, Node, axes, height, is_at_end},
     missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
     printed_code::{Plane, is_named_by_code},
     track::Expected,
@@ -63,6 +63,19 @@ impl Placement {
         Point2::new(along(0), along(1))
     }
 
+    /// Writes the board's corners to `into`, row by row; `None` for those that the grid doesn't have.
+    pub(super) fn write(
+        &self,
+        lattice: &Lattice,
+        board: &Checkerboard,
+        into: &mut Vec<Option<[f32; 2]>>,
+    ) {
+        let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+        let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
+        into.clear();
+        into.extend(all.map(|place| lattice.get(self.node(place))));
+    }
+
     /// Quarter turns of the board, clockwise from the grid's axes.
     pub(super) fn quarter_turns(&self) -> usize {
         TURNS.iter().position(|turn| *turn == self.turn).unwrap_or_default()
@@ -82,13 +95,14 @@ pub(super) fn place_part(
     expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
-    drop_thin_ends(lattice);
+    drop_thin_ends(lattice, |_| true);
     let Some((low, high)) = lattice.extent() else { return false };
     let shortest = (high.0 - low.0).min(high.1 - low.1) + 1;
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
-    let all = weigh(image, lattice, board, expected);
+    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let all = weigh(image, lattice, board, expected, ends);
     let tracked = leading(all.clone().map(|it| (it.placement, it.bits(), it.is_tracked)));
     let named = || {
         let by_code = by_code(image, lattice, board)?;
@@ -97,10 +111,28 @@ pub(super) fn place_part(
         leading(all.clone().filter(fits).map(|it| (it.placement, it.by_picture(), true)))
     };
     let Some(placement) = tracked.or_else(named) else { return false };
-    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
-    let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-    into.clear();
-    into.extend(all.map(|place| lattice.get(placement.node(place))));
+    placement.write(lattice, board, into);
+    true
+}
+
+/// Writes the corners of a grid that is as large as `board`, so that its ends are the same in each place. The colours tell which way up it is, or where they can't, the
+/// track, or else its first corner is the one nearest to the picture's top left. `false` if the colours aren't the board's.
+pub(super) fn place_whole(
+    image: &GrayImage,
+    lattice: &Lattice,
+    board: &Checkerboard,
+    expected: &Expected,
+    into: &mut Vec<Option<[f32; 2]>>,
+) -> bool {
+    let from_top_left =
+        |it: &Weighed| lattice.get(it.placement.node([0, 0])).map_or(f32::INFINITY, |[x, y]| x + y);
+    let best = weigh(image, lattice, board, expected, [Behind::default(); 4])
+        .filter(|it| it.colours > 0.0 || board.looks_the_same_upside_down())
+        .max_by(|a, b| {
+            a.track.total_cmp(&b.track).then(from_top_left(b).total_cmp(&from_top_left(a)))
+        });
+    let Some(best) = best else { return false };
+    best.placement.write(lattice, board, into);
     true
 }
 
@@ -125,15 +157,15 @@ impl Weighed {
     }
 }
 
-/// Every place where a grid may lie on `board`.
+/// Every place where a grid with these `ends` may lie on `board`.
 fn weigh<'a>(
     image: &'a GrayImage,
     lattice: &'a Lattice,
     board: &'a Checkerboard,
     expected: &'a Expected,
+    ends: [Behind; 4],
 ) -> impl Iterator<Item = Weighed> + Clone + 'a {
     let extent = lattice.extent().unwrap_or_default();
-    let ends = SIDES.map(|out| behind(image, lattice, out));
     inside_board(extent, board).map(move |placement| {
         let (near, vanished) = track(image, lattice, &placement, board, expected);
         let track = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
@@ -157,7 +189,8 @@ pub(super) fn places(
 ) -> Vec<(Weighed, bool)> {
     let by_code = by_code(image, lattice, board);
     let has_code = |it: &Weighed| by_code.as_ref().is_some_and(|is_named| is_named(&it.placement));
-    let all = weigh(image, lattice, board, expected);
+    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let all = weigh(image, lattice, board, expected, ends);
     let mut places: Vec<_> = all.map(|it| (it, has_code(&it))).collect();
     places.sort_by(|a, b| b.0.bits().total_cmp(&a.0.bits()));
     places
@@ -294,25 +327,18 @@ fn by_code<'a>(
     })
 }
 
-/// Drops rows and columns at the ends that have few corners.
-fn drop_thin_ends(lattice: &mut Lattice) {
+/// Drops rows and columns at the ends that have few corners, the one with fewest first, as long as `may` says of the grid's
+/// width and height that it may.
+pub(super) fn drop_thin_ends(lattice: &mut Lattice, may: impl Fn((i32, i32)) -> bool) {
     while let Some((low, high)) = lattice.extent() {
-        let count =
-            |out: Node| lattice.nodes().iter().filter(|node| on_end(lattice, out, **node)).count();
-        let Some((di, dj)) = SIDES.into_iter().find(|out| count(*out) < LEAST_IN_LINE) else {
+        let is_at = |out: Node, node: Node| is_at_end((low, high), out, node);
+        let count = |out: Node| lattice.nodes().iter().filter(|node| is_at(out, **node)).count();
+        let thinnest = SIDES.into_iter().min_by_key(|out| count(*out));
+        let Some(thinnest) = thinnest.filter(|out| {
+            may((high.0 - low.0 + 1, high.1 - low.1 + 1)) && count(*out) < LEAST_IN_LINE
+        }) else {
             return;
         };
-        let end = (if di < 0 { low.0 } else { high.0 }, if dj < 0 { low.1 } else { high.1 });
-        lattice.retain(|_, (i, j)| if di == 0 { j != end.1 } else { i != end.0 });
+        lattice.retain(|_, node| !is_at(thinnest, node));
     }
-}
-
-/// Whether a node is among the last ones in the direction `out`.
-fn on_end(lattice: &Lattice, (di, dj): Node, (i, j): Node) -> bool {
-    lattice.extent().is_some_and(|(low, high)| match (di, dj) {
-        (-1, _) => i == low.0,
-        (1, _) => i == high.0,
-        (_, -1) => j == low.1,
-        _ => j == high.1,
-    })
 }
