@@ -3,7 +3,7 @@
 use boresight::{
     board::Checkerboard,
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
-    detection::{Detection, Detector, DetectorParams, Miss},
+    detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, WeighedGrid},
     frame::ImageSize,
     geometry::Corner,
     markers::{CircleRows, MarkerChoice},
@@ -158,6 +158,22 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
 }
 
 /// A finger on one circle doesn't hide the others.
+/// Whoever asks why a picture was refused sees the grids of circles that were held against the board.
+#[test]
+fn grids_of_circles_are_listed() {
+    let drawn_board = board(7, 5, CircleRows::Symmetric);
+    let picture = drawn(&drawn_board, &seen_at(20.0, 0.0, 0.55), 0.5);
+    let mut detector = Detector::new(DetectorParams::default());
+    let (found, grids) = detector.explain(&picture, &drawn_board);
+    assert!(found.is_ok(), "{found:?}");
+    let last = grids.last().expect("a grid");
+    assert_eq!((last.outcome, last.corners_px.len()), (GridOutcome::Named(35), 35));
+    let (missed, grids) = detector.explain(&picture, &board(8, 5, CircleRows::Symmetric));
+    let missed = missed.expect_err("another board");
+    let says_why = |grid: &WeighedGrid| grid.outcome == GridOutcome::Missed(missed);
+    assert!(grids.iter().any(says_why), "{missed:?}, {grids:?}");
+}
+
 #[test]
 fn a_covered_circle_is_unseen() {
     let (board, map) = (board(7, 5, CircleRows::Symmetric), seen_at(25.0, 60.0, 0.4));

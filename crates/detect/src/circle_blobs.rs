@@ -76,6 +76,9 @@ struct Sums {
 /// Finds blobs. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BlobFinder {
+    /// The darkest and lightest pixel of each tile by itself.
+    tiles: [Vec<u8>; 2],
+    /// The same with the tiles around it.
     darkest: Vec<u8>,
     lightest: Vec<u8>,
     runs: Vec<Run>,
@@ -111,7 +114,11 @@ impl BlobFinder {
     /// The darkest and lightest pixel of each tile and those around it.
     fn measure_tiles(&mut self, picture: &GrayImage, tile_px: usize, [across, down]: [usize; 2]) {
         let width = picture.width() as usize;
-        let mut one = [vec![u8::MAX; across * down], vec![0_u8; across * down]];
+        for (tiles, start) in self.tiles.iter_mut().zip([u8::MAX, 0]) {
+            tiles.clear();
+            tiles.resize(across * down, start);
+        }
+        let [darkest, lightest] = &mut self.tiles;
         for (y, row) in picture.as_raw().chunks_exact(width).enumerate() {
             let tiles = (y / tile_px).min(down - 1) * across;
             for (x, pixels) in row.chunks(tile_px).enumerate() {
@@ -119,8 +126,8 @@ impl BlobFinder {
                 let (low, high) = pixels.iter().fold((u8::MAX, 0), |(low, high), pixel| {
                     (u8::min(low, *pixel), u8::max(high, *pixel))
                 });
-                one[0][tile] = one[0][tile].min(low);
-                one[1][tile] = one[1][tile].max(high);
+                darkest[tile] = darkest[tile].min(low);
+                lightest[tile] = lightest[tile].max(high);
             }
         }
         let around = |tile: usize| {
@@ -129,7 +136,7 @@ impl BlobFinder {
             near(row, down)
                 .flat_map(move |row| near(column, across).map(move |at| row * across + at))
         };
-        let [low, high] = &one;
+        let [low, high] = &self.tiles;
         let tiles = || 0..across * down;
         self.darkest.clear();
         self.darkest.extend(tiles().map(|tile| around(tile).map(|at| low[at]).min().unwrap_or(0)));

@@ -9,6 +9,7 @@ use super::{
     circle_blobs::Blob,
     lattice::{BESIDE, Lattice, Node},
     missing::why_missing,
+    nearby::Nearby,
     outcome::{Miss, Side},
     placement::TURNS,
     reduce::sample,
@@ -39,17 +40,29 @@ const SAME: f32 = 0.35;
 /// Grows grids from ellipses. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CircleGrower {
+    nearby: Nearby,
     taken: Vec<bool>,
     /// Blobs of the grid, in the order in which they were added to the lattice.
     members: Vec<usize>,
+    /// The largest grid.
     pub(super) lattice: Lattice,
+    /// The grid that grows.
+    growing: Lattice,
+    /// Possible neighbours of a seed: their distances and places in its radii.
+    near: Vec<(f32, [f32; 2], usize)>,
+    frontier: Vec<Node>,
+    added: Vec<(Node, usize)>,
 }
 
 impl CircleGrower {
+    /// Starts with the blobs of a picture with this width and height.
+    pub(super) fn start(&mut self, blobs: &[Blob], size: [u32; 2]) {
+        self.nearby.start(blobs.iter().map(|blob| blob.at), size);
+    }
+
     /// Grows the largest grid of dark or light blobs, for a board whose grid is at most `longest` long.
     pub(super) fn grow(&mut self, blobs: &[Blob], is_dark: bool, longest: usize) {
-        let mut best = Lattice::default();
-        best.clear(longest);
+        self.lattice.clear(longest);
         self.taken.clear();
         self.taken.extend(blobs.iter().map(|blob| blob.is_dark != is_dark));
         let mut seeds = 0;
@@ -57,9 +70,9 @@ impl CircleGrower {
             if self.taken[seed] || seeds == SEEDS {
                 continue;
             }
-            self.lattice.clear(longest);
+            self.growing.clear(longest);
             self.members.clear();
-            if !self.start(blobs, seed) {
+            if !self.begin(blobs, seed) {
                 continue;
             }
             seeds += 1;
@@ -67,101 +80,90 @@ impl CircleGrower {
             for &member in &self.members {
                 self.taken[member] = true;
             }
-            if self.lattice.len() > best.len() {
-                std::mem::swap(&mut best, &mut self.lattice);
+            if self.growing.len() > self.lattice.len() {
+                std::mem::swap(&mut self.growing, &mut self.lattice);
             }
         }
-        self.lattice = best;
     }
 
     fn insert(&mut self, node: Node, blobs: &[Blob], index: usize) {
-        if self.lattice.insert(node, blobs[index].at) {
+        if self.growing.insert(node, blobs[index].at) {
             self.members.push(index);
         }
     }
 
-    /// Starts with a blob that has neighbours on at least three sides, at equal distances in its own radii.
-    fn start(&mut self, blobs: &[Blob], seed: usize) -> bool {
+    /// Begins a grid with a blob that has neighbours on at least three sides, at equal distances in its own radii.
+    fn begin(&mut self, blobs: &[Blob], seed: usize) -> bool {
         let blob = blobs[seed];
         let determinant = blob.determinant();
-        let mut near: Vec<(f32, [f32; 2], usize)> = Vec::new();
         // No ellipse further away is within the radii.
         let reach = STEP_RADII.end * (blob.shape[0] + blob.shape[2]).sqrt();
-        for (index, other) in blobs.iter().enumerate() {
-            let [dx, dy] = [0, 1].map(|k: usize| other.at[k] - blob.at[k]);
-            let is_far = dx * dx + dy * dy > reach * reach;
-            let is_alike = || ALIKE.contains(&(other.determinant() / determinant));
-            if is_far || self.taken[index] || !is_alike() {
-                continue;
-            }
-            let at = blob.radii_to(other.at);
+        let possible = self.nearby.near(blob.at, reach).filter_map(|(index, _)| {
+            let is_alike = ALIKE.contains(&(blobs[index].determinant() / determinant));
+            let at = blob.radii_to(blobs[index].at);
             let radii = libm::hypotf(at[0], at[1]);
-            if STEP_RADII.contains(&radii) {
-                near.push((radii, at, index));
+            let is_possible = !self.taken[index] && is_alike && STEP_RADII.contains(&radii);
+            is_possible.then_some((radii, at, index))
+        });
+        self.near.clear();
+        self.near.extend(possible);
+        self.near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        self.near.truncate(NEAREST);
+        let nearest = self.near.first().map_or(0.0, |it| it.0);
+        let equal = self.near.iter().take_while(|it| it.0 < EQUAL * nearest);
+        let mut begun = equal.map(|&(radii, [x, y], _)| {
+            // Clockwise on the screen, as the map to a circle keeps the sense of rotation.
+            [[x, y], [-y, x], [-x, -y], [y, -x]].map(|to| {
+                let off = |at: &[f32; 2]| libm::hypotf(at[0] - to[0], at[1] - to[1]);
+                let nearest = self.near.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+                nearest.filter(|it| off(&it.1) < OFF_STEPS * radii).map(|it| it.2)
+            })
+        });
+        let Some(found) = begun.find(|it| it.iter().flatten().count() >= LEAST_BESIDE) else {
+            return false;
+        };
+        self.insert((0, 0), blobs, seed);
+        for (node, index) in [(1, 0), (0, 1), (-1, 0), (0, -1)].into_iter().zip(found) {
+            if let Some(index) = index {
+                self.insert(node, blobs, index);
             }
         }
-        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-        near.truncate(NEAREST);
-        let nearest = near.first().map_or(0.0, |it| it.0);
-        near.iter().take_while(|it| it.0 < EQUAL * nearest).any(|(radii, first, _)| {
-            let [x, y] = *first;
-            // Clockwise on the screen, as the map to a circle keeps the sense of rotation.
-            let wanted = [[x, y], [-y, x], [-x, -y], [y, -x]];
-            let found = wanted.map(|to| {
-                let off = |at: &[f32; 2]| libm::hypotf(at[0] - to[0], at[1] - to[1]);
-                let nearest = near.iter().min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
-                nearest.filter(|it| off(&it.1) < OFF_STEPS * radii).map(|it| it.2)
-            });
-            let is_start = found.iter().flatten().count() >= LEAST_BESIDE;
-            if is_start {
-                self.insert((0, 0), blobs, seed);
-                let nodes = [(1, 0), (0, 1), (-1, 0), (0, -1)];
-                for (node, index) in nodes.into_iter().zip(found) {
-                    if let Some(index) = index {
-                        self.insert(node, blobs, index);
-                    }
-                }
-            }
-            is_start
-        })
+        true
     }
 
     /// Adds the blobs that lie beside members; `false` if there are none.
     fn extend(&mut self, blobs: &[Blob]) -> bool {
-        let beside = |(i, j): &Node| BESIDE.map(|(di, dj)| (i + di, j + dj));
-        let mut frontier: Vec<Node> = self.lattice.nodes().iter().flat_map(beside).collect();
-        frontier.sort_unstable();
-        frontier.dedup();
-        let mut added: Vec<(Node, usize)> = Vec::new();
-        for node in frontier {
-            if self.lattice.contains(node) {
-                continue;
-            }
-            let Some((guess, side)) = self.lattice.predict(node) else { continue };
+        self.frontier.clear();
+        for (i, j) in self.growing.nodes() {
+            let beside = BESIDE.map(|(di, dj)| (i + di, j + dj));
+            self.frontier.extend(beside.iter().filter(|node| !self.growing.contains(**node)));
+        }
+        self.frontier.sort_unstable();
+        self.frontier.dedup();
+        self.added.clear();
+        for &node in &self.frontier {
+            let Some((guess, side)) = self.growing.predict(node) else { continue };
             let next_to = BESIDE.iter().find_map(|(di, dj)| {
-                self.lattice.order((node.0 + di, node.1 + dj)).map(|order| self.members[order])
+                self.growing.order((node.0 + di, node.1 + dj)).map(|order| self.members[order])
             });
             let Some(beside) = next_to.map(|index| blobs[index]) else { continue };
-            let off2 = |index: usize| {
-                let [dx, dy] = [0, 1].map(|k: usize| blobs[index].at[k] - guess[k]);
-                dx * dx + dy * dy
-            };
-            let most2 = (OFF_STEPS * side).powi(2);
             let is_alike = |blob: &Blob| {
                 blob.is_dark == beside.is_dark
                     && ALIKE.contains(&(blob.determinant() / beside.determinant()))
             };
-            let nearest = (0..blobs.len())
-                .filter(|&index| off2(index) < most2 && is_alike(&blobs[index]))
-                .min_by(|a, b| off2(*a).total_cmp(&off2(*b)));
-            if let Some(index) = nearest.filter(|index| {
-                !self.members.contains(index) && !added.iter().any(|(_, other)| other == index)
-            }) {
-                added.push((node, index));
+            let alike = self.nearby.near(guess, OFF_STEPS * side);
+            let alike = alike.filter(|(index, _)| is_alike(&blobs[*index]));
+            let nearest = alike.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+            let is_free = |index: &usize| {
+                !self.members.contains(index) && self.added.iter().all(|(_, other)| other != index)
+            };
+            if let Some(index) = nearest.map(|(index, _)| index).filter(is_free) {
+                self.added.push((node, index));
             }
         }
         let before = self.members.len();
-        for (node, index) in added {
+        for k in 0..self.added.len() {
+            let (node, index) = self.added[k];
             self.insert(node, blobs, index);
         }
         self.members.len() > before

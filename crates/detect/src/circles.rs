@@ -11,12 +11,15 @@ use super::{
     circle_blobs::{Blob, BlobFinder, TILES_PX},
     circle_grid::{CircleGrower, longest, place_circles},
     disc_model::{self, DiscFit, Pixels},
+    explain::{GridOutcome, WeighedGrid},
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
     reduce::Halved,
     track::Expected,
 };
-use boresight_geometry::{Corner, Homography, board::Checkerboard, expect_unseen, target::Circles};
+use boresight_geometry::{
+    Corner, Homography, board::Checkerboard, expect_unseen, seen_count, target::Circles,
+};
 
 /// Most ellipses of a picture that are looked at.
 const MOST_BLOBS: usize = 3000;
@@ -46,7 +49,8 @@ pub(super) struct CircleSearch {
 }
 
 impl CircleSearch {
-    /// Finds the board in `image` by way of `picture`, which is the image, `halved`.
+    /// Finds the board in `image` by way of `picture`, which is the image, `halved`. Adds the grids that it held against the board
+    /// to `weighed`, if somebody asks.
     ///
     /// # Errors
     ///
@@ -55,7 +59,7 @@ impl CircleSearch {
         &mut self,
         (image, picture, halved): (&GrayImage, &GrayImage, Halved),
         (board, circles): (&Checkerboard, &Circles),
-        expected: &Expected,
+        (expected, weighed): (&Expected, &mut Option<Vec<WeighedGrid>>),
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
@@ -66,6 +70,7 @@ impl CircleSearch {
             }
             self.finder.find(picture, tile_px, &mut self.blobs);
             self.blobs.truncate(MOST_BLOBS);
+            self.grower.start(&self.blobs, [picture.width(), picture.height()]);
             for is_dark in [true, false] {
                 self.grower.grow(&self.blobs, is_dark, longest(circles));
                 if self.grower.lattice.len() < LEAST_CIRCLES {
@@ -76,7 +81,16 @@ impl CircleSearch {
                 }
                 let lattice = &self.grower.lattice;
                 let placed = place_circles(picture, lattice, circles, expected, &mut self.corners);
-                match placed.and_then(|()| self.refine(image, halved, board, params, keep_on)) {
+                let found =
+                    placed.and_then(|()| self.refine(image, halved, board, params, keep_on));
+                if let Some(weighed) = weighed {
+                    let outcome = match &found {
+                        Ok(found) => GridOutcome::Named(seen_count(&found.corners)),
+                        Err(miss) => GridOutcome::Missed(*miss),
+                    };
+                    weighed.push(WeighedGrid::seen(&self.grower.lattice, outcome));
+                }
+                match found {
                     Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
                     Err(miss) => best_miss = best_miss.or_closer(miss),
                     Ok(detection) => return Ok(detection),

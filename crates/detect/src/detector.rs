@@ -145,8 +145,8 @@ impl Detector {
         self.search(image, board, Search::FULL)
     }
 
-    /// As [`detect`](Self::detect), with every grid of corners that was held against the board, in the order in which it was
-    /// weighed. The last ones with corners of the board are those that the result is refined from. Takes longer.
+    /// As [`detect`](Self::detect), with every grid of corners or circles that was held against the board, in the order in which
+    /// it was weighed. The last ones with corners of the board are those that the result is refined from. Takes longer.
     ///
     /// # Errors
     ///
@@ -281,8 +281,14 @@ impl Detector {
             self.expected.set(search.near, |corner| halved.at(corner));
             let picture = if level == 0 { image } else { &self.levels[level - 1] };
             let place = (image, picture, halved);
-            let Self { circles, expected, params, .. } = self;
-            match circles.find(place, board, expected, params, search.keep_on) {
+            let Self { circles, grids, expected, params, .. } = self;
+            let weighed = &mut grids.weighed;
+            let before = weighed.as_ref().map_or(0, Vec::len);
+            let found = circles.find(place, board, (expected, weighed), params, search.keep_on);
+            for grid in weighed.iter_mut().flat_map(|weighed| &mut weighed[before..]) {
+                grid.was_searched(Pass::Level(level).searched(), halved);
+            }
+            match found {
                 Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
                 Err(miss) => best_miss = best_miss.or_closer(miss),
                 Ok(detection) => return Ok(detection),
@@ -389,10 +395,7 @@ impl Detector {
         let before = grids.weighed.as_ref().map_or(0, Vec::len);
         let found = grids.find((picture, plain, halved.scale), board, params, expected, keep_on);
         for grid in grids.weighed.iter_mut().flat_map(|weighed| &mut weighed[before..]) {
-            grid.searched = pass.searched();
-            for at in &mut grid.corners_px {
-                *at = halved.full_px(at.map(|at| at as f32));
-            }
+            grid.was_searched(pass.searched(), halved);
         }
         found
     }

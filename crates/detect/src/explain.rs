@@ -7,6 +7,7 @@ use super::{
     missing::{Behind, SIDES, behind},
     outcome::{Miss, Side},
     placement::{Weighed, places},
+    reduce::Halved,
     track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
@@ -23,18 +24,20 @@ pub struct Searched {
     pub grown: bool,
 }
 
-/// A grid of corners that was held against the board.
+/// A grid of corners, or of circles, that was held against the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeighedGrid {
     /// How the picture was searched.
     pub searched: Searched,
-    /// The grid's corners, in pixels of the picture.
+    /// The grid's corners, or the middles of its ellipses, in pixels of the picture.
     pub corners_px: Vec<[f64; 2]>,
-    /// How many corners it is long and wide, as far as it reaches; not all of them need be seen.
+    /// How many corners it is long and wide, as far as it reaches; not all of them need be seen. If every second row of circles
+    /// is shifted, along the diagonals in which circles are nearest neighbours.
     pub size: [usize; 2],
-    /// What lies behind its ends, by where they are in the picture. None for boards with markers, which are named by these.
+    /// What lies behind its ends, by where they are in the picture. None for boards with markers, which are named by these, nor
+    /// for circles.
     pub ends: Vec<WeighedEnd>,
-    /// Where on the board it may lie: the places with most bits, best first. None for boards with markers.
+    /// Where on the board it may lie: the places with most bits, best first. None for boards with markers, nor for circles.
     pub places: Vec<WeighedPlace>,
     /// What the markers in its squares say. `None` for boards without any.
     pub markers: Option<WeighedMarkers>,
@@ -156,7 +159,16 @@ impl WeighedGrid {
         Self { markers: Some(says), ..Self::seen(lattice, outcome) }
     }
 
-    fn seen(lattice: &Lattice, outcome: GridOutcome) -> Self {
+    /// Says how the picture was searched in which the grid was found, and takes its corners to the picture's own pixels.
+    pub(super) fn was_searched(&mut self, searched: Searched, halved: Halved) {
+        self.searched = searched;
+        for at in &mut self.corners_px {
+            *at = halved.full_px(at.map(|at| at as f32));
+        }
+    }
+
+    /// The grid in `lattice` of nothing but places: what lies behind its ends isn't weighed.
+    pub(super) fn seen(lattice: &Lattice, outcome: GridOutcome) -> Self {
         let seen = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
         let size = lattice.extent().map_or([0; 2], |(low, high)| {
             [high.0 - low.0, high.1 - low.1].map(|span| span as usize + 1)

@@ -3,10 +3,9 @@
 use super::{
     junction::{Junction, apart},
     lattice::{BESIDE, Lattice, Node},
+    nearby::Nearby,
 };
 
-/// Side of the cells into which junctions are sorted for nearest-neighbour search.
-const CELL_PX: f32 = 24.0;
 /// Longest side of a square, in pixels of the search level.
 const REACH_PX: f32 = 240.0;
 
@@ -24,11 +23,7 @@ pub(super) struct Limits {
 /// Grows grids from the junctions of one picture, strongest first. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grower {
-    columns: usize,
-    rows: usize,
-    /// Junctions sorted by cell, and the start of each cell.
-    sorted: Vec<u32>,
-    begins: Vec<u32>,
+    nearby: Nearby,
     /// For each junction: true if it belongs to a grid, and the last attempt that used it.
     taken: Vec<bool>,
     used_by: Vec<u32>,
@@ -42,32 +37,7 @@ pub(super) struct Grower {
 impl Grower {
     /// Starts with the junctions of a new picture.
     pub(super) fn start(&mut self, junctions: &[Junction], width: u32, height: u32) {
-        self.columns = (width as f32 / CELL_PX) as usize + 1;
-        self.rows = (height as f32 / CELL_PX) as usize + 1;
-        self.begins.clear();
-        self.begins.resize(self.columns * self.rows + 1, 0);
-        let cell = |junction: &Junction| {
-            let (column, row) = ((junction.x / CELL_PX) as usize, (junction.y / CELL_PX) as usize);
-            row.min(self.rows - 1) * self.columns + column.min(self.columns - 1)
-        };
-        for junction in junctions {
-            self.begins[cell(junction) + 1] += 1;
-        }
-        for k in 1..self.begins.len() {
-            self.begins[k] += self.begins[k - 1];
-        }
-        self.sorted.clear();
-        self.sorted.resize(junctions.len(), 0);
-        // In reverse order each cell fills from its end, which is the start of the next one.
-        for (index, junction) in junctions.iter().enumerate().rev() {
-            let end = &mut self.begins[cell(junction) + 1];
-            *end -= 1;
-            self.sorted[*end as usize] = index as u32;
-        }
-        self.begins.rotate_left(1);
-        if let Some(last) = self.begins.last_mut() {
-            *last = junctions.len() as u32;
-        }
+        self.nearby.start(junctions.iter().map(|it| [it.x, it.y]), [width, height]);
         self.taken.clear();
         self.taken.resize(junctions.len(), false);
         self.used_by.clear();
@@ -102,31 +72,6 @@ impl Grower {
         None
     }
 
-    /// Junctions within `radius_px` of a place.
-    fn near<'a>(
-        &'a self,
-        junctions: &'a [Junction],
-        at: [f32; 2],
-        radius_px: f32,
-    ) -> impl Iterator<Item = (usize, f32)> + 'a {
-        let cell = |value: f32, count: usize| ((value / CELL_PX).max(0.0) as usize).min(count - 1);
-        let first = cell(at[0] - radius_px, self.columns);
-        let last = cell(at[0] + radius_px, self.columns);
-        let rows = cell(at[1] - radius_px, self.rows)..=cell(at[1] + radius_px, self.rows);
-        rows.flat_map(move |row| {
-            let row = row * self.columns;
-            // Cells of a row follow each other.
-            let (begin, end) = (self.begins[row + first], self.begins[row + last + 1]);
-            &self.sorted[begin as usize..end as usize]
-        })
-        .filter_map(move |&index| {
-            let junction = &junctions[index as usize];
-            let (dx, dy) = (junction.x - at[0], junction.y - at[1]);
-            let distance = (dx * dx + dy * dy).sqrt();
-            (distance <= radius_px).then_some((index as usize, distance))
-        })
-    }
-
     /// The nearest junction to `at` that could be a neighbour with the given edges.
     fn snap(
         &self,
@@ -135,7 +80,8 @@ impl Grower {
         radius_px: f32,
         edges_rad: [f32; 2],
     ) -> Option<usize> {
-        self.near(junctions, at, radius_px)
+        self.nearby
+            .near(at, radius_px)
             .filter(|(index, _)| fits(&junctions[*index], edges_rad))
             .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
             .map(|(index, _)| index)
@@ -149,7 +95,8 @@ impl Grower {
         // Widening rings, so that the search stays short for small squares.
         while radius_px <= REACH_PX {
             let found = self
-                .near(junctions, [junction.x, junction.y], radius_px)
+                .nearby
+                .near([junction.x, junction.y], radius_px)
                 .filter(|&(index, distance)| {
                     let other = &junctions[index];
                     let (dx, dy) = (other.x - junction.x, other.y - junction.y);

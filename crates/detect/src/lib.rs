@@ -100,6 +100,7 @@ mod marker_cells;
 mod marker_votes;
 mod missing;
 mod motion;
+mod nearby;
 mod neighbours;
 mod outcome;
 mod params;

@@ -7,8 +7,8 @@ use boresight_detect::{
 
 use super::miss;
 
-/// Nothing in the picture looked like a checkerboard.
-pub const NO_GRID: &str = "no grid of corners was found";
+/// Nothing in the picture looked like a board.
+pub const NO_GRID: &str = "no grid of corners or circles was found";
 /// Meaning of the bits, before the first ones.
 pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 256 to 1, and a grid's place needs a lead of 8. \
                          A part of a plain board also needs its code or, live, its track. Where markers say the place, it needs \
@@ -17,14 +17,16 @@ pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 
 /// How a grid was found, what came of it, and why.
 pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
     let [long, wide] = grid.size;
+    // Grids of circles have neither ends that were weighed nor markers.
+    let what = if grid.ends.is_empty() && grid.markers.is_none() { "circles" } else { "corners" };
     let outcome = match grid.outcome {
-        GridOutcome::Named(corners) => format!("{corners} corners of the board"),
+        GridOutcome::Named(seen) => format!("{seen} {what} of the board"),
         GridOutcome::Circles => "not the board: its dark shapes are round".into(),
         GridOutcome::Missed(why) => miss(&why),
     };
     let seen = grid.corners_px.len();
     let mut lines = vec![format!(
-        "{number}. Grid of {}x{} corners, {seen} seen, {}: {outcome}",
+        "{number}. Grid of {}x{} {what}, {seen} seen, {}: {outcome}",
         long.max(wide),
         long.min(wide),
         searched(grid.searched)
