@@ -40,9 +40,9 @@ import numpy as np
 
 FLAGS = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE
 STOP = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 0.001)
-# In OpenCV's order, the rational lens's last three behind them.
 # A corner that's further off isn't this corner, in squares.
 WRONG_SQUARES = 0.25
+# In OpenCV's order, the rational lens's last three behind them.
 BROWN = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 FISHEYE = ("k1", "k2", "k3", "k4")
 
