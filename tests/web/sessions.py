@@ -135,6 +135,10 @@ def percentile(values, share):
     return values[min(len(values) - 1, int(share * len(values)))] if values else float("nan")
 
 
+# Largest share by which a number may differ: quantiles are computed by a library with the system's logarithms.
+SAME = 1e-12
+
+
 def differences(ours, theirs, path=""):
     """Numbers that differ, as (share of their size, path)."""
     if isinstance(ours, dict) and isinstance(theirs, dict):
@@ -222,13 +226,13 @@ def beside(options, folder, calibration):
     print(f"  the program replays it: {decisions['different_count']} of {decisions['count']} decisions differ, {decisions['rounded']} by rounding")
     worst = sorted(differences(calibration, replayed), reverse=True)[:3]
     print(f"  its calibration.json beside the page's: largest difference {worst[0][0]:.1e} at {worst[0][1]}" if worst else "  no numbers")
-    problems = decisions["different_count"] or decisions["rounded"] or any(share > 0 for share, _ in worst)
+    problems = decisions["different_count"] or decisions["rounded"] or any(share > SAME for share, _ in worst)
     if options.all:
         again = json.loads(run(options.boresight, "replay", folder, "--redetect", "--json", code=None).strip().splitlines()[-1])
         found = again["decisions"]
         worst = sorted(differences(calibration, again), reverse=True)[:3]
         print(f"  corners found again in its pictures: {found['different_count']} of {found['count']} decisions differ, {found['rounded']} by rounding; calibration {worst[0][0]:.1e} at {worst[0][1]}")
-        problems = problems or found["different_count"] or found["rounded"] or any(share > 0 for share, _ in worst)
+        problems = problems or found["different_count"] or found["rounded"] or any(share > SAME for share, _ in worst)
     if problems:
         print(f"  DIFFERS: {worst}")
         options.failed = True
