@@ -22,9 +22,10 @@ use crate::{
 };
 
 /// Width and height in points, and pixels of a point.
-pub(crate) const SIZES: [(f32, f32, f32); 5] = [
+pub(crate) const SIZES: [(f32, f32, f32); 6] = [
     (1024.0, 640.0, 1.0),
     (1366.0, 768.0, 1.0),
+    (1366.0, 768.0, 2.0),
     (1280.0, 720.0, 3.0),
     (1920.0, 1080.0, 1.0),
     (3840.0, 2160.0, 1.0),
