@@ -22,7 +22,7 @@ use super::{
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
-    source::is_recording,
+    source::{is_recording, is_session},
 };
 #[cfg(feature = "report")]
 use boresight_app::{
@@ -103,9 +103,7 @@ impl Arguments {
             return Err(boresight_app::MissingFeature::REPORT.into());
         }
         let of_session = match self.inputs.as_slice() {
-            [folder] if folder.join("session.toml").is_file() => {
-                Some(from_session(folder, &announcer())?)
-            }
+            [folder] if is_session(folder) => Some(from_session(folder, &announcer())?),
             _ => None,
         };
         let mut config = match &of_session {
@@ -212,8 +210,7 @@ impl Arguments {
 /// The session whose stored pictures these are, if some couldn't be used.
 fn session_of_pictures<'a>(inputs: &'a [PathBuf], views: &CalibrationViews) -> Option<&'a Path> {
     let session = inputs.first()?.parent()?.parent()?;
-    let is_session = session.join("session.toml").is_file();
-    (is_session && views.names.iter().any(|view| view.reason.is_some())).then_some(session)
+    (is_session(session) && views.names.iter().any(|view| view.reason.is_some())).then_some(session)
 }
 
 /// What the folder of the first input is called.

@@ -14,6 +14,7 @@ use boresight_app::{
     Exit, RESULT_FILE,
     report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
     session_report,
+    source::is_session,
 };
 use boresight_calibrate::BOARD_SCALE_SD;
 use boresight_capture::without_secrets;
@@ -126,7 +127,7 @@ impl Arguments {
         }
         let is_result = self.input.file_name().is_some_and(|name| name == RESULT_FILE);
         let folder = self.input.parent()?;
-        (is_result && folder.join("session.toml").is_file()).then(|| match folder.as_os_str() {
+        (is_result && is_session(folder)).then(|| match folder.as_os_str() {
             here if here.is_empty() => PathBuf::from("."),
             _ => folder.to_path_buf(),
         })

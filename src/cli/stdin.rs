@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
+use boresight_app::source::is_session;
 use boresight_capture::pictures_in;
 use boresight_files::Scratch;
 
@@ -51,7 +52,7 @@ impl Given {
     pub(super) fn of_pictures(names: &[PathBuf]) -> anyhow::Result<Self> {
         let mut files = Vec::with_capacity(names.len());
         for name in names {
-            if name.is_dir() && !name.join("session.toml").is_file() {
+            if name.is_dir() && !is_session(name) {
                 files.extend(pictures_in(name)?);
             } else {
                 files.push(name.clone());

@@ -58,7 +58,7 @@ pub struct Picture {
     interval_secs: Option<f64>,
 }
 
-/// The picture as it was painted last.
+/// What was painted last, and whether it's still the newest picture.
 struct Shown {
     texture: TextureHandle,
     pixels: Arc<ColorImage>,

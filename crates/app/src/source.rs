@@ -123,7 +123,7 @@ impl SourceName {
             return Ok(Self::Simulated(Box::new(scene)));
         }
         let path = PathBuf::from(name);
-        if path.join("session.toml").is_file() {
+        if is_session(&path) {
             return Ok(Self::Session(path));
         }
         if is_bag(&path) {
@@ -198,6 +198,11 @@ fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
 /// True if `path` is a recording of a camera: a video file or a bag.
 pub fn is_recording(path: &Path) -> bool {
     is_video(path) || is_bag(path)
+}
+
+/// True if `folder` is that of a session.
+pub fn is_session(folder: &Path) -> bool {
+    folder.join("session.toml").is_file()
 }
 
 /// True if `path` is a file of moving pictures.

@@ -51,6 +51,12 @@ impl ImageFolder {
     }
 }
 
+/// True if `path` is a file whose name is that of a PNG or JPEG.
+pub fn is_picture(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
+    path.is_file() && matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg"))
+}
+
 /// The PNG and JPEG files of `folder`, by their names, in the order of these.
 ///
 /// # Errors
@@ -61,8 +67,7 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
     let mut files = Vec::new();
     for entry in folder.read_dir().map_err(failed)? {
         let path = entry.map_err(failed)?.path();
-        let extension = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-        if path.is_file() && matches!(extension.as_deref(), Some("png" | "jpg" | "jpeg")) {
+        if is_picture(&path) {
             files.push(path);
         }
     }

@@ -115,8 +115,9 @@ pub(super) fn place_part(
     true
 }
 
-/// Writes the corners of a grid that is as large as `board`, so that its ends are the same in each place. The colours tell which way up it is, or where they can't, the
-/// track, or else its first corner is the one nearest to the picture's top left. `false` if the colours aren't the board's.
+/// Writes the corners of a grid that is as large as `board`, so that its ends are the same in each place. The colours tell which
+/// way up it is. Where they can't, the track does, or else its first corner is the one nearest to the picture's top left.
+/// `false` if the colours aren't the board's.
 pub(super) fn place_whole(
     image: &GrayImage,
     lattice: &Lattice,

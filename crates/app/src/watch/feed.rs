@@ -10,7 +10,7 @@ use image::GrayImage;
 
 use super::times::{now_secs, picture_secs};
 use crate::{Announcer, source::SourceName};
-use boresight_capture::{Arrival, FrameSource, read_picture};
+use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
 use boresight_files::entries;
 use boresight_run::config::Config;
 use boresight_sim::street::Street;
@@ -221,9 +221,4 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
 pub(super) fn read_moment(at_secs: f64, path: &Path) -> anyhow::Result<Moment> {
     let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
     Ok(Moment { at_secs, burst: vec![grey] })
-}
-
-fn is_picture(path: &Path) -> bool {
-    let ending = path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-    path.is_file() && matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg"))
 }
