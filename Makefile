@@ -34,49 +34,51 @@ TESTED = $(CRATES) --features boresight-capture/gige,boresight-capture/bags
 # Those that are for others to build on.
 CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
+# What scripts, and virtual environments for packages from PyPI, need.
+PYTHON_PACKAGES = python3 python3-venv
+PYTHON ?= python3
 # A virtual environment in which the Python package is built and tested.
 VENV = $(TARGET)/python-venv
-PYTHON ?= python3
 
-.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm setup lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
-run: setup
+run: setup-run
 	@[ -x $(TARGET)/release/boresight ] || echo "Building boresight (about $(RUN_MINUTES) minutes the first time) …"
 	@cargo run --release $(RUN_FEATURES) -- $(or $(ARGS),--source auto)
 
 # The source paper's experiments: a program of its own.
 study: PACKAGES += $(WINDOW_PACKAGES)
-study: setup
+study: setup-study
 	cargo run --release -p boresight-study -- $(ARGS)
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
-test: setup msrv lint surface-check features wasm doc
+test: setup-test msrv lint surface-check features wasm doc
 	cargo test $(TESTED)
 	tests/vm/run.sh $(TESTED)
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
 test-vm: PACKAGES += $(VM_PACKAGES)
-test-vm: setup
+test-vm: setup-test-vm
 	tests/vm/run.sh $(TESTED)
 
 lint: PACKAGES += python3
-lint: setup
+lint: setup-lint
 	cargo fmt --check
 	cargo clippy $(CRATES) --all-targets --all-features --quiet -- -D warnings
 	cargo clippy -p boresight-python --quiet -- -D warnings
 
 # The public items of the core, listed in docs/surface: the check fails if the sources have others.
 surface surface-check: PACKAGES += python3
-surface: setup
+surface: setup-surface
 	$(PYTHON) tests/surface.py --write
 
-surface-check: setup
+surface-check: setup-surface-check
 	$(PYTHON) tests/surface.py --check
 
 # The core runs in a browser: no files, no clocks, no threads of its own.
 WASM = wasm32-unknown-unknown
-wasm: setup
+wasm: setup-wasm
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
 	cargo check --quiet --target $(WASM) $(CORE) -p boresight-watch
 	cargo clippy --quiet --target $(WASM) -p boresight-web -- -D warnings
@@ -86,7 +88,7 @@ wasm: setup
 WEB = $(TARGET)/web
 WEB_FLAGS = -C target-feature=+simd128 $(DIST_FLAGS)
 web: PACKAGES += python3
-web: setup
+web: setup-web
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
 	@version=$$(cargo metadata --locked --format-version 1 | $(PYTHON) -c 'import json, sys; print(*[p["version"] for p in json.load(sys.stdin)["packages"] if p["name"] == "wasm-bindgen"])'); \
 	case "$$($(WEB)/tools/bin/wasm-bindgen --version 2>/dev/null)" in \
@@ -100,19 +102,20 @@ web: setup
 # Whole sessions by the page alone in headless Chromium, and their calibrations beside the program's: of a rendered session, and
 # of each of VIDEOS="FILE:BOARD:SQUARE_MM …". Not part of `make test`: it builds the library twice more.
 test-web: PACKAGES += chromium chromium-driver ffmpeg python3-selenium
-test-web: web
+test-web: setup-test-web web
 	cargo build --release --no-default-features --features live,report,serve
 	/usr/bin/python3 tests/web/sessions.py --boresight $(TARGET)/release/boresight --page $(WEB)/boresight.html $(if $(VIDEOS),rendered $(VIDEOS))
 
 # No combination of features brings more crates than it may; features-each also compiles each without a warning.
-features: setup
+features: setup-features
 	tests/features.sh
 
-features-each: setup
+features-each: setup-features-each
 	tests/features.sh --each
 
 # The Python package as a wheel, with the program without its window: python/dist.
-wheel: setup $(VENV)/bin/maturin
+wheel: PACKAGES += $(PYTHON_PACKAGES)
+wheel: setup-wheel $(VENV)/bin/maturin
 	PATH="$(abspath $(VENV))/bin:$$PATH" CARGO_TARGET_DIR=$(abspath $(TARGET))/python \
 		RUSTFLAGS="$(strip $(RUSTFLAGS) $(DIST_FLAGS))" packaging/wheel.sh
 
@@ -130,7 +133,8 @@ test-python: wheel
 	PYTHON=$(PYTHON) tests/packages/fresh_pythons.sh python/dist/boresight-*.whl
 
 # Batches in object stores, on an S3 server that fails and stalls. Not part of `make test`: the server comes from PyPI.
-test-cloud:
+test-cloud: PACKAGES += $(PYTHON_PACKAGES)
+test-cloud: setup-test-cloud
 	cargo build --release --no-default-features --features cloud,report
 	$(PYTHON) -m venv $(TARGET)/cloud-test
 	$(TARGET)/cloud-test/bin/pip install --quiet "moto[server]>=5.2" boto3
@@ -142,8 +146,8 @@ test-cloud:
 BOARD ?= 7x5
 SQUARE ?= 30mm
 SETS ?= fixtures/recordings/v1/good/frames
-compare: PACKAGES += mrcal python3-venv
-compare: setup
+compare: PACKAGES += $(PYTHON_PACKAGES) mrcal
+compare: setup-compare
 	cargo build --release --no-default-features --features report
 	$(PYTHON) -m venv $(TARGET)/compare
 	$(TARGET)/compare/bin/pip install --quiet numpy "opencv-python-headless>=5"
@@ -157,8 +161,8 @@ windows:
 # Whole sessions from cameras, topics and bags that aren't ours. Not part of `make test`: most of the other side comes from
 # PyPI.
 SOURCES_TEST = $(abspath $(TARGET))/sources-test
-test-sources: PACKAGES += aravis-tools g++ libfastrtps-dev $(VIDEO_PACKAGES)
-test-sources: setup
+test-sources: PACKAGES += $(PYTHON_PACKAGES) aravis-tools g++ libfastrtps-dev $(VIDEO_PACKAGES)
+test-sources: setup-test-sources
 	cargo build --release --no-default-features --features live,bags,gige,ros2
 	$(PYTHON) -m venv $(SOURCES_TEST)
 	$(SOURCES_TEST)/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" "cyclonedds>=11" "viva-genicam>=0.10" numpy opencv-python-headless
@@ -170,10 +174,10 @@ test-sources: setup
 # Every format with every kind of lens there and back, read by the programs that it's for: mrcal, ROS's reader and Octave
 # are Debian's, and so are the numpy and PyTorch that they and Nerfstudio are run with (of Nerfstudio only what reads a
 # dataset: its other dependencies aren't needed); the others come from PyPI. Not part of `make test`.
-CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml python3-camera-calibration-parsers octave python3-torch python3-pil python3-venv
+CONSUMER_PACKAGES = python3-mrcal python3-opencv python3-yaml python3-camera-calibration-parsers octave python3-torch python3-pil
 NERFSTUDIO = nerfstudio==1.1.5 viser jaxtyping msgspec websockets zstandard rich typing_extensions typing_inspection tensorboard tensorboard_data_server protobuf grpcio absl_py werkzeug markdown markupsafe
-test-consumers: PACKAGES += $(CONSUMER_PACKAGES)
-test-consumers: setup
+test-consumers: PACKAGES += $(PYTHON_PACKAGES) $(CONSUMER_PACKAGES)
+test-consumers: setup-test-consumers
 	cargo build --release --no-default-features --features report
 	/usr/bin/python3 -m venv --system-site-packages $(TARGET)/consumers-debian
 	$(TARGET)/consumers-debian/bin/pip install --quiet --no-deps --ignore-installed $(NERFSTUDIO)
@@ -186,7 +190,7 @@ test-consumers: setup
 # and on Ray; a job array under Slurm, whose only node is this computer. Not part of `make test`: it takes long.
 FLEET_PACKAGES = slurmctld slurmd slurm-client munge
 test-fleet: PACKAGES += $(FLEET_PACKAGES)
-test-fleet: setup wheel
+test-fleet: setup-test-fleet wheel
 	cargo build --release --no-default-features --features report
 	$(PYTHON) tests/fleet/two_runners.py --boresight $(TARGET)/release/boresight
 	$(PYTHON) -m venv $(TARGET)/fleet-test
@@ -195,7 +199,8 @@ test-fleet: setup wheel
 	tests/fleet/slurm_node.sh $(TARGET)/release/boresight
 
 # 10,000 runs of the whole program on mutated input. Not part of `make test`: it takes long; tests/hostile/*.rs is.
-test-hostile: setup
+test-hostile: PACKAGES += python3
+test-hostile: setup-test-hostile
 	cargo build --release --no-default-features --features live,report,history
 	$(PYTHON) tests/hostile/whole_program.py --boresight $(TARGET)/release/boresight --keep $(TARGET)/hostile-failures
 
@@ -204,14 +209,14 @@ release-check: features-each long-tests test-hostile test-python test-cloud test
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
-long-tests: setup
+long-tests: setup-long-tests
 	cargo test $(TESTED) -- --ignored long_
 
-doc: setup
+doc: setup-doc
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --all-features --no-deps --quiet
 
 # The oldest toolchain that Cargo.toml promises compiles everything.
-msrv: setup
+msrv: setup-msrv
 	@oldest=$$(sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml); \
 	case "$$(rustc --version)" in \
 		"rustc $$oldest."*) echo "This toolchain is the oldest that is promised: $$oldest";; \
@@ -219,10 +224,10 @@ msrv: setup
 	esac
 
 # The core as others would get it: each crate is packed, unpacked and built, with the licences in it.
-package: setup
+package: setup-package
 	cargo package --locked --allow-dirty --quiet $(CORE)
 
-bench: setup
+bench: setup-bench
 	cargo bench
 
 # The program for packages: optimised across crates and stripped. The same sources, toolchain and C library give the
@@ -231,13 +236,13 @@ bench: setup
 CARGO_HOME ?= $(HOME)/.cargo
 DIST_FLAGS = --remap-path-prefix=$(CARGO_HOME)=/cargo --remap-path-prefix=$(CURDIR)=/boresight \
 	--remap-path-prefix=$(abspath $(TARGET))=/target
-dist: setup
+dist: setup-dist
 	RUSTFLAGS="$(strip $(RUSTFLAGS) $(DIST_FLAGS))" cargo build --profile dist --locked $(DIST_FEATURES)
 
 # Every package, with its sum, into target/packages: see docs/releasing.md. PARTS="deb tar" makes some.
-PACKAGING_PACKAGES = dpkg-dev python3 python3-yaml
+PACKAGING_PACKAGES = $(PYTHON_PACKAGES) dpkg-dev python3-yaml
 packages: PACKAGES += $(PACKAGING_PACKAGES)
-packages: setup
+packages: setup-packages
 	HOMEPAGE="$(HOMEPAGE)" packaging/release.sh $(PARTS)
 
 # A release without its publication, and then its packages where they're for: on bare Debian roots, as a container image, and under
@@ -246,38 +251,43 @@ CROSS_PACKAGES = musl-tools gcc-aarch64-linux-gnu libc6-dev-arm64-cross gcc-ming
 TRYING_PACKAGES = gnupg mmdebstrap arch-test lintian appstream desktop-file-utils qemu-user-static skopeo umoci jq wine wine64
 BUILT = $(TARGET)/packages
 test-packages: PACKAGES += $(PACKAGING_PACKAGES) $(CROSS_PACKAGES) $(TRYING_PACKAGES)
-test-packages: setup
+test-packages: setup-test-packages
 	tests/packages/dry_run.sh
 	for architecture in amd64 arm64; do tests/packages/bare_roots.sh $(BUILT)/boresight_*_$$architecture.deb || exit 1; done
 	tests/packages/image.sh $(BUILT)/boresight-*-amd64.oci.tar
 	tests/packages/wine.sh $(TARGET)/x86_64-pc-windows-gnu/dist/boresight.exe $(TARGET)/x86_64-unknown-linux-gnu/dist/boresight
 
 # Bytes and seconds from nothing to the first report, of what has been built: the page, the wheel, the .deb; and from a clone.
-stopwatch: PACKAGES += mmdebstrap lintian chromium chromium-driver python3-selenium python3-venv
-stopwatch: setup
+stopwatch: PACKAGES += $(PYTHON_PACKAGES) mmdebstrap lintian chromium chromium-driver python3-selenium
+stopwatch: setup-stopwatch
 	/usr/bin/python3 tests/packages/stopwatch.py --source . $(foreach way,page:$(WEB)/boresight.html wheel:python/dist/boresight-*.whl deb:$(BUILT)/boresight_*_amd64.deb,$(addprefix --$(firstword $(subst :, ,$(way))) ,$(wildcard $(lastword $(subst :, ,$(way))))))
 
 # The sessions of the book's page "Gallery", by the commands that stand there, into target/gallery; it's an error if the page says
 # something else than what comes out.
 GALLERY = $(TARGET)/gallery
-gallery: setup
+gallery: PACKAGES += python3
+gallery: setup-gallery
 	cargo build --release --no-default-features --features live,report,serve
 	$(PYTHON) examples/gallery/make.py --boresight $(TARGET)/release/boresight --out $(GALLERY)
 
-# The book, by mdBook (cargo install mdbook), into target/book, with the gallery's reports. Its commands are run by `make test`.
-MDBOOK ?= mdbook
-book: gallery
+# The book, by mdBook, into target/book, with the gallery's reports. Its commands are run by `make test`.
+MDBOOK ?= $(or $(shell command -v mdbook),$(TARGET)/tools/bin/mdbook)
+book: setup-book $(MDBOOK) gallery
 	$(MDBOOK) build book
 	mkdir -p $(TARGET)/book/gallery && cp $(GALLERY)/*.html $(TARGET)/book/gallery
 	$(PYTHON) tests/packages/book_links.py $(TARGET)/book
 
+$(TARGET)/tools/bin/mdbook: | setup-book
+	cargo install --quiet --debug --locked mdbook --version 0.5.4 --no-default-features --features search --root $(TARGET)/tools
+
 # Two builds of the last commit in two folders give the same bytes. Takes as long as two builds.
-dist-check: setup
+dist-check: setup-dist-check
 	tests/dist_check.sh
 
-setup:
+# Brings what a target needs. Each has a set-up of its own, so that every target of one run of make gets its packages.
+setup-%:
 	@command -v cargo >/dev/null || { echo "boresight needs a Rust toolchain (1.95 or newer): see https://rustup.rs"; exit 1; }
-	@missing=$$(for p in $(PACKAGES); do dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
+	@missing=$$(for p in $(sort $(PACKAGES)); do dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done); \
 	if [ -n "$$missing" ]; then \
 		echo "Installing from Debian:" $$missing; \
 		if [ "$$(id -u)" = 0 ]; then SUDO=; else SUDO=sudo; fi; \

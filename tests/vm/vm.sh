@@ -53,7 +53,7 @@ die() {
 	exit 125
 }
 for tool in qemu-system-x86_64 busybox cpio depmod modprobe strip xz python3; do
-	PATH=$PATH:/sbin:/usr/sbin command -v "$tool" >/dev/null || die "$tool is missing: make setup installs it"
+	PATH=$PATH:/sbin:/usr/sbin command -v "$tool" >/dev/null || die "$tool is missing: make test-vm installs it"
 done
 PATH=$PATH:/sbin:/usr/sbin
 
