@@ -115,19 +115,21 @@ def download(page, label, downloads, name):
 
 
 def memory_mb(browser):
-    """Resident memory of every process of this browser."""
-    service = browser.service.process.pid
-    tree = {}
-    for line in run("ps", "-e", "-o", "pid=,ppid=,rss=").splitlines():
-        pid, parent, rss = map(int, line.split())
-        tree[pid] = (parent, rss)
+    """Memory of every process of this browser: what several share is counted once, and mapped files (its code) not at all."""
+    parents = {int(pid): int(parent) for pid, parent in (line.split() for line in run("ps", "-e", "-o", "pid=,ppid=").splitlines())}
     def is_below(pid):
-        while pid in tree:
-            if pid == service:
-                return True
-            pid = tree[pid][0]
-        return False
-    return sum(rss for pid, (_, rss) in tree.items() if is_below(pid)) / 1024
+        while pid in parents and pid != browser.service.process.pid:
+            pid = parents[pid]
+        return pid in parents
+    used_kb = 0
+    for pid in filter(is_below, parents):
+        try:
+            said = Path(f"/proc/{pid}/smaps_rollup").read_text()
+        except OSError:
+            # It has ended meanwhile.
+            continue
+        used_kb += sum(int(kb) for kb in re.findall(r"^(?:Pss_Anon|Pss_Shmem): +(\d+) kB", said, flags=re.M))
+    return used_kb / 1024
 
 
 def percentile(values, share):

@@ -8,7 +8,9 @@ use std::sync::{
 use indicatif::ProgressBar;
 
 use super::{drawing, words};
-use boresight_guide::session::{Command, Snapshot};
+#[cfg(unix)]
+use boresight_guide::session::Command;
+use boresight_guide::session::Snapshot;
 use boresight_present::instruction::Instruction;
 use boresight_run::pipeline::{CommandLink, Onlooker};
 

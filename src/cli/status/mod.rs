@@ -13,10 +13,9 @@ mod keys;
 mod lines;
 mod words;
 
-use std::{
-    io::IsTerminal,
-    sync::{Arc, atomic::Ordering},
-};
+#[cfg(unix)]
+use std::sync::atomic::Ordering;
+use std::{io::IsTerminal, sync::Arc};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
