@@ -100,7 +100,8 @@ impl Session {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let captured_at = CaptureTime { nanos };
             let near = state.track.predict(kind, captured_at);
-            let search = Search { near: near.as_ref(), keep_on: &|| true };
+            let others = state.track.others(kind, captured_at);
+            let search = Search { near: near.as_ref(), others, ..Search::FULL };
             let board = state.session.setup().board;
             let seen = state.detector.search(&image, &board, search);
             state.track.add(kind, captured_at, &seen);

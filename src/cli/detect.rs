@@ -23,7 +23,7 @@ use boresight_app::{
     weighed_picture,
 };
 use boresight_capture::{Arrival, FrameSource, read_picture_turned};
-use boresight_detect::{Detector, DetectorParams, WeighedGrid};
+use boresight_detect::{Detector, DetectorParams, Miss, WeighedGrid};
 use boresight_files::{Overwrite, make_folder, save};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text::{self, weighed};
@@ -61,6 +61,9 @@ Examples:
   boresight detect --board 9x6 --explain why refused.png
   boresight detect --board 9x6 drive.mcap --topic /camera/image_raw";
 
+/// After so many pictures in a row without any board, other boards aren't looked for in the next.
+const MOST_FRUITLESS: usize = 5;
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let given = Given::of_pictures(&self.images)?;
@@ -71,7 +74,7 @@ impl Arguments {
         config.camera.as_stored |= self.as_stored;
         let board = config.board()?;
         let mut detector = Detector::new(DetectorParams::default());
-        let mut unreadable = 0;
+        let (mut unreadable, mut fruitless) = (0, 0);
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
@@ -87,6 +90,13 @@ impl Arguments {
                 None => (detector.detect(image, &board), Vec::new()),
             };
             let millis = started.elapsed().as_secs_f64() * 1e3;
+            let seen = seen.map_err(|miss| {
+                let is_open = miss.leaves_open() && fruitless < MOST_FRUITLESS;
+                let other = is_open.then(|| detector.recognise(image, &board, &|| true));
+                let Some(other) = other else { return miss };
+                fruitless = if other.is_some() { 0 } else { fruitless + 1 };
+                other.map_or(miss, Miss::OtherBoard)
+            });
             if let Err(miss) = &seen {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
             }

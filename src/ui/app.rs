@@ -33,8 +33,8 @@ use boresight_app::{
     BoardFromCode,
     host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake},
 };
-use boresight_geometry::device::Control;
-use boresight_guide::session::{Command, Prompt};
+use boresight_geometry::{device::Control, target::BoardChoice};
+use boresight_guide::session::Command;
 use boresight_present::text::{self, Act, window as words};
 
 /// Time between two paintings while something moves that doesn't come from the source: a flash fades. As long as between a
@@ -83,7 +83,7 @@ pub struct App {
     looks: bool,
     memory: Memory,
     /// Another board that is in view, and since when.
-    other_board: Option<([u16; 2], f64)>,
+    other_board: Option<(BoardChoice, f64)>,
     /// Number of times that another board was used by itself since the person started.
     switches: u32,
     /// True if the window fills the screen only while nobody is at the computer.
@@ -270,15 +270,13 @@ impl App {
         }
     }
 
-    /// Before the first view, the board in view replaces the chosen one.
+    /// Before the first view, a plain board in view replaces the chosen one. Circles may be something else: they're offered.
     fn notice_other_board(&mut self, ctx: &Context) {
         let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
             snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended
         });
-        let other = match seen.map(|snapshot| snapshot.shown.prompt) {
-            Some(Prompt::OtherBoard { columns, rows }) => sides(columns, rows),
-            _ => None,
-        };
+        let other = seen.and_then(|snapshot| snapshot.shown.prompt.other_board());
+        let other = other.filter(|board| board.markers.is_none());
         let now_secs = self.screen.now_secs;
         self.other_board = match (other, self.other_board) {
             (Some(board), Some((before, since))) if board == before => Some((board, since)),
@@ -294,12 +292,14 @@ impl App {
     }
 
     /// Starts the session again with another board, before its first view.
-    fn use_board(&mut self, ctx: &Context, board: [u16; 2]) {
-        let image = self.screen.picture.grey();
+    fn use_board(&mut self, ctx: &Context, board: BoardChoice) {
+        let BoardChoice { columns, rows, markers } = board;
+        let board = [columns, rows];
+        let image = self.screen.picture.grey().filter(|_| markers.is_none());
         let code = image.and_then(|image| self.host.read_code(image, board));
-        // Without a code only the number of corners names the board in view.
+        // Without a code only the number of corners or circles names the board in view.
         let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
-        let (go_on_with, first, markers) = (None, None, None);
+        let (go_on_with, first) = (None, None);
         let wish =
             SessionRequest { board, square_m, markers, go_on_with, first, ..self.wish.clone() };
         let draft = &mut self.start.draft;
@@ -316,7 +316,7 @@ impl App {
         }
         self.open(ctx, wish);
         let id = code.as_ref().map(|code| code.id.as_str());
-        self.note = Some(text::start::switched(id, board, square_m));
+        self.note = Some(text::start::switched(id, board, markers, square_m));
     }
 
     /// Switches the voice as the person wants it; off if no program here speaks.
@@ -743,11 +743,6 @@ impl App {
 }
 
 /// Inner corners, if a board can have that many.
-fn sides(columns: usize, rows: usize) -> Option<[u16; 2]> {
-    let side = |corners: usize| u16::try_from(corners).ok().filter(|side| (3..=99).contains(side));
-    Some([side(columns)?, side(rows)?])
-}
-
 impl eframe::App for App {
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
         self.look(ctx);

@@ -2,7 +2,7 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use boresight_geometry::{device::Control, markers::Markers};
+use boresight_geometry::{device::Control, markers::Markers, target::BoardChoice};
 use boresight_guide::session::ViewNumber;
 use boresight_present::text::Act;
 
@@ -20,7 +20,7 @@ pub enum UiAction {
     /// Take two more views, where no board has been.
     TakeMore,
     /// Restart with a board of that many inner corners.
-    UseBoard([u16; 2]),
+    UseBoard(BoardChoice),
     /// Print a board of that many inner corners, with markers or plain, on the paper of that number.
     Print {
         /// Columns and rows.

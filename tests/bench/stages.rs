@@ -148,7 +148,7 @@ fn detection(c: &mut Criterion) {
             everywhere: false,
         };
         c.bench_function(&format!("follow in {width_px}x{height_px}"), |b| {
-            let search = Search { near: Some(&near), keep_on: &|| true };
+            let search = Search { near: Some(&near), ..Search::FULL };
             b.iter(|| detector.search(black_box(&with_board), &scene.board, search));
         });
         let away = Isometry3::translation(9.0, 0.0, 0.4);

@@ -3,7 +3,7 @@
 use boresight::{
     board::Checkerboard,
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
-    detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, WeighedGrid},
+    detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, OtherBoard, WeighedGrid},
     frame::ImageSize,
     geometry::Corner,
     markers::{CircleRows, MarkerChoice},
@@ -126,11 +126,12 @@ fn true_centres_are_found_where_the_ellipses_are_tenths_of_a_pixel_off() {
 fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     let shown = board(8, 6, CircleRows::Symmetric);
     let picture = drawn(&shown, &seen_at(20.0, 30.0, 0.4), 0.5);
+    let is_shown = OtherBoard::Circles { columns: 8, rows: 6, layout: CircleRows::Symmetric };
     let smaller = detect(&picture, &board(7, 5, CircleRows::Symmetric));
-    assert_eq!(smaller, Err(Miss::OtherBoard { columns: 8, rows: 6 }));
+    assert_eq!(smaller, Err(Miss::OtherBoard(is_shown)));
     // A row more isn't a covered one.
     let larger = detect(&picture, &board(8, 7, CircleRows::Symmetric));
-    assert_eq!(larger, Err(Miss::OtherBoard { columns: 8, rows: 6 }));
+    assert_eq!(larger, Err(Miss::OtherBoard(is_shown)));
     let shifted = detect(&picture, &board(4, 6, CircleRows::Asymmetric));
     assert!(shifted.is_err(), "{shifted:?}");
     // The last column is outside.

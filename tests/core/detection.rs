@@ -4,7 +4,9 @@ use std::{cell::Cell, convert::Infallible};
 
 use boresight::{
     board::Checkerboard,
-    detection::{Detection, Detector, DetectorParams, Miss, Search, Side, Track, detect},
+    detection::{
+        Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Side, Track, detect,
+    },
     frame::{CaptureTime, FrameKind},
     geometry::{Camera, Distortion},
     pipeline::detect_many,
@@ -183,7 +185,11 @@ fn another_board_is_named_whatever_its_size() {
     for (columns, rows) in [(8, 6), (9, 5), (7, 7), (4, 3), (10, 6), (9, 7), (11, 8), (18, 15)] {
         let other = Checkerboard::new(columns, rows, 0.025).expect("valid");
         let seen = find(&picture, &other);
-        assert_eq!(seen, Err(Miss::OtherBoard { columns: 9, rows: 6 }), "{columns}x{rows}");
+        assert_eq!(
+            seen,
+            Err(Miss::OtherBoard(OtherBoard::Plain { columns: 9, rows: 6 })),
+            "{columns}x{rows}"
+        );
     }
 }
 
@@ -223,7 +229,10 @@ fn a_board_whose_squares_were_counted_is_named() {
         }
     }
     let squares = Checkerboard::new(10, 7, 0.025).expect("valid");
-    assert_eq!(find(&picture, &squares), Err(Miss::OtherBoard { columns: 9, rows: 6 }));
+    assert_eq!(
+        find(&picture, &squares),
+        Err(Miss::OtherBoard(OtherBoard::Plain { columns: 9, rows: 6 }))
+    );
     assert!(find(&picture, &scene.board).is_ok());
 }
 
@@ -257,7 +266,7 @@ fn a_board_that_is_covered_or_cut_off_is_no_other_board() {
             }
         }
         let seen = find(&covered, &scene.board);
-        assert!(!matches!(seen, Err(Miss::OtherBoard { .. })), "{last} {grey}: {seen:?}");
+        assert!(!matches!(seen, Err(Miss::OtherBoard(_))), "{last} {grey}: {seen:?}");
         if let Ok(found) = seen {
             for (corner, truth) in found.corners.iter().zip(truth_px(&scene, &facing)) {
                 let is_covered = truth.x > f64::from(left) - 2.0;
@@ -366,7 +375,7 @@ fn a_followed_board_is_the_board_that_is_found_anywhere() {
             // One question a row of corners is enough to follow the board, and not to search for it.
             let left = Cell::new(scene.board.rows());
             let keep_on = || left.replace(left.get().saturating_sub(1)) > 0;
-            let search = Search { near: Some(near), keep_on: &keep_on };
+            let search = Search { near: Some(near), keep_on: &keep_on, ..Search::FULL };
             if let Ok(seen) = detector.search(picture, &scene.board, search) {
                 followed += 1;
                 for (one, other) in seen.corners.iter().zip(&anywhere.corners) {
@@ -496,7 +505,7 @@ fn a_search_that_may_not_go_on_ends() {
     let pose = pose(20.0, 70.0, 0.0, [0.0, 0.0, 0.36]);
     let picture = render_view(&scene, &pose);
     let mut detector = Detector::new(DetectorParams::default());
-    let search = Search { near: None, keep_on: &|| false };
+    let search = Search { keep_on: &|| false, ..Search::FULL };
     assert_eq!(detector.search(&picture, &scene.board, search), Err(Miss::OutOfTime));
     let whole = detector.detect(&picture, &scene.board).expect("found");
     assert!(errors(&scene, &pose, &whole).iter().all(|(off_px, _)| off_px.abs() < 0.2));

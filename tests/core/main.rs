@@ -39,6 +39,7 @@ mod literal_reader;
 mod natural_views;
 mod one_instruction;
 mod ordinary_webcam;
+mod other_boards;
 mod partial_boards;
 mod plan_of_pages;
 mod printed_code;

@@ -5,10 +5,11 @@ use std::{fs, path::Path};
 use boresight::{
     app::SavedSession,
     config::Config,
-    detection::{Detection, Miss, Quality, Side},
+    detection::{Detection, Miss, OtherBoard, Quality, Side},
     device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
+    markers::{CircleRows, Dictionary},
     recording::{Header, Journal, RecordingError, Replayed, SessionFolder, replay, stored_frame},
     session::{Command, Input, Observation, Session, ViewNumber},
 };
@@ -336,7 +337,13 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
         (number(), number())
             .prop_map(|(contrast, needed)| Err(Miss::LowContrast { contrast, needed })),
         (3..99_usize, 3..99_usize)
-            .prop_map(|(columns, rows)| Err(Miss::OtherBoard { columns, rows })),
+            .prop_map(|(columns, rows)| Err(Miss::OtherBoard(OtherBoard::Plain { columns, rows }))),
+        (3..99_usize, 3..99_usize).prop_map(|(columns, rows)| {
+            let layout = CircleRows::Asymmetric;
+            Err(Miss::OtherBoard(OtherBoard::Circles { columns, rows, layout }))
+        }),
+        Just(Err(Miss::OtherBoard(OtherBoard::AprilGrid))),
+        Just(Err(Miss::OtherBoard(OtherBoard::Charuco(Dictionary::default())))),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherMarkers { markers })),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherSquares { markers })),
         (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),

@@ -42,7 +42,7 @@ fn session(fourcc: [u8; 4], bytes: fn(&GrayImage) -> Vec<u8>) -> (PixelLayout, V
         match source.next_frame(Duration::from_millis(100)).expect("a camera never breaks") {
             Arrival::Frame(frame) => {
                 let near = track.predict(frame.kind, frame.captured_at);
-                let search = Search { near: near.as_ref(), keep_on: &|| true };
+                let search = Search { near: near.as_ref(), ..Search::FULL };
                 let seen = detector.search(&frame.image, &board, search);
                 track.add(frame.kind, frame.captured_at, &seen);
                 session.handle(&Input::Observed(Observation {

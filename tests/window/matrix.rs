@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use boresight::{
+    detection::OtherBoard,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     session::{Prompt, Snapshot},
 };
@@ -110,7 +111,8 @@ pub(crate) fn moment_of(all: &[Moment], name: &str) -> Moment {
         taken: base.taken,
     };
     if name == "other board" {
-        moment.snapshot.shown.prompt = Prompt::OtherBoard { columns: 7, rows: 5 };
+        moment.snapshot.shown.prompt =
+            Prompt::OtherBoard(OtherBoard::Plain { columns: 7, rows: 5 });
     }
     moment
 }

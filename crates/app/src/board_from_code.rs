@@ -10,7 +10,7 @@ use image::GrayImage;
 
 use super::{Announcer, BoardFromCode, source::OpenSource};
 use boresight_capture::{Arrival, preceded, read_picture};
-use boresight_detect::{Detection, Detector, DetectorParams, Miss, read_code};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, OtherBoard, read_code};
 use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
 use boresight_present::text;
 use boresight_run::config::Config;
@@ -43,7 +43,7 @@ impl CodeReader {
     fn read(&mut self, image: &GrayImage) -> Option<BoardCode> {
         match self.search(image, self.usual)? {
             Ok(detection) => read_code(image, &self.usual, &detection.corners),
-            Err(Miss::OtherBoard { columns, rows }) => {
+            Err(Miss::OtherBoard(OtherBoard::Plain { columns, rows })) => {
                 let count = |count: usize| u16::try_from(count).ok();
                 self.read_as(image, (count(columns)?, count(rows)?))
             }

@@ -330,9 +330,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
             announcer.ask(&match prompt {
                 // Nobody can choose it here.
-                Prompt::OtherBoard { columns, rows } => {
-                    text::miss(&Miss::OtherBoard { columns, rows })
-                }
+                Prompt::OtherBoard(other) => text::miss(&Miss::OtherBoard(other)),
                 _ => now.sentence(false),
             });
         }

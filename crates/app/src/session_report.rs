@@ -404,7 +404,7 @@ fn miss_code(miss: &Miss) -> &'static str {
         Miss::NoBoard => "no_board",
         Miss::PartialBoard { .. } => "partial_board",
         Miss::Glare { .. } => "glare",
-        Miss::OtherBoard { .. } => "other_board",
+        Miss::OtherBoard(_) => "other_board",
         Miss::OtherMarkers { .. } => "other_markers",
         Miss::OtherSquares { .. } => "other_squares",
         Miss::TooSmall { .. } => "too_small",

@@ -6,13 +6,15 @@ use super::{
     colours::{ColourStep, colour_step, colours, inside},
     lattice::{BESIDE, Lattice, Node, axes, height},
     missing::{LEAD, SIDES, Why, behind, log2_likelihood, why_missing},
-    outcome::Miss,
+    outcome::{Miss, OtherBoard},
     placement::{drop_thin_ends, place_part, place_whole},
     saddle::settle,
     track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
 
+/// Corners of a board's shorter side, at least: that of the smallest that can be named.
+const LEAST_SIDE: i32 = 3;
 /// A grid with less than one in this many of the board's corners is not worth completing.
 const LEAST_SHARE: usize = 4;
 /// Least colour step of a corner that is filled in, as a fraction of its neighbours', and in grey levels.
@@ -73,10 +75,11 @@ pub(super) fn match_board(
         let why = why_missing(image, lattice, Some([columns, rows]));
         let cut_off_by = why.cut_off_by();
         // Cut off, a larger board would be given a wrong number of corners.
-        let larger = !fits && whole && width.min(height) >= 3 && width * height > columns * rows;
+        let is_board = whole && width.min(height) >= LEAST_SIDE;
+        let larger = !fits && is_board && width * height > columns * rows;
         // One row and one column fewer, and neither cut off: whoever named the board has counted its squares.
         let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
-        let miscounted = smaller && whole && expected.corners.is_empty() && why != Why::Glare;
+        let miscounted = smaller && is_board && expected.corners.is_empty() && why != Why::Glare;
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
         }
@@ -142,14 +145,15 @@ fn colour_bits(image: &GrayImage, lattice: &Lattice, (i, j): Node, spread: f32) 
 }
 
 fn other_board((width, height): (i32, i32)) -> Miss {
-    Miss::OtherBoard { columns: width.max(height) as usize, rows: width.min(height) as usize }
+    let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
+    Miss::OtherBoard(OtherBoard::Plain { columns, rows })
 }
 
 /// Width and height of a board that is seen whole, whatever its size: a full rectangle of corners with white all around.
 fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     let (low, high) = lattice.extent()?;
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
-    let whole = width.min(height) >= 3 && lattice.len() as i32 == width * height;
+    let whole = width.min(height) >= LEAST_SIDE && lattice.len() as i32 == width * height;
     let ends = |out: Node| behind(image, lattice, out).ends();
     (whole && SIDES.into_iter().all(ends)).then_some((width, height))
 }

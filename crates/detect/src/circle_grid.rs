@@ -10,12 +10,15 @@ use super::{
     lattice::{BESIDE, Lattice, Node},
     missing::why_missing,
     nearby::Nearby,
-    outcome::{Miss, Side},
+    outcome::{Miss, OtherBoard, Side},
     placement::TURNS,
     reduce::sample,
     track::Expected,
 };
-use boresight_geometry::target::{Circles, Target};
+use boresight_geometry::{
+    markers::CircleRows,
+    target::{Circles, Target},
+};
 
 /// Distance of neighbours, in radii of the circle.
 const STEP_RADII: std::ops::Range<f32> = 2.04..9.0;
@@ -176,8 +179,11 @@ fn node_of([x, y]: [i32; 2], circles: &Circles) -> [i32; 2] {
 }
 
 /// The inverse of [`node_of`].
-fn place_of([i, j]: [i32; 2], circles: &Circles) -> [i32; 2] {
-    if circles.step() == 1 { [i, j] } else { [i - j, i + j] }
+fn place_of([i, j]: [i32; 2], layout: CircleRows) -> [i32; 2] {
+    match layout {
+        CircleRows::Symmetric => [i, j],
+        CircleRows::Asymmetric => [i - j, i + j],
+    }
 }
 
 /// Longest side of the lattice of a board.
@@ -242,8 +248,8 @@ pub(super) fn place_circles(
     if ways.is_empty() {
         let part = (found < wanted).then(|| partial(found));
         let is_cut_off = matches!(part, Some(Miss::PartialBoard { cut_off_by: Some(_), .. }));
-        let other = other_board(lattice, circles).filter(|_| !is_cut_off);
-        return Err(other.or(part).unwrap_or(Miss::NoBoard));
+        let other = whole_grid(lattice, circles.layout()).filter(|_| !is_cut_off);
+        return Err(other.map(Miss::OtherBoard).or(part).unwrap_or(Miss::NoBoard));
     }
     // Turns that map the board to itself are all there, and no others.
     let symmetries = match (circles.looks_the_same_upside_down(), circles.grid()) {
@@ -297,22 +303,24 @@ fn is_near(lattice: &Lattice, way: &Way, nodes: &[[i32; 2]], expected: &Expected
     3.0 * off().sum::<f32>() < off().count() as f32
 }
 
-/// The board of another size that a grid without gaps is.
-fn other_board(lattice: &Lattice, circles: &Circles) -> Option<Miss> {
-    let places = || lattice.nodes().iter().map(|&(i, j)| place_of([i, j], circles));
+/// The board, of any size, that a grid without gaps is if its rows lie like this.
+pub(super) fn whole_grid(lattice: &Lattice, layout: CircleRows) -> Option<OtherBoard> {
+    let places = || lattice.nodes().iter().map(|&(i, j)| place_of([i, j], layout));
     let ends = |axis: usize| {
         Some((places().map(|at| at[axis]).min()?, places().map(|at| at[axis]).max()?))
     };
     let ((left, right), (top, bottom)) = (ends(0)?, ends(1)?);
     let [across, down] = [right - left + 1, bottom - top + 1];
-    let (columns, rows) = match circles.step() {
-        1 => (across.max(down), across.min(down)),
-        _ if across > down => (down / 2, across),
-        _ => (across / 2, down),
+    // The rows lie along either axis.
+    let sizes = match layout {
+        CircleRows::Symmetric => [[across.max(down), across.min(down)]; 2],
+        CircleRows::Asymmetric => [[across / 2, down], [down / 2, across]],
     };
-    let is_whole = lattice.len() as i32 == columns * rows;
-    let (columns, rows) = (columns as usize, rows as usize);
-    (is_whole && columns >= 3 && rows >= 3).then_some(Miss::OtherBoard { columns, rows })
+    let is_whole = |size: &[i32; 2]| {
+        lattice.len() as i32 == size[0] * size[1] && size.iter().all(|count| *count >= 3)
+    };
+    let [columns, rows] = sizes.into_iter().find(is_whole)?.map(|count| count as usize);
+    Some(OtherBoard::Circles { columns, rows, layout })
 }
 
 /// Checks that nothing like a circle follows the board on any side, and, if circles are missing, that the ground is seen
@@ -340,7 +348,7 @@ fn check_ends(
         let Some(here) = lattice.get(node) else { continue };
         for (di, dj) in BESIDE {
             let next_board = [board_node[0] + di, board_node[1] + dj];
-            let [x, y] = place_of(next_board, circles);
+            let [x, y] = place_of(next_board, circles.layout());
             let side = match (x, y) {
                 (_, y) if y < 0 => 0,
                 (_, y) if y > down => 1,

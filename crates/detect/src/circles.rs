@@ -9,16 +9,17 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use super::{
     circle_blobs::{Blob, BlobFinder, TILES_PX},
-    circle_grid::{CircleGrower, longest, place_circles},
+    circle_grid::{CircleGrower, longest, place_circles, whole_grid},
     disc_model::{self, DiscFit, Pixels},
     explain::{GridOutcome, WeighedGrid},
-    outcome::{Detection, Miss, Quality},
+    outcome::{Detection, Miss, OtherBoard, Quality},
     params::DetectorParams,
     reduce::Halved,
     track::Expected,
 };
 use boresight_geometry::{
-    Corner, Homography, board::Checkerboard, expect_unseen, seen_count, target::Circles,
+    Corner, Homography, board::Checkerboard, expect_unseen, markers::CircleRows, seen_count,
+    target::Circles,
 };
 
 /// Most ellipses of a picture that are looked at.
@@ -68,9 +69,7 @@ impl CircleSearch {
             if !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            self.finder.find(picture, tile_px, &mut self.blobs);
-            self.blobs.truncate(MOST_BLOBS);
-            self.grower.start(&self.blobs, [picture.width(), picture.height()]);
+            self.find_blobs(picture, tile_px);
             for is_dark in [true, false] {
                 self.grower.grow(&self.blobs, is_dark, longest(circles));
                 if self.grower.lattice.len() < LEAST_CIRCLES {
@@ -98,6 +97,26 @@ impl CircleSearch {
             }
         }
         Err(best_miss)
+    }
+
+    /// The grids of circles without gaps in `picture`, whatever their size up to `longest` circles a side.
+    pub(super) fn whole_grids(&mut self, picture: &GrayImage, longest: usize) -> Vec<OtherBoard> {
+        let mut grids = Vec::new();
+        for tile_px in TILES_PX {
+            self.find_blobs(picture, tile_px);
+            for is_dark in [true, false] {
+                self.grower.grow(&self.blobs, is_dark, longest);
+                let lattice = &self.grower.lattice;
+                grids.extend(CircleRows::ALL.into_iter().filter_map(|it| whole_grid(lattice, it)));
+            }
+        }
+        grids
+    }
+
+    fn find_blobs(&mut self, picture: &GrayImage, tile_px: usize) {
+        self.finder.find(picture, tile_px, &mut self.blobs);
+        self.blobs.truncate(MOST_BLOBS);
+        self.grower.start(&self.blobs, [picture.width(), picture.height()]);
     }
 
     /// The ellipse and the distance of its nearest neighbour in radii at a place of the grid.

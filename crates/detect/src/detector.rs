@@ -7,7 +7,7 @@ use super::{
     explain::{Searched, WeighedGrid},
     grid_search::GridSearch,
     marker_cells::Polarity,
-    outcome::{Detection, Miss},
+    outcome::{Detection, Miss, Others},
     params::DetectorParams,
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve, negate},
@@ -36,11 +36,13 @@ pub struct Search<'a> {
     /// Called between steps of the work, every few tenths of a millisecond; returning `false` ends the search
     /// with [`Miss::OutOfTime`].
     pub keep_on: &'a dyn Fn() -> bool,
+    /// What is said of other boards if this one isn't seen.
+    pub others: Others,
 }
 
 impl Search<'_> {
     /// The whole picture, without a time limit.
-    pub const FULL: Self = Self { near: None, keep_on: &|| true };
+    pub const FULL: Self = Self { near: None, keep_on: &|| true, others: Others::Ignored };
 }
 
 /// What is searched.
@@ -74,16 +76,16 @@ impl Pass {
 /// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
-    params: DetectorParams,
+    pub(super) params: DetectorParams,
     /// `levels[0]` is half the picture.
-    levels: Vec<GrayImage>,
+    pub(super) levels: Vec<GrayImage>,
     /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
     grown: GrayImage,
     grown_rows: Vec<u8>,
     /// The picture with black and white exchanged, if the board is printed white on black.
     negative: GrayImage,
-    grids: GridSearch,
-    circles: CircleSearch,
+    pub(super) grids: GridSearch,
+    pub(super) circles: CircleSearch,
     /// Corners in the full picture, as the search found them.
     rough: Vec<Option<[f64; 2]>>,
     /// Corners at search size where they were predicted; none without a prediction.
@@ -169,6 +171,25 @@ impl Detector {
     ///
     /// [`Miss`], as [`detect`](Self::detect), and [`Miss::OutOfTime`].
     pub fn search(
+        &mut self,
+        image: &GrayImage,
+        board: &Checkerboard,
+        search: Search<'_>,
+    ) -> Result<Detection, Miss> {
+        let found = self.search_named(image, board, search);
+        found.map_err(|miss| {
+            let other = match search.others {
+                Others::Sought if miss.leaves_open() => {
+                    self.recognise(image, board, search.keep_on)
+                }
+                Others::Known(other) if miss.leaves_open() => Some(other),
+                _ => None,
+            };
+            other.map_or(miss, Miss::OtherBoard)
+        })
+    }
+
+    fn search_named(
         &mut self,
         image: &GrayImage,
         board: &Checkerboard,
@@ -337,17 +358,8 @@ impl Detector {
         picture_quality::reason(picture, region, halved.scale, &mut self.edge_widths)
     }
 
-    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
-    /// many columns as rows. `None` without such a board.
-    pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
-        self.search_levels(image).into_iter().flatten().find_map(|level| {
-            let picture = if level == 0 { image } else { &self.levels[level - 1] };
-            self.grids.count(picture, &self.params)
-        })
-    }
-
     /// Builds the halved pictures. Returns the levels to search, most promising first.
-    fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+    pub(super) fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let mut primary = 0;
         while image.width() >> primary > SEARCH_WIDTH_PX {
             primary += 1;

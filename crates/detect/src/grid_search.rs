@@ -97,7 +97,7 @@ impl GridSearch {
         let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
             let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
-            if counted.is_some() {
+            if counted.is_some() && cells(picture, lattice) == Cells::Squares {
                 return counted;
             }
         }

@@ -108,6 +108,7 @@ mod patch;
 mod picture_quality;
 mod placement;
 mod printed_code;
+mod recognise;
 mod reduce;
 mod refine;
 mod response;
@@ -121,7 +122,7 @@ pub use explain::{
     GridOutcome, ReadMarker, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
     WeighedPlace,
 };
-pub use outcome::{Detection, Miss, Quality, Side};
+pub use outcome::{Detection, Miss, OtherBoard, Others, Quality, Side};
 pub use params::DetectorParams;
 pub use printed_code::read_code;
 pub use track::{Prediction, Track};

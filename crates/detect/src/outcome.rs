@@ -1,6 +1,10 @@
 //! The detector's answer: the board's corners, or the reason why not.
 
-use boresight_geometry::Corner;
+use boresight_geometry::{
+    Corner,
+    markers::{CircleRows, Dictionary, MarkerChoice},
+    target::{Board, BoardChoice},
+};
 
 /// A board, found in a picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +43,60 @@ pub enum Side {
     Bottom,
 }
 
+/// A board that is seen instead of the named one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OtherBoard {
+    /// A board without markers, of so many inner corners.
+    Plain {
+        /// Inner corners in a row.
+        columns: usize,
+        /// Inner corners in a column.
+        rows: usize,
+    },
+    /// A board with markers of this family in its light squares; the largest dictionary stands for those that begin like it.
+    Charuco(Dictionary),
+    /// Tags with small squares between their corners.
+    AprilGrid,
+    /// A grid of circles.
+    Circles {
+        /// Circles in a row.
+        columns: usize,
+        /// Rows of circles.
+        rows: usize,
+        /// How the rows lie.
+        layout: CircleRows,
+    },
+}
+
+impl OtherBoard {
+    /// How a person would choose it; `None` if too little of it is known, or if no such board can be chosen.
+    pub fn choice(self) -> Option<BoardChoice> {
+        let (columns, rows, markers) = match self {
+            Self::Plain { columns, rows } => (columns, rows, None),
+            Self::Circles { columns, rows, layout } => {
+                (columns, rows, Some(MarkerChoice::circles(layout)))
+            }
+            Self::Charuco(_) | Self::AprilGrid => return None,
+        };
+        let side = |count: usize| u16::try_from(count).ok();
+        let (columns, rows) = (side(columns)?, side(rows)?);
+        let can_be_chosen = Board::new(columns, rows, 1.0).is_ok();
+        can_be_chosen.then_some(BoardChoice { columns, rows, markers })
+    }
+}
+
+/// What a search says of other boards where it doesn't find the named one and has no clear reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Others {
+    /// Nothing but what it sees of them anyway.
+    #[default]
+    Ignored,
+    /// They're [looked for](super::Detector::recognise), which takes several times as long.
+    Sought,
+    /// This one was seen lately.
+    Known(OtherBoard),
+}
+
 /// Why there is no [`Detection`]. An ordinary result, not an error of the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Miss {
@@ -60,13 +118,8 @@ pub enum Miss {
         /// Corners of the whole board.
         wanted: usize,
     },
-    /// A complete board of another size.
-    OtherBoard {
-        /// Inner corners in a row.
-        columns: usize,
-        /// Inner corners in a column.
-        rows: usize,
-    },
+    /// Another board, of another size or kind.
+    OtherBoard(OtherBoard),
     /// A board whose light squares don't have the markers of the named one.
     OtherMarkers {
         /// Number of markers seen, from any dictionary.
@@ -103,6 +156,24 @@ pub enum Miss {
 }
 
 impl Miss {
+    /// Whether it leaves open what is seen: a board of another kind, perhaps.
+    pub fn leaves_open(&self) -> bool {
+        match self {
+            Self::NoBoard
+            | Self::PartialBoard { .. }
+            | Self::OtherMarkers { .. }
+            // Some of the corners of a board with markers can look like that.
+            | Self::OtherBoard(OtherBoard::Plain { .. }) => true,
+            Self::OtherBoard(_)
+            | Self::Glare { .. }
+            | Self::OtherSquares { .. }
+            | Self::TooSmall { .. }
+            | Self::Blurred { .. }
+            | Self::LowContrast { .. }
+            | Self::OutOfTime => false,
+        }
+    }
+
     /// The more informative of two misses; the first of equals.
     #[must_use]
     pub(super) fn or_closer(self, other: Self) -> Self {
@@ -116,7 +187,11 @@ impl Miss {
             // Many pictures without a board contain a few corners.
             Self::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
             Self::PartialBoard { found, .. } | Self::Glare { found, .. } => found,
-            Self::OtherBoard { columns, rows } => columns * rows,
+            Self::OtherBoard(
+                OtherBoard::Plain { columns, rows } | OtherBoard::Circles { columns, rows, .. },
+            ) => columns * rows,
+            // Recognised when no other reason is clear.
+            Self::OtherBoard(OtherBoard::Charuco(_) | OtherBoard::AprilGrid) => 0,
             Self::OtherMarkers { markers } => 10 + markers,
             Self::OtherSquares { .. }
             | Self::TooSmall { .. }

@@ -10,7 +10,7 @@ use image::GrayImage;
 use super::{
     colours::all_colours_alternate,
     lattice::Lattice,
-    outcome::{Detection, Miss},
+    outcome::{Detection, Miss, OtherBoard, Others},
     reduce::{Halved, Part, halve, halve_part},
     saddle::settle,
 };
@@ -26,6 +26,8 @@ const FOLLOWED_SQUARE_PX: f32 = 12.0;
 const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
+/// Seconds from one look at which other board is shown to the next.
+const OTHERS_EVERY_SECS: f64 = 1.0;
 /// How much the speed of a board in hands changes from frame to frame, in squares per second: standard deviation.
 const SPEED_CHANGE: f64 = 7.5;
 /// And how far off a corner is found in a blurred or noisy picture, in squares.
@@ -53,11 +55,20 @@ pub struct Track {
     seen: Vec<bool>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,
+    /// When the board was seen, or other boards were looked for, and the one that was seen.
+    sought: Option<(CaptureTime, Option<OtherBoard>)>,
 }
 
 impl Track {
     /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track: photographs aren't a sequence.
     pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
+        if seen.is_ok() || self.others(kind, at) == Others::Sought {
+            let other = match seen {
+                Err(Miss::OtherBoard(other)) => Some(*other),
+                _ => None,
+            };
+            self.sought = Some((at, other));
+        }
         match seen {
             Ok(detection) if kind == FrameKind::Video => {
                 self.followed += 1;
@@ -77,6 +88,20 @@ impl Track {
     /// True if a prediction that far ahead can identify the corners of a part of the board with white at one of its ends.
     pub fn names_corners_after(gap_secs: f64) -> bool {
         gap_secs < LONGEST_GAP_SECS
+    }
+
+    /// What is said of other boards at time `now`: they are looked for in each photograph, and once a second in frames without the
+    /// board.
+    pub fn others(&self, kind: FrameKind, now: CaptureTime) -> Others {
+        match self.sought {
+            Some((then, other))
+                if kind == FrameKind::Video
+                    && (0.0..OTHERS_EVERY_SECS).contains(&now.secs_since(then)) =>
+            {
+                other.map_or(Others::Ignored, Others::Known)
+            }
+            _ => Others::Sought,
+        }
     }
 
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be

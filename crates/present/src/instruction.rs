@@ -170,9 +170,7 @@ fn moment(prompt: Prompt) -> Moment {
         Prompt::Paused => Moment::Rest,
         Prompt::Taken => Moment::Taken,
         Prompt::HoldStill => Moment::Hold,
-        Prompt::OtherBoard { .. } | Prompt::OtherMarkers | Prompt::OtherSquares => {
-            Moment::OtherBoard
-        }
+        Prompt::OtherBoard(_) | Prompt::OtherMarkers | Prompt::OtherSquares => Moment::OtherBoard,
         Prompt::ShowWholeFirst => Moment::BeyondEdge,
         Prompt::ShowBoard
         | Prompt::CutOff(_)

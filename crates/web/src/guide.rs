@@ -261,7 +261,8 @@ impl Guide {
         let is_stream = self.kind == FrameKind::Video;
         let near = self.track.predict(self.kind, captured_at);
         let keep_on = || !is_stream || Date::now() - began < LONGEST_SEARCH_MS;
-        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let others = self.track.others(self.kind, captured_at);
+        let search = Search { near: near.as_ref(), keep_on: &keep_on, others };
         let seen = self.detector.search(&picture, &self.session.setup().board, search);
         self.track.add(self.kind, captured_at, &seen);
         let input = Input::Observed(Observation {

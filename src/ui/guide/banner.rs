@@ -3,6 +3,7 @@
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
 use super::super::{aloud, keys::UiAction, screen::Screen, theme};
+use boresight_geometry::target::BoardChoice;
 use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Trouble, adjust, window as words};
 
@@ -48,9 +49,9 @@ pub(super) fn show(
 }
 
 /// The board in view is one button away.
-fn use_other_board(ui: &mut Ui, board: [u16; 2], asks: &mut Vec<UiAction>) {
+fn use_other_board(ui: &mut Ui, board: BoardChoice, asks: &mut Vec<UiAction>) {
     ui.add_space(0.5 * theme::UNIT);
-    let label = RichText::new(words::use_board(board)).size(theme::TITLE).color(theme::ON_ACCENT);
+    let label = RichText::new(words::use_board(&board)).size(theme::TITLE).color(theme::ON_ACCENT);
     let button = Button::new(label).fill(theme::ACCENT);
     if ui.add_sized([20.0 * theme::UNIT, 4.5 * theme::UNIT], button).clicked() {
         asks.push(UiAction::UseBoard(board));

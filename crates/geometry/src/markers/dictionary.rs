@@ -68,6 +68,18 @@ fn list() -> String {
 }
 
 impl Dictionary {
+    /// The largest of each family.
+    pub fn families() -> impl Iterator<Item = Self> {
+        Self::all().filter(|dictionary| dictionary.family() == *dictionary)
+    }
+
+    /// The largest of its family, which has its markers under the same numbers.
+    #[must_use]
+    pub fn family(self) -> Self {
+        let start = |dictionary: Self| TABLE[usize::from(dictionary.index)].start;
+        Self::all().filter(|other| start(*other) == start(self)).last().unwrap_or(self)
+    }
+
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..TABLE.len() as u8).map(|index| Self { index })

@@ -9,8 +9,11 @@ use super::{
     decision::{Decision, Outcome},
 };
 use crate::guidance::{Advice, Difference, Progress, Refusal, direction_difference_rad};
-use boresight_detect::{Miss, Side};
-use boresight_geometry::device::{Control, Fault};
+use boresight_detect::{Miss, OtherBoard, Side};
+use boresight_geometry::{
+    device::{Control, Fault},
+    target::BoardChoice,
+};
 
 /// An edge or a corner of the board, as seen in the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,13 +128,8 @@ pub enum Prompt {
     Uncover,
     /// Turn the board out of a reflection.
     Glare,
-    /// Show the board that was chosen: this is a different one, with these inner corners.
-    OtherBoard {
-        /// Corners in a row.
-        columns: usize,
-        /// Rows of corners.
-        rows: usize,
-    },
+    /// Show the board that was chosen: this is a different one.
+    OtherBoard(OtherBoard),
     /// Show the board that was chosen: this one has no markers, or different ones.
     OtherMarkers,
     /// Show the board that was chosen: this one has its markers in other places.
@@ -206,7 +204,7 @@ impl Prompt {
             | Self::CameraNotReady
             | Self::Uncover
             | Self::Glare
-            | Self::OtherBoard { .. }
+            | Self::OtherBoard(_)
             | Self::OtherMarkers
             | Self::OtherSquares
             | Self::Blurred
@@ -215,6 +213,14 @@ impl Prompt {
             | Self::Contradicts
             | Self::OtherSize => Gravity::Careful,
             _ => Gravity::Plain,
+        }
+    }
+
+    /// The board in view, if it isn't the chosen one and can be chosen.
+    pub fn other_board(self) -> Option<BoardChoice> {
+        match self {
+            Self::OtherBoard(other) => other.choice(),
+            _ => None,
         }
     }
 
@@ -307,7 +313,7 @@ impl Prompt {
             Miss::PartialBoard { cut_off_by: Some(side), .. } => Self::CutOff(side),
             Miss::PartialBoard { cut_off_by: None, .. } => Self::Uncover,
             Miss::Glare { .. } => Self::Glare,
-            Miss::OtherBoard { columns, rows } => Self::OtherBoard { columns, rows },
+            Miss::OtherBoard(other) => Self::OtherBoard(other),
             Miss::OtherMarkers { .. } => Self::OtherMarkers,
             Miss::OtherSquares { .. } => Self::OtherSquares,
             Miss::TooSmall { .. } => Self::Closer,

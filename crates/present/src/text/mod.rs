@@ -56,7 +56,7 @@ pub use target::{
 pub use trouble::{Trouble, troubles};
 pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
-use boresight_detect::{Miss, Side};
+use boresight_detect::{Miss, OtherBoard, Side};
 use boresight_guide::{
     guidance::{Refusal, Role},
     session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
@@ -84,7 +84,12 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::CutOff(Side::Bottom) => "Move up. It's cut off".into(),
         Prompt::Uncover => "Uncover it, or tip it less".into(),
         Prompt::Glare => "Too much glare. Tip the board".into(),
-        Prompt::OtherBoard { .. } => "This is a different board".into(),
+        Prompt::OtherBoard(other) => match other {
+            OtherBoard::Plain { .. } => "This is a different board".into(),
+            OtherBoard::Charuco(_) => "This is a ChArUco board".into(),
+            OtherBoard::AprilGrid => "This is an AprilGrid".into(),
+            OtherBoard::Circles { .. } => "This is a circle grid".into(),
+        },
         Prompt::OtherMarkers => "Wrong markers. Show the other board".into(),
         Prompt::OtherSquares => "Different ChArUco layout".into(),
         Prompt::Closer => "Come closer".into(),
@@ -193,9 +198,7 @@ pub fn miss(miss: &Miss) -> String {
         Miss::Glare { found, wanted } => format!(
             "Too much glare: {found} of {wanted} corners found. Tip the board away from the light"
         ),
-        Miss::OtherBoard { columns, rows } => format!(
-            "Different board: it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}"
-        ),
+        Miss::OtherBoard(other) => different(other),
         Miss::OtherMarkers { markers: 0 } => {
             "No markers seen on this board. Come closer, or choose a plain board: --board CxR"
                 .into()
@@ -224,6 +227,26 @@ pub fn miss(miss: &Miss) -> String {
             "The search took too long. Use a plain wall, smaller pictures or a faster computer".into()
         },
     }
+}
+
+/// What is shown instead of the board, and how to choose it.
+fn different(other: OtherBoard) -> String {
+    let it = match other {
+        OtherBoard::Plain { columns, rows } => {
+            format!("it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}")
+        }
+        OtherBoard::Charuco(dictionary) => format!(
+            "it's a ChArUco board. To use it, count its squares: --board charuco:CxR:{dictionary}"
+        ),
+        OtherBoard::AprilGrid => {
+            "it's an AprilGrid. To use it, count its tags: --board aprilgrid:CxR".into()
+        }
+        OtherBoard::Circles { columns, rows, .. } => {
+            let argument = other.choice().map_or_else(String::new, |it| format!(": --board {it}"));
+            format!("it has {columns}x{rows} circles. To use it{argument}")
+        }
+    };
+    format!("Different board: {it}")
 }
 
 /// Name of a view, everywhere: "view 3".
@@ -316,7 +339,10 @@ fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use boresight_geometry::device::Control;
+    use boresight_geometry::{
+        device::Control,
+        markers::{CircleRows, Dictionary},
+    };
 
     #[test]
     fn a_prompt_has_six_words_at_most_and_no_number() {
@@ -347,7 +373,14 @@ mod tests {
                 Prompt::ShowWholeFirst,
                 Prompt::Uncover,
                 Prompt::Glare,
-                Prompt::OtherBoard { columns: 7, rows: 5 },
+                Prompt::OtherBoard(OtherBoard::Plain { columns: 7, rows: 5 }),
+                Prompt::OtherBoard(OtherBoard::Charuco(Dictionary::default())),
+                Prompt::OtherBoard(OtherBoard::AprilGrid),
+                Prompt::OtherBoard(OtherBoard::Circles {
+                    columns: 7,
+                    rows: 5,
+                    layout: CircleRows::Symmetric,
+                }),
                 Prompt::Closer,
                 Prompt::Farther,
                 Prompt::Blurred,

@@ -252,17 +252,24 @@ pub const RUNNING_ACTION: &str =
 pub const BACK: &str = "Back to the session";
 
 /// Report that the board in view is used from now on: as its code names it, or with squares that nobody has measured.
-pub fn switched(id: Option<&str>, board: [u16; 2], square_m: f64) -> String {
-    match id {
-        Some(id) => format!("{} is used now", named_board(id, board.map(usize::from), square_m)),
-        None => {
-            let [columns, rows] = board;
-            let square = square(square_m);
-            format!(
-                "The board in view is used now: {columns} × {rows} inner corners. Is a square {square}? If not, type it on the start page"
-            )
-        }
+pub fn switched(
+    id: Option<&str>,
+    [columns, rows]: [u16; 2],
+    markers: Option<MarkerChoice>,
+    square_m: f64,
+) -> String {
+    if let Some(id) = id {
+        let counts = [columns, rows].map(usize::from);
+        return format!("{} is used now", named_board(id, counts, square_m));
     }
+    let (what, question) = match markers {
+        None => ("inner corners", "Is a square"),
+        Some(_) => ("circles", "Are rows apart by"),
+    };
+    let square = square(square_m);
+    format!(
+        "The board in view is used now: {columns} × {rows} {what}. {question} {square}? If not, type it on the start page"
+    )
 }
 
 /// A board as its printed code names it; `id` is empty without a code.

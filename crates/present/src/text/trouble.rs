@@ -4,11 +4,11 @@ use super::{
     camera::{self, printable},
     window as words,
 };
-use boresight_geometry::device::Fault;
-use boresight_guide::session::{Prompt, Snapshot, Stream};
+use boresight_geometry::{device::Fault, target::BoardChoice};
+use boresight_guide::session::{Snapshot, Stream};
 
 /// A trouble and its action.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Trouble {
     /// Cause in one sentence.
     pub what: String,
@@ -16,8 +16,8 @@ pub struct Trouble {
     pub action: String,
     /// Words of a device or program about it; may be empty.
     pub detail: String,
-    /// Inner corners (columns, rows) of a board that could be used instead.
-    pub board: Option<[u16; 2]>,
+    /// A board that could be used instead.
+    pub board: Option<BoardChoice>,
     /// True if views can be taken all the same: a doubt about the camera, which the result states.
     pub is_doubt: bool,
 }
@@ -58,7 +58,7 @@ pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
         ..of_fault(fault, detail)
     });
     let board = words::other_board(snapshot)
-        .map(|said| Trouble { board: board_in_view(snapshot), ..Trouble::plain(said) });
+        .map(|said| Trouble { board: snapshot.shown.prompt.other_board(), ..Trouble::plain(said) });
     let mut troubles: Vec<Trouble> = Vec::new();
     for trouble in failures.chain(lost).chain(doubts).chain(board) {
         if !troubles.iter().any(|told| told.what == trouble.what) {
@@ -66,10 +66,4 @@ pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
         }
     }
     troubles
-}
-
-/// Inner corners of the board in view, if it isn't the chosen one.
-fn board_in_view(snapshot: &Snapshot) -> Option<[u16; 2]> {
-    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
-    Some([columns.try_into().ok()?, rows.try_into().ok()?])
 }

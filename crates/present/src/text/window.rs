@@ -1,12 +1,16 @@
 //! Sentences, labels and tooltips of the window.
 
-use boresight_geometry::device::{Adjustable, Control};
+use boresight_detect::OtherBoard;
+use boresight_geometry::{
+    device::{Adjustable, Control},
+    target::{Board, BoardChoice},
+};
 use boresight_guide::{
     guidance::{Plan, Refusal},
     session::{CameraState, Edge, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
-use super::{deg, edge, numbers::signed, view_name};
+use super::{camera::capital, deg, edge, numbers::signed, view_name};
 pub use super::{gauge::*, numbers::*, result::*};
 
 /// The window's title.
@@ -129,26 +133,47 @@ pub const FAILED_ACTION: &str =
 
 /// The board that is shown instead of the chosen one, and the next action; `None` if it's the chosen one.
 pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
-    let Prompt::OtherBoard { columns, rows } = snapshot.shown.prompt else { return None };
+    let Prompt::OtherBoard(other) = snapshot.shown.prompt else { return None };
     let chosen = &snapshot.setup.board;
-    Some((
-        format!(
-            "This board has {columns} × {rows} inner corners. You chose {} × {}",
-            chosen.columns(),
-            chosen.rows()
-        ),
-        if snapshot.views.is_empty() {
-            format!("Hold it a moment longer to use {columns} × {rows}.")
-        } else {
+    let this = match other {
+        OtherBoard::Plain { columns, rows } => {
+            format!("This board has {columns} × {rows} inner corners")
+        }
+        OtherBoard::Charuco(dictionary) => format!("This is a ChArUco board ({dictionary})"),
+        OtherBoard::AprilGrid => "This is an AprilGrid".into(),
+        OtherBoard::Circles { columns, rows, .. } => {
+            format!("This board has {columns} × {rows} circles")
+        }
+    };
+    let [columns, rows] = chosen.target().grid();
+    let chosen = match chosen {
+        Board::Checkerboard(_) => format!("{columns} × {rows}"),
+        Board::Charuco(_) => format!("ChArUco, {} × {} squares", columns + 1, rows + 1),
+        Board::AprilGrid(_) => format!("an AprilGrid of {} × {} tags", columns / 2, rows / 2),
+        Board::Circles(_) => format!("{columns} × {rows} circles"),
+    };
+    let action = match other.choice() {
+        _ if !snapshot.views.is_empty() => {
             "Show the first board, or start a new session with this one. Your views are safe."
                 .into()
-        },
-    ))
+        }
+        Some(board) if board.markers.is_none() => {
+            format!("Hold it a moment longer to {}.", use_it(&board))
+        }
+        Some(_) => "Show the chosen board, or use this one.".into(),
+        None => "Show the chosen board, or choose this one on the Start page.".into(),
+    };
+    Some((format!("{this}. You chose {chosen}"), action))
 }
 
 /// The button that uses another board.
-pub fn use_board([columns, rows]: [u16; 2]) -> String {
-    format!("Use {columns} × {rows}")
+pub fn use_board(board: &BoardChoice) -> String {
+    capital(&use_it(board))
+}
+
+fn use_it(board: &BoardChoice) -> String {
+    let circles = if board.markers.is_some() { " circles" } else { "" };
+    format!("use {} × {}{circles}", board.columns, board.rows)
 }
 
 /// A session has ended while another page is seen.

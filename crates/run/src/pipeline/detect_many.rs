@@ -5,7 +5,7 @@ use std::{
     thread::Builder,
 };
 
-use boresight_detect::{Detection, Detector, DetectorParams, Miss, Prediction, Search};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, Others, Prediction, Search};
 use boresight_geometry::board::Checkerboard;
 use image::GrayImage;
 
@@ -14,8 +14,11 @@ use super::error::PipelineError;
 /// The detection in a picture, or why the picture could not be loaded.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
+/// Pictures without the board, of all, that are looked at first for which other board they show.
+const FIRST_LOOKED_AT: usize = 5;
+
 /// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` predicts where it
-/// is.
+/// is. If some pictures show another board, all without the named one are looked at for that.
 ///
 /// Every picture is searched independently, so the result doesn't depend on the number of threads. `done` is
 /// called with the index of each finished picture, on the thread that finished it.
@@ -31,31 +34,61 @@ pub fn detect_many<E: Send>(
     near: impl Fn(usize) -> Option<Prediction> + Sync,
     done: impl Fn(usize) + Sync,
 ) -> Result<Vec<Seen<E>>, PipelineError> {
+    let look = |detector: &mut Detector, index: usize, others: Others| {
+        let near = near(index);
+        let search = Search { near: near.as_ref(), others, ..Search::FULL };
+        load(index).map(|image| detector.search(&image, board, search))
+    };
+    let all: Vec<usize> = (0..count).collect();
+    let mut found = on_threads(&all, threads, &|detector, index| {
+        let seen = look(detector, index, Others::Ignored);
+        done(index);
+        seen
+    })?;
+    let is_open = |index: &usize| matches!(&found[*index], Ok(Err(miss)) if miss.leaves_open());
+    let open: Vec<usize> = all.into_iter().filter(is_open).collect();
+    let every = open.len().div_ceil(FIRST_LOOKED_AT).max(1);
+    let first: Vec<usize> = open.iter().copied().step_by(every).collect();
+    let seek = |detector: &mut Detector, index: usize| look(detector, index, Others::Sought);
+    let seen = on_threads(&first, threads, &seek)?;
+    let is_other = |(index, seen): (&usize, &Seen<E>)| match (&found[*index], seen) {
+        (Ok(Err(before)), Ok(Err(miss))) => before != miss,
+        _ => false,
+    };
+    if first.iter().zip(&seen).any(is_other) {
+        for (index, seen) in open.iter().zip(on_threads(&open, threads, &seek)?) {
+            found[*index] = seen;
+        }
+    }
+    Ok(found)
+}
+
+/// What `look` makes of each of `indices`, in their order, on up to so many threads.
+fn on_threads<T: Send>(
+    indices: &[usize],
+    threads: usize,
+    look: &(impl Fn(&mut Detector, usize) -> T + Sync),
+) -> Result<Vec<T>, PipelineError> {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut detector = Detector::new(DetectorParams::default());
         let mut found = Vec::new();
         loop {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            if index >= count {
-                return found;
-            }
-            let near = near(index);
-            let search = Search { near: near.as_ref(), ..Search::FULL };
-            found.push((index, load(index).map(|image| detector.search(&image, board, search))));
-            done(index);
+            let place = next.fetch_add(1, Ordering::Relaxed);
+            let Some(index) = indices.get(place) else { return found };
+            found.push((place, look(&mut detector, *index)));
         }
     };
     let mut found = std::thread::scope(|scope| {
         let mut workers = Vec::new();
-        for _ in 0..threads.clamp(1, count.max(1)) {
+        for _ in 0..threads.clamp(1, indices.len().max(1)) {
             let worker = Builder::new()
                 .name("detector".into())
                 .spawn_scoped(scope, work)
                 .map_err(|source| PipelineError::Spawn { worker: "detector", source })?;
             workers.push(worker);
         }
-        let mut found = Vec::with_capacity(count);
+        let mut found = Vec::with_capacity(indices.len());
         for worker in workers {
             let part =
                 worker.join().map_err(|_| PipelineError::WorkerPanicked { worker: "detector" })?;
@@ -63,6 +96,6 @@ pub fn detect_many<E: Send>(
         }
         Ok::<_, PipelineError>(found)
     })?;
-    found.sort_by_key(|(index, _)| *index);
+    found.sort_by_key(|(place, _)| *place);
     Ok(found.into_iter().map(|(_, result)| result).collect())
 }

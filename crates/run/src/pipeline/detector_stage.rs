@@ -101,7 +101,8 @@ impl DetectorStage {
         let started = Instant::now();
         let near = track.predict(frame.kind, frame.captured_at);
         let keep_on = || limit.is_none_or(|limit| started.elapsed() < limit);
-        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let others = track.others(frame.kind, frame.captured_at);
+        let search = Search { near: near.as_ref(), keep_on: &keep_on, others };
         let seen = self.finder.find(&frame.image, &self.board, search);
         track.add(frame.kind, frame.captured_at, &seen);
         Observation {

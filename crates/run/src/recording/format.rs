@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use super::camera_line::CameraLine;
-use boresight_detect::{Detection, Miss, Quality, Side};
+use boresight_detect::{Detection, Miss, OtherBoard, Quality, Side};
 use boresight_geometry::{
     Corner,
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
+    markers::{CircleRows, Dictionary},
 };
 use boresight_guide::session::{Command, Input, Observation, ViewNumber};
 
@@ -127,6 +128,18 @@ enum SeenLine {
     OtherBoard {
         columns: usize,
         rows: usize,
+    },
+    /// Of the family of this dictionary.
+    OtherCharuco {
+        #[cfg_attr(feature = "schemas", schemars(with = "String"))]
+        dictionary: Dictionary,
+    },
+    OtherAprilGrid,
+    OtherCircles {
+        columns: usize,
+        rows: usize,
+        #[cfg_attr(feature = "schemas", schemars(with = "String"))]
+        layout: CircleRows,
     },
     OtherMarkers {
         markers: usize,
@@ -328,7 +341,16 @@ impl From<SeenLine> for Result<Detection, Miss> {
                 Miss::PartialBoard { found, wanted, cut_off_by }
             }
             SeenLine::Glare { found, wanted } => Miss::Glare { found, wanted },
-            SeenLine::OtherBoard { columns, rows } => Miss::OtherBoard { columns, rows },
+            SeenLine::OtherBoard { columns, rows } => {
+                Miss::OtherBoard(OtherBoard::Plain { columns, rows })
+            }
+            SeenLine::OtherCharuco { dictionary } => {
+                Miss::OtherBoard(OtherBoard::Charuco(dictionary))
+            }
+            SeenLine::OtherAprilGrid => Miss::OtherBoard(OtherBoard::AprilGrid),
+            SeenLine::OtherCircles { columns, rows, layout } => {
+                Miss::OtherBoard(OtherBoard::Circles { columns, rows, layout })
+            }
             SeenLine::OtherMarkers { markers } => Miss::OtherMarkers { markers },
             SeenLine::OtherSquares { markers } => Miss::OtherSquares { markers },
             SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
@@ -352,7 +374,14 @@ fn miss_to_line(miss: Miss) -> SeenLine {
             SeenLine::PartialBoard { found, wanted, cut_off_by }
         }
         Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
-        Miss::OtherBoard { columns, rows } => SeenLine::OtherBoard { columns, rows },
+        Miss::OtherBoard(other) => match other {
+            OtherBoard::Plain { columns, rows } => SeenLine::OtherBoard { columns, rows },
+            OtherBoard::Charuco(dictionary) => SeenLine::OtherCharuco { dictionary },
+            OtherBoard::AprilGrid => SeenLine::OtherAprilGrid,
+            OtherBoard::Circles { columns, rows, layout } => {
+                SeenLine::OtherCircles { columns, rows, layout }
+            }
+        },
         Miss::OtherMarkers { markers } => SeenLine::OtherMarkers { markers },
         Miss::OtherSquares { markers } => SeenLine::OtherSquares { markers },
         Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },

@@ -1,0 +1,126 @@
+//! Recognises a board, whatever its size or kind.
+
+use image::GrayImage;
+
+use super::{
+    detector::{Detector, Search},
+    outcome::{Detection, Miss, OtherBoard},
+};
+use boresight_geometry::{
+    board::Checkerboard,
+    markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags},
+};
+
+/// Longest side of a grid of circles that is counted.
+const LONGEST_COUNTED: usize = 20;
+/// Markers of no named dictionary that must be seen: one may be something else with a dark frame.
+const LEAST_MARKERS: usize = 3;
+/// Inner corners, or tags, of the boards with markers that are held against a picture. Another one of their kind shows such
+/// markers in other places.
+const USUAL: [u16; 2] = [7, 10];
+
+impl Detector {
+    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
+    /// many columns as rows. `None` without such a board.
+    pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
+        self.search_levels(image).into_iter().flatten().find_map(|level| {
+            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            self.grids.count(picture, &self.params)
+        })
+    }
+
+    /// What `image` shows if it isn't a board of the kind of `named`: one with markers of another family, an AprilGrid, squares
+    /// with white around them, or circles that are a whole board. `None` if it's none of these, or if `keep_on` says that there
+    /// is no more time. Takes as long as several searches.
+    pub fn recognise(
+        &mut self,
+        image: &GrayImage,
+        named: &Checkerboard,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
+        let in_squares = named.markers().filter(Markers::are_in_squares);
+        let family = self.family(image, in_squares.map(|it| it.dictionary.family()), keep_on);
+        if let Some(dictionary) = family {
+            return Some(OtherBoard::Charuco(dictionary));
+        }
+        let tags = MarkerChoice::tags(Tags::default());
+        if !matches!(named, Checkerboard::AprilGrid(_))
+            && markers_seen(&self.look(image, USUAL, Some(tags), keep_on)) >= LEAST_MARKERS
+        {
+            return Some(OtherBoard::AprilGrid);
+        }
+        if !matches!(named, Checkerboard::Checkerboard(_))
+            && let Some((columns, rows)) = self.count(image)
+        {
+            return Some(OtherBoard::Plain { columns, rows });
+        }
+        self.whole_circles(image, named.circles(), keep_on)
+    }
+
+    /// The family of the markers in the light squares of a board, if it isn't this one.
+    fn family(
+        &mut self,
+        image: &GrayImage,
+        named: Option<Dictionary>,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<Dictionary> {
+        for family in Dictionary::families().filter(|family| Some(*family) != named) {
+            let markers = MarkerChoice::in_squares(family, None);
+            match self.look(image, USUAL, Some(markers), keep_on) {
+                Ok(_) | Err(Miss::OtherSquares { .. }) => return Some(family),
+                // Other families' markers have a dark frame, too.
+                Err(Miss::OtherMarkers { markers: 1.. }) => {}
+                Err(_) => return None,
+            }
+        }
+        None
+    }
+
+    /// A grid of circles that is seen whole, if its rows don't lie like these.
+    fn whole_circles(
+        &mut self,
+        image: &GrayImage,
+        named: Option<CircleRows>,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
+        for level in self.search_levels(image).into_iter().flatten() {
+            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
+                let choice = grid.choice()?;
+                let layout = choice.markers.and_then(|markers| markers.circles);
+                // Squares can look like that until their outlines are measured.
+                let is_other = layout != named;
+                let counts = [choice.columns, choice.rows];
+                if is_other && self.look(image, counts, choice.markers, keep_on).is_ok() {
+                    return Some(grid);
+                }
+            }
+        }
+        None
+    }
+
+    /// Searches a picture for a board of so many columns and rows.
+    fn look(
+        &mut self,
+        image: &GrayImage,
+        [columns, rows]: [u16; 2],
+        markers: Option<MarkerChoice>,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Result<Detection, Miss> {
+        let squares = Checkerboard::new(columns, rows, 1.0).map_err(|_| Miss::NoBoard)?;
+        let board = match markers {
+            None => squares,
+            Some(markers) => squares.drawn_with(markers.in_squares_of(1.0)),
+        };
+        self.search(image, &board, Search { keep_on, ..Search::FULL })
+    }
+}
+
+/// Markers that were seen where a board with some was looked for.
+fn markers_seen(seen: &Result<Detection, Miss>) -> usize {
+    match seen {
+        Ok(_) => LEAST_MARKERS,
+        Err(Miss::OtherMarkers { markers } | Miss::OtherSquares { markers }) => *markers,
+        Err(_) => 0,
+    }
+}

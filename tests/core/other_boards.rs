@@ -1,0 +1,72 @@
+//! A board of another kind than the named one is told by its name.
+
+use boresight::{
+    board::Checkerboard,
+    detection::{Detector, DetectorParams, Miss, OtherBoard, Others, Search},
+    geometry::target::BoardChoice,
+    markers::{CircleRows, Dictionary},
+    simulation::{Scene, render_view},
+    text,
+};
+use nalgebra::{Isometry3, Vector3};
+
+/// A board by its argument, as wide as a hand's spread.
+fn board(name: &str) -> Checkerboard {
+    let BoardChoice { columns, rows, markers } = name.parse().expect("a board");
+    let square_m = 0.24 / f64::from(columns.max(rows));
+    let squares = Checkerboard::new(columns, rows, square_m).expect("valid");
+    markers.map_or(squares, |it| squares.with_markers(it.in_squares_of(square_m)).expect("fits"))
+}
+
+fn family(name: &str) -> OtherBoard {
+    OtherBoard::Charuco(name.parse::<Dictionary>().expect("known"))
+}
+
+#[test]
+fn a_board_of_another_kind_is_named() {
+    let circles = |columns, rows, layout| OtherBoard::Circles { columns, rows, layout };
+    let boards = [
+        ("9x6", OtherBoard::Plain { columns: 9, rows: 6 }),
+        ("charuco:9x7:DICT_4X4_50", family("DICT_4X4_1000")),
+        ("charuco:9x7:DICT_5X5_100", family("DICT_5X5_1000")),
+        ("charuco:9x7:DICT_6X6_250", family("DICT_6X6_1000")),
+        ("charuco:9x7:DICT_7X7_50", family("DICT_7X7_1000")),
+        ("charuco:9x7:DICT_ARUCO_ORIGINAL", family("DICT_ARUCO_ORIGINAL")),
+        ("charuco:9x7:DICT_APRILTAG_36h11", family("DICT_APRILTAG_36h11")),
+        ("aprilgrid:4x3", OtherBoard::AprilGrid),
+        ("circles:7x5", circles(7, 5, CircleRows::Symmetric)),
+        ("acircles:4x9", circles(4, 9, CircleRows::Asymmetric)),
+    ];
+    let mut detector = Detector::new(DetectorParams::default());
+    for (shown, seen) in boards {
+        let scene = Scene { board: board(shown), ..Scene::default_720p(3) };
+        let turned = Vector3::new(0.3, -0.2, 0.25);
+        let picture = render_view(&scene, &Isometry3::new(Vector3::new(0.0, 0.0, 0.5), turned));
+        assert!(detector.detect(&picture, &scene.board).is_ok(), "{shown}");
+        for (named, of_kind) in boards {
+            let (shown_kind, named_kind) = (shown.split(':').next(), named.split(':').next());
+            if shown_kind == named_kind || (!shown.contains(':') && !named.contains(':')) {
+                continue;
+            }
+            let search = Search { others: Others::Sought, ..Search::FULL };
+            let found = detector.search(&picture, &board(named), search);
+            assert_eq!(found, Err(Miss::OtherBoard(seen)), "{shown} for {named} ({of_kind:?})");
+        }
+        // Its size can be chosen where it's known.
+        if let Some(choice) = seen.choice() {
+            assert_eq!(choice.to_string(), shown);
+            assert!(text::miss(&Miss::OtherBoard(seen)).contains(&format!("--board {shown}")));
+        }
+    }
+}
+
+#[test]
+fn without_a_board_there_is_no_other_one() {
+    let mut detector = Detector::new(DetectorParams::default());
+    let scene = Scene::default_720p(5);
+    // Only the room.
+    let picture = render_view(&scene, &Isometry3::translation(0.0, 3.0, 0.5));
+    for named in ["9x6", "charuco:9x7:DICT_4X4_50", "aprilgrid:4x3", "circles:7x5"] {
+        assert_eq!(detector.recognise(&picture, &board(named), &|| true), None, "{named}");
+    }
+}
