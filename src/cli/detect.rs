@@ -92,7 +92,7 @@ impl Arguments {
             let millis = started.elapsed().as_secs_f64() * 1e3;
             let seen = seen.map_err(|miss| {
                 let is_open = miss.leaves_open() && fruitless < MOST_FRUITLESS;
-                let other = is_open.then(|| detector.recognise(image, &board, &|| true));
+                let other = is_open.then(|| detector.recognise(image, Some(&board), &|| true));
                 let Some(other) = other else { return miss };
                 fruitless = if other.is_some() { 0 } else { fruitless + 1 };
                 other.map_or(miss, Miss::OtherBoard)

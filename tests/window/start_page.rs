@@ -9,14 +9,15 @@ use boresight::{
     app::{
         AppHost, BoardFromCode,
         host::{
-            CameraView, Comparing, Loading, Memory, Opened, PrintedBoard, SeenCode, SessionRequest,
-            Storing, UserError, Wake,
+            CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenCode,
+            SessionRequest, Storing, UserError, Wake,
         },
         recordings::{Dropped, Recording},
     },
     cli::app_host,
+    detection::OtherBoard,
     guidance::Plan,
-    markers::{Dictionary, MarkerChoice, Markers},
+    markers::{CircleRows, Dictionary, MarkerChoice, Markers},
     text::{NO_VOICE, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
@@ -183,6 +184,34 @@ fn a_board_in_view_is_counted_and_used() {
     page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
     press(&mut page, Role::Button, words::PRINT);
     assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], markers: None, paper: 0 }]);
+}
+
+#[test]
+fn a_board_of_another_kind_in_view_is_named_and_used() {
+    let mut page = page(draft(), choices());
+    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
+    press(&mut page, Role::Button, words::DETECT);
+    let family = "DICT_5X5_1000".parse().expect("known");
+    let said = words::detected_other(OtherBoard::Charuco(family));
+    let markers = MarkerChoice::in_squares(family, None);
+    page.state_mut().1.cameras[0].other =
+        Some(OtherKind { said: said.clone(), markers, board: None });
+    page.run();
+    page.get_by_label(&said);
+    press(&mut page, Role::Button, words::TAKE_OTHER);
+    let markers = page.state().0.draft.markers.expect("markers");
+    assert!(markers.are_in_squares() && markers.dictionary == family, "{markers:?}");
+    // Circles are counted, too.
+    press(&mut page, Role::RadioButton, "Checkerboard");
+    press(&mut page, Role::Button, words::DETECT);
+    let layout = CircleRows::Asymmetric;
+    let markers = MarkerChoice::circles(layout);
+    let circles = OtherKind { said: "Asymmetric circles".into(), markers, board: Some([4, 11]) };
+    page.state_mut().1.cameras[0].other = Some(circles);
+    page.run();
+    press(&mut page, Role::Button, words::TAKE_OTHER);
+    let draft = &page.state().0.draft;
+    assert_eq!((draft.board, draft.markers), ([4, 11], Some(MarkerChoice::circles(layout))));
 }
 
 #[test]

@@ -291,6 +291,8 @@ pub struct CameraView {
     pub board: Option<[u16; 2]>,
     /// The code that is printed beside that board.
     pub code: Option<SeenCode>,
+    /// The board of another kind that is seen where a plain one is counted.
+    pub other: Option<OtherKind>,
     /// Why it can't be used now.
     pub trouble: Option<UserError>,
 }
@@ -306,9 +308,21 @@ impl CameraView {
             number: 0,
             board: None,
             code: None,
+            other: None,
             trouble: None,
         }
     }
+}
+
+/// A board of another kind that was recognised.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OtherKind {
+    /// What it is, in words.
+    pub said: String,
+    /// Its markers, tags or circles.
+    pub markers: MarkerChoice,
+    /// Its points in a row and in a column, if they're known.
+    pub board: Option<[u16; 2]>,
 }
 
 /// A board that its printed code names.

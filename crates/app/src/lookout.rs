@@ -16,11 +16,15 @@ use image::{GrayImage, imageops};
 use super::{
     camera::{self, ChosenCamera, Near, NearCamera, Unusable},
     explain::user_error,
-    host::{CameraView, SeenCode, UserError, Wake},
+    host::{CameraView, OtherKind, SeenCode, UserError, Wake},
 };
 use boresight_capture::{Arrival, FrameSource};
-use boresight_detect::{Detector, DetectorParams, read_code};
-use boresight_geometry::{board::Checkerboard, device::CameraEvent};
+use boresight_detect::{Detector, DetectorParams, OtherBoard, read_code};
+use boresight_geometry::{
+    board::Checkerboard,
+    device::CameraEvent,
+    markers::{MarkerChoice, Tags},
+};
 use boresight_present::text;
 use boresight_run::config::Config;
 
@@ -255,8 +259,15 @@ impl Shared {
                 // A code has a checksum: once is enough.
                 let code =
                     counted.and_then(|board| code_beside(&mut detector, &frame.image, board));
+                let other = match counted {
+                    Some(_) => None,
+                    None => {
+                        detector.recognise(&frame.image, None, &|| !is_over()).and_then(other_kind)
+                    }
+                };
                 self.change(source, |view| {
                     view.board = counted.filter(|_| same.1 >= SAME_COUNTS);
+                    view.other = other;
                     // It's the same board as long as that's in view, though its code may be covered.
                     if code.is_some() || counted != view.code.as_ref().map(|code| code.board) {
                         view.code = code;
@@ -284,6 +295,18 @@ impl Shared {
         }
         (self.wake)();
     }
+}
+
+/// A board with markers, tags or circles, as it's chosen.
+fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
+    let choice = seen.choice();
+    let markers = match seen {
+        OtherBoard::Charuco(dictionary) => MarkerChoice::in_squares(dictionary, None),
+        OtherBoard::AprilGrid => MarkerChoice::tags(Tags::default()),
+        OtherBoard::Plain { .. } | OtherBoard::Circles { .. } => choice?.markers?,
+    };
+    let board = choice.map(|choice| [choice.columns, choice.rows]);
+    Some(OtherKind { said: text::start::detected_other(seen), markers, board })
 }
 
 /// The code beside a board of that many inner corners in `image`.
@@ -408,6 +431,22 @@ mod tests {
         assert_eq!(seen[1].code, Some(code));
         lock(&sources).clear();
         until(&lookout, <[CameraView]>::is_empty);
+        Ok(())
+    }
+
+    #[test]
+    fn a_board_of_another_kind_is_named() -> Result<(), Box<dyn std::error::Error>> {
+        let markers = MarkerChoice::in_squares("DICT_6X6_250".parse()?, None);
+        let board = Checkerboard::new(8, 6, 0.025)?.with_markers(markers.in_squares_of(0.025))?;
+        let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
+        let picture = render_view(&Scene { board, ..Scene::default_720p(1) }, &pose);
+        let sources = Arc::new(Mutex::new(vec!["one".into()]));
+        let lookout = Lookout::start(Box::new(Plugged { sources, picture }), Arc::new(|| ()))?;
+        lookout.count_board(Some("one"));
+        let seen = until(&lookout, |cameras| cameras.iter().any(|camera| camera.other.is_some()));
+        let other = seen[0].other.as_ref().ok_or("another kind")?;
+        let family = MarkerChoice::in_squares("DICT_6X6_1000".parse()?, None);
+        assert_eq!((other.markers, other.board, seen[0].board), (family, None, None));
         Ok(())
     }
 }

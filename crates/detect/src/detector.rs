@@ -180,7 +180,7 @@ impl Detector {
         found.map_err(|miss| {
             let other = match search.others {
                 Others::Sought if miss.leaves_open() => {
-                    self.recognise(image, board, search.keep_on)
+                    self.recognise(image, Some(board), search.keep_on)
                 }
                 Others::Known(other) if miss.leaves_open() => Some(other),
                 _ => None,

@@ -29,32 +29,32 @@ impl Detector {
         })
     }
 
-    /// What `image` shows if it isn't a board of the kind of `named`: one with markers of another family, an AprilGrid, squares
-    /// with white around them, or circles that are a whole board. `None` if it's none of these, or if `keep_on` says that there
-    /// is no more time. Takes as long as several searches.
+    /// What `image` shows if it isn't a board of the kind of `named`, or whatever it shows without that: a board with markers of
+    /// another family, an AprilGrid, squares with white around them, or circles of another layout that are a whole board. `None`
+    /// if it's none of these, or if `keep_on` says that there is no more time. Takes as long as several searches.
     pub fn recognise(
         &mut self,
         image: &GrayImage,
-        named: &Checkerboard,
+        named: Option<&Checkerboard>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        let in_squares = named.markers().filter(Markers::are_in_squares);
+        let in_squares = named.and_then(Checkerboard::markers).filter(Markers::are_in_squares);
         let family = self.family(image, in_squares.map(|it| it.dictionary.family()), keep_on);
         if let Some(dictionary) = family {
             return Some(OtherBoard::Charuco(dictionary));
         }
         let tags = MarkerChoice::tags(Tags::default());
-        if !matches!(named, Checkerboard::AprilGrid(_))
+        if !matches!(named, Some(Checkerboard::AprilGrid(_)))
             && markers_seen(&self.look(image, USUAL, Some(tags), keep_on)) >= LEAST_MARKERS
         {
             return Some(OtherBoard::AprilGrid);
         }
-        if !matches!(named, Checkerboard::Checkerboard(_))
+        if !matches!(named, Some(Checkerboard::Checkerboard(_)))
             && let Some((columns, rows)) = self.count(image)
         {
             return Some(OtherBoard::Plain { columns, rows });
         }
-        self.whole_circles(image, named.circles(), keep_on)
+        self.whole_circles(image, named.and_then(Checkerboard::circles), keep_on)
     }
 
     /// The family of the markers in the light squares of a board, if it isn't this one.

@@ -130,9 +130,18 @@ fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
                     &ui.label(RichText::new(words::detected(board)).strong().color(good)),
                 );
             }
-            None => {
-                ui.label(words::DETECTING);
-            }
+            None => match &camera.other {
+                Some(other) => {
+                    let care = theme::palette(ui.visuals()).care;
+                    aloud::read_next(&ui.label(RichText::new(&other.said).color(care)));
+                    if ui.button(words::TAKE_OTHER).clicked() {
+                        page.take(other.clone());
+                    }
+                }
+                None => {
+                    ui.label(words::DETECTING);
+                }
+            },
         }
     }
 }

@@ -5,7 +5,9 @@ use egui::{Context, TextureHandle, TextureOptions};
 use crate::ui::picture::grey;
 use boresight_app::{
     BoardFromCode,
-    host::{CameraView, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name},
+    host::{
+        CameraView, OtherKind, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name,
+    },
 };
 use boresight_geometry::{
     board::Checkerboard,
@@ -147,9 +149,7 @@ impl StartPage {
 
     /// Kind of the chosen board, by its place in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
     pub(super) fn kind(&self) -> usize {
-        let [columns, rows] = self.draft.board;
-        let chosen = BoardChoice { columns, rows, markers: self.draft.markers }.kind().name;
-        BOARD_KINDS.iter().position(|kind| kind.name == chosen).unwrap_or_default()
+        kind_of(self.draft.board, self.draft.markers)
     }
 
     /// Chooses a kind of board.
@@ -172,6 +172,15 @@ impl StartPage {
         };
         self.counts = false;
         self.printed = None;
+    }
+
+    /// Chooses a board that was recognised, as far as it's known.
+    pub(super) fn take(&mut self, OtherKind { markers, board, .. }: OtherKind) {
+        if markers.are_in_squares() {
+            self.marked = markers;
+        }
+        self.choose_kind(kind_of(self.draft.board, Some(markers)));
+        self.draft.board = board.unwrap_or(self.draft.board);
     }
 
     /// The markers of the chosen board.
@@ -239,6 +248,12 @@ impl StartPage {
         let is_plain = self.draft.markers.is_none();
         self.camera(choices).filter(|_| is_plain).map(|camera| camera.source.clone())
     }
+}
+
+/// Place of a board's kind in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+fn kind_of([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> usize {
+    let kind = BoardChoice { columns, rows, markers }.kind().name;
+    BOARD_KINDS.iter().position(|other| other.name == kind).unwrap_or_default()
 }
 
 /// Markers of a dictionary with enough of them for a board of that many inner corners: the first and smallest has the

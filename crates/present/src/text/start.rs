@@ -1,6 +1,7 @@
 //! The words of the start page.
 
 use super::target::circles;
+use boresight_detect::OtherBoard;
 use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice};
 use boresight_guide::guidance::Plan;
 
@@ -174,9 +175,25 @@ pub const DETECT_NEEDS: &str = "Choose a camera first.";
 pub const DETECTING: &str = "Show the whole board with its white margin";
 
 /// Size of the counted board.
-pub fn detected([columns, rows]: [u16; 2]) -> String {
+pub fn detected([columns, rows]: [impl std::fmt::Display; 2]) -> String {
     format!("Your board has {columns} × {rows} inner corners")
 }
+
+/// The board of another kind that is seen.
+pub fn detected_other(other: OtherBoard) -> String {
+    match other {
+        OtherBoard::Plain { columns, rows } => detected([columns, rows]),
+        OtherBoard::Charuco(dictionary) => {
+            format!("This is a ChArUco board, {dictionary}. Count its squares")
+        }
+        OtherBoard::AprilGrid => "This is an AprilGrid. Count its tags".into(),
+        OtherBoard::Circles { columns, rows, layout } => {
+            format!("{} {columns} × {rows}", circles(layout))
+        }
+    }
+}
+/// The button that chooses it.
+pub const TAKE_OTHER: &str = "Use it";
 
 /// The button that prints.
 pub const PRINT: &str = "Print this board";
