@@ -1,8 +1,8 @@
 //! Finds a grid of circles: the centres of the circles in the picture, which aren't those of the ellipses.
 //!
 //! The picture of a circle is an ellipse, but its centre isn't the picture of the circle's: perspective moves it away by some
-//! tenths of a pixel. The map from the board to the picture tells by how much. It is the homography through all centres, with
-//! a cubic surface through what the lens leaves of them.
+//! tenths of a pixel. The map from the board to the picture tells by how much. It is the plane through all centres, bent with
+//! the lens, with a cubic surface through what that leaves of them.
 
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
@@ -14,11 +14,12 @@ use super::{
     explain::{GridOutcome, WeighedGrid},
     outcome::{Detection, Miss, OtherBoard, Quality},
     params::DetectorParams,
+    plane::Plane,
     reduce::Halved,
     track::Expected,
 };
 use boresight_geometry::{
-    Corner, Homography, board::Checkerboard, expect_unseen, markers::CircleRows, seen_count,
+    Corner, board::Checkerboard, expect_unseen, frame::ImageSize, markers::CircleRows, seen_count,
     target::Circles,
 };
 
@@ -157,6 +158,7 @@ impl CircleSearch {
         let is_enough =
             |found: usize| found >= LEAST_CIRCLES && LOST_SHARE * (tried - found) <= tried;
         let points_m = board.corners_in_board_m();
+        let image_size = ImageSize::of(image);
         // Circles that are covered in part are found by their shape, which the others tell.
         let mut centres = Vec::new();
         for _ in 0..2 {
@@ -164,7 +166,8 @@ impl CircleSearch {
             if !is_enough(found) {
                 return Err(partial(found));
             }
-            centres = true_centres(&points_m, board.measured_m(), &fits).ok_or(Miss::NoBoard)?;
+            centres = true_centres(&points_m, board.measured_m(), &fits, image_size)
+                .ok_or(Miss::NoBoard)?;
             for (fit, centre) in fits.iter_mut().zip(&centres) {
                 let is_like = |fit: &DiscFit| {
                     let turned = fit.to_circle() * centre.px_from_circle;
@@ -237,35 +240,27 @@ fn true_centres(
     points_m: &[Point2<f64>],
     pitch_m: f64,
     fits: &[Option<DiscFit>],
+    image_size: ImageSize,
 ) -> Option<Vec<Centre>> {
     let mut centres =
         vec![Centre { bias_px: Vector2::zeros(), px_from_circle: Matrix2::identity() }; fits.len()];
     let mut radius_m = 0.25 * pitch_m;
     for _ in 0..ROUNDS {
-        let pairs: Vec<(Point2<f64>, Point2<f64>)> = fits
-            .iter()
-            .enumerate()
-            .filter_map(|(index, fit)| {
-                Some((points_m[index], fit.as_ref()?.centre.px - centres[index].bias_px))
-            })
-            .collect();
-        let plane = Homography::fit_unweighted(pairs.iter().copied()).ok()?;
-        // The picture's own origin may lie beyond the horizon of the board.
-        let board_from_image = plane.image_from_board().try_inverse()?;
-        // What the lens leaves, in distances of rows on the board.
+        let pairs = fits.iter().enumerate().filter_map(|(index, fit)| {
+            Some((points_m[index], fit.as_ref()?.centre.px - centres[index].bias_px))
+        });
+        let plane = Plane::through(&pairs, image_size)?;
+        // What the plane leaves, by distances of rows on the board.
         let left: Vec<(Vector2<f64>, Vector2<f64>)> = pairs
-            .iter()
-            .map(|(point, px)| {
-                let back = board_from_image * px.to_homogeneous();
-                (point.coords / pitch_m, (back.xy() / back.z - point.coords) / pitch_m)
-            })
+            .clone()
+            .filter_map(|(point, px)| Some((point.coords / pitch_m, px - plane.px(&point)?)))
             .collect();
         let surface = Surface::through(&left);
-        let mut radii = Vec::with_capacity(pairs.len());
+        let mut radii = Vec::with_capacity(left.len());
         for (index, fit) in fits.iter().enumerate() {
             let map = |at: Vector2<f64>| {
                 let place = points_m[index] + at;
-                plane.map(&(place + surface.at(place.coords / pitch_m) * pitch_m))
+                Some(plane.px(&place)? + surface.at(place.coords / pitch_m))
             };
             let centre = centre_of(&|at| map(at * radius_m))?;
             if let Some(fit) = fit {
@@ -280,7 +275,7 @@ fn true_centres(
     Some(centres)
 }
 
-/// A cubic surface through what the lens leaves of the places on the board, in distances of rows.
+/// A cubic surface through what a plane leaves of the centres, in pixels.
 struct Surface {
     coefficients: [SVector<f64, TERMS>; 2],
     /// Distances of rows in which the board's middle is far from its ends.
@@ -338,6 +333,7 @@ fn centre_of(map: &dyn Fn(Vector2<f64>) -> Option<Point2<f64>>) -> Option<Centre
 
 #[cfg(test)]
 mod tests {
+    use boresight_geometry::Homography;
     use nalgebra::{Matrix3, Vector3};
 
     use super::*;

@@ -107,6 +107,7 @@ mod params;
 mod patch;
 mod picture_quality;
 mod placement;
+mod plane;
 mod printed_code;
 mod recognise;
 mod reduce;

@@ -12,7 +12,8 @@ use super::{
     colours::{dark_outside, inside},
     lattice::{Lattice, Node, axes, height, is_at_end},
     missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
-    printed_code::{Plane, is_named_by_code},
+    plane::Plane,
+    printed_code::is_named_by_code,
     track::Expected,
 };
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
