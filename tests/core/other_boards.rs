@@ -19,7 +19,10 @@ fn board(name: &str) -> Checkerboard {
 }
 
 fn family(name: &str) -> OtherBoard {
-    OtherBoard::Charuco(name.parse::<Dictionary>().expect("known"))
+    OtherBoard::Charuco {
+        dictionary: name.parse::<Dictionary>().expect("known"),
+        is_usual_side: true,
+    }
 }
 
 #[test]
@@ -56,6 +59,25 @@ fn a_board_of_another_kind_is_named() {
         if let Some(choice) = seen.choice() {
             assert_eq!(choice.to_string(), shown);
             assert!(text::miss(&Miss::OtherBoard(seen)).contains(&format!("--board {shown}")));
+        }
+    }
+}
+
+#[test]
+fn markers_of_another_size_are_named() {
+    let mut detector = Detector::new(DetectorParams::default());
+    for side in ["15mm", "18mm"] {
+        let shown = board(&format!("charuco:9x7:DICT_6X6_250:{side}"));
+        let scene = Scene { board: shown, ..Scene::default_720p(3) };
+        let turned = Vector3::new(0.3, -0.2, 0.25);
+        let picture = render_view(&scene, &Isometry3::new(Vector3::new(0.0, 0.0, 0.4), turned));
+        assert!(detector.detect(&picture, &shown).is_ok(), "{side}");
+        for named in ["charuco:9x7:DICT_6X6_250", "9x6"] {
+            let search = Search { others: Others::Sought, ..Search::FULL };
+            let found = detector.search(&picture, &board(named), search);
+            let dictionary = "DICT_6X6_1000".parse().expect("known");
+            let seen = OtherBoard::Charuco { dictionary, is_usual_side: false };
+            assert_eq!(found, Err(Miss::OtherBoard(seen)), "{side} for {named}");
         }
     }
 }

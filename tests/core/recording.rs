@@ -343,7 +343,10 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
             Err(Miss::OtherBoard(OtherBoard::Circles { columns, rows, layout }))
         }),
         Just(Err(Miss::OtherBoard(OtherBoard::AprilGrid))),
-        Just(Err(Miss::OtherBoard(OtherBoard::Charuco(Dictionary::default())))),
+        any::<bool>().prop_map(|is_usual_side| {
+            let dictionary = Dictionary::default();
+            Err(Miss::OtherBoard(OtherBoard::Charuco { dictionary, is_usual_side }))
+        }),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherMarkers { markers })),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherSquares { markers })),
         (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),

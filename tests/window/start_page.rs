@@ -192,7 +192,8 @@ fn a_board_of_another_kind_in_view_is_named_and_used() {
     press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
     press(&mut page, Role::Button, words::DETECT);
     let family = "DICT_5X5_1000".parse().expect("known");
-    let said = words::detected_other(OtherBoard::Charuco(family));
+    let said =
+        words::detected_other(OtherBoard::Charuco { dictionary: family, is_usual_side: true });
     let markers = MarkerChoice::in_squares(family, None);
     page.state_mut().1.cameras[0].other =
         Some(OtherKind { said: said.clone(), markers, board: None });

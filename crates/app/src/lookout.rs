@@ -301,7 +301,7 @@ impl Shared {
 fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     let choice = seen.choice();
     let markers = match seen {
-        OtherBoard::Charuco(dictionary) => MarkerChoice::in_squares(dictionary, None),
+        OtherBoard::Charuco { dictionary, .. } => MarkerChoice::in_squares(dictionary, None),
         OtherBoard::AprilGrid => MarkerChoice::tags(Tags::default()),
         OtherBoard::Plain { .. } | OtherBoard::Circles { .. } => choice?.markers?,
     };

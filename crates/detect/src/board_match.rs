@@ -72,7 +72,7 @@ pub(super) fn match_board(
             return Err(other_board(size));
         }
         let found = lattice.len().min(wanted);
-        let why = why_missing(image, lattice, Some([columns, rows]));
+        let why = why_missing(image, lattice, Some([columns, rows]), 0.0);
         let cut_off_by = why.cut_off_by();
         // Cut off, a larger board would be given a wrong number of corners.
         let is_board = whole && width.min(height) >= LEAST_SIDE;

@@ -31,6 +31,8 @@ const EQUAL: f32 = 1.25;
 const OFF_STEPS: f32 = 0.3;
 /// Ratio of the squared areas of neighbouring ellipses.
 const ALIKE: std::ops::Range<f32> = 0.2..5.0;
+/// How far around its centre a circle may reach, in steps: no further than half the way to the next.
+const HALF_WAY: f32 = 0.5;
 /// Seeds that are tried in a picture.
 const SEEDS: usize = 60;
 /// One circle in so many may be missing.
@@ -225,7 +227,7 @@ pub(super) fn place_circles(
     let partial = |found: usize| Miss::PartialBoard {
         found: found.min(wanted),
         wanted,
-        cut_off_by: why_missing(picture, lattice, None).cut_off_by(),
+        cut_off_by: why_missing(picture, lattice, None, HALF_WAY).cut_off_by(),
     };
     let Some((low, high)) = lattice.extent() else { return Err(Miss::NoBoard) };
     let at = |index: usize| circles.at(index).map(|at| at as i32);

@@ -49,7 +49,7 @@ pub(super) fn name_corners(
     let partial = |lattice: &Lattice| Miss::PartialBoard {
         found: lattice.len().min(board.corner_count()),
         wanted: board.corner_count(),
-        cut_off_by: why_missing(image, lattice, Some(size)).cut_off_by(),
+        cut_off_by: why_missing(image, lattice, Some(size), 0.0).cut_off_by(),
     };
     let best = match place(readings, lattice, board, markers) {
         Verdict::Clear(best) => best,

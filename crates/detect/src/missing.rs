@@ -43,8 +43,13 @@ const LEAST_PLACES: usize = 2;
 const AHEAD: [f32; 2] = [1.0, 2.0];
 
 /// What explains most of the places beside a grid that miss a corner. A board of `size`, if that's known, has none beyond those
-/// ends of the grid between which it's as long as the board.
-pub(super) fn why_missing(image: &GrayImage, lattice: &Lattice, size: Option<[i32; 2]>) -> Why {
+/// ends of the grid between which it's as long as the board. What is missing reaches `reach` squares around its place.
+pub(super) fn why_missing(
+    image: &GrayImage,
+    lattice: &Lattice,
+    size: Option<[i32; 2]>,
+    reach: f32,
+) -> Why {
     use Side::{Bottom, Left, Right, Top};
     let Some((low, high)) = lattice.extent() else { return Why::Covered };
     let span = [high.0 - low.0 + 1, high.1 - low.1 + 1];
@@ -71,8 +76,9 @@ pub(super) fn why_missing(image: &GrayImage, lattice: &Lattice, size: Option<[i3
             if !may_be || lattice.contains(next) {
                 continue;
             }
-            let Some(([x, y], _)) = lattice.predict(next) else { continue };
-            let outside = [x, width - x, y, height - y].map(|off_px| off_px < MARGIN_PX);
+            let Some(([x, y], side)) = lattice.predict(next) else { continue };
+            let margin_px = MARGIN_PX.max(reach * side);
+            let outside = [x, width - x, y, height - y].map(|off_px| off_px < margin_px);
             let is_glare = !outside.contains(&true) && glares(image, lattice, (i, j), (di, dj));
             for (place, explains) in places.iter_mut().zip(outside.into_iter().chain([is_glare])) {
                 place.1 += usize::from(explains);

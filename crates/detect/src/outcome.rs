@@ -53,9 +53,14 @@ pub enum OtherBoard {
         /// Inner corners in a column.
         rows: usize,
     },
-    /// A board with markers of this family in its light squares; the largest dictionary stands for those that begin like it.
-    Charuco(Dictionary),
-    /// Tags with small squares between their corners.
+    /// A board with markers in its light squares.
+    Charuco {
+        /// The largest dictionary of their family stands for those that begin like it.
+        dictionary: Dictionary,
+        /// Whether their side is about the usual share of a square's, so that nobody needs to measure it.
+        is_usual_side: bool,
+    },
+    /// Tags with small squares between their corners, as far apart as usual.
     AprilGrid,
     /// A grid of circles.
     Circles {
@@ -76,7 +81,7 @@ impl OtherBoard {
             Self::Circles { columns, rows, layout } => {
                 (columns, rows, Some(MarkerChoice::circles(layout)))
             }
-            Self::Charuco(_) | Self::AprilGrid => return None,
+            Self::Charuco { .. } | Self::AprilGrid => return None,
         };
         let side = |count: usize| u16::try_from(count).ok();
         let (columns, rows) = (side(columns)?, side(rows)?);
@@ -161,14 +166,14 @@ impl Miss {
         match self {
             Self::NoBoard
             | Self::PartialBoard { .. }
+            | Self::Glare { .. }
+            | Self::Blurred { .. }
             | Self::OtherMarkers { .. }
             // Some of the corners of a board with markers can look like that.
             | Self::OtherBoard(OtherBoard::Plain { .. }) => true,
             Self::OtherBoard(_)
-            | Self::Glare { .. }
             | Self::OtherSquares { .. }
             | Self::TooSmall { .. }
-            | Self::Blurred { .. }
             | Self::LowContrast { .. }
             | Self::OutOfTime => false,
         }
@@ -191,7 +196,7 @@ impl Miss {
                 OtherBoard::Plain { columns, rows } | OtherBoard::Circles { columns, rows, .. },
             ) => columns * rows,
             // Recognised when no other reason is clear.
-            Self::OtherBoard(OtherBoard::Charuco(_) | OtherBoard::AprilGrid) => 0,
+            Self::OtherBoard(OtherBoard::Charuco { .. } | OtherBoard::AprilGrid) => 0,
             Self::OtherMarkers { markers } => 10 + markers,
             Self::OtherSquares { .. }
             | Self::TooSmall { .. }

@@ -11,6 +11,8 @@ use boresight_geometry::{
     markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags},
 };
 
+/// Sides of markers that are tried beside the usual one, in squares.
+const OTHER_SIDES: [f64; 3] = [0.5, 0.6, 0.9];
 /// Longest side of a grid of circles that is counted.
 const LONGEST_COUNTED: usize = 20;
 /// Markers of no named dictionary that must be seen: one may be something else with a dark frame.
@@ -30,7 +32,7 @@ impl Detector {
     }
 
     /// What `image` shows if it isn't a board of the kind of `named`, or whatever it shows without that: a board with markers of
-    /// another family, an AprilGrid, squares with white around them, or circles of another layout that are a whole board. `None`
+    /// another family or side, an AprilGrid as Kalibr's, squares with white around them, or circles of another layout that are a whole board. `None`
     /// if it's none of these, or if `keep_on` says that there is no more time. Takes as long as several searches.
     pub fn recognise(
         &mut self,
@@ -38,15 +40,15 @@ impl Detector {
         named: Option<&Checkerboard>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        let in_squares = named.and_then(Checkerboard::markers).filter(Markers::are_in_squares);
-        let family = self.family(image, in_squares.map(|it| it.dictionary.family()), keep_on);
-        if let Some(dictionary) = family {
-            return Some(OtherBoard::Charuco(dictionary));
+        let named_markers = named.and_then(Checkerboard::markers);
+        let charuco = self.charuco(image, named_markers.filter(Markers::are_in_squares), keep_on);
+        if charuco.is_some() {
+            return charuco;
         }
-        let tags = MarkerChoice::tags(Tags::default());
-        if !matches!(named, Some(Checkerboard::AprilGrid(_)))
-            && markers_seen(&self.look(image, USUAL, Some(tags), keep_on)) >= LEAST_MARKERS
-        {
+        let usual = Tags::default();
+        let is_named = named_markers.and_then(|markers| markers.tags) == Some(usual);
+        let tags = Some(MarkerChoice::tags(usual));
+        if !is_named && markers_seen(&self.look(image, USUAL, tags, keep_on)) >= LEAST_MARKERS {
             return Some(OtherBoard::AprilGrid);
         }
         if !matches!(named, Some(Checkerboard::Checkerboard(_)))
@@ -57,20 +59,31 @@ impl Detector {
         self.whole_circles(image, named.and_then(Checkerboard::circles), keep_on)
     }
 
-    /// The family of the markers in the light squares of a board, if it isn't this one.
-    fn family(
+    /// A board with markers in its light squares, if they are of another family than the named ones, or of another side.
+    fn charuco(
         &mut self,
         image: &GrayImage,
-        named: Option<Dictionary>,
+        named: Option<Markers>,
         keep_on: &dyn Fn() -> bool,
-    ) -> Option<Dictionary> {
-        for family in Dictionary::families().filter(|family| Some(*family) != named) {
-            let markers = MarkerChoice::in_squares(family, None);
-            match self.look(image, USUAL, Some(markers), keep_on) {
-                Ok(_) | Err(Miss::OtherSquares { .. }) => return Some(family),
-                // Other families' markers have a dark frame, too.
-                Err(Miss::OtherMarkers { markers: 1.. }) => {}
-                Err(_) => return None,
+    ) -> Option<OtherBoard> {
+        let named_family = named.map(|markers| markers.dictionary.family());
+        for side in std::iter::once(None).chain(OTHER_SIDES.map(Some)) {
+            for dictionary in Dictionary::families() {
+                if side.is_none() && Some(dictionary) == named_family {
+                    continue;
+                }
+                let markers = MarkerChoice::in_squares(dictionary, side);
+                match self.look(image, USUAL, Some(markers), keep_on) {
+                    Ok(_) | Err(Miss::OtherSquares { .. }) => {
+                        let is_usual_side = side.is_none();
+                        return Some(OtherBoard::Charuco { dictionary, is_usual_side });
+                    }
+                    // Other families' markers have a dark frame, too.
+                    Err(Miss::OtherMarkers { markers: 1.. }) => {}
+                    // Without a grid of squares, there's none for other sides, either.
+                    Err(Miss::NoBoard) => return None,
+                    Err(_) => break,
+                }
             }
         }
         None

@@ -86,7 +86,7 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Glare => "Too much glare. Tip the board".into(),
         Prompt::OtherBoard(other) => match other {
             OtherBoard::Plain { .. } => "This is a different board".into(),
-            OtherBoard::Charuco(_) => "This is a ChArUco board".into(),
+            OtherBoard::Charuco { .. } => "This is a ChArUco board".into(),
             OtherBoard::AprilGrid => "This is an AprilGrid".into(),
             OtherBoard::Circles { .. } => "This is a circle grid".into(),
         },
@@ -235,8 +235,11 @@ fn different(other: OtherBoard) -> String {
         OtherBoard::Plain { columns, rows } => {
             format!("it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}")
         }
-        OtherBoard::Charuco(dictionary) => format!(
+        OtherBoard::Charuco { dictionary, is_usual_side: true } => format!(
             "it's a ChArUco board. To use it, count its squares: --board charuco:CxR:{dictionary}"
+        ),
+        OtherBoard::Charuco { dictionary, is_usual_side: false } => format!(
+            "it's a ChArUco board whose markers aren't 0.75 of a square. To use it, count its squares and measure both: --board charuco:CxR:{dictionary}:MARKERmm --square SQUAREmm"
         ),
         OtherBoard::AprilGrid => {
             "it's an AprilGrid. To use it, count its tags: --board aprilgrid:CxR".into()
@@ -374,7 +377,10 @@ mod tests {
                 Prompt::Uncover,
                 Prompt::Glare,
                 Prompt::OtherBoard(OtherBoard::Plain { columns: 7, rows: 5 }),
-                Prompt::OtherBoard(OtherBoard::Charuco(Dictionary::default())),
+                Prompt::OtherBoard(OtherBoard::Charuco {
+                    dictionary: Dictionary::default(),
+                    is_usual_side: true,
+                }),
                 Prompt::OtherBoard(OtherBoard::AprilGrid),
                 Prompt::OtherBoard(OtherBoard::Circles {
                     columns: 7,

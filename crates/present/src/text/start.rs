@@ -183,8 +183,11 @@ pub fn detected([columns, rows]: [impl std::fmt::Display; 2]) -> String {
 pub fn detected_other(other: OtherBoard) -> String {
     match other {
         OtherBoard::Plain { columns, rows } => detected([columns, rows]),
-        OtherBoard::Charuco(dictionary) => {
+        OtherBoard::Charuco { dictionary, is_usual_side: true } => {
             format!("This is a ChArUco board, {dictionary}. Count its squares")
+        }
+        OtherBoard::Charuco { dictionary, is_usual_side: false } => {
+            format!("This is a ChArUco board, {dictionary}. Count its squares and measure a marker")
         }
         OtherBoard::AprilGrid => "This is an AprilGrid. Count its tags".into(),
         OtherBoard::Circles { columns, rows, layout } => {

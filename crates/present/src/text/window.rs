@@ -139,7 +139,12 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
         OtherBoard::Plain { columns, rows } => {
             format!("This board has {columns} × {rows} inner corners")
         }
-        OtherBoard::Charuco(dictionary) => format!("This is a ChArUco board ({dictionary})"),
+        OtherBoard::Charuco { dictionary, is_usual_side: true } => {
+            format!("This is a ChArUco board ({dictionary})")
+        }
+        OtherBoard::Charuco { dictionary, is_usual_side: false } => {
+            format!("This ChArUco board ({dictionary}) has smaller or larger markers")
+        }
         OtherBoard::AprilGrid => "This is an AprilGrid".into(),
         OtherBoard::Circles { columns, rows, .. } => {
             format!("This board has {columns} × {rows} circles")

@@ -133,6 +133,7 @@ enum SeenLine {
     OtherCharuco {
         #[cfg_attr(feature = "schemas", schemars(with = "String"))]
         dictionary: Dictionary,
+        is_usual_side: bool,
     },
     OtherAprilGrid,
     OtherCircles {
@@ -344,8 +345,8 @@ impl From<SeenLine> for Result<Detection, Miss> {
             SeenLine::OtherBoard { columns, rows } => {
                 Miss::OtherBoard(OtherBoard::Plain { columns, rows })
             }
-            SeenLine::OtherCharuco { dictionary } => {
-                Miss::OtherBoard(OtherBoard::Charuco(dictionary))
+            SeenLine::OtherCharuco { dictionary, is_usual_side } => {
+                Miss::OtherBoard(OtherBoard::Charuco { dictionary, is_usual_side })
             }
             SeenLine::OtherAprilGrid => Miss::OtherBoard(OtherBoard::AprilGrid),
             SeenLine::OtherCircles { columns, rows, layout } => {
@@ -376,7 +377,9 @@ fn miss_to_line(miss: Miss) -> SeenLine {
         Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
         Miss::OtherBoard(other) => match other {
             OtherBoard::Plain { columns, rows } => SeenLine::OtherBoard { columns, rows },
-            OtherBoard::Charuco(dictionary) => SeenLine::OtherCharuco { dictionary },
+            OtherBoard::Charuco { dictionary, is_usual_side } => {
+                SeenLine::OtherCharuco { dictionary, is_usual_side }
+            }
             OtherBoard::AprilGrid => SeenLine::OtherAprilGrid,
             OtherBoard::Circles { columns, rows, layout } => {
                 SeenLine::OtherCircles { columns, rows, layout }
