@@ -5,7 +5,8 @@
 
 "rendered", and no name at all, is a rendered video: a simulated session, recorded. Each session is begun, watched and ended
 on the page as a person does it. Its downloads are then read by the program: decisions decided again must be the same, corners
-found again in the same pictures, too, and the calibration must be the page's. Prints what it measured, and "all well".
+found again in the same pictures, too, and the calibration must be the page's. The rendered session must be GOOD, for which the
+page must judge enough pictures: nothing else may keep the computer busy. Prints what it measured, and "all well".
 """
 
 import argparse
@@ -157,7 +158,7 @@ def differences(ours, theirs, path=""):
         yield math.inf, f"{path}: {str(ours)[:60]} and {str(theirs)[:60]}"
 
 
-def session(options, link, place, video, board, square_mm):
+def session(options, link, place, video, board, square_mm, must_be_good):
     """One session on the page, and the program beside it."""
     name = video.stem[:24]
     downloads = place / name
@@ -217,6 +218,9 @@ def session(options, link, place, video, board, square_mm):
     print(f"  a look takes {percentile(stats['looks'], .5):.1f} ms, p95 {percentile(stats['looks'], .95):.1f} ms; browser {peak_mb:.0f} MB")
     for line in verdict[1][:4]:
         print(f"  {line[0]}: {line[1]}")
+    if must_be_good and not verdict[0].startswith("GOOD"):
+        print("  NOT GOOD: the page judged too few pictures, or its guidance is wrong")
+        options.failed = True
     beside(options, folder, calibration)
 
 
@@ -254,12 +258,13 @@ def main():
         options.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
         place = Path(place)
-        videos = [(rendered(options.boresight, place), "9x6", "25") if text == "rendered" else named(text) for text in options.videos or ["rendered"]]
+        videos = [(rendered(options.boresight, place), "9x6", "25", True) if text == "rendered" else (*named(text), False)
+                  for text in options.videos or ["rendered"]]
         served = subprocess.Popen([options.boresight, "web", "127.0.0.1:0", "--page", options.page], stderr=subprocess.PIPE, text=True)
         try:
             link = re.search(r"http://\S+", served.stderr.readline()).group()
-            for video, board, square in videos:
-                session(options, link, place, video, board, square)
+            for video in videos:
+                session(options, link, place, *video)
         finally:
             served.terminate()
             served.wait()
