@@ -6,12 +6,12 @@ usage: detector_table.py make FOLDER [--boards DIR] [--videos DIR] [--count N] [
        detector_table.py judge FOLDER table [older-table]
 
 Rendered: whole, covered, cut, doubled and far boards, boards of another size, circle grids, AprilTag grids, ChArUco boards, a
-ChArUco board with a plain one beside it, boards that jump by whole squares while their ends are covered. Real: folders with a
-manifest.csv (file, set, inner_cols, inner_rows, has_board, visible), and videos as sequences. Backgrounds are those of the
-manifest's pictures without a board. Needs numpy and opencv-contrib-python-headless.
+ChArUco board with a plain one beside it, blurred, sharpened and compressed pictures, boards that jump by whole squares while
+their ends are covered. Real: folders with a manifest.csv (file, set, inner_cols, inner_rows, has_board, visible), and videos
+as sequences. Backgrounds are those of the manifest's pictures without a board. Needs numpy and opencv-contrib-python-headless.
 
 Of each kind it prints how many were found, wrong ones (a corner more than 1.5 px off or numbered wrongly; any board where
-there is none), the corners' error, stated standard deviation over error, the reasons of misses, and milliseconds.
+there is none), the corners' error, error over stated standard deviation, the reasons of misses, and milliseconds.
 """
 import argparse, collections, csv, glob, json, os, re, sys
 
@@ -21,6 +21,7 @@ import numpy as np
 WRONG_PX = 1.5
 SIZES = [(9, 6), (8, 6), (7, 5), (11, 8), (8, 5), (10, 7)]
 CIRCLES = ("circles", "circles_asym", "april")
+PICTURED = ("gauss", "disc", "motion", "sharpened", "disc_sharpened", "bayer", "bayer_jpeg80", "jpeg50", "dim")
 
 
 # ---- textures: picture and the corners' pixels in it --------------------------------------------------------------------
@@ -64,10 +65,30 @@ def charuco(n, m, name="DICT_4X4_250", q=60, rim=.6):
     d = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
     b = cv2.aruco.CharucoBoard((n, m), 1.0, .75, d)
     r = int(rim * q)
-    a = cv2.copyMakeBorder(b.generateImage((n * q, m * q)), r, r, r, r, cv2.BORDER_CONSTANT, value=255)
+    # OpenCV rounds a marker's place to pixels: at four times the size, it's a whole number of them.
+    drawn = cv2.resize(b.generateImage((4 * n * q, 4 * m * q)), (n * q, m * q), interpolation=cv2.INTER_AREA)
+    a = cv2.copyMakeBorder(drawn, r, r, r, r, cv2.BORDER_CONSTANT, value=255)
     a = np.clip(a.astype(float) * 220 / 255 + 20, 0, 255).astype(np.uint8)
     g = np.array([[r + (x + 1) * q - .5, r + (y + 1) * q - .5] for y in range(m - 1) for x in range(n - 1)])
     return a, g
+
+
+def disc(radius):
+    """The blur of a lens out of focus."""
+    half = int(np.ceil(radius)) + 1
+    y, x = np.mgrid[-half:half + 1, -half:half + 1]
+    k = np.clip(radius + .5 - np.hypot(x, y), 0, 1)
+    return k / k.sum()
+
+
+def line(length, angle):
+    """The blur of a board in motion."""
+    half = int(np.ceil(length / 2)) + 1
+    along = np.linspace(-length / 2, length / 2, 200)
+    y, x = np.mgrid[-half:half + 1, -half:half + 1]
+    near = [np.clip(1 - np.abs(d[..., None] - along * f(angle)), 0, 1) for d, f in ((x, np.cos), (y, np.sin))]
+    k = (near[0] * near[1]).sum(-1)
+    return k / k.sum()
 
 
 # ---- scenes -------------------------------------------------------------------------------------------------------------
@@ -176,6 +197,30 @@ class Scenes:
         truth = None if kind == "othersize" else t.tolist()
         return img, dict(board=asked_board, truth=truth, other=None if other is None else other.tolist())
 
+    def pictured(self, kind):
+        """A whole plain board as an optic, a sensor and a camera's program make it, by the words in `kind`."""
+        rng, (w, h) = self.rng, (960, 720)
+        n, m = SIZES[rng.integers(6)]
+        tex, g = plain(n, m, rng.uniform(.4, 1.2), q=90)
+        hom = self.place(w, h, tex, rng.uniform(.45, .8), rng.uniform(0, 45), .06)
+        img = cv2.GaussianBlur(self.paste(self.photo(w, h), tex, hom, 4), (0, 0), .6)
+        if "gauss" in kind:
+            img = cv2.GaussianBlur(img, (0, 0), rng.uniform(1, 2.5))
+        if "disc" in kind:
+            img = cv2.filter2D(img, -1, disc(rng.uniform(1.5, 4)))
+        if "motion" in kind:
+            img = cv2.filter2D(img, -1, line(rng.uniform(1.5, 6), rng.uniform(0, np.pi)))
+        dark, light = (20, rng.uniform(50, 80)) if "dim" in kind else (rng.uniform(20, 50), rng.uniform(150, 215))
+        img = dark + (light - dark) * img / 255 + rng.normal(0, rng.uniform(1, 4), img.shape)
+        if "sharpened" in kind:
+            img = img + rng.uniform(.8, 2) * (img - cv2.GaussianBlur(img, (0, 0), 1.2))
+        img = np.clip(np.round(img), 0, 255).astype(np.uint8)
+        if "bayer" in kind:
+            img = cv2.cvtColor(cv2.cvtColor(img, cv2.COLOR_BayerBG2BGR), cv2.COLOR_BGR2GRAY)
+        if "jpeg" in kind:
+            img = cv2.imdecode(cv2.imencode(".jpg", img, [cv2.IMWRITE_JPEG_QUALITY, int(kind[-2:])])[1], 0)
+        return img, dict(board=f"{n}x{m}", truth=cv2.perspectiveTransform(g[None], hom)[0].tolist())
+
     def foreign(self, kind):
         rng = self.rng
         w, h = self.size()
@@ -278,11 +323,11 @@ def make(args):
                 add(f"video {name}", cv2.cvtColor(img, cv2.COLOR_BGR2GRAY), board, at=int(k * 1e9 / fps) if k else "-", real=True)
     for kind in ("whole", "covered", "cut", "two", "adjacent", "tipped", "small", "soft", "blurred", "dark", "glare", "othersize",
                  "circles", "circles_asym", "april", "charuco_as_plain", "charuco", "charuco_covered", "charuco_glued",
-                 "charuco_none", "charuco_other"):
+                 "charuco_none", "charuco_other", *PICTURED):
         scenes = Scenes(np.random.default_rng([args.seed, sum(map(ord, kind))]), backgrounds)
         for _ in range(args.count):
             make_one = scenes.foreign if kind in (*CIRCLES, "charuco_as_plain") else \
-                scenes.marked if kind.startswith("charuco") else scenes.plain_scene
+                scenes.marked if kind.startswith("charuco") else scenes.pictured if kind in PICTURED else scenes.plain_scene
             img, more = make_one(kind)
             add(kind, img, **more)
     for way in ((2, 0), (1, 1), (2.4, .3), (1, 0), (0, 2), (-2, 0)):

@@ -6,7 +6,7 @@ usage: grids_beside_peers.py make FOLDER [--each 60] [--seed 1]
        cargo run --release -p boresight-detect --example look < FOLDER/list > table
        grids_beside_peers.py judge FOLDER table
 
-Circles are rendered from their equations, tags from OpenCV's pictures of them, each pixel by 4 × 4 samples; tilts of 0 to 75
+Circles are rendered from their equations, tags from OpenCV's pictures of them, each pixel by 12 × 12 samples; tilts of 0 to 75
 degrees, blur, noise, a lens that bends lines, half of the circle grids light on dark. Of each kind and tilt it prints how many
 boards were found and points seen, wrong ones (more than WRONG_PX from the truth), the median error, the mean error (bias) in
 pixels, and for boresight error over stated standard deviation. Needs numpy, opencv-contrib-python-headless and aprilgrid.
@@ -18,8 +18,8 @@ import numpy as np
 
 WRONG_PX = 1.5
 SIZE = (960, 720)
-# Samples of a pixel, along each side.
-FINE = 4
+# Samples of a pixel, along each side. An edge along the pixels' rows is off by up to half a sample.
+FINE = 12
 BOARDS = ["circles:7x5", "circles:9x6", "acircles:4x11", "acircles:5x8", "aprilgrid:6x6", "aprilgrid:4x3"]
 TILTS = [0, 15, 30, 45, 60, 70, 75]
 SPACING = 0.3

@@ -13,8 +13,7 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use super::{
     erf::erf,
-    reduce::sample,
-    stated_noise::{ROUNDING_VARIANCE, correlation_excess, position_px2, with_least_noise_px2},
+    stated_noise::{Blocks, ROUNDING_VARIANCE, position_px2, with_least_noise_px2},
 };
 use boresight_geometry::{
     Corner,
@@ -35,8 +34,6 @@ const LEAST_BAND_PX: f64 = 3.0;
 const LEAST_PIXELS: usize = 30;
 /// Pixels that are looked at away from the outline, about.
 const PLAIN_PIXELS: f64 = 200.0;
-/// Floor of the stated error: pixels integrate over their area, and printed circles are imperfect.
-const SIGMA_FLOOR_PX: f64 = 0.004;
 
 /// A fitted ellipse.
 #[derive(Clone, Copy, Debug)]
@@ -72,9 +69,8 @@ impl DiscFit {
 
     /// With noise of at least this variance: a few hundred pixels tell theirs to a tenth only.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
-        let noise = (self.noise, least);
         self.centre.covariance_px2 =
-            with_least_noise_px2(self.centre.covariance_px2, SIGMA_FLOOR_PX, noise);
+            with_least_noise_px2(self.centre.covariance_px2, self.noise, least);
         self
     }
 
@@ -109,6 +105,7 @@ pub(super) struct Pixels {
     centre: [i32; 2],
     /// Column and row from the centre, and brightness.
     pixels: Vec<[f32; 3]>,
+    blocks: Blocks,
 }
 
 impl Pixels {
@@ -287,10 +284,9 @@ pub(super) fn fit(
     let Minimum { state: at, at: linear, .. } = minimise(&DiscProblem(scratch), start, LIMITS)?;
     let residual = (linear.cost / count as f64).sqrt() / at[6].abs();
     let px = Point2::new(centre[0] + at[0], centre[1] + at[1]);
-    let noise = odd_noise(image, &at, scratch)?.max(ROUNDING_VARIANCE) * count as f64
-        / degrees_of_freedom(scratch);
+    let noise = noise(image, &at, scratch)?.max(ROUNDING_VARIANCE);
     let covariance = linear.normal_matrix.cholesky()?.inverse() * noise;
-    let covariance_px2 = position_px2(&covariance, SIGMA_FLOOR_PX);
+    let covariance_px2 = position_px2(&covariance);
     let is_sound = residual.is_finite() && covariance_px2.iter().all(|it| it.is_finite());
     (is_sound && at[2] * at[4] != 0.0).then_some(DiscFit {
         centre: Corner::new(px, covariance_px2),
@@ -300,25 +296,22 @@ pub(super) fn fit(
     })
 }
 
-/// Variance of white noise that moves the centre as the odd part of the residuals does, weighted by what each pixel tells of
-/// it; larger where neighbouring pixels err alike. The mirror image is only multiplied with other pixels, so that noise
-/// counts once.
-fn odd_noise(image: &GrayImage, at: &Vector, scratch: &Pixels) -> Option<f64> {
+/// Variance of white noise that moves the centre as much as the residuals do, of the pixels whose mirror image is in the
+/// picture, too.
+fn noise(image: &GrayImage, at: &Vector, scratch: &mut Pixels) -> Option<f64> {
+    let mut blocks = std::mem::take(&mut scratch.blocks);
+    blocks.clear(scratch.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
     let [left, top] = scratch.centre.map(f64::from);
-    let residual = |v: Vector2<f64>| {
-        let (x, y) = (left + at[0] + v.x, top + at[1] + v.y);
-        Some(f64::from(sample(image, x as f32, y as f32)) - Model::at(at, v)?.value)
-    };
-    let (mut odd, mut next, mut all) = (0.0, 0.0, 0.0);
+    let middle = Vector2::new(left + at[0], top + at[1]);
+    let is_inside = |at: f64, size: u32| (0.0..=f64::from(size - 1)).contains(&at);
     for (v, value) in scratch.each(at) {
+        let mirrored = middle - v;
         let Some(model) = Model::at(at, v) else { continue };
-        let information = model.by_d * model.by_d;
-        let here = value - model.value;
-        let off = here - residual(-v)?;
-        all += information;
-        odd += information * here * off;
-        next += information * residual(v + Vector2::x())? * off;
+        if is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()) {
+            blocks.add(v, -model.by_d * model.outwards, value - model.value);
+        }
     }
-    let correlation = if odd > 0.0 { next / odd } else { 0.0 };
-    (all > 0.0).then(|| odd.max(0.0) / all * correlation_excess(correlation))
+    let noise = blocks.noise(true);
+    scratch.blocks = blocks;
+    noise
 }

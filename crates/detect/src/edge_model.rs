@@ -17,7 +17,7 @@ use nalgebra::Point2;
 use super::{
     edge_pixels::{PARAMETERS, Pixels, Vector},
     patch::Patch,
-    stated_noise::{ROUNDING_VARIANCE, correlation_excess, position_px2, with_least_noise_px2},
+    stated_noise::{ROUNDING_VARIANCE, position_px2, with_least_noise_px2},
 };
 use boresight_geometry::{
     Corner,
@@ -48,10 +48,6 @@ const MARGIN_PX: f64 = 2.0;
 const ROUGH_PIXELS: f64 = 60.0;
 /// Least number of pixels: fewer don't determine nine parameters well.
 const LEAST_PIXELS: usize = 24;
-/// Floor of the stated error: pixels integrate over their area and printed squares are imperfect.
-const SIGMA_FLOOR_PX: f64 = 0.0055;
-/// Share of the even residuals that counts where markers are near: what lies in them, and comes out by blur, isn't even.
-const EVEN_SHARE: f64 = 0.1;
 
 /// A fitted corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +71,8 @@ impl EdgeFit {
     /// With noise of at least this variance. A few hundred pixels tell their noise to a tenth or a fifth only, and what's
     /// below the board's usual noise is chance.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
-        let noise = (self.noise, least);
         self.corner.covariance_px2 =
-            with_least_noise_px2(self.corner.covariance_px2, SIGMA_FLOOR_PX, noise);
+            with_least_noise_px2(self.corner.covariance_px2, self.noise, least);
         self
     }
 
@@ -209,24 +204,17 @@ pub(super) fn fit(
     if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
         return None;
     }
-    let parts = fine.symmetry(&at, patch.radius_px);
     // At its limits, the blur isn't that of the edges, and the fit isn't where the residuals are least.
     let is_least = LOG_BLUR.0 < at[4] && at[4] < LOG_BLUR.1;
-    let even = if patch.has_bands() { EVEN_SHARE * parts.even.max(0.0) } else { 0.0 };
-    let (mean_square, correlation) = match parts.count >= LEAST_PIXELS && is_least {
-        true => (parts.odd + even, parts.correlation),
-        false => (linear.cost / fine.count as f64, linear.extra / linear.cost),
-    };
-    let mean_square = mean_square.max(ROUNDING_VARIANCE);
-    let noise = mean_square * fine.count as f64 / degrees_of_freedom(fine)
-        * correlation_excess(correlation);
+    let white = linear.cost / degrees_of_freedom(fine);
+    let noise = fine.noise(image, &patch, &at, is_least).unwrap_or(white).max(ROUNDING_VARIANCE);
     let covariance = linear.normal_matrix.cholesky()?.inverse() * noise;
     let inside = |at: f64, size: u32| at >= MARGIN_PX && at <= f64::from(size) - 1.0 - MARGIN_PX;
     if !(inside(centre[0] + at[0], image.width()) && inside(centre[1] + at[1], image.height())) {
         return None;
     }
     let px = Point2::new(centre[0] + at[0], centre[1] + at[1]);
-    let corner = Corner::new(px, position_px2(&covariance, SIGMA_FLOOR_PX));
+    let corner = Corner::new(px, position_px2(&covariance));
     Some(EdgeFit { corner, residual, noise, at, patch })
 }
 
@@ -284,10 +272,9 @@ struct EdgeProblem<'a> {
 
 impl Problem<PARAMETERS> for EdgeProblem<'_> {
     type State = Vector;
-    /// See [`Pixels::linearise`].
-    type Extra = f64;
+    type Extra = ();
 
-    fn linearise(&self, at: &Vector) -> Option<Linearised<PARAMETERS, f64>> {
+    fn linearise(&self, at: &Vector) -> Option<Linearised<PARAMETERS>> {
         let mut linear = self.pixels.linearise(at);
         for &i in self.held {
             linear.normal_matrix.row_mut(i).fill(0.0);
@@ -341,7 +328,6 @@ mod tests {
             let Minimum { state, at, .. } = minimise(&problem, start, limits).expect("a fit");
             let again = pixels.linearise(&state);
             assert_eq!(at.cost.to_bits(), again.cost.to_bits());
-            assert_eq!(at.extra.to_bits(), again.extra.to_bits());
             assert_eq!(at.normal_matrix, again.normal_matrix);
         }
     }

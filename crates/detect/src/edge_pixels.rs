@@ -2,16 +2,15 @@
 
 use image::GrayImage;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{SMatrix, SVector, Vector2};
 
-use super::{erf::erf, patch::Patch, simd};
+use super::{erf::erf, patch::Patch, simd, stated_noise::Blocks};
 use boresight_geometry::least_squares::Linearised;
 
 /// Parameters of the edge model.
 pub(super) const PARAMETERS: usize = 9;
 pub(super) type Vector = SVector<f64, PARAMETERS>;
-/// `extra`: sum of the products of each residual and the next one in the row.
-type Linear = Linearised<PARAMETERS, f64>;
+type Linear = Linearised<PARAMETERS>;
 
 /// Pixels of a patch, padded with zero weight to a multiple of the lanes.
 #[derive(Clone, Debug, Default)]
@@ -25,23 +24,10 @@ pub(super) struct Pixels {
     frames: Vec<f32>,
     /// What the model leaves of the brightness.
     residuals: Vec<f32>,
-    /// What each pixel tells of the corner's place: squared change of its brightness per pixel of the corner's way.
-    information: Vec<f32>,
-    /// The residuals row by row, for lookup; NaN where there's no pixel.
-    map: Vec<f32>,
-    pub(super) count: usize,
-}
-
-/// Mean squares of the residuals by their symmetry about the corner, weighted by what each pixel tells of its place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Symmetry {
-    /// Of what changes its sign, twice: the variance of white noise, half of which is odd.
-    pub(super) odd: f64,
-    /// Of the rest.
-    pub(super) even: f64,
-    /// Correlation of the odd part with the next pixel in the row.
-    pub(super) correlation: f64,
-    /// Pixels whose mirror image is in the patch, too.
+    /// Change of the model's brightness per pixel of the corner's way.
+    by_x: Vec<f32>,
+    by_y: Vec<f32>,
+    blocks: Blocks,
     pub(super) count: usize,
 }
 
@@ -143,59 +129,39 @@ impl Pixels {
         }
     }
 
-    /// Cost, gradient and normal matrix at `at`, in squared grey levels; `extra` is the sum of the products of
-    /// each residual and the next one in its row.
+    /// Cost, gradient and normal matrix at `at`, in squared grey levels.
     ///
     /// Single precision, summed in a fixed order: identical results on every machine.
     pub(super) fn linearise(&self, at: &Vector) -> Linear {
         simd::widest(Linearising { pixels: self, at })
     }
 
-    /// How much of the residuals at `at` could have moved the corner. The model is even about the corner, so its derivatives by
-    /// the corner's place are odd: what's even of the residuals, as halos or the blur of a disc, can't move it.
-    ///
-    /// The mirror image is interpolated between pixels. Only products with other pixels are taken from it, so that noise
-    /// counts once.
-    pub(super) fn symmetry(&mut self, at: &Vector, radius_px: i32) -> Symmetry {
-        self.residuals.resize(self.x.len(), 0.0);
-        self.information.resize(self.x.len(), 0.0);
+    /// Variance of white noise that moves the corner of the model at `at` as much as the residuals do, of the pixels whose
+    /// mirror image is in the patch, too; see [`Blocks::noise`].
+    pub(super) fn noise(
+        &mut self,
+        image: &GrayImage,
+        patch: &Patch,
+        at: &Vector,
+        is_even: bool,
+    ) -> Option<f64> {
+        for row in [&mut self.residuals, &mut self.by_x, &mut self.by_y] {
+            row.resize(self.x.len(), 0.0);
+        }
         simd::widest(Subtracting { pixels: self, at });
-        let Self { x, y, residuals, information, map, count, .. } = self;
-        // Twice as wide as the patch, so that the mirror image of a row doesn't reach the next one.
-        let side = 4 * radius_px + 4;
-        let place = |x: i32, y: i32| (y + radius_px) * side + x + side / 2;
-        map.clear();
-        map.resize((side * (2 * radius_px + 1)) as usize, f32::NAN);
-        let places = x.iter().zip(y.iter()).map(|(x, y)| place(*x as i32, *y as i32)).take(*count);
-        for (place, residual) in places.clone().zip(residuals.iter()) {
-            map[place as usize] = *residual;
-        }
-        let twice = [2.0 * at[0] as f32, 2.0 * at[1] as f32];
-        let [(left, right), (top, down)] = twice.map(|at| (at.floor() as i32, at - at.floor()));
-        let is_near = left.abs() <= radius_px && top.abs() <= radius_px;
-        let mirror = place(left, top) + place(0, 0);
-        let pair =
-            |from: i32| match usize::try_from(from).ok().and_then(|from| map.get(from..from + 2)) {
-                Some(&[one, other]) if is_near => (1.0 - right) * one + right * other,
-                _ => f32::NAN,
-            };
-        let (mut odd, mut even, mut next, mut all, mut count) = (0.0, 0.0, 0.0, 0.0, 0);
-        for (place, (here, information)) in places.zip(residuals.iter().zip(information.iter())) {
-            let at = mirror - place;
-            let mirrored = (1.0 - down) * pair(at) + down * pair(at + side);
-            if mirrored.is_nan() {
-                continue;
+        let Self { x, y, residuals, by_x, by_y, blocks, count, .. } = self;
+        let corner = Vector2::new(at[0], at[1]);
+        blocks.clear(f64::from(patch.radius_px) + corner.norm());
+        let places = x.iter().zip(y.iter()).zip(residuals.iter()).zip(by_x.iter().zip(by_y.iter()));
+        for (((x, y), residual), (by_x, by_y)) in places.take(*count) {
+            let place = Vector2::new(f64::from(*x), f64::from(*y));
+            let mirrored = 2.0 * corner - place;
+            if patch.holds(image, [mirrored.x as f32, mirrored.y as f32]) {
+                let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
+                blocks.add(place - corner, change, f64::from(*residual));
             }
-            count += 1;
-            all += f64::from(*information);
-            odd += f64::from(information * here * (here - mirrored));
-            even += f64::from(information * here * mirrored);
-            let beside = map[place as usize + 1];
-            let product = information * beside * (here - mirrored);
-            next += if beside.is_nan() { 0.0 } else { f64::from(product) };
         }
-        let correlation = if odd > 0.0 { next / odd } else { 0.0 };
-        Symmetry { odd: odd / all, even: even / all, correlation, count }
+        blocks.noise(is_even)
     }
 
     #[inline(always)]
@@ -206,15 +172,16 @@ impl Pixels {
         let inverse_s = libm::exp(-at[4]) as f32;
         let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
         let places = self.x.iter().zip(&self.y).zip(&self.value);
-        let into = self.residuals.iter_mut().zip(&mut self.information);
-        for (((x, y), value), (residual, information)) in places.zip(into) {
+        let changes = self.by_x.iter_mut().zip(&mut self.by_y);
+        let into = self.residuals.iter_mut().zip(changes);
+        for (((x, y), value), (residual, (by_x, by_y))) in places.zip(into) {
             let (dx, dy) = (x - x0, y - y0);
             let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
             let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
             *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
             let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
-            let (by_x, by_y) = (across1 * s1 + across2 * s2, across1 * c1 + across2 * c2);
-            *information = by_x * by_x + by_y * by_y;
+            *by_x = across1 * s1 + across2 * s2;
+            *by_y = -(across1 * c1 + across2 * c2);
         }
     }
 
@@ -267,7 +234,6 @@ impl Pixels {
         let inverse_s = libm::exp(-at[4]) as f32;
         let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
         let mut sums = [[0.0_f32; LANES]; SUMS];
-        let mut next = [0.0_f32; LANES];
         let mut rows = [[0.0_f32; CHUNK]; PARAMETERS + 1];
         for start in (0..self.x.len()).step_by(CHUNK) {
             let end = (start + CHUNK).min(self.x.len());
@@ -302,8 +268,6 @@ impl Pixels {
                 *r8 = pattern * dy;
                 *r9 = value * weight - (b + a * product) * light;
             }
-            let off = &rows[PARAMETERS][..end - start];
-            add_products(off, &off[1..], &mut next);
             let mut sum = sums.iter_mut();
             for i in 0..=PARAMETERS {
                 for j in 0..=i {
@@ -314,7 +278,6 @@ impl Pixels {
         }
         let total =
             |lanes: &[f32; LANES]| lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane));
-        let next_products = total(&next);
         let mut totals = sums.iter().map(total);
         let mut next = || totals.next().unwrap_or(0.0);
         let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
@@ -325,7 +288,7 @@ impl Pixels {
             }
         }
         let gradient = Vector::from_fn(|_, _| next());
-        Linearised { normal_matrix, gradient, cost: next(), extra: next_products }
+        Linearised { normal_matrix, gradient, cost: next(), extra: () }
     }
 }
 
@@ -426,7 +389,6 @@ mod tests {
         let widest = pixels.linearise(&at);
         let least = simd::Loop::run(Linearising { pixels: &pixels, at: &at });
         assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
-        assert_eq!(widest.extra.to_bits(), least.extra.to_bits());
         assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
         assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
     }

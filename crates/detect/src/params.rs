@@ -26,7 +26,7 @@ impl Default for DetectorParams {
             max_seeds: 60,
             min_contrast: 6.0,
             max_blur_px: 6.0,
-            min_square_px: 6.0,
+            min_square_px: 4.0,
             max_residual: 0.5,
         }
     }

@@ -66,6 +66,18 @@ impl Patch {
         self.half_px * f64::from(self.band_squares / self.reach_squares)
     }
 
+    /// Whether this offset from the centre lies in the patch and in the picture.
+    pub(super) fn holds(&self, image: &GrayImage, [x, y]: [f32; 2]) -> bool {
+        let [one, other] = self.board_from_px.map(|[a, b]| (a * x + b * y).abs());
+        let radius_px = self.radius_px as f32;
+        let is_inside = |at: f32, size: u32| (0.0..=(size - 1) as f32).contains(&at);
+        one.max(other) <= self.reach_squares
+            && one.min(other) <= self.band_squares
+            && x * x + y * y <= radius_px * radius_px
+            && is_inside(self.centre_px.0 as f32 + x, image.width())
+            && is_inside(self.centre_px.1 as f32 + y, image.height())
+    }
+
     /// Reach of the whole patch from its centre along both axes, in pixels.
     pub(super) fn reach_px(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
