@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use boresight::{
     app::{
         Announcer, RESULT_FILE,
-        calibration_views::{CalibrationViews, GivenView, from_pictures, from_session},
+        calibration_views::{
+            CalibrationViews, GivenView, SessionViews, from_pictures, from_session,
+        },
         comparison,
         export::{Format, export as export_result, export_text, read_any},
+        result,
     },
     calibration::{
         CalibrationParams, OldLens, drift,
@@ -55,13 +58,12 @@ fn calibrated(
     mut views: CalibrationViews,
     config: &Config,
     noise_floor_px: Option<f64>,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<CalibrationFile> {
     let board = config.board()?;
     let params = CalibrationParams { noise_floor_px, ..config.calibration() };
     let result = views.calibrated(&board, &params, &Announcer::silent());
     let (size, words) = (views.image_size, text::FINDING_WORDS);
-    let file = CalibrationFile::of(result.as_ref(), size, &board, &views.names, words);
-    Ok(file.to_json()?.to_string())
+    Ok(CalibrationFile::of(result.as_ref(), size, &board, &views.names, words))
 }
 
 /// Calibrates from picture files, as `boresight calibrate`. Returns `boresight.calibration/1`.
@@ -77,7 +79,7 @@ pub(crate) fn calibrate_files(
         let board = config.board()?;
         let pictures = (files.as_slice(), config.camera.upright());
         let views = from_pictures(pictures, &board, false, &Announcer::silent(), || ())?;
-        calibrated(views, &config, None)
+        Ok(calibrated(views, &config, None)?.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))
 }
@@ -90,10 +92,13 @@ pub(crate) fn calibrate_session(
     settings: Vec<String>,
 ) -> PyResult<String> {
     let work = || {
-        let (views, config, noise_px) = from_session(&session, &Announcer::silent())?;
-        let (config, notes) = config.with_notes(&settings)?;
+        let SessionViews { views, noise_floor_px, saved } =
+            from_session(&session, &Announcer::silent())?;
+        let (config, notes) = saved.header.config.with_notes(&settings)?;
         Python::attach(|py| warn(py, &notes))?;
-        calibrated(views, &config, noise_px)
+        let file = calibrated(views, &config, noise_floor_px)?;
+        let file = result::from_session(file, &saved.session, &saved.header);
+        Ok(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))
 }
@@ -129,7 +134,8 @@ pub(crate) fn calibrate_corners(
     let views = views_of(views)?;
     let work = || {
         let board = config.board()?;
-        calibrated(CalibrationViews::of(views, image_size, &board), &config, None)
+        let views = CalibrationViews::of(views, image_size, &board);
+        Ok(calibrated(views, &config, None)?.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))
 }

@@ -22,12 +22,14 @@ use super::{
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
+    result,
     source::{is_recording, is_session},
 };
 #[cfg(feature = "report")]
 use boresight_app::{
     certificate::{Circumstances, certificate},
     report::versions,
+    session_report,
 };
 use boresight_calibrate::CalibrationParams;
 use boresight_files::{Overwrite, may_save, save};
@@ -107,7 +109,7 @@ impl Arguments {
             _ => None,
         };
         let mut config = match &of_session {
-            Some((_, taken_with, _)) => self.board.config_over(taken_with)?,
+            Some(taken) => self.board.config_over(&taken.saved.header.config)?,
             None => self.board.config_for(&self.inputs)?,
         };
         config.camera.as_stored |= self.as_stored;
@@ -125,10 +127,12 @@ impl Arguments {
         let is_table =
             |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
         let mut noise_floor_px = None;
+        let mut session = None;
         let mut views = match self.inputs.as_slice() {
-            _ if let Some((views, _, noise_px)) = of_session => {
-                noise_floor_px = noise_px;
-                views
+            _ if let Some(taken) = of_session => {
+                noise_floor_px = taken.noise_floor_px;
+                session = Some(taken.saved);
+                taken.views
             }
             [table] if is_table(table) => {
                 let Size(image_size) = self.image_size.ok_or_else(|| {
@@ -157,20 +161,19 @@ impl Arguments {
         let threads = available_parallelism().map_or(1, usize::from);
         let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
         let result = views.calibrated(&board, &params, &announcer());
+        let result = result.as_ref();
+        let (size, words) = (views.image_size, text::FINDING_WORDS);
+        let mut file = CalibrationFile::of(result, size, &board, &views.names, words);
+        if let Some(saved) = &session {
+            file = result::from_session(file, &saved.session, &saved.header);
+        }
         if let Some(session) = session_of_pictures(&self.inputs, &views) {
             say(&format!(
                 "These are a session's pictures. It knows the corners of boards that were cut off, too: boresight calibrate {}",
                 session.display()
             ));
         }
-        let exit = announce_result(result.as_ref(), "", &announcer());
-        let file = CalibrationFile::of(
-            result.as_ref(),
-            views.image_size,
-            &board,
-            &views.names,
-            text::FINDING_WORDS,
-        );
+        let exit = announce_result(result, &file, &announcer());
         let json = serde_json::to_string_pretty(&file.to_json()?)?;
         if let Some(path) = &self.out {
             save(path, json.as_bytes(), overwrite)?;
@@ -179,10 +182,17 @@ impl Arguments {
         #[cfg(feature = "report")]
         if let Some(path) = &self.report {
             let mut notes = Vec::new();
+            let (camera, taken_with) = match &session {
+                Some(saved) => {
+                    let camera = session_report::camera_of(saved)?;
+                    (camera, session_report::taken_with(&saved.header, &saved.session))
+                }
+                None => (CameraSection::default(), Circumstances::default()),
+            };
             let known = Circumstances {
                 made: Some(jiff::Timestamp::now()),
                 file: self.out.as_deref().map(|path| (path, json.as_bytes())),
-                ..Circumstances::default()
+                ..taken_with
             };
             let certificate = Some(certificate(&config.certificate, known, &mut notes));
             let report = Report {
@@ -190,7 +200,7 @@ impl Arguments {
                 calibration: file,
                 notes,
                 certificate,
-                camera: CameraSection::default(),
+                camera,
                 corners: views.corners,
                 pictures: views.pictures,
                 check: None,

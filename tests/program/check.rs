@@ -118,3 +118,28 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     fs::write(folder.join("not.json"), "{}").expect("written");
     says(&boresight(folder, &["check", "--against", "not.json"]), 1, &["not.json"]);
 }
+
+/// A session that's calibrated again is still a session of its camera, simulated or not.
+#[test]
+fn a_session_calibrated_again_keeps_its_source() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let old = calibrated(folder);
+    let again = ["calibrate", "old", "--out", "again.json", "--report", "again.html"];
+    says(&boresight(folder, &again), 0, &["GOOD (SIMULATED)"]);
+    let read = |name: &str| fs::read_to_string(folder.join(name)).expect("readable");
+    let file = |name: &str| serde_json::from_str::<Value>(&read(name)).expect("JSON");
+    for field in ["source", "camera"] {
+        assert_eq!(file("again.json").get(field), file(old).get(field), "{field}");
+    }
+    for page in ["old/report.html", "again.html"] {
+        assert!(read(page).contains("Calibration record (not a certificate)"), "{page}");
+    }
+    let other = scene(folder, "other.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
+    for against in [old, "again.json"] {
+        let check = ["check", "--against", against, "--json", "--source", &other];
+        let ended = boresight(folder, &check);
+        says(&ended, 3, &["NO VERDICT", "--same-camera"]);
+        assert_eq!(verdict(&ended.stdout)["reason"], "OTHER-CAMERA");
+    }
+}

@@ -20,7 +20,7 @@ use boresight_geometry::{
 #[cfg(feature = "report")]
 use boresight_present::report::Thumbnail;
 use boresight_present::text;
-use boresight_run::{config::Config, pipeline::detect_many};
+use boresight_run::pipeline::detect_many;
 
 /// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_CORNERS: usize = 6;
@@ -127,25 +127,33 @@ impl CalibrationViews {
     }
 }
 
-/// The views that a session took, with the corners that its journal has: those of a board that was cut off, too, which its
-/// pictures alone don't give again. Also the settings it was taken with, its board among them, and the noise it measured.
+/// The views that a session took.
+#[derive(Debug)]
+pub struct SessionViews {
+    /// The views, with the corners that the journal has: those of a board that was cut off, too, which the pictures alone
+    /// don't give again.
+    pub views: CalibrationViews,
+    /// The noise of a corner that the session measured, as a standard deviation in pixels.
+    pub noise_floor_px: Option<f64>,
+    /// The session: what it was taken with, and by which camera.
+    pub saved: SavedSession,
+}
+
+/// The views that the session at `path` took.
 ///
 /// # Errors
 ///
 /// As [`SavedSession::open`], and if the board isn't one.
-pub fn from_session(
-    path: &Path,
-    announcer: &Announcer,
-) -> anyhow::Result<(CalibrationViews, Config, Option<f64>)> {
+pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<SessionViews> {
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
     let corners = saved.session.corners_at_one_instant();
     let taken = saved.session.accepted().iter().zip(corners);
     let given = taken.map(|(taken, corners)| (taken.picture_name(), Ok(corners.clone())));
-    let config = saved.header.config.clone();
-    let views = CalibrationViews::of(given, saved.header.image_size(), &config.board()?);
-    let noise_px = saved.session.calibration().and_then(|found| found.noise_floor_px);
-    Ok((views, config, noise_px))
+    let board = saved.header.config.board()?;
+    let views = CalibrationViews::of(given, saved.header.image_size(), &board);
+    let noise_floor_px = saved.session.calibration().and_then(|found| found.noise_floor_px);
+    Ok(SessionViews { views, noise_floor_px, saved })
 }
 
 /// The views of the corner table in the file `path`, row by row over `board`, of pictures of `image_size`. With

@@ -25,8 +25,8 @@ pub struct Conclusion {
 /// Announces what `session`, whose folder has `header`, found.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
     announcer.say(text::ending(session.ending()));
-    let exit = announce_result(result_of(session), &header.source, announcer);
     let result = calibration_file(session, header);
+    let exit = announce_result(result_of(session), &result, announcer);
     for (worker, reason) in session.failures() {
         announcer.say(&format!("The {worker} failed: {reason}"));
     }
@@ -60,11 +60,18 @@ pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
     let views: Vec<ViewName> = session.accepted().iter().map(name).collect();
     let setup = session.setup();
     let result = result_of(session);
+    let (size, words) = (setup.image_size, text::FINDING_WORDS);
+    from_session(CalibrationFile::of(result, size, &setup.board, &views, words), session, header)
+}
+
+/// `file`, a calibration from the views of `session`, whose folder has `header`: with the source and the camera that took
+/// them, by which a check knows the camera again.
+pub fn from_session(file: CalibrationFile, session: &Session, header: &Header) -> CalibrationFile {
     CalibrationFile {
         source: Some(header.source.clone()),
         replaces: Some(header.against.clone()),
         camera: Some(camera(session.camera())),
-        ..CalibrationFile::of(result, setup.image_size, &setup.board, &views, text::FINDING_WORDS)
+        ..file
     }
 }
 

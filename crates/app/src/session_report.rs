@@ -203,17 +203,41 @@ pub fn of_recorded<E>(
         calibration,
         notes,
         certificate,
-        camera: CameraSection {
-            rows: camera(header, session),
-            simulated: text::is_simulated(&header.source),
-            changes,
-        },
+        camera: camera_section(header, session, changes),
         corners: session.corners_at_one_instant().to_vec(),
         pictures: accepted.iter().map(|taken| (recorded.picture)(taken.view.frame_id.0)).collect(),
         check: recorded.check,
         refused,
         provenance: Provenance { rows, command: recorded.command },
     })
+}
+
+/// What a report says about the camera of a stored session.
+///
+/// # Errors
+///
+/// If a line of its journal can't be read.
+pub fn camera_of(saved: &SavedSession) -> anyhow::Result<CameraSection> {
+    let History { changes, .. } = history(saved.contents.lines.iter())?;
+    Ok(camera_section(&saved.header, &saved.session, changes))
+}
+
+fn camera_section(header: &Header, session: &Session, changes: Vec<CameraChange>) -> CameraSection {
+    let simulated = text::is_simulated(&header.source);
+    CameraSection { rows: camera(header, session), simulated, changes }
+}
+
+/// The camera and its mode with which a session was taken, for the first sheet.
+pub fn taken_with(header: &Header, session: &Session) -> Circumstances<'static> {
+    let camera = match &header.camera {
+        Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
+        None if text::is_simulated(&header.source) => {
+            (text::certificate::SIMULATED_CAMERA.into(), header.source.clone())
+        }
+        None => Default::default(),
+    };
+    let mode = session.camera().mode.map_or_else(String::new, |mode| text::camera::mode(&mode));
+    Circumstances { camera, mode, ..Circumstances::default() }
 }
 
 /// The certificate; `None` for the short session of a check.
@@ -227,18 +251,10 @@ fn first_sheet(
     if header.against.is_some() && header.config.guidance.plan == PlanName::Quick {
         return None;
     }
-    let camera = match &header.camera {
-        Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
-        None if text::is_simulated(&header.source) => {
-            (text::certificate::SIMULATED_CAMERA.into(), header.source.clone())
-        }
-        None => Default::default(),
-    };
     let known = Circumstances {
         made: header.created.parse().ok(),
-        camera,
-        mode: session.camera().mode.map_or_else(String::new, |mode| text::camera::mode(&mode)),
         file: result.map(|bytes| (Path::new(RESULT_FILE), bytes)),
+        ..taken_with(header, session)
     };
     Some(certificate(stated, known, notes))
 }

@@ -1,6 +1,7 @@
 //! The verdict on a result, in sentences and as an exit status.
 
 use boresight_calibrate::{Calibration, Focal, NotCalibrated, Verdict};
+use boresight_formats::{CalibrationFile, FindingEntry};
 use boresight_geometry::{LensParameter, LensValues};
 use boresight_present::text;
 
@@ -33,21 +34,21 @@ impl From<Exit> for std::process::ExitCode {
     }
 }
 
-/// Announces a result: the verdict first, then what speaks against it, then the numbers. Returns the exit
-/// status that it deserves: good only if a goal is met, too. The verdict is marked if `source` is the simulated camera.
+/// Announces a result and its `file`: the verdict first, then what speaks against it, then the numbers. Returns the exit
+/// status that it deserves: good only if a goal is met, too. The verdict is marked if the file's source is the simulated
+/// camera.
 pub fn announce_result(
     result: Result<&Calibration, &NotCalibrated>,
-    source: &str,
+    file: &CalibrationFile,
     announcer: &Announcer,
 ) -> Exit {
     let say = |line: &str| announcer.say(line);
-    let calibration = match result {
-        Ok(calibration) => calibration,
-        Err(reason) => {
-            let (what, action) = text::not_calibrated(reason);
-            say(&text::of_source(source, &format!("No calibration: {what}. {action}")));
-            return Exit::NotTrustworthy;
+    let source = file.source.as_deref().unwrap_or_default();
+    let Ok(calibration) = result else {
+        for FindingEntry { message, action, .. } in &file.findings {
+            say(&text::of_source(source, &format!("No calibration: {message}. {action}")));
         }
+        return Exit::NotTrustworthy;
     };
     let [fx, fy, cx, cy] = calibration.camera.lens_parameters().of(LensParameter::F_THEN_PP);
     let [sd_fx, sd_fy, sd_cx, sd_cy] = calibration.sd().of(LensParameter::F_THEN_PP);
@@ -56,9 +57,8 @@ pub fn announce_result(
     if let Some((what, action)) = text::acceptance::on_goal(calibration) {
         say(text::of_source(source, &format!("{what}. {action}")).trim_end());
     }
-    for finding in &calibration.findings {
-        let (what, action) = text::finding(finding);
-        say(&format!("  {}: {what}. {action}", finding.code.code()));
+    for FindingEntry { code, message, action, .. } in &file.findings {
+        say(&format!("  {code}: {message}. {action}"));
     }
     let measured = |value, sd| text::measured(calibration, value, sd, 2);
     say(&format!("  principal point  ({}, {}) px", measured(cx, sd_cx), measured(cy, sd_cy)));
@@ -66,11 +66,11 @@ pub fn announce_result(
         say(&format!(
             "  focal lengths    {fx:.2} px on average, {scatter_px:.2} px sd between views:"
         ));
-        for (number, view) in calibration.views.iter().enumerate() {
+        for (view, (number, _)) in calibration.views.iter().zip(file.used()) {
             let own = view.focal.map_or("none of its own".into(), |f| {
                 format!("{} px", measured(f.f_px, f.sigma_px))
             });
-            say(&format!("    view {:<3}       {own}", number + 1));
+            say(&format!("    view {number:<3}       {own}"));
         }
     } else if (fx - fy).abs() < 1e-9 {
         say(&format!("  focal length     {} px", measured(fx, sd_fx)));
