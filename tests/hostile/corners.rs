@@ -73,7 +73,7 @@ fn calibrations() {
     run("corners", views, |input| {
         match calibrate(&corners(input), &board(), SIZE, &CalibrationParams::default()) {
             Err(err) => {
-                if text::not_calibrated(&err).0.is_empty() {
+                if text::not_calibrated(&err, &[]).0.is_empty() {
                     Err("no words".into())
                 } else {
                     Ok(false)

@@ -169,6 +169,36 @@ fn corners_go_through_a_table_unchanged() {
     says(&other_board, 1, &["corners.vnl"]);
 }
 
+/// The number is the picture's place among all, and its name says which it is.
+#[test]
+fn a_finding_names_its_picture() {
+    let folder = views(&good());
+    let names = names(&good());
+    let board = ["detect", "--board", "9x6"];
+    let pictures: Vec<&str> = names.iter().map(String::as_str).collect();
+    let found = boresight(folder.path(), &[&board[..], &pictures].concat()).stdout;
+    // The first picture shows no board; in the last, one corner is 40 px off.
+    let mut table = String::from("# filename x y level\nblank.png - - -\n");
+    let (last, before) = found.trim_end().rsplit_once('\n').map(|(a, b)| (b, a)).expect("lines");
+    let mut fields: Vec<String> = last.split(' ').map(Into::into).collect();
+    let x_px: f64 = fields[1].parse().expect("a number");
+    fields[1] = (x_px + 40.0).to_string();
+    table += &format!("{before}\n{}\n", fields.join(" "));
+    fs::write(folder.path().join("corners.vnl"), table).expect("written");
+    let table = ["calibrate", "corners.vnl", "--board", "9x6", "--image-size", "640x480"];
+    let files = ["--json", "--report", "report.html"];
+    let ended = boresight(folder.path(), &[&table[..], &files].concat());
+    let written: Value = serde_json::from_str(&ended.stdout).expect("JSON");
+    let seventh = &written["views"][6]["name"];
+    assert_eq!(seventh, names[5].as_str());
+    let called = format!("iew 7 ({})", names[5]);
+    let is_named = |finding: &Value| finding["message"].to_string().contains(&called);
+    assert!(written["findings"].as_array().expect("findings").iter().any(is_named), "{written}");
+    let page = fs::read_to_string(folder.path().join("report.html")).expect("readable");
+    assert!(ended.stderr.contains(&called) && page.contains(&called), "{}", ended.stderr);
+    assert!(page.contains(&format!("aria-label=\"7: {}\"", names[5])));
+}
+
 #[test]
 fn a_calibration_goes_to_other_programs() {
     let folder = views(&good());
@@ -256,6 +286,8 @@ fn another_board_is_recognised() {
     let folder = views(&good()[..2]);
     let ended = boresight(folder.path(), &["calibrate", "--board", "8x6", "0.png", "1.png"]);
     says(&ended, 3, &["--board 9x6", "No calibration"]);
+    let last = ended.stderr.lines().last().expect("a sentence");
+    assert!(last.starts_with("No calibration") && last.contains("--board 9x6"), "{last}");
 }
 
 #[test]

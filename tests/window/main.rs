@@ -224,7 +224,7 @@ fn every_moment_is_read_on_every_page() {
                 result.run();
                 result.get_by_label("Bundle adjustment");
                 for finding in &calibration.findings {
-                    let (what, action) = boresight::text::finding(finding);
+                    let (what, action) = boresight::text::finding(finding, &[]);
                     result.get_by_label(&format!("{what}."));
                     result.get_all_by_label(action).next().expect("the next action");
                 }

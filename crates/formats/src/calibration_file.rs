@@ -599,9 +599,9 @@ impl CalibrationFile {
         Some(corners)
     }
 
-    /// The used views, numbered from 1.
+    /// The used views, each with its number: its place in [`Self::views`], from 1. The words of findings call it so, too.
     pub fn used(&self) -> impl Iterator<Item = (usize, &ViewEntry)> {
-        self.views.iter().filter(|view| view.used).enumerate().map(|(i, view)| (i + 1, view))
+        (1..).zip(&self.views).filter(|(_, view)| view.used)
     }
 }
 

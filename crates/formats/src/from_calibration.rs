@@ -33,10 +33,10 @@ pub struct ViewName {
 /// Words for findings, each with its action.
 #[derive(Clone, Copy, Debug)]
 pub struct FindingWords {
-    /// Words for a finding.
-    pub finding: fn(&Finding) -> (String, &'static str),
-    /// Words for the reason why there is no calibration.
-    pub not_calibrated: fn(&NotCalibrated) -> (String, &'static str),
+    /// Words for a finding on a calibration from these views.
+    pub finding: fn(&Finding, &[ViewName]) -> (String, &'static str),
+    /// Words for the reason why there is no calibration from these views.
+    pub not_calibrated: fn(&NotCalibrated, &[ViewName]) -> (String, String),
     /// Words for the verdict on a goal: the verdict, and the action, empty if there is none.
     pub acceptance: fn(&Acceptance) -> (String, &'static str),
 }
@@ -65,7 +65,7 @@ impl CalibrationFile {
                     .iter()
                     .map(|finding| {
                         let severity = finding.severity;
-                        entry(finding.code.code(), severity, (words.finding)(finding))
+                        entry(finding.code.code(), severity, (words.finding)(finding, views))
                     })
                     .collect(),
                 result: Some(LensEntry::of(calibration)),
@@ -90,10 +90,11 @@ impl CalibrationFile {
                 views: view_entries(calibration, board, views),
                 ..file
             },
-            Err(reason) => Self {
-                findings: vec![entry(reason.code(), Severity::Bad, (words.not_calibrated)(reason))],
-                ..file
-            },
+            Err(reason) => {
+                let (message, action) = (words.not_calibrated)(reason, views);
+                let reason = entry(reason.code(), Severity::Bad, (message, &action));
+                Self { findings: vec![reason], ..file }
+            }
         }
     }
 

@@ -68,7 +68,7 @@ impl EndedPage {
         let page = Self { image_size_px, files, ..Self::default() };
         let Some(calibration) = session.calibration() else {
             let reason = session.not_calibrated().unwrap_or(&NotCalibrated::NoViews);
-            let (what, action) = text::not_calibrated(reason);
+            let (what, action) = text::not_calibrated(reason, &[]);
             return Self {
                 verdict: "none",
                 aloud: words::NO_CALIBRATION,
@@ -81,7 +81,7 @@ impl EndedPage {
             .findings
             .iter()
             .map(|finding| {
-                let (what, action) = text::finding(finding);
+                let (what, action) = text::finding(finding, &[]);
                 (what, action.to_owned())
             })
             .collect();

@@ -64,9 +64,10 @@ pub(super) fn section(report: &Report) -> (String, String, String) {
     (figure, table(&lines, &bundles), format!("<p class=\"note\">{note}</p>\n"))
 }
 
-/// Numbers of the used views, in the order in which the boards recede.
+/// The used views with the places of their corners, in the order in which the boards recede.
 fn in_order_of_direction(report: &Report) -> Vec<(usize, &ViewEntry)> {
-    let mut views: Vec<(usize, &ViewEntry)> = report.calibration.used().collect();
+    let mut views: Vec<(usize, &ViewEntry)> =
+        report.calibration.used().map(|(_, view)| view).enumerate().collect();
     let slot = |view: &ViewEntry| view.slot_deg.unwrap_or_default().rem_euclid(360.0);
     views.sort_by(|(_, a), (_, b)| slot(a).total_cmp(&slot(b)));
     views
@@ -129,8 +130,8 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
     let poses: Option<Vec<Isometry3<f64>>> = views.iter().map(|(_, view)| view.pose()).collect();
     let corners: Option<Vec<Vec<Corner>>> = views
         .iter()
-        .map(|(number, view)| {
-            let corners = lens.weighted(report.corners.get(number - 1)?, view);
+        .map(|(place, view)| {
+            let corners = lens.weighted(report.corners.get(*place)?, view);
             report.calibration.as_flat(lens, view, corners)
         })
         .collect();

@@ -3,7 +3,7 @@
 use nalgebra::Point2;
 
 use super::{
-    Report, Thumbnail,
+    Report,
     line::Line,
     number::{brief, brief_data, measured, plain, text},
     section::section,
@@ -40,15 +40,14 @@ pub(super) fn views(report: &Report) -> String {
     let worst = rated.max_by(|a, b| fit(a).unwrap_or(0.0).total_cmp(&fit(b).unwrap_or(0.0)));
     let worst = worst.filter(|_| views.len() > 1).map(|(number, _)| *number);
     let mut html = format!("<div class=\"views\" style=\"--columns:{columns}\">\n");
-    for (number, view) in views.iter().take(MOST_SHOWN) {
-        let picture = report.pictures.get(number - 1).and_then(Option::as_ref);
+    for (place, (number, view)) in views.iter().take(MOST_SHOWN).enumerate() {
         let caption = if shown > MANY { number.to_string() } else { caption(*number, view) };
         let mark = if worst == Some(*number) { words::FITS_WORST } else { "" };
         push(
             &mut html,
             format_args!(
                 "<figure>{}<p title=\"{}\">{caption}{mark}</p></figure>\n",
-                thumbnail(report, view, *number, picture),
+                thumbnail(report, view, *number, place),
                 escaped(&view.name)
             ),
         );
@@ -86,13 +85,9 @@ fn caption(number: usize, view: &ViewEntry) -> String {
     )
 }
 
-/// Thumbnail in the picture's own pixels: the picture, the board's outline or corners, the line.
-fn thumbnail(
-    report: &Report,
-    view: &ViewEntry,
-    number: usize,
-    picture: Option<&Thumbnail>,
-) -> String {
+/// Thumbnail of the view at `place` among the used ones in the picture's own pixels: the picture, the board's outline or
+/// corners, the line.
+fn thumbnail(report: &Report, view: &ViewEntry, number: usize, place: usize) -> String {
     let (width, height) = report.calibration.size_px();
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-0.5 -0.5 {width} {height}\" role=\"img\" aria-label=\"{number}: {}\">\n",
@@ -104,7 +99,7 @@ fn thumbnail(
             "<rect x=\"-0.5\" y=\"-0.5\" width=\"{width}\" height=\"{height}\" class=\"paper\"/>\n"
         ),
     );
-    match picture {
+    match report.pictures.get(place).and_then(Option::as_ref) {
         Some(picture) => push(
             &mut svg,
             format_args!(
@@ -114,7 +109,7 @@ fn thumbnail(
         ),
         None => {
             let radius = 0.004 * width;
-            for corner in report.corners.get(number - 1).into_iter().flatten() {
+            for corner in report.corners.get(place).into_iter().flatten() {
                 push(
                     &mut svg,
                     format_args!(

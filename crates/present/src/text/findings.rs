@@ -5,7 +5,7 @@ use boresight_calibrate::{
     Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, NotHeld, Severity, Verdict,
     is_unfinished,
 };
-use boresight_formats::FindingWords;
+use boresight_formats::{FindingWords, ViewName};
 use boresight_guide::session::ViewSummary;
 
 /// The sentences of a calibration file.
@@ -45,10 +45,18 @@ pub fn of_source(source: &str, verdict: &str) -> String {
     }
 }
 
-/// Words of a finding, and the action. Views are called by their place in the calibration, from 1, as in its file and
-/// report.
-pub fn finding(finding: &Finding) -> (String, &'static str) {
-    finding_of_views(finding, &|place| place + 1)
+/// Words of a finding on a calibration from `views`, and the action. A view is called by its number in the calibration's
+/// file and report, and by its picture.
+pub fn finding(finding: &Finding, views: &[ViewName]) -> (String, &'static str) {
+    finding_of_views(finding, &|place| called(place, views))
+}
+
+/// What the view at `place` among the used ones of `views` is called: by its number among all, from 1, and its picture.
+fn called(place: usize, views: &[ViewName]) -> String {
+    match (1..).zip(views).filter(|(_, view)| view.reason.is_none()).nth(place) {
+        Some((number, view)) => format!("{number} ({})", view.name),
+        None => (place + 1).to_string(),
+    }
 }
 
 /// Words of a finding as [`finding`] has them, in a session, where views are called by their numbers: `views` are the
@@ -56,7 +64,7 @@ pub fn finding(finding: &Finding) -> (String, &'static str) {
 pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, &'static str) {
     let called =
         |place: usize| views.get(place).map_or(place + 1, |view| view.number.0 as usize + 1);
-    finding_of_views(finding, &called)
+    finding_of_views(finding, &|place| called(place).to_string())
 }
 
 /// An action in two parts: what mends the cause, and what to do anew after that. A remark limits nothing, so it asks for
@@ -67,7 +75,7 @@ macro_rules! mend_then {
     };
 }
 
-fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> usize) -> (String, &'static str) {
+fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (String, &'static str) {
     match finding.code {
         FindingCode::FewViews { distinct, wanted } => (
             format!("Not enough views: {distinct} of at least {wanted}"),
@@ -373,32 +381,36 @@ fn not_held(reason: NotHeld) -> (String, &'static str) {
 /// Why one view of several isn't used: its corners are none of the board's.
 pub const NOT_OF_THE_BOARD: &str = "its corners aren't the board's: their order or number of columns is another, or some are wrong";
 
-/// Why there is no calibration at all, and what to do.
-pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
-    match *reason {
+/// Why there is no calibration from `views` at all, and what to do.
+pub fn not_calibrated(reason: &NotCalibrated, views: &[ViewName]) -> (String, String) {
+    let (what, action) = match *reason {
         NotCalibrated::NoViews => {
-            ("No view of the board".into(), "Show the whole board, and hold it still.")
+            let action = commonest_reason(views);
+            return (
+                "No view of the board".into(),
+                action.unwrap_or_else(|| "Show the whole board, and hold it still.".into()),
+            );
         }
         NotCalibrated::NoModels => ("No lens model to try".into(), "Choose one with --lens."),
         NotCalibrated::NoPicture { width_px, height_px } => {
             (format!("The picture is {width_px}x{height_px}"), "Give the true --image-size.")
         }
         NotCalibrated::CornerCount { view, got, want } => (
-            format!("View {} has {got} corners, the board has {want}", view + 1),
+            format!("View {} has {got} corners, the board has {want}", called(view, views)),
             "Check --board: it counts inner corners, one fewer than squares in each direction.",
         ),
         NotCalibrated::CornerValue { view, corner } => (
-            format!("Corner {} of view {} is not a number", corner + 1, view + 1),
+            format!("Corner {} of view {} is not a number", corner + 1, called(view, views)),
             "Fix the corner table.",
         ),
         NotCalibrated::NoHomography { view } => (
-            format!("The corners of view {} aren't those of a flat board", view + 1),
+            format!("The corners of view {} aren't those of a flat board", called(view, views)),
             "Check the order of the corners: row by row over the board.",
         ),
         NotCalibrated::NoGrid { view } => (
             format!(
                 "The corners of view {} don't run row by row over a board of this size",
-                view + 1
+                called(view, views)
             ),
             "Check --board (columns x rows of inner corners) and the order of the corners.",
         ),
@@ -406,7 +418,16 @@ pub fn not_calibrated(reason: &NotCalibrated) -> (String, &'static str) {
             format!("{distinct} different views aren't enough to measure the lens"),
             "Tip the board by 30 to 50° in different directions.",
         ),
-    }
+    };
+    (what, action.into())
+}
+
+/// Why most of `views` aren't used, as a sentence; of two reasons that are as frequent, the first.
+fn commonest_reason(views: &[ViewName]) -> Option<String> {
+    let reasons = || views.iter().filter_map(|view| view.reason.as_deref());
+    let often = |reason: &&str| reasons().filter(|other| other == reason).count();
+    let reason = reasons().rev().max_by_key(often)?;
+    Some(format!("{}.", reason.trim_end_matches('.')))
 }
 
 #[cfg(test)]
@@ -416,7 +437,7 @@ mod tests {
     #[test]
     fn a_remark_asks_for_no_other_views() {
         let code = FindingCode::BoardBent { depth_m: 0.000_2, gain: 40.0 };
-        let action = |severity| finding(&Finding { code, severity }).1;
+        let action = |severity| finding(&Finding { code, severity }, &[]).1;
         assert_eq!(action(Severity::Info), "Mount it on glass, aluminium or thick board.");
         assert!(action(Severity::Care).ends_with("Then take the views again."));
     }
