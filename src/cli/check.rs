@@ -40,7 +40,7 @@ use boresight_run::config::{Backend, Config, PlanName};
     after_help = EXAMPLES
 )]
 pub(super) struct Arguments {
-    /// The old calibration.
+    /// The old calibration: a file, or the folder of its session.
     #[arg(long, value_name = "OLD")]
     against: PathBuf,
     /// Source of the pictures, as for guide.

@@ -173,7 +173,11 @@ fn doctor_names_the_damage_and_the_next_step() {
     let ended = boresight(place.path(), &["doctor", "session"]);
     says(&ended, 1, &["line 3", "journal.jsonl", "--recover"]);
     for command in [&["replay", "session"][..], &["guide", "--headless", "--session", "session"]] {
-        says(&boresight(place.path(), command), 1, &["line 3", "journal.jsonl", "doctor"]);
+        says(
+            &boresight(place.path(), command),
+            1,
+            &["line 3", "boresight doctor session --recover"],
+        );
     }
     assert_eq!(contents(place.path()), before, "nothing is touched");
     fs::create_dir(place.path().join("taken")).expect("made");

@@ -185,7 +185,11 @@ fn doctor_is_not_fooled() {
         let ended = doctor(&place);
         says(&ended, 1, &["missing", "journal.jsonl"]);
         assert!(!ended.stderr.contains("No damage found"), "{}", ended.stderr);
-        says(&ends_soon(place.path(), &go_on), 1, &["missing", "--recover"]);
+        says(
+            &ends_soon(place.path(), &go_on),
+            1,
+            &["missing", "boresight doctor session --recover"],
+        );
     }
     // The result alone tells it, too.
     fs::remove_dir_all(at("frames")).expect("removed");

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-use super::{Announcer, RESULT_FILE, SavedSession, host::Compared};
+use super::{Announcer, RESULT_FILE, SavedSession, host::Compared, source::result_named_by};
 use boresight_calibrate::{Drift, DriftVerdict, KnownLens, NoDrift, OldLens, Verdict, drift};
 use boresight_capture::without_secrets;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, entries, read_text, save};
@@ -71,12 +71,13 @@ impl NoVerdict {
 /// Result of a comparison: the change, or why there is no verdict.
 pub type Checked = Result<Drift, NoVerdict>;
 
-/// Reads a calibration of this or another program.
+/// Reads a calibration of this or another program, or that of the session in the folder `path`.
 ///
 /// # Errors
 ///
-/// If the file can't be read, or [`import::NotImported`].
+/// If the session has no result yet, the file can't be read, or [`import::NotImported`].
 pub fn read(path: &Path) -> anyhow::Result<OldCalibration> {
+    let path = &result_named_by(path)?;
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
     let mut old = import::read(&text).with_context(|| format!("could not use {path:?}"))?;
     // Older versions kept the password of an address.

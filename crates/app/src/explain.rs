@@ -122,16 +122,17 @@ fn recording(err: &RecordingError) -> Option<String> {
         } else {
             "Choose a new folder. Nothing in this one was changed.".into()
         }),
-        RecordingError::Damaged { .. } => Some(text::doctor::next(false, "SESSION")),
+        RecordingError::Damaged { path, .. } | RecordingError::LinesMissing { path, .. } => {
+            // Both name the journal.
+            let session = path.parent().unwrap_or(path).display().to_string();
+            Some(text::doctor::next(false, &session))
+        }
         RecordingError::Locked { .. } => Some("Close the other program first.".into()),
         RecordingError::NoLock { .. } => {
             Some("Use a file system with locks: choose a folder on a local disk with --out. To continue a session, copy its folder to one.".into())
         }
         RecordingError::OtherHeader { .. } => Some(
             "Restore the session.toml that the session began with. To decide with other settings: boresight replay SESSION --set …".into(),
-        ),
-        RecordingError::LinesMissing { .. } => Some(
-            "The file system lost them. To copy what is left: boresight doctor SESSION --recover NEW".into(),
         ),
         RecordingError::Newer { .. } => Some(text::doctor::next(true, "SESSION")),
         RecordingError::Header { .. } | RecordingError::Frame { .. } => None,

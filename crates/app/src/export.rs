@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::Value;
 
-use super::{Announcer, RESULT_FILE, SavedSession};
+use super::{Announcer, SavedSession, source::result_named_by};
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
 use boresight_formats::{
@@ -166,8 +166,7 @@ pub fn export(
     if format == Format::Vnl {
         return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
     }
-    let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
-    let (text, file) = read_any(&path, announcer)?;
+    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     // Another program's file has no board, and may name its camera.
@@ -239,8 +238,7 @@ pub(crate) fn result_of(
     input: &Path,
     announcer: &Announcer,
 ) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
-    let path = if input.is_dir() { input.join(RESULT_FILE) } else { input.to_path_buf() };
-    let (text, file) = read_any(&path, announcer)?;
+    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
 }

@@ -108,8 +108,9 @@ impl Opening {
         }
         if let Some(old) = known {
             let lens = comparison::known_lens(old, open.image_size()?);
-            let lens = lens
-                .with_context(|| format!("could not hold the calibration to {:?}", self.against))?;
+            let against = self.against.as_deref().unwrap_or(Path::new(""));
+            let lens =
+                lens.with_context(|| format!("could not hold the calibration to {against:?}"))?;
             config.calibration.known_lens = Some(lens);
         }
         let run = self.begin_with(&name.stable_name(&self.source), open, config)?;
@@ -162,8 +163,12 @@ impl Opening {
             // A session from somebody else may name any command.
             bail!("{}", text::source::command_is_asked_for(given, path));
         }
-        let name = SourceName::parse(given, &config, announcer)?;
-        let mut open = name.open(self.max_frames)?;
+        let opened = SourceName::parse(given, &config, announcer)
+            .and_then(|name| name.open(self.max_frames));
+        let mut open = match self.source.as_str() {
+            "auto" => opened.with_context(|| text::source::source_is_asked_for(given, path))?,
+            _ => opened?,
+        };
         if let Some(camera) = &saved.header.camera
             && open.source.identity().name == saved.header.source
         {

@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 #[cfg(not(all(unix, feature = "live", feature = "bags")))]
 use super::MissingFeature;
 use super::{
-    Announcer,
+    Announcer, RESULT_FILE,
     camera::{self, ChosenCamera},
     cue_link::cue_link,
 };
@@ -203,6 +203,22 @@ pub fn is_recording(path: &Path) -> bool {
 /// True if `folder` is that of a session.
 pub fn is_session(folder: &Path) -> bool {
     folder.join("session.toml").is_file()
+}
+
+/// The calibration file that `path` names: itself, or the result of the session in that folder.
+///
+/// # Errors
+///
+/// If the session has no result yet.
+pub fn result_named_by(path: &Path) -> anyhow::Result<PathBuf> {
+    if !path.is_dir() {
+        return Ok(path.to_path_buf());
+    }
+    let file = path.join(RESULT_FILE);
+    if is_session(path) && !file.exists() {
+        bail!("{}", text::source::no_result_yet(path));
+    }
+    Ok(file)
 }
 
 /// True if `path` is a file of moving pictures.

@@ -23,6 +23,42 @@ pub fn command_is_asked_for(command: &str, session: &Path) -> String {
     )
 }
 
+/// The source of a resumed session can't be opened.
+pub fn source_is_asked_for(source: &str, session: &Path) -> String {
+    format!(
+        "could not open this session's source {source} (if it's elsewhere now: boresight guide --session {} --source SOURCE)",
+        session.display()
+    )
+}
+
+/// A session that was stopped before it wrote its result.
+pub fn no_result_yet(session: &Path) -> String {
+    format!(
+        "this session has no result yet. To continue it, or to end it and get one: boresight guide --session {}",
+        session.display()
+    )
+}
+
+/// Pictures have several sizes only because they were turned as their marks say.
+pub const ALIKE_AS_STORED: &str =
+    "The phone was held differently. To read the pictures as the camera stored them: --as-stored";
+
+/// Most names that a sentence lists.
+const MOST_NAMED: usize = 5;
+
+/// Pictures of a folder are left out, because they're of a kind that isn't read.
+pub fn pictures_left_out(names: &[String]) -> String {
+    let (named, others) = names.split_at(names.len().min(MOST_NAMED));
+    let named = named.join(", ");
+    let others = match others.len() {
+        0 => String::new(),
+        count => format!(" and {count} more"),
+    };
+    format!(
+        "Left out, because only PNG and JPEG are read: {named}{others}. To use them, convert them."
+    )
+}
+
 /// A phone names no command.
 pub const NO_COMMAND_BY_PHONE: &str = "a command can only be given on the computer that runs boresight: boresight serve --source 'pipe:COMMAND'";
 
