@@ -7,9 +7,11 @@ use std::{
 
 use anyhow::{Context, bail};
 
+use super::terminal::say;
 use boresight_app::source::is_session;
-use boresight_capture::pictures_in;
+use boresight_capture::{pictures_in, unread_pictures_in};
 use boresight_files::Scratch;
+use boresight_present::text;
 
 /// The name of standard input.
 pub(super) const DASH: &str = "-";
@@ -44,7 +46,8 @@ impl Given {
         Ok(given)
     }
 
-    /// As [`Self::of`], with the pictures of a folder in its place. A session's folder stays.
+    /// As [`Self::of`], with the pictures of a folder in its place; says which are of a kind that isn't read. A session's
+    /// folder stays.
     ///
     /// # Errors
     ///
@@ -53,6 +56,10 @@ impl Given {
         let mut files = Vec::with_capacity(names.len());
         for name in names {
             if name.is_dir() && !is_session(name) {
+                let left_out = unread_pictures_in(name);
+                if !left_out.is_empty() {
+                    say(&text::source::pictures_left_out(&left_out));
+                }
                 files.extend(pictures_in(name)?);
             } else {
                 files.push(name.clone());

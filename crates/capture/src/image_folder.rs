@@ -78,6 +78,27 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
     Ok(files)
 }
 
+/// The pictures of `folder` that [`pictures_in`] leaves out, since their names are those of other kinds: their names, in
+/// order. None if it can't be listed.
+pub fn unread_pictures_in(folder: &Path) -> Vec<String> {
+    const ENDINGS: [&str; 17] = [
+        "tif", "tiff", "bmp", "webp", "heic", "heif", "avif", "jxl", "jp2", "pgm", "ppm", "dng",
+        "cr2", "cr3", "nef", "arw", "raf",
+    ];
+    let is_unread = |path: &Path| {
+        let ending = path.extension().and_then(|ending| ending.to_str());
+        let ending = ending.map(str::to_ascii_lowercase);
+        path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+    };
+    let files = folder.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
+    let names = files
+        .filter(|path| is_unread(path))
+        .filter_map(|path| path.file_name().map(|name| name.to_string_lossy().into_owned()));
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
 impl FrameSource for ImageFolder {
     fn identity(&self) -> SourceIdentity {
         self.identity.clone()

@@ -77,7 +77,9 @@ pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
-pub use image_folder::{ImageFolder, is_picture, pictures_in, read_picture, read_picture_turned};
+pub use image_folder::{
+    ImageFolder, is_picture, pictures_in, read_picture, read_picture_turned, unread_pictures_in,
+};
 #[cfg(all(unix, feature = "live"))]
 pub use pipe::Pipe;
 pub use pixel_format::Unpacker;
