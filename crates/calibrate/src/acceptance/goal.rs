@@ -165,6 +165,20 @@ fn part_after(word: &str) -> Result<Option<Part>, NotAGoal> {
     }
 }
 
+/// The units by their names, each with how many of it are a pixel or a metre: a division makes exactly 0.0005 m of 0.5 mm.
+const UNITS: [(&str, f64, Unit); 10] = [
+    ("pixels", 1.0, Unit::Pixel),
+    ("pixel", 1.0, Unit::Pixel),
+    ("px", 1.0, Unit::Pixel),
+    ("µm", 1e6, Unit::Metre),
+    ("μm", 1e6, Unit::Metre),
+    ("um", 1e6, Unit::Metre),
+    ("mm", 1e3, Unit::Metre),
+    ("cm", 1e2, Unit::Metre),
+    ("m", 1.0, Unit::Metre),
+    ("in", 1.0 / 0.0254, Unit::Metre),
+];
+
 /// All numbers of `text`, which is in lower case, each with its unit and the word before it.
 fn quantities(text: &str) -> Result<Vec<Quantity<'_>>, NotAGoal> {
     let mut all = Vec::new();
@@ -181,24 +195,29 @@ fn quantities(text: &str) -> Result<Vec<Quantity<'_>>, NotAGoal> {
         let (number, tail) = tail.split_at(end);
         let tail = tail.trim_start();
         let end = tail.find(|c: char| !c.is_alphabetic()).unwrap_or(tail.len());
-        let (unit, tail) = tail.split_at(end);
-        let (factor, unit) = match unit {
-            "px" | "pixel" | "pixels" => (1.0, Unit::Pixel),
-            // Divided, so that 0.5 mm is exactly 0.0005 m.
-            "µm" | "μm" | "um" => (1e6, Unit::Metre),
-            "mm" => (1e3, Unit::Metre),
-            "cm" => (1e2, Unit::Metre),
-            "m" => (1.0, Unit::Metre),
-            "in" => (1.0 / 0.0254, Unit::Metre),
-            "" => return Err(not(format!("{number:?} has no unit"))),
-            other => return Err(not(format!("{other:?} is not a unit (px, mm, cm, m)"))),
+        let letters = &tail[..end];
+        if letters.is_empty() {
+            return Err(not(format!("{number:?} has no unit")));
+        }
+        // The next word may follow without a space, as in "800mmat2m".
+        let ends_there = |name: &str| {
+            let word = letters.strip_prefix(name);
+            word.is_some_and(|word| part_after(word).is_ok())
         };
+        let Some((name, factor, unit)) = UNITS.iter().find(|(name, ..)| ends_there(name)) else {
+            return Err(not(format!("{letters:?} is not a unit (px, µm, mm, cm, m, in)")));
+        };
+        let tail = &tail[name.len()..];
         let value: f64 = number.parse().map_err(|_| not(format!("{number:?} is not a number")))?;
         let value = value / factor;
         if !(value.is_finite() && value > 0.0) {
             return Err(not(format!("{number:?} is not a positive number")));
         }
-        all.push(Quantity { word: word.trim().trim_matches([',', ':']).trim(), value, unit });
+        all.push(Quantity {
+            word: word.trim().trim_matches([',', ':']).trim(),
+            value,
+            unit: *unit,
+        });
         rest = tail.trim_start();
     }
     Ok(all)
@@ -242,6 +261,7 @@ mod tests {
         for text in [
             "length 800mm at 2m <= 0.5mm",
             "length 800 mm at 2 m <= 0.5 mm",
+            "length800mmat2m<=0.5mm",
             "800mm at 2m within 0.5mm",
             "80 cm @ 200cm ≤ .5mm",
             "Length of 0.8m at 2M <0.5mm",
@@ -264,7 +284,8 @@ mod tests {
             ("", "no number"),
             ("good", "not understood"),
             ("0.2", "has no unit"),
-            ("0.2 furlong", "not a unit"),
+            ("0.2 furlong", "not a unit (px, µm, mm, cm, m, in)"),
+            ("800 metres at 2m <= 1mm", "\"metres\" is not a unit"),
             ("0px", "not a positive"),
             ("-1px", "not a positive"),
             ("1.2.3px", "not a number"),
