@@ -53,7 +53,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "ros2:/TOPIC", conflicts_with_all = ["format", "name", "out", "force", "bag", "json"])]
     set_camera_info: Option<String>,
     /// Same as --format json.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "format")]
     json: bool,
 }
 

@@ -11,8 +11,8 @@ use boresight_run::config::{Config, LensName};
 /// What is known about the lens.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct LensArguments {
-    /// Lens models to choose from. Wide lenses are recognised without it.
-    #[arg(long, value_name = "MODELS", value_parser = lens_names())]
+    /// Family of lens models to choose from. Wide lenses are recognised without it.
+    #[arg(long, value_name = "FAMILY", value_parser = lens_names())]
     lens: Option<LensName>,
     /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
     /// picture: don't warn about it.
@@ -20,7 +20,7 @@ pub(super) struct LensArguments {
     shifted_sensor: bool,
 }
 
-/// The names of lens models, each with what it's for.
+/// The names of families of lens models, each with what it's for.
 fn lens_names() -> impl TypedValueParser<Value = LensName> {
     let value = |name: LensName| PossibleValue::new(name.code()).help(help(name));
     PossibleValuesParser::new(LensName::all().map(value)).try_map(|code| code.parse::<LensName>())

@@ -69,7 +69,10 @@ impl Newest {
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let config = self.board.config()?;
-        let source = self.scenario.as_ref().map_or("sim".into(), |name| format!("sim:{name}"));
+        // `guide` calls it sim:random:SEED.
+        let scenario = self.scenario.as_deref();
+        let scenario = scenario.map(|name| name.strip_prefix("sim:").unwrap_or(name));
+        let source = scenario.map_or("sim".into(), |name| format!("sim:{name}"));
         let opening = Opening {
             out: Some(self.out),
             record_stream: !self.accepted_only,
