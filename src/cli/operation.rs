@@ -12,9 +12,9 @@ use std::{
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use super::terminal::{announcer, log, log_as_json, log_to, say};
+use super::terminal::{announcer, is_json, log, log_as_json, log_to, say};
 use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, state_topic, verdict_name};
-use boresight_files::{Overwrite, may_save};
+use boresight_files::{Links, Overwrite, Scratch, TEXT_LIMIT, may_save, read};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::{Outcome, Snapshot};
 use boresight_run::pipeline::{Onlooker, Onlookers};
@@ -156,7 +156,8 @@ impl OnFinish {
         Self { command, running: Mutex::default() }
     }
 
-    /// Starts the command with these variables. That it fails is reported and changes nothing else.
+    /// Starts the command with these variables. That it fails is reported and changes nothing else. What it writes goes to
+    /// stderr: at once for people, and as messages when it has ended for a program that reads a JSON object a line.
     pub(super) fn start(&self, variables: Vec<(&'static str, OsString)>) {
         let mut shell = if cfg!(windows) {
             let mut shell = Command::new("cmd");
@@ -169,9 +170,20 @@ impl OnFinish {
         };
         // stdout is for results.
         shell.arg(&self.command).envs(variables).stdin(Stdio::null()).stdout(std::io::stderr());
+        let written = match is_json().then(|| Written::by(&mut shell)).transpose() {
+            Ok(written) => written,
+            Err(err) => {
+                say(&format!("The command of --on-finish could not be started ({err})"));
+                return;
+            }
+        };
         let command = self.command.clone();
         let waiting = Builder::new().name("on finish".into()).spawn(move || {
-            let said = match shell.status() {
+            let ended = shell.status();
+            if let Some(written) = written {
+                written.say();
+            }
+            let said = match ended {
                 Ok(status) if status.success() => return,
                 Ok(status) => status.to_string(),
                 Err(err) => err.to_string(),
@@ -183,6 +195,31 @@ impl OnFinish {
                 self.running.lock().unwrap_or_else(PoisonError::into_inner).push(waiting);
             }
             Err(err) => say(&format!("The command of --on-finish could not be started ({err})")),
+        }
+    }
+}
+
+/// What a command writes, in a file: unlike a pipe, nothing that it leaves running holds that open.
+struct Written {
+    scratch: Scratch,
+}
+
+impl Written {
+    const FILE: &str = "written";
+
+    /// Makes `command` write there.
+    fn by(command: &mut Command) -> anyhow::Result<Self> {
+        let scratch = Scratch::new()?;
+        let file = scratch.create(Path::new(Self::FILE))?;
+        command.stdout(file.try_clone()?).stderr(file);
+        Ok(Self { scratch })
+    }
+
+    /// Says each line.
+    fn say(&self) {
+        match read(&self.scratch.path().join(Self::FILE), TEXT_LIMIT, Links::Refused) {
+            Ok(bytes) => String::from_utf8_lossy(&bytes).lines().for_each(say),
+            Err(err) => say(&format!("What the command of --on-finish wrote is lost ({err})")),
         }
     }
 }

@@ -32,7 +32,7 @@ fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
     // Machines read the result on stdout, whatever the command says.
     let result: Value = serde_json::from_str(ended.stdout.trim()).expect("JSON");
     assert!(result["schema"].is_string());
-    let lines = ended.stderr.lines().filter(|line| *line != "aside");
+    let lines = ended.stderr.lines();
     let events: Vec<Value> =
         lines.map(|line| serde_json::from_str(line).expect("a line of JSON")).collect();
     assert!(events.iter().all(|event| event["time"].is_string()), "{}", ended.stderr);
@@ -40,6 +40,7 @@ fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
     assert!(of("message").any(|event| {
         event["text"].as_str().is_some_and(|text| text.starts_with("Session: s"))
     }));
+    assert!(of("message").any(|event| event["text"] == "aside"), "{}", ended.stderr);
     let end = of("end").next().expect("an end");
     assert_eq!((&end["session"], &end["result"]), (&"s".into(), &"s/calibration.json".into()));
     let verdict = end["verdict"].as_str().expect("a verdict");
