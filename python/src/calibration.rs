@@ -4,17 +4,15 @@ use std::path::{Path, PathBuf};
 
 use boresight::{
     app::{
-        Announcer, RESULT_FILE,
+        Announcer, RESULT_FILE, SavedSession,
         calibration_views::{
             CalibrationViews, GivenView, SessionViews, from_pictures, from_session,
         },
         comparison,
         export::{Format, export as export_result, export_text, read_any},
-        result,
     },
     calibration::{
         CalibrationParams, OldLens, drift,
-        files::CalibrationFile,
         import::{self, OldCalibration},
     },
     config::Config,
@@ -22,7 +20,6 @@ use boresight::{
     frame::ImageSize,
     geometry::{LensParameter, LensValues},
     markers::MarkerChoice,
-    text,
 };
 use pyo3::prelude::*;
 use serde_json::json;
@@ -58,12 +55,12 @@ fn calibrated(
     mut views: CalibrationViews,
     config: &Config,
     noise_floor_px: Option<f64>,
-) -> anyhow::Result<CalibrationFile> {
+    session: Option<&SavedSession>,
+) -> anyhow::Result<String> {
     let board = config.board()?;
     let params = CalibrationParams { noise_floor_px, ..config.calibration() };
-    let result = views.calibrated(&board, &params, &Announcer::silent());
-    let (size, words) = (views.image_size, text::FINDING_WORDS);
-    Ok(CalibrationFile::of(result.as_ref(), size, &board, &views.names, words))
+    let (_, file) = views.calibrated_with_file(&board, &params, session, &Announcer::silent());
+    Ok(file.to_json()?.to_string())
 }
 
 /// Calibrates from picture files, as `boresight calibrate`. Returns `boresight.calibration/1`.
@@ -79,7 +76,7 @@ pub(crate) fn calibrate_files(
         let board = config.board()?;
         let pictures = (files.as_slice(), config.camera.upright());
         let views = from_pictures(pictures, &board, false, &Announcer::silent(), || ())?;
-        Ok(calibrated(views, &config, None)?.to_json()?.to_string())
+        calibrated(views, &config, None, None)
     };
     py.detach(work).map_err(|err| raised(&err))
 }
@@ -96,9 +93,7 @@ pub(crate) fn calibrate_session(
             from_session(&session, &Announcer::silent())?;
         let (config, notes) = saved.header.config.with_notes(&settings)?;
         Python::attach(|py| warn(py, &notes))?;
-        let file = calibrated(views, &config, noise_floor_px)?;
-        let file = result::from_session(file, &saved.session, &saved.header);
-        Ok(file.to_json()?.to_string())
+        calibrated(views, &config, noise_floor_px, Some(&saved))
     };
     py.detach(work).map_err(|err| raised(&err))
 }
@@ -135,7 +130,7 @@ pub(crate) fn calibrate_corners(
     let work = || {
         let board = config.board()?;
         let views = CalibrationViews::of(views, image_size, &board);
-        Ok(calibrated(views, &config, None)?.to_json()?.to_string())
+        calibrated(views, &config, None, None)
     };
     py.detach(work).map_err(|err| raised(&err))
 }

@@ -36,7 +36,7 @@ impl AcceptArguments {
     }
 
     /// Whether any of them is given.
-    #[cfg(feature = "window")]
+    #[cfg(any(feature = "window", feature = "report"))]
     pub(super) fn says_something(&self) -> bool {
         self.accept.is_some() || self.board_scale_error.is_some()
     }

@@ -22,7 +22,6 @@ use super::{
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
-    result,
     source::{is_recording, is_session},
 };
 #[cfg(feature = "report")]
@@ -33,8 +32,6 @@ use boresight_app::{
 };
 use boresight_calibrate::CalibrationParams;
 use boresight_files::{Overwrite, may_save, save};
-use boresight_formats::CalibrationFile;
-use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
@@ -160,20 +157,15 @@ impl Arguments {
         };
         let threads = available_parallelism().map_or(1, usize::from);
         let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
-        let result = views.calibrated(&board, &params, &announcer());
-        let result = result.as_ref();
-        let (size, words) = (views.image_size, text::FINDING_WORDS);
-        let mut file = CalibrationFile::of(result, size, &board, &views.names, words);
-        if let Some(saved) = &session {
-            file = result::from_session(file, &saved.session, &saved.header);
-        }
+        let (result, file) =
+            views.calibrated_with_file(&board, &params, session.as_ref(), &announcer());
         if let Some(session) = session_of_pictures(&self.inputs, &views) {
             say(&format!(
                 "These are a session's pictures. It knows the corners of boards that were cut off, too: boresight calibrate {}",
                 session.display()
             ));
         }
-        let exit = announce_result(result, &file, &announcer());
+        let exit = announce_result(result.as_ref(), &file, &announcer());
         let json = serde_json::to_string_pretty(&file.to_json()?)?;
         if let Some(path) = &self.out {
             save(path, json.as_bytes(), overwrite)?;

@@ -1,6 +1,9 @@
 //! `boresight report`.
 
-use std::path::PathBuf;
+use std::{
+    path::{Path, PathBuf},
+    thread::available_parallelism,
+};
 
 use anyhow::Context;
 use clap::Args;
@@ -11,12 +14,13 @@ use super::{
     terminal::{print, say},
 };
 use boresight_app::{
-    Exit, RESULT_FILE,
+    Announcer, Exit, RESULT_FILE,
+    calibration_views::{SessionViews, from_session},
     report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
     session_report,
     source::is_session,
 };
-use boresight_calibrate::BOARD_SCALE_SD;
+use boresight_calibrate::{BOARD_SCALE_SD, CalibrationParams};
 use boresight_capture::without_secrets;
 use boresight_files::{Overwrite, save};
 use boresight_formats::{AcceptanceEntry, CalibrationFile};
@@ -70,7 +74,11 @@ impl Arguments {
             Some(path) => session_report::of_folder(path, &stated)?,
             None => of_file(&self.input, this_command(), &stated)?,
         };
-        self.judge(&mut report.calibration)?;
+        match &session {
+            Some(path) if self.goal.says_something() => report.calibration = self.again(path)?,
+            Some(_) => {}
+            None => self.judge(&mut report.calibration)?,
+        }
         let own = session.map(|path| session_report::page_path(&path));
         let (path, overwrite) = match (&self.out, own) {
             // The session's own page follows from its journal.
@@ -104,6 +112,20 @@ impl Arguments {
             "good" | "care" if judged.is_none_or(|judged| judged.met) => Exit::Good,
             _ => Exit::NotTrustworthy,
         })
+    }
+
+    /// The calibration of the session at `path` with the goal given here, as `calibrate` makes it: a goal has a say in the
+    /// verdict and the warnings, too.
+    fn again(&self, path: &Path) -> anyhow::Result<CalibrationFile> {
+        let silent = Announcer::silent();
+        let SessionViews { mut views, noise_floor_px, saved } = from_session(path, &silent)?;
+        let mut config = saved.header.config.clone();
+        self.goal.apply(&mut config);
+        let threads = available_parallelism().map_or(1, usize::from);
+        let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
+        let (_, file) =
+            views.calibrated_with_file(&config.board()?, &params, Some(&saved), &silent);
+        Ok(file)
     }
 
     /// Judges the calibration by the goal given here; without one, the verdict on its own goal stays.

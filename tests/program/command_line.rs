@@ -3,6 +3,7 @@
 use std::{fs, path::Path};
 
 use boresight::simulation::render_view;
+use image::{ImageEncoder, codecs::jpeg::JpegEncoder};
 use nalgebra::Isometry3;
 use serde_json::Value;
 use tempfile::TempDir;
@@ -209,6 +210,7 @@ fn a_calibration_goes_to_other_programs() {
         boresight(folder.path(), &arguments)
     };
     says(&export(&["--format", "opencv-yaml", "--out", "camera.yaml"]), 0, &[]);
+    says(&export(&["--format", "opencv-yaml", "--json"]), 2, &["--json", "--format"]);
     let yaml = fs::read_to_string(folder.path().join("camera.yaml")).expect("written");
     assert!(yaml.starts_with("%YAML:1.0") && yaml.contains("camera_matrix"), "{yaml}");
     says(
@@ -279,6 +281,27 @@ fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {
     assert_eq!(result(&with), result(&without));
     files.push("tiny.png".into());
     says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
+}
+
+/// A phone marks how it was held: of pictures that are alike as they're stored, it's said how all can be used.
+#[test]
+fn pictures_of_a_turned_phone_are_alike_as_stored() {
+    let folder = TempDir::new().expect("folder");
+    let files: Vec<String> = (0..PAIRS.len()).map(|i| format!("{i}.jpg")).collect();
+    for (i, (file, (tilt_deg, slot_deg))) in files.iter().zip(PAIRS).enumerate() {
+        let mark = if i == 1 { 6 } else { 1 };
+        let orientation = [0x12, 1, 3, 0, 1, 0, 0, 0, mark, 0, 0, 0];
+        let exif = [&b"II*\0\x08\0\0\0\x01\0"[..], &orientation, &[0; 4]].concat();
+        let mut bytes = Vec::new();
+        let mut encoder = JpegEncoder::new_with_quality(&mut bytes, 95);
+        encoder.set_exif_metadata(exif).expect("JPEG has room for it");
+        picture(tilt_deg, slot_deg).write_with_encoder(encoder).expect("encoded");
+        fs::write(folder.path().join(file), bytes).expect("written");
+    }
+    let turned = calibrate(folder.path(), &files, &["--json"]);
+    says(&turned, turned.code, &["1.jpg: not used", "480x640", "640x480", "--as-stored"]);
+    let stored = calibrate(folder.path(), &files, &["--json", "--as-stored"]);
+    assert!(!stored.stderr.contains("not used"), "{}", stored.stderr);
 }
 
 #[test]

@@ -109,3 +109,61 @@ fn decisions_that_do_not_follow_are_told_from_those_of_other_rules() {
     let same = boresight(place, &["replay", "same"]);
     assert!(!same.stderr.contains("newer") && !same.stderr.contains("earlier rules"));
 }
+
+/// Its program was killed before the end: there are views, and no result yet.
+#[test]
+fn a_session_without_a_result_says_how_to_get_one() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    copied("good", &place.join("session"));
+    fs::remove_file(place.join("session/calibration.json")).expect("removed");
+    let words = ["no result yet", "boresight guide --session session"];
+    for command in [&["export", "session"][..], &["check", "--against", "session"]] {
+        says(&boresight(place, command), 1, &words);
+    }
+}
+
+/// The scene that it was recorded with isn't there any more.
+#[test]
+fn a_resumed_session_asks_for_a_source_that_is_gone() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    copied("good", &place.join("session"));
+    let ended = boresight(place, &["guide", "--headless", "--session", "session"]);
+    says(&ended, 1, &["site.toml", "boresight guide --session session --source SOURCE"]);
+    let named = ["guide", "--headless", "--session", "session", "--source", "elsewhere"];
+    let ended = boresight(place, &named);
+    says(&ended, 1, &["elsewhere"]);
+    assert!(!ended.stderr.contains("--source SOURCE"), "{}", ended.stderr);
+}
+
+/// `check` and `export` take a session's folder alike, and one goal has one verdict, whoever judges it.
+#[test]
+fn a_session_has_one_verdict_for_a_goal() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    copied("good", &place.join("session"));
+    let goal = ["--accept", "0.001px", "--json"];
+    let again = boresight(place, &[&["calibrate", "session"][..], &goal].concat());
+    let report = boresight(place, &[&["report", "session"][..], &goal].concat());
+    assert_eq!(json(&again.stdout)["verdict"], json(&report.stdout)["verdict"]);
+    assert_eq!(again.code, report.code);
+    let first = |stderr: &str| stderr.lines().find(|l| l.contains("(SIMULATED)")).map(String::from);
+    assert!(first(&again.stderr).is_some());
+    assert_eq!(first(&again.stderr), first(&report.stderr));
+    says(&again, 3, &["below 0.001 px", "Doesn't meet your goal"]);
+}
+
+#[test]
+fn the_pictures_of_a_folder_that_are_not_read_are_said() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    folder_with(place, b"no picture");
+    for name in ["a.tif", "b.HEIC", "c.webp"] {
+        fs::write(place.join("pictures").join(name), b"other").expect("written");
+    }
+    fs::write(place.join("pictures/notes.txt"), b"words").expect("written");
+    let ended = boresight(place, &["calibrate", "--board", "7x5", "pictures"]);
+    says(&ended, ended.code, &["only PNG and JPEG are read: a.tif, b.HEIC, c.webp."]);
+    assert!(!ended.stderr.contains("notes.txt"), "{}", ended.stderr);
+}

@@ -9,11 +9,11 @@ use anyhow::{Context, anyhow, bail};
 
 #[cfg(feature = "report")]
 use super::report::picture_beside;
-use super::{Announcer, SavedSession};
+use super::{Announcer, SavedSession, result};
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_capture::{CaptureError, Upright, read_picture_turned};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
-use boresight_formats::{ViewName, corner_table};
+use boresight_formats::{CalibrationFile, ViewName, corner_table};
 use boresight_geometry::{
     Corner, board::Checkerboard, expect_unseen, frame::ImageSize, seen_count,
 };
@@ -125,7 +125,30 @@ impl CalibrationViews {
         }
         Err(NotCalibrated::NoViews)
     }
+
+    /// As [`Self::calibrated`], with the file of the result. If the views are those of `session`, it's a file of its camera.
+    pub fn calibrated_with_file(
+        &mut self,
+        board: &Checkerboard,
+        params: &CalibrationParams,
+        session: Option<&SavedSession>,
+        announcer: &Announcer,
+    ) -> WithFile {
+        let result = self.calibrated(board, params, announcer);
+        let (size, words) = (self.image_size, text::FINDING_WORDS);
+        let file = CalibrationFile::of(result.as_ref(), size, board, &self.names, words);
+        let file = match session {
+            Some(SavedSession { session, header, .. }) => {
+                result::from_session(file, session, header)
+            }
+            None => file,
+        };
+        (result, file)
+    }
 }
+
+/// What came of a calibration, and its file.
+pub type WithFile = (Result<Calibration, NotCalibrated>, CalibrationFile);
 
 /// The views that a session took.
 #[derive(Debug)]
@@ -181,6 +204,11 @@ pub fn from_table(
     Ok(views)
 }
 
+/// Size of a picture as it's stored.
+fn stored_size(path: &Path) -> Option<ImageSize> {
+    read_picture_turned(path, Upright::AsStored).ok().map(|image| ImageSize::of(&image))
+}
+
 /// The views of the pictures `inputs`, read the way up that `upright` says, in which `board` is searched on every core. Calls
 /// `progress` after each picture, and announces each that isn't used and why: also those that are damaged, and those that
 /// haven't the size of most. With `with_thumbnails`, also small copies.
@@ -216,6 +244,10 @@ pub fn from_pictures(
     };
     let is_few =
         sizes().filter(|size| *size != image_size).count() * LEFT_OUT_OF <= sizes().count();
+    // A picture of that size.
+    let has_usual =
+        |read: &Option<(ImageSize, _)>| read.as_ref().is_some_and(|(size, _)| *size == image_size);
+    let usual = read.iter().position(has_usual).map(|place| inputs[place].as_path());
     let mut views = CalibrationViews {
         image_size,
         corners: Vec::new(),
@@ -231,10 +263,19 @@ pub fn from_pictures(
             (_, Some(size)) => {
                 let sides = |size: ImageSize| format!("{}x{}", size.width_px, size.height_px);
                 let differs = format!("It's {}, others are {}", sides(size), sides(image_size));
+                let is_turned = upright == Upright::AsMarked
+                    && [size.height_px, size.width_px]
+                        == [image_size.width_px, image_size.height_px]
+                    && stored_size(path) == usual.and_then(|path| stored_size(path));
+                let remedy = is_turned.then_some(text::source::ALIKE_AS_STORED);
                 if !is_few {
-                    bail!("{name}: {differs}. Pictures of one calibration have one size");
+                    let remedy = remedy.unwrap_or("Pictures of one calibration have one size");
+                    bail!("{name}: {differs}. {remedy}");
                 }
-                Err(differs)
+                Err(match remedy {
+                    Some(remedy) => format!("{differs}. {remedy}"),
+                    None => differs,
+                })
             }
             (Ok(seen), None) => {
                 seen.map(|detection| detection.corners).map_err(|miss| text::miss(&miss))

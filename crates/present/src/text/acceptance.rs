@@ -125,7 +125,7 @@ fn limit(goal: AcceptanceGoal) -> String {
 }
 
 /// A positive number to two significant digits: 1.6, 0.32, 0.5, 12.
-fn small(value: f64) -> String {
+pub(super) fn small(value: f64) -> String {
     if !(value.is_finite() && value > 0.0) {
         return format!("{value}");
     }

@@ -338,7 +338,9 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             {
                 let (share, least) = apart(100.0 * share, 100.0 * wanted_share, 0);
                 format!(
-                    "The error stays below {goal_px:.1} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {bound_px:.1} px"
+                    "The error stays below {} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {} px",
+                    acceptance::small(goal_px),
+                    acceptance::small(bound_px)
                 )
             },
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",

@@ -1,6 +1,6 @@
 //! The calibration report in words.
 
-use super::target;
+use super::{acceptance, target};
 use boresight_calibrate::Verdict;
 use boresight_formats::{BoardEntry, MarkersEntry};
 use boresight_geometry::markers::{CircleRows, Tags};
@@ -226,7 +226,8 @@ pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y p
 /// Meaning of the map's colours.
 pub fn within_goal(goal_px: f64, share: f64) -> String {
     format!(
-        "Green: the error stays below {goal_px:.1} px with 95 % probability, in {:.0} % of the picture. Amber: it may be larger.",
+        "Green: the error stays below {} px with 95 % probability, in {:.0} % of the picture. Amber: it may be larger.",
+        acceptance::small(goal_px),
         (100.0 * share).floor()
     )
 }
