@@ -232,7 +232,7 @@ fn who_takes_each_sentence_literally_sets_the_camera_right() {
     // A hand before the lens.
     let mut camera = learned.clone();
     camera.glass = vec![(What::Cover, 1.0)];
-    assert!(matches!(camera.wait(4, 1.0), State::CannotTell(_)), "{}", camera.said());
+    assert!(matches!(camera.wait(4, 1.0), State::CannotTell { .. }), "{}", camera.said());
     let told = camera.said();
     assert!(told.contains("Check whether the camera is covered"), "{told}");
     camera.glass.clear();

@@ -8,6 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
+use boresight_sim::street::Street;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -88,6 +89,11 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
     assert_eq!(html.matches("<polygon").count(), 4);
     assert!(html.contains("<p>Watched cameras: 1. Made "), "no calibrated ones are counted");
     assert!(html.contains("MOVED. The camera points") && !html.contains("NaN"));
+
+    // One look that finds nothing, however long after, is enough to say that nothing can be told.
+    fs::create_dir(here.join("silent")).expect("made");
+    let silent = boresight(here, &["watch", "silent", "--store", "cam", "--once"]);
+    says(&silent, 3, &["CANNOT-TELL", "no picture comes.", "Check the camera"]);
 
     says(&boresight(here, &["watch", "accept", "--store", "cam"]), 1, &["--reason"]);
     says(
@@ -221,4 +227,92 @@ fn many_cameras_are_watched_at_once_and_the_worst_decides() {
         .collect();
     assert_eq!(names, ["\"gate\"", "\"yard\""]);
     says(&boresight(here, &["watch", "state", "--store", "all"]), 3, &[]);
+}
+
+/// A folder that a camera over a street fills, hour by hour.
+struct Filled<'a> {
+    folder: &'a Path,
+    street: Street,
+    hours: u32,
+}
+
+impl<'a> Filled<'a> {
+    fn new(folder: &'a Path) -> Self {
+        fs::create_dir(folder).expect("made");
+        Self { folder, street: Street::parse("1").expect("a street"), hours: 8 }
+    }
+
+    /// Puts in the pictures of the next hours, `scale` times smaller than the street's.
+    fn put(&mut self, hours: u32, scale: u32) {
+        for hour in self.hours..self.hours + hours {
+            let at_secs = self.street.began_secs + 3600.0 * f64::from(hour);
+            let picture = self.street.picture(at_secs);
+            let [width, height] = [picture.width() / scale, picture.height() / scale];
+            let picture = image::imageops::thumbnail(&picture, width, height);
+            picture.save(self.folder.join(format!("{at_secs}.png"))).expect("saved");
+        }
+        self.hours += hours;
+    }
+}
+
+/// The state that a run or `watch state` prints as JSON.
+fn told(here: &Path, arguments: &[&str], exit: i32) -> Value {
+    let ended = boresight(here, &[&["watch"], arguments, &["--store", "cam", "--json"]].concat());
+    says(&ended, exit, &[]);
+    last_state(&ended.stdout)
+}
+
+#[test]
+fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let folder = here.join("ftp");
+    let mut camera = Filled::new(&folder);
+    // Its lens is known, and no picture yet.
+    says(&watch(here, "sim:street:1,days=0", "cam", &[]), 3, &[]);
+    camera.put(7, 1);
+    assert_eq!(told(here, &["ftp", "--once"], 3)["state"], "LEARNING");
+    let unanswered = |state: &Value| state["pictures"][1].as_u64().expect("a number");
+    let before = unanswered(&told(here, &["state"], 3));
+
+    // Nothing comes for months, one picture is still being written, and then what was held up comes.
+    let empty = told(here, &["ftp", "--once"], 3);
+    assert_eq!((&empty["state"], unanswered(&empty)), (&Value::from("CANNOT-TELL"), before + 1));
+    assert!(empty["sentence"].to_string().contains("no picture comes."), "{empty}");
+    let next = folder.join(format!("{}.png", camera.street.began_secs + 15.0 * 3600.0));
+    fs::write(&next, "half of").expect("written");
+    told(here, &["ftp", "--once"], 3);
+    camera.put(3, 1);
+    let state = told(here, &["ftp", "--once"], 3);
+    assert_eq!(state["state"], "LEARNING");
+    assert_eq!(
+        state["pictures"][0].as_u64().expect("a number"),
+        4,
+        "the seventh, then three: {state}"
+    );
+    assert_eq!((&state["at"], &state["answered"]), (&"2026-03-21T17:00:00Z".into(), &state["at"]));
+}
+
+#[test]
+fn pictures_of_another_size_are_told_by_every_run() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let folder = here.join("ftp");
+    let mut camera = Filled::new(&folder);
+    fs::create_dir(here.join("empty")).expect("made");
+    says(&watch(here, "sim:street:1,days=0", "cam", &[]), 3, &[]);
+    let empty = told(here, &["empty", "--once"], 3);
+    assert_eq!((&empty["state"], &empty["pictures"][1]), (&"CANNOT-TELL".into(), &1.into()));
+
+    camera.put(2, 2);
+    let arguments = [&["ftp", "--once"][..], &["ftp", "--once"], &["state"]];
+    for arguments in arguments {
+        let state = told(here, arguments, 3);
+        assert_eq!(state["state"], "CANNOT-TELL", "{state}");
+        assert!(state["sentence"].to_string().contains("another size"), "{state}");
+        assert!(state["action"].to_string().contains("Set the camera to the size"), "{state}");
+    }
+    // It's set right.
+    camera.put(1, 1);
+    assert_eq!(told(here, &["ftp", "--once"], 3)["state"], "LEARNING");
 }

@@ -22,8 +22,13 @@ pub enum State {
     Zoom,
     /// The picture is blurred: focus or the glass.
     Blurred,
-    /// The picture can't be compared.
-    CannotTell(NoAnswer),
+    /// No picture has had an answer for an unusually long time.
+    CannotTell {
+        /// Why the newest picture has none, or that none comes.
+        reason: NoAnswer,
+        /// If none comes, why the newest one has no answer, unless it has.
+        before: Option<NoAnswer>,
+    },
 }
 
 /// What moved the picture.
@@ -98,7 +103,7 @@ impl State {
             Self::Moved(Cause::Knocked) | Self::Blurred => "LENS",
             Self::Moved(_) => "MOVED",
             Self::Zoom => "ZOOM",
-            Self::CannotTell(_) => "CANNOT-TELL",
+            Self::CannotTell { .. } => "CANNOT-TELL",
         }
     }
 

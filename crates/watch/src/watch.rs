@@ -52,7 +52,7 @@ pub struct Watch {
     /// The cycle of the learning days, whose constant stays.
     first: Option<Cycle>,
     cycle: Option<Cycle>,
-    /// When the first answer of this learning was.
+    /// When the first picture of this learning was.
     began_secs: Option<f64>,
     relearned_secs: f64,
     test: Sequential,
@@ -60,7 +60,8 @@ pub struct Watch {
     days: Vec<(i64, Vec<Vector4<f64>>)>,
     creeps: Option<Finding>,
     gaps: VecDeque<(f64, f64)>,
-    silent: Option<(usize, NoAnswer)>,
+    /// Why the newest picture has no answer.
+    lacks: Option<NoAnswer>,
     causes: VecDeque<f64>,
     shares: VecDeque<f64>,
     usual_share: Option<f64>,
@@ -88,7 +89,7 @@ impl Watch {
             days: Vec::new(),
             creeps: None,
             gaps: VecDeque::new(),
-            silent: None,
+            lacks: None,
             causes: VecDeque::new(),
             shares: VecDeque::new(),
             usual_share: None,
@@ -160,30 +161,42 @@ impl Watch {
 
     fn picture(&mut self, picture: &Picture) {
         if let Some(answer) = &picture.answer {
-            self.silent = None;
+            self.lacks = None;
             self.answered(picture.at, answer);
-        } else {
-            let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
-            let (count, _) = self.silent.unwrap_or((0, reason));
-            self.silent = Some((count + 1, reason));
-            self.unanswered(picture.at, count + 1, reason);
+            return;
         }
+        let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
+        if reason == NoAnswer::NoReferences && self.cycle.is_none() {
+            // The first pictures are learned from.
+            self.lacks = None;
+            self.began_secs.get_or_insert(picture.at);
+            self.learn(picture.at);
+            return;
+        }
+        // That none comes doesn't say what the newest one lacked.
+        let before = self.lacks.filter(|_| reason == NoAnswer::NoPicture);
+        if reason != NoAnswer::NoPicture {
+            self.lacks = Some(reason);
+        }
+        self.unanswered(picture.at, State::CannotTell { reason, before });
     }
 
-    fn unanswered(&mut self, at_secs: f64, count: usize, reason: NoAnswer) {
-        let since = self.decision.answered_secs.unwrap_or(at_secs);
+    /// Nothing can be told while no picture could be used at all, or after a gap that is unusual for these days: at least an hour,
+    /// at most a day, and a day while it's learned what is usual.
+    fn unanswered(&mut self, at_secs: f64, state: State) {
         let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
-        // A gap that is unusual for these days, at least an hour, at most a day.
-        let patience = (MARGIN * usual).clamp(HOUR_SECS, DAY_SECS);
-        if self.cycle.is_some() && count >= SEVERAL && at_secs - since > patience {
-            self.enter(State::CannotTell(reason), since);
+        let least = if self.cycle.is_some() { HOUR_SECS } else { DAY_SECS };
+        let patience = (MARGIN * usual).clamp(least, DAY_SECS);
+        let used = self.decision.answered_secs.or(self.began_secs);
+        if used.is_none_or(|used| at_secs - used > patience) {
+            self.enter(state, used.unwrap_or(at_secs));
         }
     }
 
     fn answered(&mut self, at_secs: f64, answer: &Answer) {
         if let Some(before) = self.decision.answered_secs.filter(|before| at_secs > *before) {
             // A silence that made "can't tell" isn't usual.
-            if !matches!(self.decision.state, State::CannotTell(_)) {
+            if !matches!(self.decision.state, State::CannotTell { .. }) {
                 self.gaps.push_back((at_secs, at_secs - before));
             }
         }

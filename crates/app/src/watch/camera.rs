@@ -23,6 +23,7 @@ pub struct WatchedCamera {
     watch: Watch,
     pictures: [u64; 2],
     newest_secs: Option<f64>,
+    newest_picture_secs: Option<f64>,
     newest_answer: Option<Answer>,
 }
 
@@ -91,22 +92,16 @@ impl WatchedCamera {
             (Some(_), None) => {}
         }
         let (store, stored) = Store::open(folder)?;
-        let mut watch = Watch::new(&stored.station.lens);
-        let mut camera_pictures = [0, 0];
-        let mut newest_secs = None;
-        for input in &stored.inputs {
-            watch.handle(input);
-            count(input, &mut camera_pictures, &mut newest_secs);
-        }
-        let camera = Self {
+        let mut camera = Self {
             store,
+            watch: Watch::new(&stored.station.lens),
             station: stored.station,
-            watch,
-            pictures: camera_pictures,
-            newest_secs,
+            pictures: [0, 0],
+            newest_secs: None,
+            newest_picture_secs: None,
             newest_answer: None,
         };
-        let camera = Self { newest_answer: newest_answer(&stored.inputs), ..camera };
+        camera.handle_all(&stored.inputs);
         Ok((camera, stored.was_cut))
     }
 
@@ -140,9 +135,15 @@ impl WatchedCamera {
         self.pictures
     }
 
-    /// When the newest picture was taken, seconds since 1970.
+    /// As of when its state is told, seconds since 1970: the newest picture's time, or when one was missing.
     pub fn newest_secs(&self) -> Option<f64> {
         self.newest_secs
+    }
+
+    /// When the newest picture was taken, seconds since 1970. One that was missing, or couldn't be read, isn't a picture: it's
+    /// looked at when it comes.
+    pub fn newest_picture_secs(&self) -> Option<f64> {
+        self.newest_picture_secs
     }
 
     /// The newest answer.
@@ -183,10 +184,20 @@ impl WatchedCamera {
     fn handle_all(&mut self, inputs: &[Input]) -> Decision {
         for input in inputs {
             self.watch.handle(input);
-            count(input, &mut self.pictures, &mut self.newest_secs);
+            self.count(input);
         }
         self.newest_answer = newest_answer(inputs).or(self.newest_answer.take());
         self.watch.decision().clone()
+    }
+
+    fn count(&mut self, input: &Input) {
+        let Input::Picture(picture) = input else { return };
+        self.pictures[usize::from(picture.answer.is_none())] += 1;
+        self.newest_secs = Some(picture.at);
+        if picture.none != Some(NoAnswer::NoPicture) {
+            let newest = self.newest_picture_secs.map_or(picture.at, |at| at.max(picture.at));
+            self.newest_picture_secs = Some(newest);
+        }
     }
 
     /// Learns anew if a person has said that the camera stays as it is.
@@ -226,13 +237,6 @@ pub(super) fn check_size(lens: &Lens, size: ImageSize) -> anyhow::Result<()> {
         wanted.width_px,
         wanted.height_px
     );
-}
-
-fn count(input: &Input, pictures: &mut [u64; 2], newest_secs: &mut Option<f64>) {
-    if let Input::Picture(picture) = input {
-        pictures[usize::from(picture.answer.is_none())] += 1;
-        *newest_secs = Some(newest_secs.map_or(picture.at, |newest| newest.max(picture.at)));
-    }
 }
 
 fn newest_answer(inputs: &[Input]) -> Option<Answer> {

@@ -99,10 +99,11 @@ impl Places {
         &self.cameras
     }
 
-    /// When the newest picture was taken, seconds since 1970.
-    pub fn newest_secs(&self) -> Option<f64> {
+    /// When the newest picture was taken, seconds since 1970, as [`WatchedCamera::newest_picture_secs`].
+    pub fn newest_picture_secs(&self) -> Option<f64> {
         let waiting = self.presets.iter().flat_map(|p| &p.waiting).map(|(_, w)| w.taken_secs);
-        self.cameras.iter().filter_map(WatchedCamera::newest_secs).chain(waiting).reduce(f64::max)
+        let seen = self.cameras.iter().filter_map(WatchedCamera::newest_picture_secs);
+        seen.chain(waiting).reduce(f64::max)
     }
 
     /// Looks at the pictures of one moment; what's decided is recorded before `hear` gets it.

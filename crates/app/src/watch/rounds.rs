@@ -52,7 +52,8 @@ impl Round {
         }
         if let Feed::Recorded(_) = &self.feed {
             let (feed, every) = (self.feed.clone(), self.every.as_secs_f64());
-            let began = self.places.newest_secs().map_or_else(now_secs, |newest| newest + every);
+            let began =
+                self.places.newest_picture_secs().map_or_else(now_secs, |newest| newest + every);
             return feed.play(began, every, |moment| {
                 let at = moment.at_secs;
                 self.take(Ok(moment), at, hear, announcer)?;
@@ -62,8 +63,10 @@ impl Round {
         if let Feed::Street(street) = &self.feed {
             let (street, every) = (street.clone(), self.every.as_secs_f64());
             let end = street.began_secs + street.days * 86_400.0;
-            let mut at =
-                self.places.newest_secs().map_or(street.began_secs, |newest| newest + every);
+            let mut at = self
+                .places
+                .newest_picture_secs()
+                .map_or(street.began_secs, |newest| newest + every);
             while at < end && !stop.load(Ordering::Relaxed) {
                 let moment = Moment { at_secs: at, burst: vec![street.picture(at)] };
                 self.take(Ok(moment), at, hear, announcer)?;
@@ -71,7 +74,7 @@ impl Round {
             }
             return Ok(());
         }
-        let files = self.feed.new_files(self.places.newest_secs())?;
+        let files = self.feed.new_files(self.places.newest_picture_secs())?;
         if files.is_empty() && self.is_overdue() {
             self.places.no_picture(NoAnswer::NoPicture, now_secs(), hear)?;
         }
@@ -84,12 +87,12 @@ impl Round {
         Ok(())
     }
 
-    /// Whether a folder hasn't been filled for two intervals.
+    /// Whether a folder has never been filled, or not for two intervals.
     fn is_overdue(&self) -> bool {
         let is_filled = matches!(self.feed, Feed::Folder(_)) && !self.every.is_zero();
-        let newest = self.places.newest_secs();
+        let newest = self.places.newest_picture_secs();
         is_filled
-            && newest.is_some_and(|newest| now_secs() - newest > 2.0 * self.every.as_secs_f64())
+            && newest.is_none_or(|newest| now_secs() - newest > 2.0 * self.every.as_secs_f64())
     }
 
     fn take(

@@ -25,7 +25,7 @@ pub struct StateLine {
     pub state: &'static str,
     /// Since when: a time like `2026-03-12T14:05:00Z`.
     pub since: String,
-    /// When the newest picture was taken; empty without one.
+    /// As of when: the newest picture's time, or when one was missing; empty before.
     pub at: String,
     /// The state in a sentence.
     pub sentence: String,
@@ -174,7 +174,7 @@ pub fn exit(state: State) -> Exit {
         State::Ok => Exit::Good,
         State::Moved(Cause::Turned | Cause::Either) => Exit::Moved,
         State::Moved(Cause::Knocked) | State::Zoom | State::Blurred => Exit::Recalibrate,
-        State::Learning { .. } | State::CannotTell(_) => Exit::NotTrustworthy,
+        State::Learning { .. } | State::CannotTell { .. } => Exit::NotTrustworthy,
     }
 }
 

@@ -128,9 +128,16 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
             format!("The picture has been blurred since {}: focus or a wet glass.", since()),
             "Wipe the glass. If that doesn't help, focus and calibrate again.".into(),
         ),
-        State::CannotTell(reason) => {
+        State::CannotTell { reason, before } => {
             let (what, action) = no_answer(reason);
-            (format!("Can't tell since {}: {what}.", since()), action.into())
+            let said = format!("Can't tell since {}: {what}.", since());
+            match before.map(no_answer) {
+                None => (said, action.into()),
+                Some((lacked, first)) => (
+                    format!("{said} The newest one had no answer: {lacked}."),
+                    format!("{action} {first}"),
+                ),
+            }
         }
     }
 }
