@@ -1,7 +1,7 @@
 //! `boresight watch`.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     io::{BufRead, IsTerminal},
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -61,7 +61,8 @@ pub(super) struct Arguments {
     #[arg(long)]
     once: bool,
     /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and if you like every,
-    /// presets and patches_only. Each has a folder of its name in --store.
+    /// presets and patches_only. Each has a folder of its name in --store. One that can't be opened fails the command, but
+    /// stops none of the others.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "presets", "patches_only"])]
     list: Option<PathBuf>,
     /// The camera turns between up to N presets. Watch tells them apart by their pictures and watches each separately, in
@@ -207,7 +208,7 @@ impl Arguments {
         if let Some(path) = &self.metrics {
             may_save(path, Overwrite::Allowed)?;
         }
-        let rounds = self.rounds()?;
+        let (rounds, listed) = self.rounds()?;
         let stop = stop_flag()?;
         let on_finish = self.on_finish.clone().map(OnFinish::new);
         let metrics = self.metrics.as_ref().map(|path| Metrics::new(path.clone()));
@@ -268,6 +269,9 @@ impl Arguments {
                 start(on_finish, camera, &StateLine::of(camera));
             }
         }
+        if left.len() < listed {
+            return Ok(Exit::Failed);
+        }
         if cameras().next().is_none() {
             say("No preset has been seen twice yet: its second picture begins its learning.");
             return Ok(Exit::NotTrustworthy);
@@ -275,22 +279,26 @@ impl Arguments {
         Ok(watch::worst(cameras().map(|camera| camera.watch().decision().state)))
     }
 
-    /// The cameras, each with its pictures and interval.
-    fn rounds(&self) -> anyhow::Result<Vec<Round>> {
+    /// The cameras, each with its pictures and interval, and how many there should be: what's wrong with one of a list stops
+    /// none of the others.
+    fn rounds(&self) -> anyhow::Result<(Vec<Round>, usize)> {
         let config = Config::load(None, &[])?;
         let Some(list) = &self.list else {
-            let feed = Feed::parse(&self.source, &config, &announcer())?;
             let folder = &self.place.store;
+            let is_known = watch::stores_below(folder).is_ok();
+            let parse = if is_known { Feed::parse_or_away } else { Feed::parse };
+            let feed = parse(&self.source, &config, &announcer())?;
             let usual =
                 folder.file_name().map_or("camera".into(), |n| n.to_string_lossy().into_owned());
             let name = self.name.clone().unwrap_or(usual);
-            return Ok(vec![open(
+            let round = open(
                 folder,
                 &name,
                 (self.reference.as_deref(), self.patches_only, self.presets),
                 feed,
                 self.every,
-            )?]);
+            )?;
+            return Ok((vec![round], 1));
         };
         let text = read_text(list, TEXT_LIMIT, Links::Followed)?;
         let cameras: List =
@@ -298,12 +306,13 @@ impl Arguments {
         if cameras.camera.is_empty() {
             bail!("{list:?} lists no [[camera]]");
         }
-        let mut rounds: Vec<Round> = Vec::new();
+        let mut planned = Vec::new();
+        let mut names = BTreeSet::new();
         for camera in cameras.camera {
             let is_plain = !camera.name.is_empty()
                 && !camera.name.contains(['/', '\\'])
                 && !camera.name.starts_with('.');
-            if !is_plain || rounds.iter().any(|r| r.name == camera.name) {
+            if !is_plain || !names.insert(camera.name.clone()) {
                 bail!(
                     "{list:?}: {:?} can't be the name of a folder, or is there twice",
                     camera.name
@@ -314,18 +323,22 @@ impl Arguments {
                 Some(text) => duration(text)
                     .map_err(|err| anyhow::anyhow!("{list:?}: {}: {err}", camera.name))?,
             };
-            let feed = Feed::parse(std::slice::from_ref(&camera.source), &config, &announcer())
+            let source = std::slice::from_ref(&camera.source);
+            let feed = Feed::parse_or_away(source, &config, &announcer())
                 .with_context(|| format!("{list:?}: {}", camera.name))?;
-            let folder = self.place.store.join(&camera.name);
-            rounds.push(open(
-                &folder,
-                &camera.name,
-                (camera.reference.as_deref(), camera.patches_only, camera.presets),
-                feed,
-                every,
-            )?);
+            planned.push((camera, feed, every));
         }
-        Ok(rounds)
+        let listed = planned.len();
+        let mut rounds = Vec::new();
+        for (camera, feed, every) in planned {
+            let folder = self.place.store.join(&camera.name);
+            let known = (camera.reference.as_deref(), camera.patches_only, camera.presets);
+            match open(&folder, &camera.name, known, feed, every) {
+                Ok(round) => rounds.push(round),
+                Err(err) => watch::say_left_out(&camera.name, &err, &announcer()),
+            }
+        }
+        Ok((rounds, listed))
     }
 }
 

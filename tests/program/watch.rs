@@ -316,3 +316,32 @@ fn pictures_of_another_size_are_told_by_every_run() {
     camera.put(1, 1);
     assert_eq!(told(here, &["ftp", "--once"], 3)["state"], "LEARNING");
 }
+
+#[test]
+fn a_camera_that_is_away_or_wrong_keeps_no_other_from_being_watched() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let listed = |name: &str, rest: &str| format!("[[camera]]\nname = \"{name}\"\n{rest}\n");
+    let gate = listed("gate", "source = \"sim:street:1,days=0.3\"\nevery = \"1h\"");
+    let run = |list: String| {
+        fs::write(here.join("cameras.toml"), list).expect("written");
+        boresight(here, &["watch", "--list", "cameras.toml", "--store", "all", "--once"])
+    };
+    // One that can't be opened fails the run, but the other has been looked at.
+    let wrong = listed("hall", "source = \"yard\"\nreference = \"nothing.json\"");
+    let ended = run(wrong + &gate);
+    says(&ended, 1, &["hall isn't watched", "nothing.json", "Check the name"]);
+    assert!(ended.stdout.contains("gate: LEARNING"), "{}", ended.stdout);
+
+    // One whose disk isn't mounted can't be told, and is looked at once it's there.
+    says(&watch(here, "sim:street:2,days=0.01", "all/yard", &[]), 3, &[]);
+    let list = listed("yard", "source = \"yard\"") + &gate;
+    let ended = run(list.clone());
+    says(&ended, 3, &["yard: no source \"yard\""]);
+    assert!(ended.stdout.contains("gate: LEARNING"), "{}", ended.stdout);
+    Filled::new(&here.join("yard")).put(1, 1);
+    let ended = run(list);
+    assert!(!ended.stderr.contains("no source"), "{}", ended.stderr);
+    let lines = fs::read_to_string(here.join("all/yard/watch.jsonl")).expect("readable");
+    assert_eq!(lines.lines().count(), 3, "a picture, none, a picture: {lines}");
+}

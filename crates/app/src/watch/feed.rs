@@ -39,6 +39,8 @@ pub enum Feed {
     Live(SourceName),
     /// The simulated fixed camera, which is as fast as the machine.
     Street(Box<Street>),
+    /// A source that isn't there now, such as a folder of a disk that's to be mounted: its name, and how it's understood.
+    Away(String, Box<Config>),
 }
 
 /// One moment's pictures.
@@ -79,6 +81,24 @@ impl Feed {
         }
     }
 
+    /// A source that may be away for now: it's then looked for at every look.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::parse`] for a simulation, which is never away.
+    pub fn parse_or_away(
+        names: &[String],
+        config: &Config,
+        announcer: &Announcer,
+    ) -> anyhow::Result<Self> {
+        match (Self::parse(names, config, announcer), names) {
+            (Err(_), [name]) if !name.starts_with("sim") => {
+                Ok(Self::Away(name.clone(), Box::new(config.clone())))
+            }
+            (parsed, _) => parsed,
+        }
+    }
+
     /// True if its pictures are files or recorded, and so may all be read at once.
     pub fn is_recorded(&self) -> bool {
         !matches!(self, Self::Live(_))
@@ -102,7 +122,7 @@ impl Feed {
     pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         match self {
             Self::Live(name) | Self::Recorded(name) => Ok(name.open(u64::MAX)?.source),
-            Self::Files(_) | Self::Folder(_) | Self::Street(_) => {
+            Self::Files(_) | Self::Folder(_) | Self::Street(_) | Self::Away(..) => {
                 bail!("name a camera or a stream: a camera is pushed back while it's watched")
             }
         }
@@ -127,7 +147,7 @@ impl Feed {
             Self::Folder(folder) => {
                 entries(folder).into_iter().filter(|path| is_picture(path)).collect()
             }
-            Self::Recorded(_) | Self::Live(_) | Self::Street(_) => Vec::new(),
+            Self::Recorded(_) | Self::Live(_) | Self::Street(_) | Self::Away(..) => Vec::new(),
         };
         let mut files = Vec::new();
         for path in paths {

@@ -32,7 +32,7 @@ pub use camera::{WatchedCamera, reference_lens, replayed};
 pub use curve::curve;
 pub use feed::{Feed, Moment};
 pub use places::Places;
-pub use rounds::{Round, run};
+pub use rounds::{Round, run, say_left_out};
 pub use said::{
     Amounts, CameraMetrics, FindingLine, StateLine, exit, lines, metrics, with_scale, worst,
 };

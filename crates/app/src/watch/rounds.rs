@@ -14,7 +14,7 @@ use super::{
     places::{Hear, Places},
     times::now_secs,
 };
-use crate::Announcer;
+use crate::{Announcer, explain};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::NoAnswer;
 
@@ -46,6 +46,12 @@ impl Round {
         hear: Hear<'_>,
         announcer: &Announcer,
     ) -> anyhow::Result<()> {
+        if let Feed::Away(name, config) = &self.feed {
+            match Feed::parse(std::slice::from_ref(name), config, announcer) {
+                Ok(feed) => self.feed = feed,
+                Err(err) => return self.take(Err(err), now_secs(), hear, announcer),
+            }
+        }
         if let Feed::Live(_) = &self.feed {
             let moment = self.feed.burst();
             return self.take(moment, now_secs(), hear, announcer);
@@ -117,6 +123,14 @@ impl Round {
     }
 }
 
+/// Says why a camera isn't watched, and what to do.
+pub fn say_left_out(name: &str, err: &anyhow::Error, announcer: &Announcer) {
+    announcer.say(&format!("{name} isn't watched: {err:#}"));
+    if let Some(action) = explain(err) {
+        announcer.say(&action);
+    }
+}
+
 /// Threads that leave half of the machine to others.
 fn polite_threads() -> usize {
     thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1))
@@ -170,7 +184,7 @@ pub fn run(
                 || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
             match looked {
                 Err(err) => {
-                    announcer.say(&format!("{}: no longer watched: {err:#}", round.name));
+                    say_left_out(&round.name, &err, announcer);
                 }
                 Ok(()) if is_over => {
                     done.lock().unwrap_or_else(PoisonError::into_inner).push(round);
