@@ -32,8 +32,9 @@ impl Detector {
     }
 
     /// What `image` shows if it isn't a board of the kind of `named`, or whatever it shows without that: a board with markers of
-    /// another family or side, an AprilGrid as Kalibr's, squares with white around them, or circles of another layout that are a whole board. `None`
-    /// if it's none of these, or if `keep_on` says that there is no more time. Takes as long as several searches.
+    /// another family or side, an AprilGrid as Kalibr's, squares with white around them, or circles of another layout that are a
+    /// whole board. `None` if it's none of these, or if `keep_on` says that there is no more time. Takes as long as several
+    /// searches.
     pub fn recognise(
         &mut self,
         image: &GrayImage,
@@ -48,8 +49,16 @@ impl Detector {
         let usual = Tags::default();
         let is_named = named_markers.and_then(|markers| markers.tags) == Some(usual);
         let tags = Some(MarkerChoice::tags(usual));
-        if !is_named && markers_seen(&self.look(image, USUAL, tags, keep_on)) >= LEAST_MARKERS {
-            return Some(OtherBoard::AprilGrid);
+        if !is_named {
+            match self.look(image, USUAL, tags, keep_on) {
+                Ok(_)
+                | Err(
+                    Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: LEAST_MARKERS.. },
+                ) => {
+                    return Some(OtherBoard::AprilGrid);
+                }
+                Err(_) => {}
+            }
         }
         if !matches!(named, Some(Checkerboard::Checkerboard(_)))
             && let Some((columns, rows)) = self.count(image)
@@ -126,14 +135,5 @@ impl Detector {
             Some(markers) => squares.drawn_with(markers.in_squares_of(1.0)),
         };
         self.search(image, &board, Search { keep_on, ..Search::FULL })
-    }
-}
-
-/// Markers that were seen where a board with some was looked for.
-fn markers_seen(seen: &Result<Detection, Miss>) -> usize {
-    match seen {
-        Ok(_) => LEAST_MARKERS,
-        Err(Miss::OtherMarkers { markers } | Miss::OtherSquares { markers }) => *markers,
-        Err(_) => 0,
     }
 }
