@@ -136,7 +136,8 @@ fn a_session_calibrated_again_keeps_its_source() {
         assert!(read(page).contains("Calibration record (not a certificate)"), "{page}");
     }
     let other = scene(folder, "other.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
-    for against in [old, "again.json"] {
+    // The folder of the session names its result.
+    for against in [old, "again.json", "old"] {
         let check = ["check", "--against", against, "--json", "--source", &other];
         let ended = boresight(folder, &check);
         says(&ended, 3, &["NO VERDICT", "--same-camera"]);

@@ -508,7 +508,7 @@ fn a_simulated_session_says_so_on_every_sheet() {
     let folder = TempDir::new().expect("folder");
     // A quiet camera, which takes little time.
     fs::write(folder.path().join("scene.toml"), "").expect("written");
-    let scene = ["simulate", "scene.toml", "--out", "session", "--accepted-only"];
+    let scene = ["simulate", "sim:scene.toml", "--out", "session", "--accepted-only"];
     let simulate = [&scene[..], &["--set", "certificate.site=Hall 1"]].concat();
     let ended = boresight(folder.path(), &simulate);
     says(&ended, ended.code, &["report.html"]);

@@ -694,6 +694,8 @@ mod tests {
         let set = |text: &str| Config::load(None, &[text.to_owned()]);
         assert_eq!(set("guidance.hold_secs=0.5").expect("valid").guidance.hold_secs, 0.5);
         assert_eq!(set("guidance.plan=quick").expect("valid").guidance.plan, PlanName::Quick);
+        let no_number = set("guidance.hold_secs=long").expect_err("none").to_string();
+        assert!(no_number.contains("expected a number in `guidance.hold_secs`"), "{no_number}");
         for wrong in [
             "guidance.hold=1",
             "guidance.plan=slow",
