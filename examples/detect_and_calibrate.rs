@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow};
 use boresight::{
     board::Checkerboard,
-    calibration::{CalibrationParams, calibrate, projection_jacobian},
+    calibration::{CalibrationParams, calibrate, files::ViewName, projection_jacobian},
     detection::{Detector, DetectorParams},
     frame::ImageSize,
     text,
@@ -31,25 +31,28 @@ fn main() -> anyhow::Result<()> {
     files.sort();
     // A detector keeps its buffers from picture to picture.
     let mut detector = Detector::new(DetectorParams::default());
-    let (mut views, mut image_size) = (Vec::new(), None);
+    let (mut views, mut names, mut image_size) = (Vec::new(), Vec::new(), None);
     for file in &files {
         let picture = image::open(file)?.into_luma8();
         image_size = image_size.or(Some(ImageSize::of(&picture)));
         match detector.detect(&picture, &board) {
-            Ok(found) => views.push(found.corners),
+            Ok(found) => {
+                views.push(found.corners);
+                names.push(ViewName { name: file.display().to_string(), reason: None });
+            }
             Err(miss) => println!("{}: {}", file.display(), text::miss(&miss)),
         }
     }
     let image_size = image_size.context("no pictures")?;
 
     let found = calibrate(&views, &board, image_size, &CalibrationParams::default())
-        .map_err(|reason| anyhow!("{}", text::not_calibrated(&reason).0))?;
+        .map_err(|reason| anyhow!("{}", text::not_calibrated(&reason, &names).0))?;
     let (f, pp, sd) = (found.camera.f_px, found.camera.pp_px, found.sd());
     println!("f ({:.2}, {:.2}) ± {:.2} px", f.x, f.y, sd[0]);
     println!("pp ({:.2} ± {:.2}, {:.2} ± {:.2}) px", pp.x, sd[2], pp.y, sd[3]);
     println!("verdict: {}", found.verdict.code());
     for finding in &found.findings {
-        println!("  {}", text::finding(finding).0);
+        println!("  {}", text::finding(finding, &names).0);
     }
     // How far off the picture of a ray may be, over the whole picture.
     if let Some(jacobian) = projection_jacobian(&found.camera, image_size) {
