@@ -266,7 +266,7 @@ pub fn from_pictures(
                 let is_turned = upright == Upright::AsMarked
                     && [size.height_px, size.width_px]
                         == [image_size.width_px, image_size.height_px]
-                    && stored_size(path) == usual.and_then(|path| stored_size(path));
+                    && stored_size(path) == usual.and_then(stored_size);
                 let remedy = is_turned.then_some(text::source::ALIKE_AS_STORED);
                 if !is_few {
                     let remedy = remedy.unwrap_or("Pictures of one calibration have one size");
