@@ -27,6 +27,7 @@ use boresight_detect::{Detector, DetectorParams, Miss, WeighedGrid};
 use boresight_files::{Overwrite, make_folder, save};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text::{self, weighed};
+use boresight_run::pipeline::LOOKS_FOR_OTHERS;
 
 /// Detect the board's corners in pictures.
 ///
@@ -61,9 +62,6 @@ Examples:
   boresight detect --board 9x6 --explain why refused.png
   boresight detect --board 9x6 drive.mcap --topic /camera/image_raw";
 
-/// After so many pictures in a row without any board, other boards aren't looked for in the next.
-const MOST_FRUITLESS: usize = 5;
-
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let given = Given::of_pictures(&self.images)?;
@@ -91,7 +89,7 @@ impl Arguments {
             };
             let millis = started.elapsed().as_secs_f64() * 1e3;
             let seen = seen.map_err(|miss| {
-                let is_open = miss.leaves_open() && fruitless < MOST_FRUITLESS;
+                let is_open = miss.leaves_open() && fruitless < LOOKS_FOR_OTHERS;
                 let other = is_open.then(|| detector.recognise(image, Some(&board), &|| true));
                 let Some(other) = other else { return miss };
                 fruitless = if other.is_some() { 0 } else { fruitless + 1 };

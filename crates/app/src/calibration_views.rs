@@ -1,6 +1,7 @@
 //! The views of a calibration: from pictures, a table of corners, or the journal of a session.
 
 use std::{
+    cell::LazyCell,
     path::{Path, PathBuf},
     thread::available_parallelism,
 };
@@ -248,6 +249,7 @@ pub fn from_pictures(
     let has_usual =
         |read: &Option<(ImageSize, _)>| read.as_ref().is_some_and(|(size, _)| *size == image_size);
     let usual = read.iter().position(has_usual).map(|place| inputs[place].as_path());
+    let usual_stored = LazyCell::new(|| usual.and_then(stored_size));
     let mut views = CalibrationViews {
         image_size,
         corners: Vec::new(),
@@ -266,7 +268,7 @@ pub fn from_pictures(
                 let is_turned = upright == Upright::AsMarked
                     && [size.height_px, size.width_px]
                         == [image_size.width_px, image_size.height_px]
-                    && stored_size(path) == usual.and_then(stored_size);
+                    && stored_size(path) == *usual_stored;
                 let remedy = is_turned.then_some(text::source::ALIKE_AS_STORED);
                 if !is_few {
                     let remedy = remedy.unwrap_or("Pictures of one calibration have one size");

@@ -300,7 +300,7 @@ impl Detector {
         for level in [primary, finer, coarser].into_iter().flatten() {
             let halved = Halved::whole(level);
             self.expected.set(search.near, |corner| halved.at(corner));
-            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            let picture = at_level(image, &self.levels, level);
             let place = (image, picture, halved);
             let Self { circles, grids, expected, params, .. } = self;
             let weighed = &mut grids.weighed;
@@ -331,7 +331,7 @@ impl Detector {
         detection: &Detection,
     ) -> Result<(), Miss> {
         let Some(level) = level else { return Ok(()) };
-        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let picture = at_level(image, &self.levels, level);
         let halved = Halved::whole(level);
         let corners = detection.corners.iter().map(|corner| halved.at([corner.px.x, corner.px.y]));
         self.grids.check_whole(picture, board, corners)
@@ -345,7 +345,7 @@ impl Detector {
         near: Option<&Prediction>,
     ) -> Option<Miss> {
         let level = level?;
-        let picture = if level == 0 { image } else { &self.levels[level - 1] };
+        let picture = at_level(image, &self.levels, level);
         let halved = Halved::whole(level);
         let region = near.map(|near| {
             let ends = near.corners_px.iter().map(|corner| halved.at(*corner));
@@ -391,7 +391,7 @@ impl Detector {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
         let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
-        let at = |level: usize| if level == 0 { image } else { &levels[level - 1] };
+        let at = |level: usize| at_level(image, levels, level);
         let (picture, plain) = match pass {
             Pass::Level(level) => (at(level), at(level)),
             Pass::Grown(level, what) => {
@@ -411,6 +411,15 @@ impl Detector {
         }
         found
     }
+}
+
+/// A picture, halved as often as `level` says.
+pub(super) fn at_level<'a>(
+    image: &'a GrayImage,
+    levels: &'a [GrayImage],
+    level: usize,
+) -> &'a GrayImage {
+    if level == 0 { image } else { &levels[level - 1] }
 }
 
 /// Whether squares that don't touch may be the reason.

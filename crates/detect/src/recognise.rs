@@ -3,7 +3,7 @@
 use image::GrayImage;
 
 use super::{
-    detector::{Detector, Search},
+    detector::{Detector, Search, at_level},
     outcome::{Detection, Miss, OtherBoard},
 };
 use boresight_geometry::{
@@ -15,8 +15,6 @@ use boresight_geometry::{
 const OTHER_SIDES: [f64; 3] = [0.5, 0.6, 0.9];
 /// Longest side of a grid of circles that is counted.
 const LONGEST_COUNTED: usize = 20;
-/// Markers of no named dictionary that must be seen: one may be something else with a dark frame.
-const LEAST_MARKERS: usize = 3;
 /// Inner corners, or tags, of the boards with markers that are held against a picture. Another one of their kind shows such
 /// markers in other places.
 const USUAL: [u16; 2] = [7, 10];
@@ -26,7 +24,7 @@ impl Detector {
     /// many columns as rows. `None` without such a board.
     pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
-            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            let picture = at_level(image, &self.levels, level);
             self.grids.count(picture, &self.params)
         })
     }
@@ -51,10 +49,7 @@ impl Detector {
         let tags = Some(MarkerChoice::tags(usual));
         if !is_named {
             match self.look(image, USUAL, tags, keep_on) {
-                Ok(_)
-                | Err(
-                    Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: LEAST_MARKERS.. },
-                ) => {
+                Ok(_) | Err(Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: 1.. }) => {
                     return Some(OtherBoard::AprilGrid);
                 }
                 Err(_) => {}
@@ -106,7 +101,7 @@ impl Detector {
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
         for level in self.search_levels(image).into_iter().flatten() {
-            let picture = if level == 0 { image } else { &self.levels[level - 1] };
+            let picture = at_level(image, &self.levels, level);
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;
                 let layout = choice.markers.and_then(|markers| markers.circles);

@@ -5,7 +5,7 @@ use std::{
     thread::Builder,
 };
 
-use boresight_detect::{Detection, Detector, DetectorParams, Miss, Others, Prediction, Search};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, Prediction, Search};
 use boresight_geometry::board::Checkerboard;
 use image::GrayImage;
 
@@ -14,8 +14,8 @@ use super::error::PipelineError;
 /// The detection in a picture, or why the picture could not be loaded.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
-/// Pictures without the board, of all, that are looked at first for which other board they show.
-const FIRST_LOOKED_AT: usize = 5;
+/// Pictures without the named board that are looked at for others: if none of them shows one, the rest isn't looked at.
+pub const LOOKS_FOR_OTHERS: usize = 5;
 
 /// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` predicts where it
 /// is. If some pictures show another board, all without the named one are looked at for that.
@@ -34,30 +34,27 @@ pub fn detect_many<E: Send>(
     near: impl Fn(usize) -> Option<Prediction> + Sync,
     done: impl Fn(usize) + Sync,
 ) -> Result<Vec<Seen<E>>, PipelineError> {
-    let look = |detector: &mut Detector, index: usize, others: Others| {
-        let near = near(index);
-        let search = Search { near: near.as_ref(), others, ..Search::FULL };
-        load(index).map(|image| detector.search(&image, board, search))
-    };
     let all: Vec<usize> = (0..count).collect();
     let mut found = on_threads(&all, threads, &|detector, index| {
-        let seen = look(detector, index, Others::Ignored);
+        let near = near(index);
+        let search = Search { near: near.as_ref(), ..Search::FULL };
+        let seen = load(index).map(|image| detector.search(&image, board, search));
         done(index);
         seen
     })?;
     let is_open = |index: &usize| matches!(&found[*index], Ok(Err(miss)) if miss.leaves_open());
     let open: Vec<usize> = all.into_iter().filter(is_open).collect();
-    let every = open.len().div_ceil(FIRST_LOOKED_AT).max(1);
+    let every = open.len().div_ceil(LOOKS_FOR_OTHERS).max(1);
     let first: Vec<usize> = open.iter().copied().step_by(every).collect();
-    let seek = |detector: &mut Detector, index: usize| look(detector, index, Others::Sought);
-    let seen = on_threads(&first, threads, &seek)?;
-    let is_other = |(index, seen): (&usize, &Seen<E>)| match (&found[*index], seen) {
-        (Ok(Err(before)), Ok(Err(miss))) => before != miss,
-        _ => false,
+    let recognise = |detector: &mut Detector, index: usize| {
+        let image = load(index).ok()?;
+        detector.recognise(&image, Some(board), &|| true)
     };
-    if first.iter().zip(&seen).any(is_other) {
-        for (index, seen) in open.iter().zip(on_threads(&open, threads, &seek)?) {
-            found[*index] = seen;
+    if on_threads(&first, threads, &recognise)?.iter().any(Option::is_some) {
+        for (index, other) in open.iter().zip(on_threads(&open, threads, &recognise)?) {
+            if let Some(other) = other {
+                found[*index] = Ok(Err(Miss::OtherBoard(other)));
+            }
         }
     }
     Ok(found)
