@@ -5,7 +5,7 @@ use image::GrayImage;
 use super::{
     colours::{ColourStep, colour_step, colours, inside},
     lattice::{BESIDE, Lattice, Node, axes, height},
-    missing::{LEAD, SIDES, Why, behind, log2_likelihood, why_missing},
+    missing::{CORNER_BITS, LEAD, SIDES, Why, behind, log2_likelihood, why_missing},
     outcome::{Miss, OtherBoard},
     placement::{drop_thin_ends, place_part, place_whole},
     saddle::settle,
@@ -22,8 +22,6 @@ const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
 /// Corners beyond the named board that are looked for along a side, to name the larger one.
 const MOST_BEYOND: i32 = 4;
-/// Bits for more squares by a corner beyond a board: one place in three beside a board has something like a corner.
-const CORNER_BITS: f32 = 1.6;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 

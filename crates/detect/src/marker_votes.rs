@@ -1,8 +1,8 @@
 //! Which placement of a grid on a board the markers in its light squares speak for.
 //!
-//! Every marker that is read votes for the turns and shifts of the grid that put a similar marker there. A placement is
-//! used if the cells that agree with it could hardly agree by chance, and no other comes near. So a few squares anywhere on
-//! the board are enough, turned in any way, and a wrong cell here and there does no harm.
+//! Every marker that is read votes for the turns and shifts of the grid that put a similar marker there. What was read is weighed
+//! in bits for each of them, for a board with such markers in other places, and for anything else; the one that leads is taken. So
+//! a few squares anywhere on the board are enough, turned in any way, and a wrong cell here and there does no harm.
 
 use image::GrayImage;
 
@@ -10,6 +10,7 @@ use super::{
     explain::{PLACES, ReadMarker, VotedPlace, WeighedMarkers},
     lattice::{Lattice, Node},
     marker_cells::{Polarity, read_cells},
+    missing::{CORNER_BITS, LEAD, ONE_IS_OTHER},
     placement::{Placement, TURNS},
 };
 use boresight_geometry::{
@@ -17,23 +18,12 @@ use boresight_geometry::{
     markers::{Layout, Markers},
 };
 
-/// One in this many cells of a marker may be read wrongly.
-const WRONG_SHARE: usize = 7;
-/// With up to one wrong cell in this many, a reading is ambiguous and ignored.
-const BLURRED_SHARE: usize = 4;
-/// Bits by which the cells must agree beyond chance: once in four million, and more than with any other placement.
-const LEAST_BITS: f64 = 22.0;
-const BITS_AHEAD: f64 = 12.0;
+/// One cell in this many is read wrongly.
+const ONE_IS_MISREAD: f64 = 32.0;
+/// One picture without the board in two to this power has as many markers of the board where the board has them.
+const BY_CHANCE_BITS: f64 = 14.0;
 /// Placements with most votes that are looked at.
 const MOST_PLACEMENTS: usize = 8;
-/// A placement is out if it puts this many corners more than another beyond the board's ends: a whole row or column, as a
-/// rule.
-const MORE_OUTSIDE: usize = 4;
-/// Least number of markers that agree for each one that doesn't.
-const AGREEING_PER_CONFLICT: usize = 2;
-/// It's another board, one with another number of columns or rows as a rule, if this many markers of the dictionary are
-/// where it has others or none.
-const LEAST_OTHERS: usize = 2;
 
 /// A marker that was read in a square of the grid.
 pub(super) struct Reading {
@@ -54,21 +44,35 @@ pub(super) struct Candidate {
     pub(super) placement: Placement,
     layout: Layout,
     votes: usize,
-    /// Bits of agreement beyond chance.
+    /// Bits for the board in this place, compared with any cells.
     bits: f64,
-    agreeing: usize,
-    conflicts: usize,
-    /// Other markers of the dictionary than the board has there, cell by cell.
-    others: usize,
-    /// Corners of the grid that would lie beyond the board's ends.
-    outside: usize,
+    /// Bits by which a board with such markers in other places explains more.
+    elsewhere: f64,
 }
 
 impl Candidate {
-    /// Whether the board has the marker that was read where it was read.
+    /// Whether what was read is the board's marker rather than any cells.
     pub(super) fn agrees(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> bool {
+        self.bits_of(reading, board, markers) > 0.0
+    }
+
+    /// Bits for the marker that the board has where one was read.
+    fn bits_of(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> f64 {
         let cells = markers.dictionary.side_cells().pow(2);
-        wrong_cells(self, reading, board, markers).is_some_and(|wrong| wrong <= cells / WRONG_SHARE)
+        let wrong = self.wrong_cells(reading, board, markers);
+        wrong.map_or(-libm::log2(ONE_IS_OTHER.into()), |wrong| bits_of(cells, wrong))
+    }
+
+    /// Cells in which a reading differs from the marker that should be there; `None` if there should be none.
+    fn wrong_cells(
+        &self,
+        reading: &Reading,
+        board: &Checkerboard,
+        markers: Markers,
+    ) -> Option<usize> {
+        let square = self.square_of(reading)?;
+        let code = markers.code_at(self.layout, square, board.squares())?;
+        Some((reading.codes[self.turn] ^ code).count_ones() as usize)
     }
 
     /// The square in which a marker was read, in columns and rows of squares; `None` before the board's first.
@@ -81,6 +85,16 @@ impl Candidate {
     pub(super) fn is_light(&self, node: Node, board: &Checkerboard) -> bool {
         let has_marker = self.layout.is_light(square_at(&self.placement, node), board.squares()[1]);
         has_marker == (self.polarity == Polarity::Positive)
+    }
+
+    /// How many corners of the grid it puts beyond the board's ends.
+    fn outside(&self, lattice: &Lattice, board: &Checkerboard) -> usize {
+        let size = [board.columns() as i32, board.rows() as i32];
+        let is_outside = |node: &&Node| {
+            let place = self.placement.place(**node);
+            (0..2).any(|k| !(0..size[k]).contains(&place[k]))
+        };
+        lattice.nodes().iter().filter(is_outside).count()
     }
 }
 
@@ -153,25 +167,23 @@ pub(super) fn place(
     board: &Checkerboard,
     markers: Markers,
 ) -> Verdict {
-    let (mut candidates, searched) = judged(readings, lattice, board, markers);
-    let most_bits = candidates.iter().map(|it| it.bits).fold(0.0, f64::max);
-    candidates.retain(|it| most_bits - it.bits < BITS_AHEAD);
-    let is_certain = |it: &Candidate| it.bits - libm::log2(searched.max(1) as f64) >= LEAST_BITS;
-    let has_others = |it: &Candidate| it.others >= LEAST_OTHERS;
-    let is_other = candidates.iter().any(|it| is_certain(it) && has_others(it));
-    candidates.retain(|it| !has_others(it));
-    let explains =
-        |it: &&Candidate| is_certain(it) && it.agreeing >= AGREEING_PER_CONFLICT * it.conflicts;
-    candidates.sort_by_key(|candidate| candidate.outside);
-    let Some(first) = candidates.iter().find(explains) else {
-        return if is_other { Verdict::OtherSquares } else { Verdict::Unexplained };
-    };
-    let near = candidates.iter().filter(|it| it.outside < first.outside + MORE_OUTSIDE).count();
-    if near == 1 { Verdict::Clear(*first) } else { Verdict::Ambiguous }
+    let (candidates, searched) = weighed(readings, lattice, board, markers);
+    let lead = f64::from(LEAD);
+    let (chance, needed) = (libm::log2(searched.max(1) as f64), BY_CHANCE_BITS + lead);
+    let Some(best) = candidates.first() else { return Verdict::Unexplained };
+    let with_others = candidates.iter().map(|it| it.bits + it.elsewhere).fold(0.0, f64::max);
+    if with_others - best.bits.max(0.0) >= needed {
+        return Verdict::OtherSquares;
+    }
+    if best.bits - chance < needed {
+        return Verdict::Unexplained;
+    }
+    let is_near = candidates.get(1).is_some_and(|second| best.bits - second.bits < lead);
+    if is_near { Verdict::Ambiguous } else { Verdict::Clear(*best) }
 }
 
-/// The placements with most votes, and how many have some.
-fn judged(
+/// The placements with most votes, best first, and how many have some.
+fn weighed(
     readings: &[Reading],
     lattice: &Lattice,
     board: &Checkerboard,
@@ -181,10 +193,20 @@ fn judged(
     candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.votes));
     let searched = candidates.len();
     candidates.truncate(MOST_PLACEMENTS);
+    let cells = markers.dictionary.side_cells().pow(2);
+    let known_bits = bits_of(cells, 0) - libm::log2(markers.dictionary.count() as f64);
     for candidate in &mut candidates {
-        judge(candidate, readings, board, markers);
-        candidate.outside = outside(candidate, lattice, board);
+        for reading in readings {
+            let bits = candidate.bits_of(reading, board, markers);
+            // Where a square is only guessed, what is read may be beside it, but no marker of the dictionary's.
+            candidate.bits += if reading.is_sure { bits } else { bits.max(0.0) };
+            if markers.knows(reading.codes[candidate.turn]) {
+                candidate.elsewhere += (known_bits - bits).max(0.0);
+            }
+        }
+        candidate.bits -= f64::from(CORNER_BITS) * candidate.outside(lattice, board) as f64;
     }
+    candidates.sort_by(|one, other| other.bits.total_cmp(&one.bits));
     (candidates, searched)
 }
 
@@ -195,33 +217,33 @@ pub(super) fn votes(
     board: &Checkerboard,
     markers: Markers,
 ) -> WeighedMarkers {
-    let (mut candidates, _) = judged(readings, lattice, board, markers);
-    candidates.sort_by(|one, other| other.bits.total_cmp(&one.bits));
+    let (candidates, _) = weighed(readings, lattice, board, markers);
     let cells = markers.dictionary.side_cells().pow(2);
     let best = candidates.first();
     let read = |reading: &Reading| {
         let code = reading.codes[best.map_or(0, |it| it.turn)];
-        let wrong = best.and_then(|it| wrong_cells(it, reading, board, markers));
-        let fits = wrong.filter(|wrong| *wrong <= cells / WRONG_SHARE);
+        let wrong = best.and_then(|it| it.wrong_cells(reading, board, markers));
         ReadMarker {
             square: best.map(|it| square_at(&it.placement, reading.node)),
             marker: best
                 .and_then(|it| it.layout.marker_at(it.square_of(reading)?, board.squares())),
             is_white: (0..cells).rev().map(|cell| code >> cell & 1 == 1).collect(),
             wrong: wrong.unwrap_or_default(),
-            bits: fits.map(|wrong| bits_beyond_chance(cells, wrong)),
+            bits: wrong.map(|wrong| bits_of(cells, wrong)).filter(|bits| *bits > 0.0),
         }
     };
     let (low, high) = lattice.extent().unwrap_or_default();
     let place = |it: &Candidate| {
         let ends = [it.placement.place(low), it.placement.place(high)];
+        let agrees = |reading: &&Reading| it.agrees(reading, board, markers);
+        let disagrees = |reading: &&Reading| reading.is_sure && !agrees(reading);
         VotedPlace {
             first: std::array::from_fn(|k| ends[0][k].min(ends[1][k])),
             quarter_turns: it.placement.quarter_turns(),
             bits: it.bits,
-            agreeing: it.agreeing,
-            conflicts: it.conflicts,
-            outside: it.outside,
+            agreeing: readings.iter().filter(agrees).count(),
+            conflicts: readings.iter().filter(disagrees).count(),
+            outside: it.outside(lattice, board),
         }
     };
     WeighedMarkers {
@@ -230,21 +252,13 @@ pub(super) fn votes(
     }
 }
 
-/// How many corners of the grid a placement puts beyond the board's ends.
-fn outside(candidate: &Candidate, lattice: &Lattice, board: &Checkerboard) -> usize {
-    let size = [board.columns() as i32, board.rows() as i32];
-    let is_outside = |node: &&Node| {
-        let place = candidate.placement.place(**node);
-        (0..2).any(|k| !(0..size[k]).contains(&place[k]))
-    };
-    lattice.nodes().iter().filter(is_outside).count()
-}
-
 /// Every placement for which a reading speaks.
 fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Candidate> {
     let [columns, rows] = board.squares();
     let layouts = markers.layouts(rows);
     let cells = markers.dictionary.side_cells().pow(2);
+    let speaks = |wrong: &usize| bits_of(cells, *wrong) >= f64::from(LEAD);
+    let too_many = (0..cells).take_while(speaks).count();
     let mut candidates: Vec<Candidate> = Vec::new();
     let squares = || (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]));
     for layout in layouts {
@@ -252,7 +266,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
             let Some(code) = markers.code_at(*layout, square, [columns, rows]) else { continue };
             for reading in readings {
                 for (turn, seen) in reading.codes.iter().enumerate() {
-                    if (seen ^ code).count_ones() as usize > cells / WRONG_SHARE {
+                    if (seen ^ code).count_ones() as usize >= too_many {
                         continue;
                     }
                     let unshifted = Placement { turn: TURNS[turn], shift: [0, 0] };
@@ -271,10 +285,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
                             layout: *layout,
                             votes: 1,
                             bits: 0.0,
-                            agreeing: 0,
-                            conflicts: 0,
-                            others: 0,
-                            outside: 0,
+                            elsewhere: 0.0,
                         }),
                     }
                 }
@@ -284,43 +295,13 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
     candidates
 }
 
-fn judge(candidate: &mut Candidate, readings: &[Reading], board: &Checkerboard, markers: Markers) {
-    let cells = markers.dictionary.side_cells().pow(2);
-    for reading in readings {
-        match wrong_cells(candidate, reading, board, markers) {
-            Some(wrong) if wrong <= cells / WRONG_SHARE => {
-                candidate.agreeing += 1;
-                candidate.bits += bits_beyond_chance(cells, wrong);
-            }
-            Some(wrong) if wrong <= cells / BLURRED_SHARE => {}
-            _ => {
-                candidate.conflicts += usize::from(reading.is_sure);
-                candidate.others += usize::from(markers.knows(reading.codes[candidate.turn]));
-            }
-        }
-    }
-}
-
-/// Cells in which a reading differs from the marker that should be there; `None` if there should be none.
-fn wrong_cells(
-    candidate: &Candidate,
-    reading: &Reading,
-    board: &Checkerboard,
-    markers: Markers,
-) -> Option<usize> {
-    let square = candidate.square_of(reading)?;
-    let code = markers.code_at(candidate.layout, square, board.squares())?;
-    Some((reading.codes[candidate.turn] ^ code).count_ones() as usize)
-}
-
-/// `−log₂` of the probability that at most `wrong` of `cells` differ by chance.
-fn bits_beyond_chance(cells: usize, wrong: usize) -> f64 {
-    let (mut ways, mut sum) = (1.0, 1.0);
-    for k in 1..=wrong {
-        ways *= (cells + 1 - k) as f64 / k as f64;
-        sum += ways;
-    }
-    cells as f64 - libm::log2(sum)
+/// Bits for a marker of which `wrong` cells were read otherwise, compared with any cells.
+fn bits_of(cells: usize, wrong: usize) -> f64 {
+    let (right, wrong) = ((cells - wrong) as f64, wrong as f64);
+    let as_read =
+        right * libm::log2(1.0 - 1.0 / ONE_IS_MISREAD) - wrong * libm::log2(ONE_IS_MISREAD);
+    let other = 1.0 / f64::from(ONE_IS_OTHER);
+    libm::log2((1.0 - other) * libm::exp2(cells as f64 + as_read) + other)
 }
 
 #[cfg(test)]
@@ -337,9 +318,9 @@ mod tests {
     }
 
     #[test]
-    fn chance_is_counted_in_bits() {
-        assert_eq!(bits_beyond_chance(16, 0), 16.0);
-        assert!((bits_beyond_chance(16, 1) - (16.0 - 17_f64.log2())).abs() < 1e-12);
-        assert!(bits_beyond_chance(16, 16).abs() < 1e-12);
+    fn a_marker_is_weighed_against_any_cells() {
+        assert!((15.0..16.0).contains(&bits_of(16, 0)));
+        assert!(bits_of(16, 1) > 8.0 && bits_of(16, 3) > 0.0);
+        assert!((-4.1..-3.9).contains(&bits_of(16, 16)));
     }
 }

@@ -117,6 +117,8 @@ const UNEVEN_TO: f32 = 0.35;
 
 /// Bits by which an explanation must lead all others to be taken.
 pub(super) const LEAD: f32 = 8.0;
+/// Bits for more squares by a corner beyond a board: one place in three beside a board has something like a corner.
+pub(super) const CORNER_BITS: f32 = 1.6;
 /// Standard deviation of a place's brightness, as a share of the step from dark to light squares, and the range of what
 /// anything else may have.
 const SPREAD: f32 = 0.15;

@@ -15,7 +15,7 @@ use boresight_geometry::{
 const OTHER_SIDES: [f64; 3] = [0.5, 0.6, 0.9];
 /// Longest side of a grid of circles that is counted.
 const LONGEST_COUNTED: usize = 20;
-/// Inner corners, or tags, of the boards with markers that are held against a picture. Another one of their kind shows such
+/// Squares less one, or tags, of the boards with markers that are held against a picture. Another one of their kind shows such
 /// markers in other places.
 const USUAL: [u16; 2] = [7, 10];
 
@@ -48,7 +48,8 @@ impl Detector {
         let is_named = named_markers.and_then(|markers| markers.tags) == Some(usual);
         let tags = Some(MarkerChoice::tags(usual));
         if !is_named {
-            match self.look(image, USUAL, tags, keep_on) {
+            // Two corners a tag.
+            match self.look(image, USUAL.map(|tags| 2 * tags), tags, keep_on) {
                 Ok(_) | Err(Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: 1.. }) => {
                     return Some(OtherBoard::AprilGrid);
                 }

@@ -12,7 +12,7 @@ pub const NO_GRID: &str = "no grid of corners or circles was found";
 /// Meaning of the bits, before the first ones.
 pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 256 to 1, and a grid's place needs a lead of 8. \
                          A part of a plain board also needs its code or, live, its track. Where markers say the place, it needs \
-                         22 bits beyond chance, and a lead of 12.";
+                         22 bits beyond chance, too.";
 
 /// How a grid was found, what came of it, and why.
 pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
