@@ -3,12 +3,12 @@
 use image::GrayImage;
 
 use super::{
-    colours::{ColourStep, colour_step, colours, inside},
-    lattice::{BESIDE, Lattice, Node, axes, height},
+    colours::{ColourStep, FAR_SQUARES, alternating, colour_step, colours},
+    complete::{Squares, complete, interpolate_last, prune},
+    lattice::{BESIDE, Lattice, Node},
     missing::{CORNER_BITS, LEAD, SIDES, Why, behind, log2_likelihood, why_missing},
     outcome::{Miss, OtherBoard},
     placement::{drop_thin_ends, place_part, place_whole},
-    saddle::settle,
     track::Expected,
 };
 use boresight_geometry::board::Checkerboard;
@@ -17,9 +17,6 @@ use boresight_geometry::board::Checkerboard;
 const LEAST_SIDE: i32 = 3;
 /// A grid with less than one in this many of the board's corners is not worth completing.
 const LEAST_SHARE: usize = 4;
-/// Least colour step of a corner that is filled in, as a fraction of its neighbours', and in grey levels.
-const LEAST_OF_NEXT: f32 = 0.35;
-const LEAST_STEP: f32 = 3.0;
 /// Corners beyond the named board that are looked for along a side, to name the larger one.
 const MOST_BEYOND: i32 = 4;
 /// At most one in this many corners may be interpolated and confirmed by the edge fit.
@@ -47,7 +44,7 @@ pub(super) fn match_board(
         return Err(whole_board(image, lattice).map_or(partial, other_board));
     }
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
-    complete(image, lattice, columns.max(rows));
+    fill(image, lattice, columns.max(rows));
     prune(lattice);
     // A longer row beyond the board belongs to a larger one.
     drop_thin_ends(lattice, |(width, height)| {
@@ -102,7 +99,7 @@ pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(),
     let Some((low, high)) = lattice.extent() else { return Ok(()) };
     let more = SIDES.map(|out| i32::from(behind(image, lattice, out).goes_on()));
     let seen = (high.0 - low.0 + 1 + more[0] + more[1], high.1 - low.1 + 1 + more[2] + more[3]);
-    complete(image, lattice, seen.0.max(seen.1) + MOST_BEYOND);
+    fill(image, lattice, seen.0.max(seen.1) + MOST_BEYOND);
     let is_beyond =
         |(i, j): Node| !((low.0..=high.0).contains(&i) && (low.1..=high.1).contains(&j));
     let beyond = || lattice.nodes().iter().filter(|node| is_beyond(**node));
@@ -164,90 +161,18 @@ pub(super) fn count_board(
     longest: i32,
 ) -> Option<(usize, usize)> {
     prune(lattice);
-    complete(image, lattice, longest);
+    fill(image, lattice, longest);
     prune(lattice);
     let (width, height) = whole_board(image, lattice)?;
     Some((width.max(height) as usize, width.min(height) as usize))
 }
 
-/// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and noise can hide a
-/// corner from every stage before the edge fit, which must then confirm it.
-fn interpolate_last(
-    image: &GrayImage,
-    lattice: &mut Lattice,
-    (low, high): (Node, Node),
-    most: usize,
-) {
-    let places = ((high.0 - low.0 + 1) * (high.1 - low.1 + 1)) as usize;
-    if lattice.len() == places || lattice.len() + most < places {
-        return;
-    }
-    for i in low.0..=high.0 {
-        for j in low.1..=high.1 {
-            if !lattice.contains((i, j))
-                && let Some((guess, side)) = lattice.predict((i, j))
-                && inside(image, guess, 0.2 * side)
-            {
-                lattice.insert((i, j), guess);
-            }
-        }
-    }
-}
-
-/// Drops members without a neighbour along both axes.
-pub(super) fn prune(lattice: &mut Lattice) {
-    loop {
-        let before = lattice.len();
-        lattice.retain(|lattice, (i, j)| {
-            let has = |di: i32, dj: i32| lattice.contains((i + di, j + dj));
-            (has(1, 0) || has(-1, 0)) && (has(0, 1) || has(0, -1))
-        });
-        if lattice.len() == before {
-            return;
-        }
-    }
-}
-
-/// Adds nodes inside the grid and in one row around it where the picture shows the right colours, while the grid stays
-/// within `longest` corners a side.
-fn complete(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
-    let Some(typical) = colours(image, lattice) else { return };
-    for _ in 0..2 * longest {
-        let Some((low, high)) = lattice.extent() else { return };
-        let before = lattice.len();
-        for i in low.0 - 1..=high.0 + 1 {
-            for j in low.1 - 1..=high.1 + 1 {
-                let node = (i, j);
-                let (low, high) = lattice.extent().unwrap_or((low, high));
-                let too_long = high.0.max(i) - low.0.min(i) >= longest
-                    || high.1.max(j) - low.1.min(j) >= longest;
-                let beside = || BESIDE.iter().any(|(di, dj)| lattice.contains((i + di, j + dj)));
-                if too_long || lattice.contains(node) || !beside() {
-                    continue;
-                }
-                let Some((guess, side)) = lattice.predict(node) else { continue };
-                let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
-                let centred = settle(image, guess, side);
-                let moved = libm::hypotf(centred[0] - guess[0], centred[1] - guess[1]);
-                if moved > 0.25 * side || !lattice.insert(node, centred) {
-                    continue;
-                }
-                // Light is uneven: neighbours predict the step better than the whole board does.
-                let beside = BESIDE.iter().filter_map(|(di, dj)| {
-                    Some(colour_step(image, lattice, (i + di, j + dj))?.value.abs())
-                });
-                let near = beside.fold(typical.abs(), f32::min);
-                let sign = if (i + j) % 2 == 0 { typical.signum() } else { -typical.signum() };
-                let seen = colour_step(image, lattice, node).is_some_and(|step| {
-                    step.clean && step.value * sign > (LEAST_OF_NEXT * near).max(LEAST_STEP)
-                });
-                if !seen {
-                    lattice.take_back();
-                }
-            }
-        }
-        if lattice.len() == before {
-            return;
-        }
-    }
+/// Completes a grid whose colours alternate, while it stays within `longest` corners a side.
+fn fill(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
+    let Some(typical) = colours(image, lattice, FAR_SQUARES, &alternating) else { return };
+    let step = |node: Node| typical * alternating(node);
+    complete(image, lattice, &Squares { far: FAR_SQUARES, step: &step }, |lattice, (i, j)| {
+        let (low, high) = lattice.extent().unwrap_or_default();
+        high.0.max(i) - low.0.min(i) < longest && high.1.max(j) - low.1.min(j) < longest
+    });
 }

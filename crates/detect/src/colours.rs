@@ -53,13 +53,23 @@ pub(super) fn colour_step_within(
     Some(ColourStep { value, uneven, clean: uneven < 1.4 * value.abs() })
 }
 
-/// Mean colour step of the members at even nodes, with its sign; `None` if the colours don't alternate.
-pub(super) fn colours(image: &GrayImage, lattice: &Lattice) -> Option<f32> {
+/// +1 at even nodes, −1 at odd ones.
+pub(super) fn alternating((i, j): Node) -> f32 {
+    if (i + j) % 2 == 0 { 1.0 } else { -1.0 }
+}
+
+/// Mean colour step of the members, with its sign after multiplying each with its own `sign`; `None` if they disagree. The
+/// picture is looked at up to `far` squares from a corner.
+pub(super) fn colours(
+    image: &GrayImage,
+    lattice: &Lattice,
+    far: f32,
+    sign: &dyn Fn(Node) -> f32,
+) -> Option<f32> {
     let steps = || {
-        lattice.nodes().iter().filter_map(|&(i, j)| {
-            let step = colour_step(image, lattice, (i, j))?.value;
-            Some(if (i + j) % 2 == 0 { step } else { -step })
-        })
+        let step =
+            |node: &Node| Some(sign(*node) * colour_step_within(image, lattice, *node, far)?.value);
+        lattice.nodes().iter().filter_map(step)
     };
     let count = steps().count();
     let light = steps().filter(|step| *step > 0.0).count();
@@ -110,9 +120,8 @@ pub(super) enum Cells {
 
 /// What the edges between the corners of a grid make of its cells.
 pub(super) fn cells(image: &GrayImage, lattice: &Lattice) -> Cells {
-    let sign = |(i, j): Node| if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
     let steps = lattice.nodes().iter().filter_map(|node| {
-        Some((1.0, 2.0 * sign(*node) * colour_step(image, lattice, *node)?.value))
+        Some((1.0, 2.0 * alternating(*node) * colour_step(image, lattice, *node)?.value))
     });
     let (count, sum) =
         steps.fold((0.0, 0.0), |(count, sum), (one, step)| (count + one, sum + step));
@@ -123,7 +132,7 @@ pub(super) fn cells(image: &GrayImage, lattice: &Lattice) -> Cells {
         for &node in lattice.nodes() {
             let places = ALONG_EDGE.map(|share| beside_edge(image, lattice, node, along, share));
             let [Some(first), Some(middle), Some(last)] = places else { continue };
-            let across = |[one, other]: [f32; 2]| sign(node) * (one - other);
+            let across = |[one, other]: [f32; 2]| alternating(node) * (one - other);
             at_ends += 0.5 * (across(first) + across(last));
             in_middle += across(middle);
             bulge += 0.5 * (first[0] + first[1] + last[0] + last[1]) - middle[0] - middle[1];
@@ -168,7 +177,7 @@ pub(super) fn all_colours_alternate(
     lattice: &Lattice,
     board: &Checkerboard,
 ) -> bool {
-    let Some(typical) = colours(image, lattice) else { return false };
+    let Some(typical) = colours(image, lattice, FAR_SQUARES, &alternating) else { return false };
     let first = lattice.get((0, 0));
     let Some((u, v)) = first.and_then(|first| axes(lattice, (0, 0), first)) else { return false };
     let upright = u[0] * v[1] - u[1] * v[0] > 0.0;
@@ -176,7 +185,7 @@ pub(super) fn all_colours_alternate(
     upright
         && (same_parity || typical < 0.0)
         && lattice.nodes().iter().all(|&(i, j)| {
-            let expected = if (i + j) % 2 == 0 { typical } else { -typical };
+            let expected = typical * alternating((i, j));
             colour_step(image, lattice, (i, j))
                 .is_some_and(|step| step.clean && step.value * expected > 0.0)
         })

@@ -3,8 +3,9 @@
 use image::GrayImage;
 
 use super::{
-    board_match::{count_board, is_no_part, match_board, prune},
+    board_match::{count_board, is_no_part, match_board},
     colours::{Cells, cells},
+    complete::prune,
     explain::{GridOutcome, WeighedGrid},
     grow::{Grower, Limits},
     junction::{self, Junction},

@@ -85,6 +85,7 @@ mod circle_blobs;
 mod circle_grid;
 mod circles;
 mod colours;
+mod complete;
 mod detector;
 mod disc_model;
 mod edge_model;

@@ -5,13 +5,13 @@
 use image::GrayImage;
 
 use super::{
-    colours::{FAR_SQUARES, colour_step_within, inside},
-    lattice::{Lattice, Node, axes, height},
+    colours::{FAR_SQUARES, colours},
+    complete::{Squares, complete},
+    lattice::{Lattice, Node},
     marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place},
     missing::why_missing,
     outcome::Miss,
-    saddle::settle,
 };
 use boresight_geometry::{board::Checkerboard, markers::Markers};
 
@@ -20,12 +20,6 @@ const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
 /// How far a corner may be from where its neighbours put it, in squares.
 const OFF_SQUARES: f32 = 0.4;
-/// Rounds in which corners beside known ones are added.
-const ROUNDS: usize = 30;
-/// How far a corner that is added may be from its prediction, in squares.
-const NEAR_SQUARES: f32 = 0.12;
-/// Least colour step of a corner, as a fraction of the others'.
-const LEAST_OF_TYPICAL: f32 = 0.35;
 /// Share of the gap between a square's edge and its marker in which colours are compared.
 const GAP_SHARE: f32 = 0.9;
 const LEAST_CORNERS: usize = 4;
@@ -67,11 +61,18 @@ pub(super) fn name_corners(
     };
     keep_agreeing(lattice, readings, &best, board, markers);
     let far = (GAP_SHARE * markers.gap_steps() as f32).min(FAR_SQUARES);
-    let Some(typical) = keep_coloured(image, lattice, &best, board, far) else {
-        return Err(partial(lattice));
-    };
+    let sign = |node: Node| if best.is_light(node, board) { 1.0 } else { -1.0 };
+    let typical = colours(image, lattice, far, &sign).filter(|typical| *typical > 0.0);
+    let Some(typical) = typical else { return Err(partial(lattice)) };
+    let step = |node: Node| typical * sign(node);
+    let squares = Squares { far, step: &step };
+    lattice.retain(|lattice, node| squares.show(image, lattice, node));
     keep_in_line(lattice);
-    add_beside(image, lattice, &best, board, (far, typical));
+    let size = size.map(|count| 0..count);
+    complete(image, lattice, &squares, |_, node| {
+        let place = best.placement.place(node);
+        (0..2).all(|k| size[k].contains(&place[k]))
+    });
     keep_in_line(lattice);
     if lattice.len() < LEAST_CORNERS {
         return Err(partial(lattice));
@@ -117,77 +118,5 @@ fn keep_in_line(lattice: &mut Lattice) {
         let worst = off.max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((_, worst)) = worst.filter(|(off, _)| *off > OFF_SQUARES) else { return };
         lattice.retain(|_, node| node != worst);
-    }
-}
-
-/// +1 if the square towards higher steps along both axes is light, −1 if it's dark.
-fn sign(best: &Candidate, node: Node, board: &Checkerboard) -> f32 {
-    if best.is_light(node, board) { 1.0 } else { -1.0 }
-}
-
-/// Drops corners around which the colours are wrong; returns the others' mean colour step. `None` if few are left.
-fn keep_coloured(
-    image: &GrayImage,
-    lattice: &mut Lattice,
-    best: &Candidate,
-    board: &Checkerboard,
-    far: f32,
-) -> Option<f32> {
-    let step = |lattice: &Lattice, node: Node| {
-        let step = colour_step_within(image, lattice, node, far)?.value;
-        Some(step * sign(best, node, board))
-    };
-    let steps: Vec<f32> = lattice.nodes().iter().filter_map(|node| step(lattice, *node)).collect();
-    let positive = || steps.iter().filter(|step| **step > 0.0);
-    let count = positive().count();
-    if count < LEAST_CORNERS || 4 * count < 3 * steps.len() {
-        return None;
-    }
-    let typical = positive().sum::<f32>() / count as f32;
-    lattice.retain(|lattice, node| {
-        step(lattice, node).is_some_and(|step| step > LEAST_OF_TYPICAL * typical)
-    });
-    Some(typical)
-}
-
-/// Adds corners of the board beside known ones where the picture shows one.
-fn add_beside(
-    image: &GrayImage,
-    lattice: &mut Lattice,
-    best: &Candidate,
-    board: &Checkerboard,
-    (far, typical): (f32, f32),
-) {
-    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
-    for _ in 0..ROUNDS {
-        let before = lattice.len();
-        for row in 0..rows {
-            for column in 0..columns {
-                let node = best.placement.node([column, row]);
-                if lattice.contains(node) {
-                    continue;
-                }
-                let Some((guess, side)) = lattice.predict(node) else { continue };
-                let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
-                if !inside(image, guess, 2.0) {
-                    continue;
-                }
-                // The window reaches 0.3 of what it's given: only to the marker.
-                let found = settle(image, guess, far * side / 0.3);
-                let moved = libm::hypotf(found[0] - guess[0], found[1] - guess[1]);
-                if moved > (NEAR_SQUARES * side).max(1.5) || !lattice.insert(node, found) {
-                    continue;
-                }
-                let is_seen = colour_step_within(image, lattice, node, far).is_some_and(|step| {
-                    step.clean && step.value * sign(best, node, board) > LEAST_OF_TYPICAL * typical
-                });
-                if !is_seen {
-                    lattice.take_back();
-                }
-            }
-        }
-        if lattice.len() == before {
-            return;
-        }
     }
 }
