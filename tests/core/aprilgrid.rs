@@ -12,7 +12,7 @@ use boresight::{
     simulation::{Scene, render_view},
     text,
 };
-use image::{GrayImage, imageops};
+use image::{GrayImage, Luma, imageops};
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -123,6 +123,22 @@ fn other_tags_are_said_to_be_others() {
     assert!(matches!(others, Err(Miss::OtherMarkers { markers: 3.. })), "{others:?}");
     let wider = find(&board([5, 3], 0.3, 0));
     assert!(matches!(wider, Err(Miss::OtherSquares { markers: 3.. })), "{wider:?}");
+}
+
+/// In a picture that is halved first, only a few such small tags are read, and none that contradicts.
+#[test]
+fn tags_in_other_squares_count_even_if_only_the_finer_picture_shows_them() {
+    let [width, height] = [226, 178];
+    let filter = imageops::FilterType::Triangle;
+    let small = imageops::resize(&drawn(DRAWN[0]), width, height, filter);
+    let mut picture = GrayImage::from_pixel(1280, 720, Luma([255]));
+    imageops::overlay(&mut picture, &small, 100, 100);
+    let picture = imageops::blur(&picture, 1.2);
+    for first in [1, 2] {
+        let board = board([4, 3], 0.3, first);
+        let found = Detector::new(DetectorParams::default()).detect(&picture, &board);
+        assert!(matches!(found, Err(Miss::OtherSquares { markers: 3.. })), "{first}: {found:?}");
+    }
 }
 
 /// Two tags of two rows, with a corner of the next ones.

@@ -277,7 +277,8 @@ impl Detector {
                 Err(miss) => best_miss = best_miss.or_closer(miss),
             }
         }
-        if let Some(part) = best_part.filter(|_| !matches!(best_miss, Miss::OtherBoard { .. })) {
+        let is_other = matches!(best_miss, Miss::OtherBoard { .. } | Miss::OtherSquares { .. });
+        if let Some(part) = best_part.filter(|_| !is_other) {
             return Ok(part);
         }
         let says_little =
