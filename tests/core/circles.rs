@@ -158,7 +158,20 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     }
 }
 
-/// A finger on one circle doesn't hide the others.
+/// Tipped so far, circles near the camera and far from it aren't seen in one search of the picture.
+#[test]
+fn circles_of_a_larger_grid_are_no_part_of_a_smaller_one() {
+    let layout = CircleRows::Asymmetric;
+    for (shown, asked, azimuth_deg) in
+        [([4, 4], [3, 4], 60.0), ([3, 6], [3, 5], 0.0), ([4, 6], [3, 6], 270.0)]
+    {
+        let [shown, asked] = [shown, asked].map(|[columns, rows]| board(columns, rows, layout));
+        let picture = drawn(&shown, &seen_at(50.0, azimuth_deg, 0.28), 0.6);
+        let found = detect(&picture, &asked);
+        assert!(found.is_err(), "{azimuth_deg}: {found:?}");
+    }
+}
+
 /// Whoever asks why a picture was refused sees the grids of circles that were held against the board.
 #[test]
 fn grids_of_circles_are_listed() {
@@ -175,6 +188,7 @@ fn grids_of_circles_are_listed() {
     assert!(grids.iter().any(says_why), "{missed:?}, {grids:?}");
 }
 
+/// A finger on one circle doesn't hide the others.
 #[test]
 fn a_covered_circle_is_unseen() {
     let (board, map) = (board(7, 5, CircleRows::Symmetric), seen_at(25.0, 60.0, 0.4));

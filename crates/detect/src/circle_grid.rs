@@ -409,7 +409,8 @@ fn check_ends(
             (sample(picture, x, y) - ground).abs() < *same
         };
         let like = alike.windows(2).filter(are_apart).count();
-        if 3 * like > all || (needs_ground && 3 * ground < all) {
+        // A side where nothing can be looked at doesn't show that the board ends there.
+        if 3 * like > all || (needs_ground && 3 * ground < all.max(1)) {
             return Err(None);
         }
     }

@@ -52,20 +52,20 @@ pub(super) struct CircleSearch {
 
 impl CircleSearch {
     /// Finds the board in `image` by way of `picture`, which is the image, `halved`. Adds the grids that it held against the board
-    /// to `weighed`, if somebody asks.
+    /// to `weighed`, if somebody asks. If another board is seen whole, or was the `best_miss` elsewhere, circles of it aren't taken for
+    /// a part of this one.
     ///
     /// # Errors
     ///
-    /// [`Miss`] without the board.
+    /// [`Miss`] without the board: the closer of this picture's and `best_miss`.
     pub(super) fn find(
         &mut self,
         (image, picture, halved): (&GrayImage, &GrayImage, Halved),
-        (board, circles): (&Checkerboard, &Circles),
+        (board, circles, mut best_miss): (&Checkerboard, &Circles, Miss),
         (expected, weighed): (&Expected, &mut Option<Vec<WeighedGrid>>),
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
-        let mut best_miss = Miss::NoBoard;
         for tile_px in TILES_PX {
             if !keep_on() {
                 return Err(Miss::OutOfTime);
@@ -93,7 +93,12 @@ impl CircleSearch {
                 match found {
                     Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
                     Err(miss) => best_miss = best_miss.or_closer(miss),
-                    Ok(detection) => return Ok(detection),
+                    Ok(detection) => {
+                        let is_whole = seen_count(&detection.corners) == detection.corners.len();
+                        if is_whole || !matches!(best_miss, Miss::OtherBoard { .. }) {
+                            return Ok(detection);
+                        }
+                    }
                 }
             }
         }

@@ -306,13 +306,14 @@ impl Detector {
             let Self { circles, grids, expected, params, .. } = self;
             let weighed = &mut grids.weighed;
             let before = weighed.as_ref().map_or(0, Vec::len);
+            let board = (board.0, board.1, best_miss);
             let found = circles.find(place, board, (expected, weighed), params, search.keep_on);
             for grid in weighed.iter_mut().flat_map(|weighed| &mut weighed[before..]) {
                 grid.was_searched(Pass::Level(level).searched(), halved);
             }
             match found {
                 Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
-                Err(miss) => best_miss = best_miss.or_closer(miss),
+                Err(miss) => best_miss = miss,
                 Ok(detection) => return Ok(detection),
             }
         }
