@@ -45,6 +45,7 @@ mod plan_of_pages;
 mod printed_code;
 mod recording;
 mod recordings;
+mod rectified_pictures;
 mod rolling_shutter;
 mod session;
 mod session_properties;

@@ -114,6 +114,12 @@ impl Observations {
         2 * self.views.iter().map(Vec::len).sum::<usize>()
     }
 
+    /// Mean square of what an error of `px` along each axis adds to a whitened coordinate.
+    pub(crate) fn whitened_square(&self, px: f64) -> f64 {
+        let squares = self.views.iter().flatten().map(|corner| corner.whitener.norm_squared());
+        px * px * squares.sum::<f64>() / self.coordinate_count() as f64
+    }
+
     /// Number of views.
     pub fn view_count(&self) -> usize {
         self.views.len()

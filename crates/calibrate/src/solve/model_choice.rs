@@ -184,7 +184,7 @@ impl ModelChoice {
     /// `Σ w_m (C_m + (θ_m − θ̂)(θ_m − θ̂)ᵀ)` over all models at least as rich as the chosen one.
     ///
     /// Simpler models are left out because they would lower it. Errors that all views share are added, see
-    /// [`SHARED_PP_SD_PX`]. Corners that err alike tell less about the coefficients that the chosen model fixes at zero:
+    /// [`SHARED_SD_PX`]. Corners that err alike tell less about the coefficients that the chosen model fixes at zero:
     /// their information is divided by `overcount`, 1 for independent corners. `covariance` gives `C_m` of a bundle with a
     /// noise factor. `None` if the result isn't finite.
     pub(crate) fn averaged_covariance(
@@ -272,8 +272,8 @@ impl ModelChoice {
 
 /// Standard deviations of the principal point, and of the focal length relative to itself, from errors that all views
 /// share and that don't average out: edges bent by the lens, pixels that integrate over their area. Measured on rendered
-/// sessions with known truth.
-const SHARED_PP_SD_PX: f64 = 0.009;
+/// sessions with known truth. Corners err by as much where a picture was interpolated to rectify it.
+pub(super) const SHARED_SD_PX: f64 = 0.009;
 const SHARED_F_SD: f64 = 1.5e-5;
 
 fn shared_error(f_px: f64) -> LensMatrix {
@@ -281,7 +281,7 @@ fn shared_error(f_px: f64) -> LensMatrix {
     // Equal along both axes, and fully correlated.
     let of_f = Matrix2::from_element((SHARED_F_SD * f_px).powi(2));
     variance.set_block(LensParameter::F, LensParameter::F, &of_f);
-    let of_pp = Matrix2::from_diagonal_element(SHARED_PP_SD_PX * SHARED_PP_SD_PX);
+    let of_pp = Matrix2::from_diagonal_element(SHARED_SD_PX * SHARED_SD_PX);
     variance.set_block(LensParameter::PP, LensParameter::PP, &of_pp);
     variance
 }

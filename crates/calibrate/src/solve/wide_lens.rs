@@ -9,6 +9,7 @@ use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
 use super::{
     bundle::{Bundle, BundleState, Observations, adjust},
     lens_model::{LensFamily, LensModel, LensPrior},
+    model_choice::SHARED_SD_PX,
     odds::CLEAR,
     reversal::with_better_tilts,
 };
@@ -29,8 +30,8 @@ const DIVERGENT: f64 = 1.0;
 pub(crate) struct WideLens {
     pub(crate) family: LensFamily,
     pub(crate) state: BundleState,
-    bic: f64,
-    /// Twice the logarithm of its odds to Brown's richest model; infinite unless that may be the lens.
+    /// Twice the logarithm of its odds to Brown's richest model, as causes of a misfit are weighed: as if no error were common
+    /// to all views. Infinite unless Brown's may be the lens.
     pub(crate) gain: f64,
 }
 
@@ -80,17 +81,28 @@ pub(crate) fn better_families(
     let is_allowed =
         |family: &LensFamily| search.allowed.iter().any(|model| model.family() == *family);
     let known = Known { brown: brown.as_ref(), fisheye: fisheye.as_ref() };
+    let bic = |(family, bundle): &(LensFamily, Bundle)| search.bic(*family, bundle, 0.0);
     let best_of = |family: LensFamily| {
-        let lenses = search.lenses(family, known).into_iter();
-        lenses.map(|bundle| search.wide(family, bundle)).min_by(|a, b| a.bic.total_cmp(&b.bic))
+        let lenses = search.lenses(family, known).into_iter().map(|bundle| (family, bundle));
+        lenses.min_by(|a, b| bic(a).total_cmp(&bic(b)))
     };
-    let mut found: Vec<WideLens> =
+    let mut found: Vec<(LensFamily, Bundle)> =
         LensFamily::ALL.into_iter().filter(is_allowed).filter_map(best_of).collect();
-    found.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let gain = |lens: &WideLens| wanted.map_or(f64::INFINITY, |brown| search.bic(brown) - lens.bic);
-    found.iter_mut().for_each(|lens| lens.gain = gain(lens));
-    found.retain(|lens| lens.gain > CLEAR);
-    found
+    found.sort_by(|a, b| bic(a).total_cmp(&bic(b)));
+    let gain = |(family, bundle): &(LensFamily, Bundle), shared: f64| {
+        wanted.map_or(f64::INFINITY, |brown| {
+            search.bic(LensFamily::Brown, brown, shared) - search.bic(*family, bundle, shared)
+        })
+    };
+    // What all views share isn't a lens: Brown's stays unless the corners tell more than that.
+    let shared = search.shared_variance();
+    found.retain(|lens| gain(lens, shared) > CLEAR);
+    let wide = |lens: (LensFamily, Bundle)| {
+        let gain = gain(&lens, 0.0);
+        let (family, Bundle { state, .. }) = lens;
+        WideLens { family, state, gain }
+    };
+    found.into_iter().map(wide).collect()
 }
 
 /// False if `brown` folds where its series diverges: it isn't the lens of the picture, whatever else may be wrong.
@@ -142,17 +154,23 @@ impl WideSearch<'_> {
         Some(again.filter(|again| again.cost < bundle.cost).unwrap_or(bundle))
     }
 
-    fn bic(&self, bundle: &Bundle) -> f64 {
-        let n = self.observations.coordinate_count() as f64;
-        let cost = (bundle.cost / n).max(self.noise_floor * self.noise_floor);
-        n * libm::log(cost) + bundle.freedom.count() as f64 * libm::log(n)
+    /// Variance by which errors that all views share add to a coordinate's noise, as a multiple of the stated one.
+    ///
+    /// A lens is what all views share, and so are those errors. The mean of `N` views tells them apart only as far as it would
+    /// if each view had an error of its own that's `√N` times as large.
+    fn shared_variance(&self) -> f64 {
+        let views = self.observations.view_count() as f64;
+        views * self.observations.whitened_square(SHARED_SD_PX)
     }
 
-    /// A lens that a pole keeps from its minimum is taken only where no other is allowed.
-    fn wide(&self, family: LensFamily, bundle: Bundle) -> WideLens {
-        let against = if bundle.converged { family.against() } else { f64::MAX };
-        let (bic, state) = (self.bic(&bundle) + against, bundle.state);
-        WideLens { family, state, bic, gain: 0.0 }
+    /// BIC of the richest lens of `family`, with `shared` added to the variance of the corners, as a multiple of the stated
+    /// one. A lens that a pole keeps from its minimum is taken only where no other is allowed.
+    fn bic(&self, family: LensFamily, bundle: &Bundle, shared: f64) -> f64 {
+        let n = self.observations.coordinate_count() as f64;
+        let variance = (bundle.cost / n).max(self.noise_floor * self.noise_floor) + shared;
+        let may_be = bundle.converged || family == LensFamily::Brown;
+        let against = if may_be { family.against() } else { f64::MAX };
+        n * libm::log(variance) + bundle.freedom.count() as f64 * libm::log(n) + against
     }
 
     /// The richest fisheye lens, from the best of several focal lengths.
