@@ -49,6 +49,9 @@ pub(super) struct Arguments {
     /// Say what was weighed for each picture, grid by grid, and draw the grids into pictures in this folder.
     #[arg(long, value_name = "DIR")]
     explain: Option<PathBuf>,
+    /// Overwrite existing pictures in the folder of --explain.
+    #[arg(long, requires = "explain")]
+    force: bool,
     /// Print one JSON object per picture instead of the table.
     #[arg(long)]
     json: bool,
@@ -76,6 +79,7 @@ impl Arguments {
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
         let progress = Progress::new(FINDING, given.files.len());
         if let Some(folder) = &self.explain {
             make_folder(folder)?;
@@ -99,7 +103,7 @@ impl Arguments {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
             }
             if let Some(folder) = &self.explain {
-                explain(&progress, (folder, name), image, &weighed)?;
+                explain(&progress, (folder, name, overwrite), image, &weighed)?;
             }
             let line = if self.json {
                 serde_json::to_string(&DetectedLine::of(name, &board, &seen, millis))?
@@ -143,10 +147,10 @@ impl Arguments {
     }
 }
 
-/// Says what was `weighed` for the picture called `name`, and draws it into `folder`. A picture that's there stays.
+/// Says what was `weighed` for the picture called `name`, and draws it into `folder`.
 fn explain(
     progress: &Progress,
-    (folder, name): (&Path, &str),
+    (folder, name, overwrite): (&Path, &str, Overwrite),
     image: &GrayImage,
     grids: &[WeighedGrid],
 ) -> anyhow::Result<()> {
@@ -160,7 +164,7 @@ fn explain(
     }
     let name = Path::new(name).file_name().unwrap_or_default().to_string_lossy();
     let path = folder.join(format!("{}.png", name.trim_end_matches(".png")));
-    save(&path, &weighed_picture(image, grids)?, Overwrite::Never)?;
+    save(&path, &weighed_picture(image, grids)?, overwrite)?;
     progress.say(&format!("  Written: {}", path.display()));
     Ok(())
 }

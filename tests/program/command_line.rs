@@ -141,7 +141,9 @@ fn a_refusal_is_explained_in_bits_and_drawn() {
     };
     assert!(drawn("found", [60, 210, 90]) >= 54 && drawn("why", [60, 210, 90]) == 0);
     assert!(drawn("why", [255, 180, 30]) >= 54);
-    says(&explained("8x5", "why"), 1, &["already a file", "why"]);
+    says(&explained("8x5", "why"), 1, &["already a file", "why", "--force"]);
+    let again = ["detect", "--board", "8x5", "--explain", "why", "--force", name];
+    says(&boresight(folder.path(), &again), 0, &["Different board", "Written: why"]);
 }
 
 #[test]
