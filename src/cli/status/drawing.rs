@@ -17,8 +17,8 @@ const GAP: &str = "  ";
 /// A card's rim: pixel and nearness.
 type Rim = Vec<(Point2<f64>, f32)>;
 
-/// The lines `beside` the drawing: as many lines as the higher of both.
-pub(super) fn beside(now: &Instruction, beside: &[String], draws_dots: bool) -> Vec<String> {
+/// Both cards, in lines of the same length.
+pub(super) fn drawing(now: &Instruction, draws_dots: bool) -> Vec<String> {
     let rim = |card: &Option<Card>| card.as_ref().and_then(Card::rim);
     let (seen, wanted) = (rim(&now.board), rim(&now.card));
     let reach = |rim: &Rim| {
@@ -39,13 +39,7 @@ pub(super) fn beside(now: &Instruction, beside: &[String], draws_dots: bool) -> 
         lines
     };
     let cards = draw(&seen, words::NOW).into_iter().zip(draw(&wanted, words::WANTED));
-    let mut beside = beside.iter();
-    cards
-        .map(|(seen, wanted)| {
-            let words = beside.next().map_or("", String::as_str);
-            format!("{seen}{GAP}{wanted}{GAP}{words}").trim_end().to_owned()
-        })
-        .collect()
+    cards.map(|(seen, wanted)| format!("{seen}{GAP}{wanted}")).collect()
 }
 
 /// A card in dots; its near edge is thick.

@@ -7,7 +7,7 @@ use std::sync::{
 
 use indicatif::ProgressBar;
 
-use super::{drawing, words};
+use super::{drawing, layout::laid_out, words};
 #[cfg(unix)]
 use boresight_guide::session::Command;
 use boresight_guide::session::Snapshot;
@@ -59,6 +59,17 @@ impl Lines {
     }
 }
 
+/// Characters in a line of the terminal; none is too many where that can't be told.
+fn width() -> usize {
+    #[cfg(unix)]
+    if let Ok(size) = rustix::termios::tcgetwinsize(std::io::stderr())
+        && size.ws_col > 0
+    {
+        return size.ws_col.into();
+    }
+    usize::MAX
+}
+
 impl Onlooker for Lines {
     fn began(&self, commands: CommandLink) {
         *self.commands.lock().unwrap_or_else(PoisonError::into_inner) = Some(commands);
@@ -68,8 +79,9 @@ impl Onlooker for Lines {
         self.is_paused.store(snapshot.paused, Ordering::Relaxed);
         let now = Instruction::of(snapshot);
         let keys = self.has_keys.load(Ordering::Relaxed);
-        let beside = words::lines(&now, snapshot, keys);
-        self.bar.set_message(drawing::beside(&now, &beside, self.draws_dots).join("\n"));
+        let words = words::lines(&now, snapshot, keys);
+        let drawing = drawing::drawing(&now, self.draws_dots);
+        self.bar.set_message(laid_out(&drawing, &words, width()).join("\n"));
     }
 
     fn wants_end(&self) -> bool {

@@ -5,11 +5,13 @@
 //! | `lines` | what is shared by the session, which writes, and the keys |
 //! | `drawing` | the board now and as it should be held, in dots |
 //! | `words` | the lines beside it |
+//! | `layout` | both together, beside or below each other |
 //! | `keys` | the keys, read without waiting for Enter |
 
 mod drawing;
 #[cfg(unix)]
 mod keys;
+mod layout;
 mod lines;
 mod words;
 
