@@ -163,7 +163,13 @@ fn the_pictures_of_a_folder_that_are_not_read_are_said() {
         fs::write(place.join("pictures").join(name), b"other").expect("written");
     }
     fs::write(place.join("pictures/notes.txt"), b"words").expect("written");
-    let ended = boresight(place, &["calibrate", "--board", "7x5", "pictures"]);
-    says(&ended, ended.code, &["only PNG and JPEG are read: a.tif, b.HEIC, c.webp."]);
-    assert!(!ended.stderr.contains("notes.txt"), "{}", ended.stderr);
+    for command in [
+        &["calibrate", "--board", "7x5", "pictures"][..],
+        &["detect", "--board", "7x5", "pictures"],
+        &["guide", "--headless", "--board", "7x5", "--source", "pictures"],
+    ] {
+        let ended = boresight(place, command);
+        says(&ended, ended.code, &["only PNG and JPEG are read: a.tif, b.HEIC, c.webp."]);
+        assert!(!ended.stderr.contains("notes.txt"), "{}", ended.stderr);
+    }
 }

@@ -20,7 +20,7 @@ use boresight_capture::Bag;
 use boresight_capture::Ffmpeg;
 use boresight_capture::{
     CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, Upright, is_address, is_bag,
-    without_secrets,
+    unread_pictures_in, without_secrets,
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 use boresight_guide::session::Input;
@@ -82,7 +82,7 @@ impl OpenSource {
 impl SourceName {
     /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, `sim:demo:SEED`, a camera's node or stable name, a video file,
     /// stream or bag, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
-    /// simulated camera; it announces which.
+    /// simulated camera; it announces which. It announces the pictures of a folder that aren't read, too.
     ///
     /// # Errors
     ///
@@ -131,6 +131,10 @@ impl SourceName {
             return Ok(Self::Bag(path, (!topic.is_empty()).then(|| topic.clone())));
         }
         if path.is_dir() {
+            let left_out = unread_pictures_in(&path);
+            if !left_out.is_empty() {
+                announcer.say(&text::source::pictures_left_out(&left_out));
+            }
             return Ok(Self::Folder(path, config.camera.upright()));
         }
         bail!("no source {name:?}: {SOURCES}")
