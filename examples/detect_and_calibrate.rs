@@ -38,7 +38,11 @@ fn main() -> anyhow::Result<()> {
         match detector.detect(&picture, &board) {
             Ok(found) => {
                 views.push(found.corners);
-                names.push(ViewName { name: file.display().to_string(), reason: None });
+                names.push(ViewName {
+                    name: file.display().to_string(),
+                    number: None,
+                    reason: None,
+                });
             }
             Err(miss) => println!("{}: {}", file.display(), text::miss(&miss)),
         }

@@ -730,7 +730,7 @@ fn a_calibration_states_the_board_that_its_residuals_are_from() {
         let given = make(&mut scene);
         let found = run(&given).expect("calibrates");
         let names: Vec<_> = (0..given.views.len())
-            .map(|view| ViewName { name: view.to_string(), reason: None })
+            .map(|view| ViewName { name: view.to_string(), number: None, reason: None })
             .collect();
         let file = CalibrationFile::of(
             Ok(&found),

@@ -326,7 +326,7 @@ fn the_file_outlines_what_was_seen_of_a_board() {
         }
     }
     let found = calibrate(&views, &board(), SIZE, &CalibrationParams::default());
-    let name = |at: usize| ViewName { name: format!("{at}.png"), reason: None };
+    let name = |at: usize| ViewName { name: format!("{at}.png"), number: None, reason: None };
     let names: Vec<ViewName> = (0..views.len()).map(name).collect();
     let file = CalibrationFile::of(found.as_ref(), SIZE, &board(), &names, text::FINDING_WORDS);
     for (view, rim) in [(8, [0, 8, 53, 45]), (9, [0, 5, 32, 27])] {

@@ -2,7 +2,10 @@
 //! starts without old wishes, and it works for every board size, picture size and frame rate.
 
 use boresight::{
+    app::result::calibration_file,
     board::Checkerboard,
+    calibration::files::CalibrationFile,
+    config::Config,
     detection::{Detection, Miss, Quality, Side},
     device::{CameraEvent, Control, ControlChange},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
@@ -11,6 +14,7 @@ use boresight::{
         Advice, GuidanceParams, Knowledge, LensEstimate, Progress, Purpose, Refusal, Role, Target,
         measure, next_target,
     },
+    recording::Header,
     session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup},
     text,
 };
@@ -74,6 +78,12 @@ fn a_view_is_called_by_one_name_for_ever() {
     let starts = ["1 ", "2 ", "4 "];
     assert!(captions.iter().zip(starts).all(|(caption, start)| caption.starts_with(start)));
     assert_eq!(text::window::remove_view(snapshot.views[2].number), "Remove view 4");
+    // The calibration file calls it so, too, and whoever reads it.
+    let header = Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"));
+    let written = calibration_file(&session, &header).to_json().expect("JSON");
+    let read = CalibrationFile::read(&written).expect("a calibration");
+    let numbers: Vec<usize> = read.used().map(|(number, _)| number).collect();
+    assert_eq!(numbers, [1, 2, 4]);
     let decision = session.handle(&Input::Command(Command::UndoLast));
     assert_eq!(said(&session, decision), "Removed: view 4");
     let decision = session.handle(&Input::Command(Command::Restore));

@@ -25,8 +25,9 @@ pub(crate) fn calibration() -> Value {
     let corners: Vec<_> = session.accepted().iter().map(|view| view.view.corners.clone()).collect();
     let size = session.setup().image_size;
     let result = calibrate(&corners, &world.board, size, &CalibrationParams::default());
-    let names: Vec<ViewName> =
-        (0..corners.len()).map(|at| ViewName { name: format!("{at}.png"), reason: None }).collect();
+    let names: Vec<ViewName> = (0..corners.len())
+        .map(|at| ViewName { name: format!("{at}.png"), number: None, reason: None })
+        .collect();
     CalibrationFile::of(result.as_ref(), size, &world.board, &names, text::FINDING_WORDS)
         .to_json()
         .expect("JSON")

@@ -85,7 +85,11 @@ impl CalibrationViews {
                     Ok(corners)
                 }
             });
-            views.names.push(ViewName { name, reason: enough.as_ref().err().cloned() });
+            views.names.push(ViewName {
+                name,
+                number: None,
+                reason: enough.as_ref().err().cloned(),
+            });
             views.corners.extend(enough);
         }
         views
@@ -175,7 +179,10 @@ pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<Sessio
     let taken = saved.session.accepted().iter().zip(corners);
     let given = taken.map(|(taken, corners)| (taken.picture_name(), Ok(corners.clone())));
     let board = saved.header.config.board()?;
-    let views = CalibrationViews::of(given, saved.header.image_size(), &board);
+    let mut views = CalibrationViews::of(given, saved.header.image_size(), &board);
+    for (view, taken) in views.names.iter_mut().zip(saved.session.accepted()) {
+        view.number = result::view_name(taken).number;
+    }
     let noise_floor_px = saved.session.calibration().and_then(|found| found.noise_floor_px);
     Ok(SessionViews { views, noise_floor_px, saved })
 }
@@ -288,7 +295,7 @@ pub fn from_pictures(
             Some(reason) => announcer.say(&format!("{name}: not used. {reason}")),
             None => views.pictures.push(read.and_then(|(_, thumbnail)| thumbnail)),
         }
-        views.names.push(ViewName { name, reason });
+        views.names.push(ViewName { name, number: None, reason });
         views.corners.extend(corners);
     }
     Ok(views)

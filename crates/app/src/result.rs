@@ -57,7 +57,7 @@ pub fn save_result(
 
 /// The calibration file of what a session, whose folder has `header`, has so far.
 pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
-    let views: Vec<ViewName> = session.accepted().iter().map(name).collect();
+    let views: Vec<ViewName> = session.accepted().iter().map(view_name).collect();
     let setup = session.setup();
     let result = result_of(session);
     let (size, words) = (setup.image_size, text::FINDING_WORDS);
@@ -100,6 +100,11 @@ fn camera(camera: &CameraState) -> Option<CameraEntry> {
     })
 }
 
-fn name(accepted: &AcceptedView) -> ViewName {
-    ViewName { name: accepted.picture_name(), reason: None }
+/// What a session calls a view that it took.
+pub(super) fn view_name(accepted: &AcceptedView) -> ViewName {
+    ViewName {
+        name: accepted.picture_name(),
+        number: Some(accepted.number.0 as usize + 1),
+        reason: None,
+    }
 }

@@ -384,12 +384,15 @@ pub struct ValidAreaEntry {
     pub bound_px: Option<f64>,
 }
 
-/// One picture. One that was not used has no more than `name`, `used` and `reason`.
+/// One picture. One that was not used has no more than `name`, `number`, `used` and `reason`.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ViewEntry {
     /// File name of the picture.
     pub name: String,
+    /// What its session calls it; if it isn't there, its place in `views`, from 1.
+    #[cfg_attr(feature = "schemas", schemars(skip_serializing_if = "Option::is_none"))]
+    pub number: Option<usize>,
     /// Whether the calibration uses it.
     pub used: bool,
     /// Why not; null if it is used.
@@ -599,9 +602,11 @@ impl CalibrationFile {
         Some(corners)
     }
 
-    /// The used views, each with its number: its place in [`Self::views`], from 1. The words of findings call it so, too.
+    /// The used views, each with its number: the session's, or else its place in [`Self::views`], from 1. The words of
+    /// findings call it so, too.
     pub fn used(&self) -> impl Iterator<Item = (usize, &ViewEntry)> {
-        (1..).zip(&self.views).filter(|(_, view)| view.used)
+        let used = (1..).zip(&self.views).filter(|(_, view)| view.used);
+        used.map(|(place, view)| (view.number.unwrap_or(place), view))
     }
 }
 
@@ -701,6 +706,9 @@ impl Serialize for ViewEntry {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("name", &self.name)?;
+        if let Some(number) = self.number {
+            map.serialize_entry("number", &number)?;
+        }
         map.serialize_entry("used", &self.used)?;
         map.serialize_entry("reason", &self.reason)?;
         if self.used {

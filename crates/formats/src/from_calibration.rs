@@ -26,6 +26,8 @@ use boresight_geometry::{
 pub struct ViewName {
     /// File name of the picture.
     pub name: String,
+    /// What its session calls it; `None` for its place among all pictures, from 1.
+    pub number: Option<usize>,
     /// Why it was not used; `None` if it was.
     pub reason: Option<String>,
 }
@@ -222,7 +224,8 @@ fn entry(code: &str, severity: Severity, (message, action): (String, &str)) -> F
 }
 
 fn unused(view: &ViewName) -> ViewEntry {
-    ViewEntry { name: view.name.clone(), reason: view.reason.clone(), ..ViewEntry::default() }
+    let ViewName { name, number, reason } = view.clone();
+    ViewEntry { name, number, reason, ..ViewEntry::default() }
 }
 
 fn pair(px: Point2<f64>) -> [f64; 2] {
@@ -325,7 +328,7 @@ fn projection(calibration: &Calibration) -> ProjectionEntry {
     ProjectionEntry { mean: sd.mean_px, max: sd.max_px, grid }
 }
 
-/// The used pictures carry the numbers of the calibration's views, which are in the same order.
+/// The used pictures carry the values of the calibration's views, which are in the same order.
 fn view_entries(
     calibration: &Calibration,
     board: &Checkerboard,
@@ -335,19 +338,18 @@ fn view_entries(
     views
         .iter()
         .map(|view| match if view.reason.is_none() { results.next() } else { None } {
-            Some((number, result)) => {
-                used(&view.name, &calibration.camera_of(number), board, result)
-            }
+            Some((place, result)) => used(view, &calibration.camera_of(place), board, result),
             None => unused(view),
         })
         .collect()
 }
 
-fn used(name: &str, camera: &Camera, board: &Checkerboard, result: &ViewResult) -> ViewEntry {
+fn used(view: &ViewName, camera: &Camera, board: &Checkerboard, result: &ViewResult) -> ViewEntry {
     let t = &result.cam_from_board.translation.vector;
     let q = result.cam_from_board.rotation.quaternion();
     ViewEntry {
-        name: name.into(),
+        name: view.name.clone(),
+        number: view.number,
         used: true,
         reason: None,
         cam_from_board: Some(PoseEntry {

@@ -184,7 +184,8 @@ fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
 fn findings(ui: &mut Ui, snapshot: &Snapshot, calibration: &Calibration) {
     let palette = theme::palette(ui.visuals());
     for finding in &calibration.findings {
-        let (what, action) = text::finding_in_session(finding, &snapshot.views);
+        let number = |place: usize| snapshot.views.get(place).map(|view| view.number);
+        let (what, action) = text::finding_in_session(finding, &number);
         let mark = match finding.severity {
             Severity::Info => palette.info,
             Severity::Care => palette.care,

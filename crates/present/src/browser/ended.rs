@@ -81,7 +81,8 @@ impl EndedPage {
             .findings
             .iter()
             .map(|finding| {
-                let (what, action) = text::finding(finding, &[]);
+                let number = |place: usize| session.accepted().get(place).map(|view| view.number);
+                let (what, action) = text::finding_in_session(finding, &number);
                 (what, action.to_owned())
             })
             .collect();

@@ -6,7 +6,7 @@ use boresight_calibrate::{
     is_unfinished,
 };
 use boresight_formats::{FindingWords, ViewName};
-use boresight_guide::session::ViewSummary;
+use boresight_guide::session::ViewNumber;
 
 /// The sentences of a calibration file.
 pub const FINDING_WORDS: FindingWords =
@@ -51,20 +51,23 @@ pub fn finding(finding: &Finding, views: &[ViewName]) -> (String, &'static str) 
     finding_of_views(finding, &|place| called(place, views))
 }
 
-/// What the view at `place` among the used ones of `views` is called: by its number among all, from 1, and its picture.
+/// What the view at `place` among the used ones of `views` is called: by its number and its picture.
 fn called(place: usize, views: &[ViewName]) -> String {
     match (1..).zip(views).filter(|(_, view)| view.reason.is_none()).nth(place) {
-        Some((number, view)) => format!("{number} ({})", view.name),
+        Some((nth, view)) => format!("{} ({})", view.number.unwrap_or(nth), view.name),
         None => (place + 1).to_string(),
     }
 }
 
-/// Words of a finding as [`finding`] has them, in a session, where views are called by their numbers: `views` are the
-/// calibration's.
-pub fn finding_in_session(finding: &Finding, views: &[ViewSummary]) -> (String, &'static str) {
-    let called =
-        |place: usize| views.get(place).map_or(place + 1, |view| view.number.0 as usize + 1);
-    finding_of_views(finding, &|place| called(place).to_string())
+/// Words of a finding as [`finding`] has them, in a session, where views are called by their numbers alone: `number` tells
+/// them by the views' places in the calibration.
+pub fn finding_in_session(
+    finding: &Finding,
+    number: &dyn Fn(usize) -> Option<ViewNumber>,
+) -> (String, &'static str) {
+    finding_of_views(finding, &|place| {
+        number(place).map_or_else(|| (place + 1).to_string(), |number| number.to_string())
+    })
 }
 
 /// An action in two parts: what mends the cause, and what to do anew after that. A remark limits nothing, so it asks for
