@@ -23,7 +23,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `scene`, `scene_file` | what is simulated, and its TOML |
+//! | `scene`, `scene_file`, `scene_mistake` | what is simulated, its TOML, and what may be wrong with it |
 //! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `printed_tags`, `printed_circles`, `printed_code`, `blur` | a picture of it |
 //! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
 //! | [`technician`] | the person in front of it |
@@ -48,6 +48,7 @@ mod renderer;
 mod rng_stream;
 mod scene;
 mod scene_file;
+mod scene_mistake;
 mod sheet_view;
 mod shutter;
 mod source;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     Scene,
+    scene_mistake::mistake,
     technician::{Person, TechnicianParams},
 };
 use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
@@ -26,7 +27,7 @@ pub enum SceneError {
     /// The text is no scene, or describes no camera.
     #[error("{message} (in the scene {origin})")]
     Invalid {
-        /// The mistake; in the parser's words if it's in the text.
+        /// The mistake.
         message: String,
         /// Name of the file.
         origin: String,
@@ -175,11 +176,11 @@ impl SceneFile {
     pub fn load_with(path: &Path, board: Checkerboard) -> Result<Scene, SceneError> {
         let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
         let invalid = |message: &str| SceneError::Invalid {
-            message: message.trim_end().replace("\nin ", " in "),
+            message: message.trim_end().to_owned(),
             origin: path.display().to_string(),
         };
         let table: toml::Table = toml::from_str(&text).map_err(|err| invalid(&err.to_string()))?;
-        let file: Self = table.try_into().map_err(|err| invalid(&err.to_string()))?;
+        let file: Self = table.try_into().map_err(|err| invalid(&mistake::<Self>(&text, &err)))?;
         let board = match (file.board, file.square_mm) {
             (None, None) => board,
             (size, square_mm) => {
@@ -285,5 +286,65 @@ impl SceneFile {
         scene.clutter = self.clutter.unwrap_or(scene.clutter);
         scene.technician = self.technician.unwrap_or_default().params(scale);
         scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use boresight_files::Scratch;
+
+    use super::*;
+    use crate::scene_mistake::{EXAMPLE, example};
+
+    fn refused(text: &str) -> String {
+        let place = Scratch::new().expect("a folder");
+        let path = place.path().join("a.toml");
+        std::fs::write(&path, text).expect("written");
+        SceneFile::load(&path).expect_err(text).to_string()
+    }
+
+    #[test]
+    fn a_wrong_value_is_named_with_its_line_and_an_example() {
+        for (text, message) in [
+            (
+                "seed = 3\nf_px = \"a\"",
+                "line 2: found string \"a\", expected a number in `f_px`, for example f_px = 980.0",
+            ),
+            (
+                "# mine\n[technician]\n\nsway_mm = \"1,5\"",
+                "line 4: found string \"1,5\", expected a number in `technician.sway_mm`, for example sway_mm = 1.5",
+            ),
+            (
+                "image_size_px = 640",
+                "line 1: found integer `640`, expected two numbers in [ ] in `image_size_px`, for example image_size_px = [1280, 720]",
+            ),
+            (
+                "seed = 1\nfisheye = 1",
+                "expected true or false in `fisheye`, for example fisheye = false",
+            ),
+            ("\n\nfocal = 1", "line 3: unknown field `focal`"),
+        ] {
+            let said = refused(text);
+            assert!(said.contains(message), "{said}");
+            assert!(said.ends_with("a.toml)") && !said.contains("f64"), "{said}");
+        }
+    }
+
+    #[test]
+    fn every_key_has_an_example() {
+        let place = Scratch::new().expect("a folder");
+        let path = place.path().join("example.toml");
+        std::fs::write(&path, EXAMPLE).expect("written");
+        SceneFile::load(&path).expect("a scene");
+        for (unknown, table) in [("unknown = 1", ""), ("[technician]\nunknown = 1", "technician.")]
+        {
+            let said = refused(unknown);
+            let (_, known) = said.split_once("expected one of ").expect("names");
+            let names =
+                known.split('`').skip(1).step_by(2).filter(|name| !name.contains("technician"));
+            let names: Vec<String> = names.map(|name| format!("{table}{name}")).collect();
+            assert!(names.len() >= 17, "{said}");
+            assert!(names.iter().all(|name| example(name).is_some()), "{names:?}");
+        }
     }
 }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use boresight_calibrate::{
     AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
 };
-use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
+use boresight_files::{FileError, Links, TEXT_LIMIT, plain_words, read_text};
 use boresight_geometry::{
     board::{Checkerboard, InvalidBoard},
     frame::ImageSize,
@@ -542,18 +542,6 @@ impl Config {
 
 fn invalid(message: &str, origin: &str) -> ConfigError {
     ConfigError::Invalid { message: plain_words(message), origin: origin.into() }
-}
-
-/// A mistake in the words of TOML's parser, which names Rust's types and sets a line apart, in words for people.
-fn plain_words(message: &str) -> String {
-    const NUMBER: &str = "expected a number";
-    const WHOLE: &str = "expected a whole number";
-    let types = [("f64", NUMBER), ("u64", WHOLE), ("u32", WHOLE), ("u16", WHOLE), ("u8", WHOLE)]
-        .into_iter()
-        .chain([("usize", WHOLE), ("i64", WHOLE), ("i32", WHOLE)]);
-    types.fold(message.trim_end().replace("\nin ", " in "), |message, (name, plain)| {
-        message.replace(&format!("expected {name}"), plain)
-    })
 }
 
 #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
