@@ -32,6 +32,7 @@ use boresight_app::{
 };
 use boresight_calibrate::CalibrationParams;
 use boresight_files::{Overwrite, may_save, save};
+use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
@@ -106,7 +107,16 @@ impl Arguments {
             _ => None,
         };
         let mut config = match &of_session {
-            Some(taken) => self.board.config_over(&taken.saved.header.config)?,
+            Some(taken) => {
+                let mut recorded = taken.saved.header.config.clone();
+                let foreign_logo = recorded.certificate.take_foreign_logo();
+                let config = self.board.config_over(&recorded)?;
+                let is_left_out = self.report.is_some() && config.certificate.logo.is_empty();
+                if let Some(logo) = foreign_logo.filter(|_| is_left_out) {
+                    say(&text::certificate::logo_of_session(&logo));
+                }
+                config
+            }
             None => self.board.config_for(&self.inputs)?,
         };
         config.camera.as_stored |= self.as_stored;
@@ -200,6 +210,9 @@ impl Arguments {
                 provenance: Provenance { rows: versions(&[]), command: this_command() },
             };
             save(path, page(&report).as_bytes(), overwrite)?;
+            for note in &report.notes {
+                say(note);
+            }
             say(&format!("Report: {}", path.display()));
         }
         if self.json {

@@ -530,4 +530,23 @@ fn a_simulated_session_says_so_on_every_sheet() {
     for words in ["Mill Ltd", "Hall 1"] {
         assert!(text(part(&document, "certificate")).contains(words), "{words}");
     }
+    // Nor does one that names such a picture as its logo, whether that exists or not.
+    let logo = folder.path().join("logo.png");
+    GrayImage::new(40, 20).save(&logo).expect("written");
+    let naming = format!("logo = {:?}", logo.display().to_string());
+    fs::write(&header, read(&header).replace("logo = \"\"", &naming)).expect("written");
+    let journal = folder.path().join("session/journal.jsonl");
+    fs::write(&journal, crate::files::without_checksum(&read(&journal))).expect("written");
+    let has_logo = || read(&folder.path().join("page.html")).contains("class=\"logo\"");
+    for command in [["report", "session", "--out"], ["calibrate", "session", "--report"]] {
+        let command = [&command[..], &["page.html", "--force"]].concat();
+        let told = ["logo.png is outside of this folder", "page.html"];
+        says(&boresight(folder.path(), &command), ended.code, &told);
+        assert!(!has_logo(), "{command:?}");
+        let mine = [&command[..], &["--set", "certificate.logo=logo.png"]].concat();
+        says(&boresight(folder.path(), &mine), ended.code, &[]);
+        assert!(has_logo(), "{command:?}");
+        let away = [&command[..], &["--set", "certificate.logo=away.png"]].concat();
+        says(&boresight(folder.path(), &away), ended.code, &["away.png can't be shown"]);
+    }
 }

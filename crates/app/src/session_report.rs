@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::{Component, Path, PathBuf},
+    path::{Path, PathBuf},
 };
 
 use anyhow::Context;
@@ -69,16 +69,12 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
 pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Report> {
     let saved = SavedSession::open(path)?;
     let SavedSession { header, session, contents, .. } = &saved;
-    // A session from somebody else could name any picture of this machine as its logo.
     let mut recorded = header.config.certificate.clone();
-    let foreign = Some(&recorded.logo)
-        .filter(|logo| Path::new(logo).components().any(|c| !matches!(c, Component::Normal(_))))
-        .map(|logo| text::certificate::logo_of_session(logo));
-    if foreign.is_some() {
-        recorded.logo.clear();
-    }
+    let foreign = recorded.take_foreign_logo();
     let mut report = compose(path, header, contents, session, &stated.clone().over(recorded))?;
-    report.notes.extend(foreign.filter(|_| stated.logo.is_empty()));
+    if let Some(logo) = foreign.filter(|_| stated.logo.is_empty()) {
+        report.notes.push(text::certificate::logo_of_session(&logo));
+    }
     if contents.cut {
         report.notes.push(words::CUT.into());
     }

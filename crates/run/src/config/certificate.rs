@@ -1,5 +1,7 @@
 //! Statements of the report's first sheet beside the numbers.
 
+use std::path::{Component, Path};
+
 use serde::{Deserialize, Serialize};
 
 /// Most letters of a text.
@@ -50,6 +52,13 @@ impl CertificateConfig {
     pub fn is_usable(&self) -> bool {
         let short = |text: &&mut String| text.chars().count() <= LETTERS;
         self.check_months <= 120 && self.clone().texts().iter().all(short)
+    }
+
+    /// Takes out a logo that isn't below the working folder: a session from somebody else could name any picture of this machine.
+    pub fn take_foreign_logo(&mut self) -> Option<String> {
+        let is_below = |part: Component<'_>| matches!(part, Component::Normal(_));
+        let is_own = Path::new(&self.logo).components().all(is_below);
+        (!is_own).then(|| std::mem::take(&mut self.logo))
     }
 
     /// This one, with `base` where it says nothing.
