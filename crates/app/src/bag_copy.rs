@@ -37,11 +37,8 @@ impl BagCopy {
         let size = Bag::open(&self.from, topic)?.identity().image_size.context("no picture")?;
         if size != camera.image_size {
             bail!(
-                "the calibration is for {}x{} pixels, and the bag's pictures have {}x{}",
-                camera.image_size.width_px,
-                camera.image_size.height_px,
-                size.width_px,
-                size.height_px
+                "the calibration is for {} pixels, and the bag's pictures have {size}",
+                camera.image_size
             );
         }
         let info = RosCameraInfo::of(&camera);

@@ -270,8 +270,7 @@ pub fn from_pictures(
             (Err(damaged @ CaptureError::Decode { .. }), _) => Err(damaged.to_string()),
             (Err(err), _) => return Err(err.into()),
             (_, Some(size)) => {
-                let sides = |size: ImageSize| format!("{}x{}", size.width_px, size.height_px);
-                let differs = format!("It's {}, others are {}", sides(size), sides(image_size));
+                let differs = format!("It's {size}, others are {image_size}");
                 let is_turned = upright == Upright::AsMarked
                     && [size.height_px, size.width_px]
                         == [image_size.width_px, image_size.height_px]

@@ -28,8 +28,7 @@ pub enum NoKnownLens {
     #[error("it has a focal length for each view and none for the camera")]
     FocalVaries,
     /// The size of the pictures differs.
-    #[error("it is for pictures of {}x{} px, and these have {}x{}",
-        .old.width_px, .old.height_px, .new.width_px, .new.height_px)]
+    #[error("it is for pictures of {old} px, and these have {new}")]
     OtherSize {
         /// Size in the older calibration.
         old: ImageSize,

@@ -21,7 +21,7 @@ pub fn rate(offer: &CameraMode) -> Option<f64> {
 /// A mode as the settings name it: `1280x720@30:MJPG`.
 pub fn mode_name(offer: &CameraMode) -> String {
     let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
-    format!("{}x{}{rate}:{}", offer.size.width_px, offer.size.height_px, fourcc(offer))
+    format!("{}{rate}:{}", offer.size, fourcc(offer))
 }
 
 /// The entry of a camera and its controls for `devices --json`.
@@ -124,10 +124,7 @@ fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
         let key = (offer.fourcc, offer.size);
         match formats[at].1.last_mut() {
             Some(line) if last == Some(key) => *line = format!("{line}/{rate}"),
-            _ => {
-                let size = offer.size;
-                formats[at].1.push(format!("{}x{} at {rate}", size.width_px, size.height_px));
-            }
+            _ => formats[at].1.push(format!("{} at {rate}", offer.size)),
         }
         last = Some(key);
     }

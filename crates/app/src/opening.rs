@@ -177,9 +177,8 @@ impl Opening {
         let image_size = open.image_size()?;
         if saved.header.image_size() != image_size {
             bail!(
-                "the session's pictures are {:?}, this source's are {:?}: a calibration holds for one size",
-                saved.header.image_size_px,
-                [image_size.width_px, image_size.height_px]
+                "the session's pictures are {}, this source's are {image_size}: a calibration holds for one size",
+                saved.header.image_size()
             );
         }
         saved.announce(announcer);

@@ -80,10 +80,11 @@ pub fn not_offered(name: &str, offers: &[CameraMode], wanted: &Wanted) -> String
     let readable = offers.iter().filter(|offer| layout(offer.fourcc).is_some());
     let sizes: BTreeSet<_> = readable.map(|it| (it.size.width_px, it.size.height_px)).collect();
     match wanted.size {
-        Some(ImageSize { width_px, height_px }) if !sizes.is_empty() => {
-            let sizes: Vec<String> =
-                sizes.iter().rev().map(|(width, height)| format!("{width}x{height}")).collect();
-            format!("{name} has {}, not {width_px}x{height_px}", sizes.join(", "))
+        Some(size) if !sizes.is_empty() => {
+            let sizes = sizes.into_iter().rev();
+            let sizes = sizes.map(|(width_px, height_px)| ImageSize { width_px, height_px });
+            let sizes: Vec<String> = sizes.map(|size| size.to_string()).collect();
+            format!("{name} has {}, not {size}", sizes.join(", "))
         }
         _ => name.into(),
     }

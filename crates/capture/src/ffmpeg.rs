@@ -625,8 +625,9 @@ impl FrameSource for Ffmpeg {
         if self.lost.is_some() {
             self.away += waited;
         }
-        if ImageSize::of(&picture.image) != self.size {
-            let detail = format!("the pictures are now {:?}", picture.image.dimensions());
+        let size = ImageSize::of(&picture.image);
+        if size != self.size {
+            let detail = format!("the pictures are now {size}");
             return self.broken((Fault::OtherSize, detail));
         }
         if self.lost.take().is_some() {

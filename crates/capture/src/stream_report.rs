@@ -142,12 +142,12 @@ impl StreamReport {
     /// [`Fault::OtherSize`] if it isn't the first in a row of another size: a single one may be what a torn stream looks
     /// like.
     pub(super) fn take(&mut self, image: GrayImage, nanos: u64) -> Result<(), Loss> {
-        if ImageSize::of(&image) != self.mode.size {
+        let size = ImageSize::of(&image);
+        if size != self.mode.size {
             self.resized += 1;
             self.count(0, 1);
-            let (width, height) = image.dimensions();
             return if self.resized > 1 {
-                Err((Fault::OtherSize, format!("{width}x{height}")))
+                Err((Fault::OtherSize, size.to_string()))
             } else {
                 Ok(())
             };

@@ -1,5 +1,7 @@
 //! A picture from a source, with its number and capture time.
 
+use std::fmt;
+
 use image::GrayImage;
 use nalgebra::Point2;
 
@@ -65,6 +67,13 @@ impl ImageSize {
     /// Size of `image`.
     pub fn of(image: &GrayImage) -> Self {
         Self { width_px: image.width(), height_px: image.height() }
+    }
+}
+
+/// `1280x720`.
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width_px, self.height_px)
     }
 }
 

@@ -59,12 +59,11 @@ fn main() -> Result<(), Failed> {
     }
     let found: Vec<Vector4<f64>> = answers.iter().flatten().copied().collect();
     println!(
-        "answers {} of {}; {:.1} ms a picture of {}x{} after decoding",
+        "answers {} of {}; {:.1} ms a picture of {} after decoding",
         found.len(),
         tested.len(),
         1e3 * spent / tested.len() as f64,
-        first.width(),
-        first.height()
+        ImageSize::of(&first)
     );
     let steps: Vec<Vector4<f64>> = answers.windows(2).filter_map(|w| Some(w[1]? - w[0]?)).collect();
     let scatter: Vec<String> = (0..4)

@@ -69,7 +69,7 @@ pub(super) mod built {
                 let interval_secs = offer.interval.map(|fraction| (fraction.0, fraction.1));
                 let mode = Mode { size: offer.size, layout, interval_secs };
                 let rate = mode.rate_hz().map_or(String::new(), |hz| format!("@{}", round(hz)));
-                let mode = format!("{width_px}x{height_px}{rate}:{}", layout.name());
+                let mode = format!("{}{rate}:{}", offer.size, layout.name());
                 Some((width_px * height_px, mode))
             })
             .collect();

@@ -230,13 +230,7 @@ pub(super) fn check_size(lens: &Lens, size: ImageSize) -> anyhow::Result<()> {
     if size == wanted {
         return Ok(());
     }
-    bail!(
-        "its pictures have {}x{} px and the calibration is for {}x{} px",
-        size.width_px,
-        size.height_px,
-        wanted.width_px,
-        wanted.height_px
-    );
+    bail!("its pictures have {size} px and the calibration is for {wanted} px");
 }
 
 fn newest_answer(inputs: &[Input]) -> Option<Answer> {

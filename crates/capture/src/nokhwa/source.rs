@@ -226,9 +226,7 @@ impl NokhwaCamera {
     fn granted(&mut self, mode: Mode) {
         self.last_came = Instant::now();
         if (mode.size, mode.layout) != (self.mode.size, self.mode.layout) {
-            let size = mode.size;
-            let name = mode.layout.name();
-            let detail = format!("granted {}x{} {name}", size.width_px, size.height_px);
+            let detail = format!("granted {} {}", mode.size, mode.layout.name());
             self.reader = None;
             self.lose((Fault::OtherMode, detail));
             self.next_look = Instant::now() + LONGEST_PAUSE;

@@ -263,7 +263,7 @@ pub fn lock(lock: Lock) -> String {
 
 /// A camera's mode, such as `1280x720 MJPG at 30 fps`.
 pub fn mode(mode: &Mode) -> String {
-    let size = format!("{}x{} {}", mode.size.width_px, mode.size.height_px, mode.layout.name());
+    let size = format!("{} {}", mode.size, mode.layout.name());
     match mode.rate_hz() {
         Some(rate) => format!("{size} at {} fps", (rate * 10.0).round() / 10.0),
         None => size,

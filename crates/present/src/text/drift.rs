@@ -92,10 +92,7 @@ pub fn drift_is_weak() -> &'static str {
 pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
     match *reason {
         NoDrift::OtherSize { new, old } => (
-            format!(
-                "NO VERDICT: the pictures are {}x{}, the calibration is for {}x{}",
-                new.width_px, new.height_px, old.width_px, old.height_px
-            ),
+            format!("NO VERDICT: the pictures are {new}, the calibration is for {old}"),
             "Set the camera to the mode it was calibrated in. Other modes may crop or scale the picture.",
         ),
         NoDrift::FewViews { different, outside: 0 } => (

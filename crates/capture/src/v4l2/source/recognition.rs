@@ -51,7 +51,7 @@ pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String
     let other_rate = rates.is_some_and(|(a, b)| (a - b).abs() > 0.02 * a);
     let named = |mode: &Mode| {
         let rate = mode.rate_hz().map_or(String::new(), |hz| format!(" at {hz:.0} fps"));
-        format!("{}x{} {}{rate}", mode.size.width_px, mode.size.height_px, mode.layout.name())
+        format!("{} {}{rate}", mode.size, mode.layout.name())
     };
     ((asked.size, asked.layout) != (mode.size, mode.layout) || other_rate)
         .then(|| format!("asked for {}, granted {}", named(&asked), named(mode)))
