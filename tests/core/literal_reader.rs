@@ -363,7 +363,7 @@ fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
         causes: None,
     };
     let at = 1.774e9 + HOUR_SECS * f64::from(hour);
-    Input::Picture(Box::new(Picture { at, answer: Some(answer), none: None }))
+    Input::Picture(Box::new(Picture { at, late: false, answer: Some(answer), none: None }))
 }
 
 #[test]
@@ -381,6 +381,14 @@ fn a_push_and_its_way_back_are_no_creep() {
         assert!(!creeps, "day {day:.1}: {decision:?}");
     }
     assert!(moved > 24 * 7, "{moved} hours");
+    // Pictures from before that come late don't put it back.
+    let told = watch.decision().clone();
+    assert!(matches!(told.state, State::Moved(_)), "{told:?}");
+    for hour in 24 * 34..24 * 35 {
+        let Input::Picture(picture) = panned(&lens, hour, (0.0, 0.1)) else { unreachable!() };
+        let late = Input::Picture(Box::new(Picture { late: true, ..*picture }));
+        assert_eq!(watch.handle(&late), told);
+    }
 }
 
 #[test]

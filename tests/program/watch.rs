@@ -255,6 +255,13 @@ impl<'a> Filled<'a> {
     }
 }
 
+/// The paths of the pictures in a folder beside the store, as a command is given them.
+fn pictures_in(folder: &Path) -> Vec<String> {
+    let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+    let files = fs::read_dir(folder).expect("readable").map(|entry| entry.expect("an entry"));
+    files.map(|file| format!("{name}/{}", file.file_name().to_string_lossy())).collect()
+}
+
 /// The state that a run or `watch state` prints as JSON.
 fn told(here: &Path, arguments: &[&str], exit: i32) -> Value {
     let ended = boresight(here, &[&["watch"], arguments, &["--store", "cam", "--json"]].concat());
@@ -291,6 +298,22 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
         "the seventh, then three: {state}"
     );
     assert_eq!((&state["at"], &state["answered"]), (&"2026-03-21T17:00:00Z".into(), &state["at"]));
+
+    // A picture that was taken before all of these comes last, and one goes before it's read.
+    camera.hours = 7;
+    camera.put(1, 1);
+    let gone = ["ftp/gone.png".to_owned()].into_iter().chain(pictures_in(&folder));
+    let gone: Vec<String> = gone.collect();
+    let gone: Vec<&str> = gone.iter().map(String::as_str).chain(["--once"]).collect();
+    let late = told(here, &gone, 3);
+    assert_eq!((&late["pictures"][0], unanswered(&late)), (&5.into(), unanswered(&state) + 1));
+    // The one that's gone isn't there now, and the newest is from long ago.
+    assert_eq!((&late["state"], &late["answered"]), (&"CANNOT-TELL".into(), &state["answered"]));
+    let lines = fs::read_to_string(here.join("cam/watch.jsonl")).expect("readable");
+    assert_eq!(lines.matches("\"late\":true").count(), 1, "{lines}");
+    // It's looked at once.
+    told(here, &["ftp", "--once"], 3);
+    assert_eq!(told(here, &["state"], 3)["pictures"][0], 5);
 }
 
 #[test]

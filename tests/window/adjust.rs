@@ -9,7 +9,7 @@ use boresight::{
     app::{
         Announcer,
         host::Memory,
-        watch::{Feed, Step, WatchedCamera, adjust},
+        watch::{Feed, Step, Taken, WatchedCamera, adjust},
     },
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
@@ -98,7 +98,7 @@ pub(crate) fn pushed_street() -> Harness<'static, AdjustPage> {
         WatchedCamera::open(folder.path(), "gate", None, (Some(lens), false)).expect("a store");
     for hour in 6..12 {
         let at_secs = street.began_secs + 3600.0 * f64::from(hour);
-        camera.look(vec![street.picture(at_secs)], at_secs).expect("recorded");
+        camera.look(vec![street.picture(at_secs)], Taken::at(at_secs)).expect("recorded");
     }
     let pushed = ["sim:street:1,days=0.5,pan=14px@0d".to_owned()];
     let config = Config::load(None, &[]).expect("settings");

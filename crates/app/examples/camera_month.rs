@@ -89,7 +89,7 @@ fn picture(street: &Street, at: f64, chance: &mut Chance) -> Picture {
         shake: None,
         causes: None,
     };
-    Picture { at, answer: Some(answer), none: None }
+    Picture { at, late: false, answer: Some(answer), none: None }
 }
 
 /// Numbers that look like chance and are the same each time.

@@ -50,6 +50,7 @@ fn main() -> Result<(), Failed> {
                 pictures += 1;
                 let decision = watch.handle(&Input::Picture(Box::new(Picture {
                     at,
+                    late: false,
                     answer: Some(answer),
                     none: None,
                 })));
@@ -241,6 +242,7 @@ fn steps(days: &Days, lens: &Lens, tries: usize) {
                 }
                 let decision = watch.handle(&Input::Picture(Box::new(Picture {
                     at,
+                    late: false,
                     answer: Some(answer),
                     none: None,
                 })));

@@ -46,6 +46,9 @@ pub enum Input {
 pub struct Picture {
     /// When it was taken, seconds since 1970 (UTC).
     pub at: f64,
+    /// True if a picture taken later had been looked at before it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub late: bool,
     /// What was measured.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub answer: Option<Answer>,
@@ -198,9 +201,15 @@ mod tests {
 
     #[test]
     fn a_line_is_read_as_it_was_written() {
-        let none =
-            Picture { at: 1.0, answer: None, none: Some(NoAnswer::FewFound { found: 7, of: 70 }) };
-        for picture in [Picture { at: 1.7e9, answer: Some(answer()), none: None }, none] {
+        let none = Picture {
+            at: 1.0,
+            late: true,
+            answer: None,
+            none: Some(NoAnswer::FewFound { found: 7, of: 70 }),
+        };
+        for picture in
+            [Picture { at: 1.7e9, late: false, answer: Some(answer()), none: None }, none]
+        {
             let input = Input::Picture(Box::new(picture));
             let line = serde_json::to_string(&input).expect("a line");
             assert_eq!(serde_json::from_str::<Input>(&line).expect("an input"), input, "{line}");

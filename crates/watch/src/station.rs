@@ -205,8 +205,12 @@ impl Station {
         let view = View::of(grey);
         let measured = self.measure(&view);
         let answer = measured.as_ref().map(|m| self.answer(&view, m)).map_err(|reason| *reason);
-        let picture =
-            Picture { at: at_secs, none: answer.as_ref().err().copied(), answer: answer.ok() };
+        let picture = Picture {
+            at: at_secs,
+            late: false,
+            none: answer.as_ref().err().copied(),
+            answer: answer.ok(),
+        };
         self.learn_and_adopt(&view, &measured, picture, watch.decision(), shelf)
     }
 

@@ -160,6 +160,10 @@ impl Watch {
     }
 
     fn picture(&mut self, picture: &Picture) {
+        if picture.late {
+            self.late(picture);
+            return;
+        }
         if let Some(answer) = &picture.answer {
             self.lacks = None;
             self.answered(picture.at, answer);
@@ -205,8 +209,7 @@ impl Watch {
         self.began_secs.get_or_insert(at_secs);
         self.condition.note(at_secs, answer);
         self.shake_px = answer.shake;
-        let sample =
-            Sample { at_secs, value_px: answer.turn().vector().component_mul(&self.px_per_turn) };
+        let sample = self.sample(at_secs, answer);
         let share = f64::from(answer.patches[1]) / f64::from(answer.patches[0].max(1));
         push(&mut self.shares, share, 24);
         if let Some(causes) = answer.causes {
@@ -251,6 +254,19 @@ impl Watch {
         self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
         self.follow(at_secs);
         self.decision.findings = self.findings(&cycle);
+    }
+
+    /// A picture that comes after newer ones is learned from. What the camera's state is, the newer ones say.
+    fn late(&mut self, picture: &Picture) {
+        let (Some(answer), None) = (&picture.answer, &self.cycle) else { return };
+        let sample = self.sample(picture.at, answer);
+        let place = self.samples.partition_point(|s| s.at_secs <= sample.at_secs);
+        self.samples.insert(place, sample);
+        self.learn(self.decision.answered_secs.unwrap_or(picture.at));
+    }
+
+    fn sample(&self, at_secs: f64, answer: &Answer) -> Sample {
+        Sample { at_secs, value_px: answer.turn().vector().component_mul(&self.px_per_turn) }
     }
 
     /// Learns the first cycle, and again while the first three days last.

@@ -89,7 +89,7 @@ pub fn adjust(
         hear(&step);
         step.advice == Advice::Right
     };
-    if let Some(pictures) = feed.stills()? {
+    if let Some(pictures) = feed.stills() {
         // Pictures that stand alone: their own times count.
         for (at, path) in pictures {
             let frame = still(boresight_capture::read_picture(&path)?);

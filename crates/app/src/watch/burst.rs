@@ -20,7 +20,8 @@ pub(super) fn of_burst(
 ) -> Looked {
     if burst.len() < 2 {
         let Some(grey) = burst.pop() else {
-            let picture = Picture { at: at_secs, answer: None, none: Some(NoAnswer::NoPicture) };
+            let picture =
+                Picture { at: at_secs, late: false, answer: None, none: Some(NoAnswer::NoPicture) };
             let inputs = vec![boresight_watch::Input::Picture(Box::new(picture))];
             return Looked { inputs, references_changed: false };
         };
@@ -66,7 +67,7 @@ pub(super) fn of_burst(
     if let (Some(answer), Some(shake_px)) = (&mut answer, shake_px) {
         answer.shake = Some((shake_px * 1e3).round() / 1e3);
     }
-    let picture = Picture { at: at_secs, none: one.as_ref().err().copied(), answer };
+    let picture = Picture { at: at_secs, late: false, none: one.as_ref().err().copied(), answer };
     station.learn_and_adopt(view, &one, picture, watch.decision(), shelf)
 }
 

@@ -1,6 +1,9 @@
 //! One watched camera: its store, its references, and its state.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
 
 use anyhow::{Context, bail};
 use hmac_sha256::Hash;
@@ -8,6 +11,7 @@ use image::GrayImage;
 
 use super::{
     burst::of_burst,
+    feed::Taken,
     store::{Named, Store, inputs},
 };
 use crate::{RESULT_FILE, comparison};
@@ -25,6 +29,12 @@ pub struct WatchedCamera {
     newest_secs: Option<f64>,
     newest_picture_secs: Option<f64>,
     newest_answer: Option<Answer>,
+    /// The seconds in which the pictures were taken that have been looked at.
+    looked_at: BTreeSet<i64>,
+    /// Those of pictures that couldn't be read: they may still be being written, until a newer one comes.
+    unread: BTreeSet<i64>,
+    /// The newest of those that were taken before the camera was accepted as it stands.
+    before_accepted: Option<i64>,
 }
 
 /// The lens of a calibration file, or of the session in a folder, and which file it was.
@@ -100,6 +110,9 @@ impl WatchedCamera {
             newest_secs: None,
             newest_picture_secs: None,
             newest_answer: None,
+            looked_at: BTreeSet::new(),
+            unread: BTreeSet::new(),
+            before_accepted: None,
         };
         camera.handle_all(&stored.inputs);
         Ok((camera, stored.was_cut))
@@ -146,6 +159,12 @@ impl WatchedCamera {
         self.newest_picture_secs
     }
 
+    /// Whether the picture that was taken in that second, since 1970, needs no look: it has been looked at, or shows the camera
+    /// before it was accepted as it stands.
+    pub(super) fn knows(&self, at: i64) -> bool {
+        self.looked_at.contains(&at) || self.before_accepted.is_some_and(|newest| at <= newest)
+    }
+
     /// The newest answer.
     pub fn newest_answer(&self) -> Option<&Answer> {
         self.newest_answer.as_ref()
@@ -156,10 +175,15 @@ impl WatchedCamera {
     /// # Errors
     ///
     /// If it can't be recorded.
-    pub fn look(&mut self, burst: Vec<GrayImage>, at_secs: f64) -> anyhow::Result<Decision> {
+    pub fn look(&mut self, burst: Vec<GrayImage>, taken: Taken) -> anyhow::Result<Decision> {
         self.take_accepted()?;
-        let at_secs = at_secs.round();
-        let looked = of_burst(&mut self.station, burst, at_secs, &self.watch, self.store.shelf());
+        let (station, shelf) = (&mut self.station, self.store.shelf());
+        let mut looked = of_burst(station, burst, taken.at_secs.round(), &self.watch, shelf);
+        for input in &mut looked.inputs {
+            if let Input::Picture(picture) = input {
+                picture.late = taken.is_late;
+            }
+        }
         self.store.record(&looked.inputs)?;
         if looked.references_changed {
             self.store.save_references(&self.station)?;
@@ -173,9 +197,10 @@ impl WatchedCamera {
     /// # Errors
     ///
     /// If it can't be recorded.
-    pub fn no_picture(&mut self, reason: NoAnswer, at_secs: f64) -> anyhow::Result<Decision> {
+    pub fn no_picture(&mut self, reason: NoAnswer, taken: Taken) -> anyhow::Result<Decision> {
         self.take_accepted()?;
-        let picture = Picture { at: at_secs.round(), answer: None, none: Some(reason) };
+        let (at, late) = (taken.at_secs.round(), taken.is_late);
+        let picture = Picture { at, late, answer: None, none: Some(reason) };
         let inputs = [Input::Picture(Box::new(picture))];
         self.store.record(&inputs)?;
         Ok(self.handle_all(&inputs))
@@ -191,13 +216,28 @@ impl WatchedCamera {
     }
 
     fn count(&mut self, input: &Input) {
-        let Input::Picture(picture) = input else { return };
+        let picture = match input {
+            Input::Picture(picture) => picture,
+            Input::Accepted { .. } => {
+                self.before_accepted = self.looked_at.last().copied();
+                return;
+            }
+            Input::Learned { .. } => return,
+        };
         self.pictures[usize::from(picture.answer.is_none())] += 1;
-        self.newest_secs = Some(picture.at);
-        if picture.none != Some(NoAnswer::NoPicture) {
-            let newest = self.newest_picture_secs.map_or(picture.at, |at| at.max(picture.at));
-            self.newest_picture_secs = Some(newest);
+        if !picture.late {
+            self.newest_secs = Some(picture.at);
         }
+        let at = picture.at as i64;
+        if picture.none == Some(NoAnswer::NoPicture) {
+            self.unread.insert(at);
+            return;
+        }
+        let newest = self.newest_picture_secs.map_or(picture.at, |at| at.max(picture.at));
+        self.newest_picture_secs = Some(newest);
+        self.looked_at.insert(at);
+        let newer = self.unread.split_off(&at);
+        self.looked_at.append(&mut std::mem::replace(&mut self.unread, newer));
     }
 
     /// Learns anew if a person has said that the camera stays as it is.
@@ -235,6 +275,7 @@ pub(super) fn check_size(lens: &Lens, size: ImageSize) -> anyhow::Result<()> {
 
 fn newest_answer(inputs: &[Input]) -> Option<Answer> {
     inputs.iter().rev().find_map(|input| match input {
+        Input::Picture(picture) if picture.late => None,
         Input::Picture(picture) => picture.answer.clone(),
         Input::Learned { .. } | Input::Accepted { .. } => None,
     })

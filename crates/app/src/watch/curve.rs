@@ -71,6 +71,7 @@ pub fn curve(folder: &Path, happened: &[(f64, String)]) -> anyhow::Result<Watche
         }
     }
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let began = points.first().map_or(0.0, |(at, ..)| *at);
     Ok(WatchedCurve {
         name,

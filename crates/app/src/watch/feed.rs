@@ -43,11 +43,27 @@ pub enum Feed {
     Away(String, Box<Config>),
 }
 
+/// When a picture was taken, or none came.
+#[derive(Clone, Copy, Debug)]
+pub struct Taken {
+    /// Seconds since 1970.
+    pub at_secs: f64,
+    /// True if a picture taken later has been looked at.
+    pub is_late: bool,
+}
+
+impl Taken {
+    /// At that time, with no later picture before.
+    pub fn at(at_secs: f64) -> Self {
+        Self { at_secs, is_late: false }
+    }
+}
+
 /// One moment's pictures.
 #[derive(Debug)]
 pub struct Moment {
-    /// When, seconds since 1970.
-    pub at_secs: f64,
+    /// When they were taken.
+    pub taken: Taken,
     /// One picture, or a burst.
     pub burst: Vec<GrayImage>,
 }
@@ -105,13 +121,9 @@ impl Feed {
     }
 
     /// Every picture with its time, if the source is files.
-    ///
-    /// # Errors
-    ///
-    /// If one can't be looked at.
-    pub(super) fn stills(&self) -> anyhow::Result<Option<Vec<(f64, PathBuf)>>> {
+    pub(super) fn stills(&self) -> Option<Vec<(f64, PathBuf)>> {
         let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
-        is_files.then(|| self.new_files(None)).transpose()
+        is_files.then(|| self.new_files(|_| false))
     }
 
     /// The open source of a camera, stream or recording; a simulated street stands still and needs none.
@@ -136,12 +148,9 @@ impl Feed {
         }
     }
 
-    /// The files newer than `after_secs`, oldest first, with their times.
-    ///
-    /// # Errors
-    ///
-    /// If one can't be looked at.
-    pub fn new_files(&self, after_secs: Option<f64>) -> anyhow::Result<Vec<(f64, PathBuf)>> {
+    /// The files that aren't `known` by the second in which they were taken, oldest first, with their times. One that has gone
+    /// since it was listed is as of now, and can't be read.
+    pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> Vec<(f64, PathBuf)> {
         let paths = match self {
             Self::Files(paths) => paths.clone(),
             Self::Folder(folder) => {
@@ -151,13 +160,13 @@ impl Feed {
         };
         let mut files = Vec::new();
         for path in paths {
-            let at = picture_secs(&path)?;
-            if after_secs.is_none_or(|after| at.round() > after) {
+            let at = picture_secs(&path).unwrap_or_else(|_| now_secs());
+            if !known(at.round() as i64) {
                 files.push((at, path));
             }
         }
         files.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(files)
+        files
     }
 
     /// The pictures of a recorded source, one every `every_secs` of its own time, each handed to `take` with the time since
@@ -187,7 +196,8 @@ impl Feed {
                 continue;
             }
             last = at;
-            let moment = Moment { at_secs: began_secs + at, burst: vec![frame.image.clone()] };
+            let moment =
+                Moment { taken: Taken::at(began_secs + at), burst: vec![frame.image.clone()] };
             if !take(moment)? {
                 return Ok(());
             }
@@ -218,7 +228,7 @@ impl Feed {
             }
             burst.extend(newest);
         }
-        Ok(Moment { at_secs, burst })
+        Ok(Moment { taken: Taken::at(at_secs), burst })
     }
 }
 
@@ -238,7 +248,7 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
 /// # Errors
 ///
 /// If it's no picture.
-pub(super) fn read_moment(at_secs: f64, path: &Path) -> anyhow::Result<Moment> {
+pub(super) fn read_moment(taken: Taken, path: &Path) -> anyhow::Result<Moment> {
     let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
-    Ok(Moment { at_secs, burst: vec![grey] })
+    Ok(Moment { taken, burst: vec![grey] })
 }

@@ -30,7 +30,7 @@ pub use adjusting::{Step, adjust, say_aloud};
 pub use camera::{WatchedCamera, reference_lens, replayed};
 #[cfg(feature = "report")]
 pub use curve::curve;
-pub use feed::{Feed, Moment};
+pub use feed::{Feed, Moment, Taken};
 pub use places::Places;
 pub use rounds::{Round, run, say_left_out};
 pub use said::{

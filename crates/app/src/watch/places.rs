@@ -8,6 +8,7 @@ use image::GrayImage;
 
 use super::{
     camera::{WatchedCamera, check_size, preset, reference_lens},
+    feed::Taken,
     shelf::PictureShelf,
     store::Store,
 };
@@ -106,6 +107,15 @@ impl Places {
         seen.chain(waiting).reduce(f64::max)
     }
 
+    /// Whether the picture that was taken in that second, since 1970, needs no look. While a preset may still be found, only
+    /// pictures newer than all before are looked at: those of no known place leave no line.
+    pub(super) fn knows(&self, at: i64) -> bool {
+        if self.presets.as_ref().is_some_and(|presets| self.cameras.len() < presets.most) {
+            return self.newest_picture_secs().is_some_and(|newest| at as f64 <= newest);
+        }
+        self.cameras.iter().any(|camera| camera.knows(at))
+    }
+
     /// Looks at the pictures of one moment; what's decided is recorded before `hear` gets it.
     ///
     /// # Errors
@@ -114,15 +124,15 @@ impl Places {
     pub(super) fn look(
         &mut self,
         burst: Vec<GrayImage>,
-        at_secs: f64,
+        taken: Taken,
         hear: Hear<'_>,
     ) -> anyhow::Result<()> {
         let (Some(presets), Some(middle)) = (&mut self.presets, burst.get(burst.len() / 2)) else {
-            return self.look_at(0, burst, at_secs, hear);
+            return self.look_at(0, burst, taken, hear);
         };
         let view = View::of(middle.clone());
         if !view.shows_something() {
-            return self.no_picture(NoAnswer::TooDark, at_secs, hear);
+            return self.no_picture(NoAnswer::TooDark, taken, hear);
         }
         let best = |agreeing: &dyn Fn(&WatchedCamera) -> Option<usize>| {
             let all = self.cameras.iter().enumerate();
@@ -134,18 +144,18 @@ impl Places {
         let known = best(&|camera| camera.station().agreeing(&view))
             .or_else(|| all_known.then(|| best(&moved)).flatten());
         if let Some((_, index)) = known {
-            self.look_at(index, burst, at_secs, hear)?;
-            return self.note_silence(at_secs, hear);
+            self.look_at(index, burst, taken, hear)?;
+            return self.note_silence(taken.at_secs, hear);
         }
         if all_known {
-            return self.no_picture(NoAnswer::BetweenPresets, at_secs, hear);
+            return self.no_picture(NoAnswer::BetweenPresets, taken, hear);
         }
-        if let Some((first_secs, first)) = presets.second_of_a_place(&view, at_secs) {
+        if let Some((first_secs, first)) = presets.second_of_a_place(&view, taken.at_secs) {
             let camera = presets.open(self.cameras.len() + 1)?;
             self.cameras.push(camera);
             let index = self.cameras.len() - 1;
-            self.look_at(index, vec![first], first_secs, hear)?;
-            self.look_at(index, burst, at_secs, hear)?;
+            self.look_at(index, vec![first], Taken::at(first_secs), hear)?;
+            self.look_at(index, burst, taken, hear)?;
         }
         if let Some(presets) = &mut self.presets {
             presets.shelf.clear_dropped();
@@ -157,11 +167,11 @@ impl Places {
         &mut self,
         index: usize,
         burst: Vec<GrayImage>,
-        at_secs: f64,
+        taken: Taken,
         hear: Hear<'_>,
     ) -> anyhow::Result<()> {
         if let Some(camera) = self.cameras.get_mut(index) {
-            let decision = camera.look(burst, at_secs)?;
+            let decision = camera.look(burst, taken)?;
             hear(camera, &decision);
         }
         Ok(())
@@ -175,11 +185,11 @@ impl Places {
     pub(super) fn no_picture(
         &mut self,
         reason: NoAnswer,
-        at_secs: f64,
+        taken: Taken,
         hear: Hear<'_>,
     ) -> anyhow::Result<()> {
         for camera in &mut self.cameras {
-            let decision = camera.no_picture(reason, at_secs)?;
+            let decision = camera.no_picture(reason, taken)?;
             hear(camera, &decision);
         }
         Ok(())
@@ -189,7 +199,7 @@ impl Places {
     fn note_silence(&mut self, at_secs: f64, hear: Hear<'_>) -> anyhow::Result<()> {
         for camera in &mut self.cameras {
             if camera.newest_secs().is_some_and(|newest| at_secs - newest > DAY_SECS) {
-                let decision = camera.no_picture(NoAnswer::BetweenPresets, at_secs)?;
+                let decision = camera.no_picture(NoAnswer::BetweenPresets, Taken::at(at_secs))?;
                 hear(camera, &decision);
             }
         }

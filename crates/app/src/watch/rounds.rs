@@ -10,7 +10,7 @@ use std::{
 };
 
 use super::{
-    feed::{Feed, Moment, read_moment},
+    feed::{Feed, Moment, Taken, read_moment},
     places::{Hear, Places},
     times::now_secs,
 };
@@ -35,7 +35,7 @@ pub struct Round {
 }
 
 impl Round {
-    /// Looks once: at every new file, or at a burst. A picture that can't be had is noted, and said.
+    /// Looks once: at every file that is new, however late it comes, or at a burst. A picture that can't be had is noted, and said.
     ///
     /// # Errors
     ///
@@ -49,20 +49,20 @@ impl Round {
         if let Feed::Away(name, config) = &self.feed {
             match Feed::parse(std::slice::from_ref(name), config, announcer) {
                 Ok(feed) => self.feed = feed,
-                Err(err) => return self.take(Err(err), now_secs(), hear, announcer),
+                Err(err) => return self.take(Err(err), Taken::at(now_secs()), hear, announcer),
             }
         }
         if let Feed::Live(_) = &self.feed {
             let moment = self.feed.burst();
-            return self.take(moment, now_secs(), hear, announcer);
+            return self.take(moment, Taken::at(now_secs()), hear, announcer);
         }
         if let Feed::Recorded(_) = &self.feed {
             let (feed, every) = (self.feed.clone(), self.every.as_secs_f64());
             let began =
                 self.places.newest_picture_secs().map_or_else(now_secs, |newest| newest + every);
             return feed.play(began, every, |moment| {
-                let at = moment.at_secs;
-                self.take(Ok(moment), at, hear, announcer)?;
+                let taken = moment.taken;
+                self.take(Ok(moment), taken, hear, announcer)?;
                 Ok(!stop.load(Ordering::Relaxed))
             });
         }
@@ -74,21 +74,25 @@ impl Round {
                 .newest_picture_secs()
                 .map_or(street.began_secs, |newest| newest + every);
             while at < end && !stop.load(Ordering::Relaxed) {
-                let moment = Moment { at_secs: at, burst: vec![street.picture(at)] };
-                self.take(Ok(moment), at, hear, announcer)?;
+                let taken = Taken::at(at);
+                let moment = Moment { taken, burst: vec![street.picture(at)] };
+                self.take(Ok(moment), taken, hear, announcer)?;
                 at += every;
             }
             return Ok(());
         }
-        let files = self.feed.new_files(self.places.newest_picture_secs())?;
+        let files = self.feed.new_files(|at| self.places.knows(at));
         if files.is_empty() && self.is_overdue() {
-            self.places.no_picture(NoAnswer::NoPicture, now_secs(), hear)?;
+            self.places.no_picture(NoAnswer::NoPicture, Taken::at(now_secs()), hear)?;
         }
-        for (at, path) in files {
+        let newest = self.places.newest_picture_secs();
+        for (at_secs, path) in files {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            self.take(read_moment(at, &path), at, hear, announcer)?;
+            let is_late = newest.is_some_and(|newest| at_secs.round() < newest);
+            let taken = Taken { at_secs, is_late };
+            self.take(read_moment(taken, &path), taken, hear, announcer)?;
         }
         Ok(())
     }
@@ -104,22 +108,22 @@ impl Round {
     fn take(
         &mut self,
         moment: anyhow::Result<Moment>,
-        at_secs: f64,
+        taken: Taken,
         hear: Hear<'_>,
         announcer: &Announcer,
     ) -> anyhow::Result<()> {
         let (reason, err) = match moment {
-            Ok(Moment { at_secs, burst }) => {
+            Ok(Moment { taken, burst }) => {
                 let size = burst.first().map(ImageSize::of);
                 match size.map_or(Ok(()), |size| self.places.check_size(size)) {
-                    Ok(()) => return self.places.look(burst, at_secs, hear),
+                    Ok(()) => return self.places.look(burst, taken, hear),
                     Err(err) => (NoAnswer::OtherSize, err),
                 }
             }
             Err(err) => (NoAnswer::NoPicture, err),
         };
         announcer.say(&format!("{}: {err:#}", self.name));
-        self.places.no_picture(reason, at_secs, hear)
+        self.places.no_picture(reason, taken, hear)
     }
 }
 
