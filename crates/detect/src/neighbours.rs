@@ -35,37 +35,6 @@ impl Lines {
     }
 }
 
-/// Position of a corner between four fitted neighbours in its row, or in its column, or the mean of both; `None` if they
-/// aren't there.
-pub(super) fn between_neighbours_px(
-    fits: &[Option<EdgeFit>],
-    lines: Lines,
-    index: usize,
-) -> Option<[f64; 2]> {
-    let columns = lines.columns;
-    let rows = fits.len() / columns;
-    let (column, row) = (index % columns, index / columns);
-    let between = |place: usize, count: usize, stride: usize| -> Option<[f64; 2]> {
-        let is_inner = place >= 2 && place + 2 < count;
-        if !is_inner {
-            return None;
-        }
-        let places = [place - 2, place - 1, place + 1, place + 2];
-        let [first, before, after, last] = lines.weights(place, places);
-        let near = |other: usize| {
-            let fit = fits.get(index + other * stride - place * stride)?.as_ref();
-            fit.map(|fit| fit.corner.px.coords)
-        };
-        let [a, b, c, d] = places.map(near);
-        let cubic = a? * first + b? * before + c? * after + d? * last;
-        Some([cubic.x, cubic.y])
-    };
-    match (between(column, columns, 1), between(row, rows, columns)) {
-        (Some(a), Some(b)) => Some([(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0]),
-        (one, other) => one.or(other),
-    }
-}
-
 /// Position of a corner predicted by the fitted neighbours in its row and column; `None` if there are too few.
 pub(super) fn expected_px(
     fits: &[Option<EdgeFit>],

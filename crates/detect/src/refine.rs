@@ -7,7 +7,7 @@ use super::{
     bent_edges::BentEdges,
     edge_model::{self, EdgeFit, Known},
     motion::motion_px,
-    neighbours::{Lines, between_neighbours_px, expected_px, smooth},
+    neighbours::{Lines, expected_px, smooth},
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
 };
@@ -21,14 +21,12 @@ const LEAST_OF_MEDIAN: f64 = 0.04;
 /// only some.
 const RESIDUAL_OVER_MEDIAN: f64 = 1.6;
 
-/// A corner is vague if its standard deviation exceeds this multiple of the board's median, and this many pixels.
+/// A corner tells nothing if its standard deviation exceeds this multiple of the board's median, and this many pixels.
 const VAGUE_OVER_MEDIAN: f64 = 20.0;
 const VAGUE_FROM_PX: f64 = 0.3;
 /// How far a corner may be off the place between its neighbours: in squares, or in standard deviations.
 const OFF_SQUARES: f64 = 0.1;
 const OFF_SIGMAS: f64 = 5.0;
-/// Largest residual, as a fraction of the contrast, of a corner that is fitted again.
-const AGAIN_RESIDUAL: f64 = 0.5;
 /// A corner beside one that isn't seen may fit so much worse than the median, in residual and standard deviation.
 const TOUCHED_RESIDUAL: f64 = 1.5;
 const TOUCHED_SIGMA: f64 = 3.0;
@@ -109,12 +107,16 @@ impl Refiner {
             let step = median_step * sign(index, columns);
             *fit = fit.take().filter(|fit| fit.residual <= limit && agrees(fit, step));
         }
+        let median_sigma_px = self.median(|_, fit| fit.corner.sigma_px()).unwrap_or(0.0);
+        let vague_px = (VAGUE_OVER_MEDIAN * median_sigma_px).max(VAGUE_FROM_PX);
+        for fit in &mut self.fits {
+            *fit = fit.take().filter(|fit| fit.corner.sigma_px() <= vague_px);
+        }
         let median_blur_px = self.median(|_, fit| fit.blur_px());
-        self.retry(image, rough, (limit, median_step), median_blur_px);
-        self.drop_doubtful(image, rough, median_blur_px);
+        self.retry(image, rough, (limit, median_step, vague_px), median_blur_px);
         let tried = rough.corners_px.iter().flatten().count();
         if self.fits.iter().any(Option::is_none) {
-            self.drop_touched(image, lines, median_residual, board.markers().is_some());
+            self.drop_touched(columns, median_residual);
             self.drop_strays(rough);
         }
         let noise = self.median(|_, fit| fit.noise).unwrap_or_default();
@@ -167,7 +169,7 @@ impl Refiner {
         &mut self,
         image: &GrayImage,
         rough: Rough<'_>,
-        (limit, median_step): (f64, f64),
+        (limit, median_step, vague_px): (f64, f64, f64),
         median_blur_px: Option<f64>,
     ) {
         let columns = rough.lines.columns;
@@ -189,6 +191,7 @@ impl Refiner {
                     .fit(image, expected, known, &mut self.scratch)
                     .filter(|fit| fit.residual <= limit && off_px(fit) <= allowed_px)
                     .filter(|fit| agrees(fit, median_step * sign(index, columns)))
+                    .filter(|fit| fit.corner.sigma_px() <= vague_px)
             });
             if again.is_some() {
                 self.fits[index] = again;
@@ -196,83 +199,23 @@ impl Refiner {
         }
     }
 
-    /// Fits corners again, from where their neighbours predict them, that are far less certain than the others or that
-    /// contradict their neighbours; drops them if that doesn't help. An edge beside a corner, or a line that crosses it
-    /// at a small angle, can make such a fit.
-    fn drop_doubtful(&mut self, image: &GrayImage, rough: Rough<'_>, median_blur_px: Option<f64>) {
-        let lines = rough.lines;
+    /// Drops corners beside unseen ones that fit worse than the others: what covers those, or the edge of the picture, reaches
+    /// into the squares of these.
+    fn drop_touched(&mut self, columns: usize, median_residual: f64) {
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
-        let is_vague = |fit: &EdgeFit| {
-            let sigma_px = fit.corner.sigma_px();
-            sigma_px > VAGUE_OVER_MEDIAN * median_sigma_px && sigma_px > VAGUE_FROM_PX
-        };
-        // The worst first: a wrong corner also makes its neighbours look wrong.
-        for _ in 0..self.fits.len() / LOST_SHARE + 1 {
-            let worst = (0..self.fits.len())
-                .filter_map(|index| {
-                    let fit = self.fits[index].as_ref()?;
-                    if is_vague(fit) {
-                        return Some((f64::INFINITY, index));
-                    }
-                    let side_px = Window::around(rough, index)?.side_px;
-                    let expected = between_neighbours_px(&self.fits, lines, index)?;
-                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
-                    let allowed_px =
-                        (OFF_SQUARES * side_px).max(OFF_SIGMAS * fit.corner.sigma_px()) + 0.3;
-                    Some((off_px / allowed_px, index))
-                })
-                .max_by(|a, b| a.0.total_cmp(&b.0));
-            let Some((_, index)) = worst.filter(|(ratio, _)| *ratio > 1.0) else { return };
-            let before = self.fits[index].take();
-            let again = expected_px(&self.fits, lines, index)
-                .zip(Window::around(rough, index))
-                .zip(median_blur_px)
-                .and_then(|((expected, window), blur_px)| {
-                    let known = Known::BlurAndEdges(blur_px);
-                    let fit = window.fit(image, expected, known, &mut self.scratch)?;
-                    let off_px = (fit.corner.px - Point2::from(expected)).norm();
-                    let is_sound = !is_vague(&fit)
-                        && off_px <= OFF_SQUARES * window.side_px + 0.3
-                        && before.is_some_and(|before| before.step() * fit.step() > 0.0)
-                        && fit.residual < AGAIN_RESIDUAL;
-                    is_sound.then_some(fit)
-                });
-            self.fits[index] = again;
-        }
-    }
-
-    /// Drops corners beside unseen ones that are covered, for what covers them reaches into the squares beside, and those
-    /// beside the edge of the picture that fit worse than the others. On a board `with_markers`, where only narrow bands
-    /// along the edges are looked at, all corners that fit as well as the others stay.
-    fn drop_touched(
-        &mut self,
-        image: &GrayImage,
-        lines: Lines,
-        median_residual: f64,
-        with_markers: bool,
-    ) {
-        let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
-        let columns = lines.columns;
         let rows = self.fits.len() / columns;
-        let (right, bottom) = (f64::from(image.width()) - 1.0, f64::from(image.height()) - 1.0);
-        let is_covered = |index: usize| {
-            self.fits[index].is_none()
-                && expected_px(&self.fits, lines, index)
-                    .is_some_and(|[x, y]| (0.0..=right).contains(&x) && (0.0..=bottom).contains(&y))
-        };
         let mut touched = Vec::new();
         for (index, fit) in self.fits.iter().enumerate() {
             let Some(fit) = fit else { continue };
             let (column, row) = (index % columns, index / columns);
             let beside =
                 |count: usize, place: usize| place.saturating_sub(1)..(place + 2).min(count);
-            let is_beside = |is: &dyn Fn(usize) -> bool| {
-                beside(rows, row).any(|row| beside(columns, column).any(|c| is(row * columns + c)))
-            };
-            let beside_unseen = is_beside(&|index| self.fits[index].is_none());
+            let mut near = beside(rows, row)
+                .flat_map(|row| beside(columns, column).map(move |c| row * columns + c));
+            let is_beside_unseen = near.any(|near| self.fits[near].is_none());
             let fits_worse = fit.residual > TOUCHED_RESIDUAL * median_residual + 0.02
                 || fit.corner.sigma_px() > TOUCHED_SIGMA * median_sigma_px + 0.02;
-            if (beside_unseen && fits_worse) || (!with_markers && is_beside(&is_covered)) {
+            if is_beside_unseen && fits_worse {
                 touched.push(index);
             }
         }
