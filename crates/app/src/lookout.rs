@@ -303,7 +303,9 @@ fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     let markers = match seen {
         OtherBoard::Charuco { dictionary, .. } => MarkerChoice::in_squares(dictionary, None),
         OtherBoard::AprilGrid => MarkerChoice::tags(Tags::default()),
-        OtherBoard::Plain { .. } | OtherBoard::Circles { .. } => choice?.markers?,
+        OtherBoard::Plain { .. } | OtherBoard::Larger { .. } | OtherBoard::Circles { .. } => {
+            choice?.markers?
+        }
     };
     let board = choice.map(|choice| [choice.columns, choice.rows]);
     Some(OtherKind { said: text::start::detected_other(seen), markers, board })

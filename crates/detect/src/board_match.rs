@@ -84,6 +84,10 @@ pub(super) fn match_board(
         if why == Why::Glare {
             return Err(Miss::Glare { found, wanted });
         }
+        if larger {
+            let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
+            return Err(Miss::OtherBoard(OtherBoard::Larger { columns, rows }));
+        }
         return Err(Miss::PartialBoard { found, wanted, cut_off_by });
     }
     place_whole(image, lattice, board, expected, into).then_some(()).ok_or(Miss::NoBoard)

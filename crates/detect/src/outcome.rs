@@ -60,6 +60,13 @@ pub enum OtherBoard {
         /// Whether their side is about the usual share of a square's, so that nobody needs to measure it.
         is_usual_side: bool,
     },
+    /// A board without markers that's larger than the named one, but isn't seen whole.
+    Larger {
+        /// Corners in a row, at least.
+        columns: usize,
+        /// Rows of corners, at least.
+        rows: usize,
+    },
     /// Tags with small squares between their corners, as far apart as usual.
     AprilGrid,
     /// A grid of circles.
@@ -81,7 +88,7 @@ impl OtherBoard {
             Self::Circles { columns, rows, layout } => {
                 (columns, rows, Some(MarkerChoice::circles(layout)))
             }
-            Self::Charuco { .. } | Self::AprilGrid => return None,
+            Self::Charuco { .. } | Self::Larger { .. } | Self::AprilGrid => return None,
         };
         let side = |count: usize| u16::try_from(count).ok();
         let (columns, rows) = (side(columns)?, side(rows)?);
@@ -170,7 +177,7 @@ impl Miss {
             | Self::Blurred { .. }
             | Self::OtherMarkers { .. }
             // Some of the corners of a board with markers can look like that.
-            | Self::OtherBoard(OtherBoard::Plain { .. }) => true,
+            | Self::OtherBoard(OtherBoard::Plain { .. } | OtherBoard::Larger { .. }) => true,
             Self::OtherBoard(_)
             | Self::OtherSquares { .. }
             | Self::TooSmall { .. }
@@ -193,7 +200,9 @@ impl Miss {
             Self::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
             Self::PartialBoard { found, .. } | Self::Glare { found, .. } => found,
             Self::OtherBoard(
-                OtherBoard::Plain { columns, rows } | OtherBoard::Circles { columns, rows, .. },
+                OtherBoard::Plain { columns, rows }
+                | OtherBoard::Larger { columns, rows }
+                | OtherBoard::Circles { columns, rows, .. },
             ) => columns * rows,
             // Recognised when no other reason is clear.
             Self::OtherBoard(OtherBoard::Charuco { .. } | OtherBoard::AprilGrid) => 0,

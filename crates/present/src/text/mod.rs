@@ -85,7 +85,9 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Uncover => "Uncover it, or tip it less".into(),
         Prompt::Glare => "Too much glare. Tip the board".into(),
         Prompt::OtherBoard(other) => match other {
-            OtherBoard::Plain { .. } => "This is a different board".into(),
+            OtherBoard::Plain { .. } | OtherBoard::Larger { .. } => {
+                "This is a different board".into()
+            }
             OtherBoard::Charuco { .. } => "This is a ChArUco board".into(),
             OtherBoard::AprilGrid => "This is an AprilGrid".into(),
             OtherBoard::Circles { .. } => "This is a circle grid".into(),
@@ -234,6 +236,9 @@ fn different(other: OtherBoard) -> String {
     let it = match other {
         OtherBoard::Plain { columns, rows } => {
             format!("it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}")
+        }
+        OtherBoard::Larger { columns, rows } => {
+            format!("it has {columns}x{rows} inner corners or more. Show it whole to count them")
         }
         OtherBoard::Charuco { dictionary, is_usual_side: true } => format!(
             "it's a ChArUco board. To use it, count its squares: --board charuco:CxR:{dictionary}"

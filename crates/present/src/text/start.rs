@@ -183,6 +183,7 @@ pub fn detected([columns, rows]: [impl std::fmt::Display; 2]) -> String {
 pub fn detected_other(other: OtherBoard) -> String {
     match other {
         OtherBoard::Plain { columns, rows } => detected([columns, rows]),
+        OtherBoard::Larger { .. } => "This board is larger. Show it whole".into(),
         OtherBoard::Charuco { dictionary, is_usual_side: true } => {
             format!("This is a ChArUco board, {dictionary}. Count its squares")
         }

@@ -139,6 +139,9 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
         OtherBoard::Plain { columns, rows } => {
             format!("This board has {columns} × {rows} inner corners")
         }
+        OtherBoard::Larger { columns, rows } => {
+            format!("This board has {columns} × {rows} inner corners or more")
+        }
         OtherBoard::Charuco { dictionary, is_usual_side: true } => {
             format!("This is a ChArUco board ({dictionary})")
         }

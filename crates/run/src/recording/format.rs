@@ -129,6 +129,11 @@ enum SeenLine {
         columns: usize,
         rows: usize,
     },
+    /// A plain one of at least so many corners.
+    OtherLarger {
+        columns: usize,
+        rows: usize,
+    },
     /// Of the family of this dictionary.
     OtherCharuco {
         #[cfg_attr(feature = "schemas", schemars(with = "String"))]
@@ -348,6 +353,9 @@ impl From<SeenLine> for Result<Detection, Miss> {
             SeenLine::OtherCharuco { dictionary, is_usual_side } => {
                 Miss::OtherBoard(OtherBoard::Charuco { dictionary, is_usual_side })
             }
+            SeenLine::OtherLarger { columns, rows } => {
+                Miss::OtherBoard(OtherBoard::Larger { columns, rows })
+            }
             SeenLine::OtherAprilGrid => Miss::OtherBoard(OtherBoard::AprilGrid),
             SeenLine::OtherCircles { columns, rows, layout } => {
                 Miss::OtherBoard(OtherBoard::Circles { columns, rows, layout })
@@ -380,6 +388,7 @@ fn miss_to_line(miss: Miss) -> SeenLine {
             OtherBoard::Charuco { dictionary, is_usual_side } => {
                 SeenLine::OtherCharuco { dictionary, is_usual_side }
             }
+            OtherBoard::Larger { columns, rows } => SeenLine::OtherLarger { columns, rows },
             OtherBoard::AprilGrid => SeenLine::OtherAprilGrid,
             OtherBoard::Circles { columns, rows, layout } => {
                 SeenLine::OtherCircles { columns, rows, layout }
