@@ -350,3 +350,47 @@ fn random_corners_end_in_a_value() {
         }
     }
 }
+
+/// A printer puts corners some hundredths of a millimetre off, the same ones in all views: more views don't average that out.
+#[test]
+fn errors_of_the_print_are_in_the_stated_error() {
+    const NOISE_PX: f64 = 0.05;
+    let truth = camera(Distortion::default());
+    let slots = eight_slots();
+    for (print_m, views) in [(5e-5, 8), (5e-5, 16), (2e-4, 16)] {
+        let (mut squares, mut count) = (0.0, 0.0);
+        for seed in 0..12 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let printed = Normal::new(0.0, print_m).expect("not negative");
+            let noise = Normal::new(0.0, NOISE_PX).expect("positive");
+            let board_m: Vec<Point2<f64>> = board()
+                .corners_in_board_m()
+                .into_iter()
+                .map(|p| p + Vector2::new(printed.sample(&mut rng), printed.sample(&mut rng)))
+                .collect();
+            let poses = (0..views).map(|view| {
+                let turned = pose(25.0 + (view % 5) as f64 * 5.0, 22.5 * view as f64, 0.0).rotation;
+                Isometry3::from_parts(slots[view % 8].translation, turned)
+            });
+            let seen: Vec<Vec<Corner>> = poses
+                .map(|pose| {
+                    let corner = |p: &Point2<f64>| {
+                        let px = truth.project_board_point(&pose, p).expect("in front").px;
+                        let off = Vector2::new(noise.sample(&mut rng), noise.sample(&mut rng));
+                        Corner::isotropic(px + off, NOISE_PX)
+                    };
+                    board_m.iter().map(corner).collect()
+                })
+                .collect();
+            let found = run(&seen, &CalibrationParams::default());
+            let (sd, ours, theirs) =
+                (found.sd(), found.camera.lens_parameters(), truth.lens_parameters());
+            for i in [2, 3] {
+                squares += ((ours[i] - theirs[i]) / sd[i]).powi(2);
+                count += 1.0;
+            }
+        }
+        let ratio = f64::sqrt(squares / count);
+        assert!(ratio < 1.35, "{print_m} m in {views} views: error over stated sd {ratio}");
+    }
+}

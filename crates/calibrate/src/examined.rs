@@ -9,6 +9,7 @@ use super::{
         misfit_diagnosis::{Causes, causes},
         next_radial::next_radial_doubt,
         noise_correlation::{NoiseCorrelation, noise_correlation},
+        print_errors::{PrintErrors, print_errors},
     },
     inputs::{Inputs, VIEWS_WITHOUT_PRIOR},
     solve::{bundle::Bundle, model_choice::ModelChoice, view_scatter::averaged},
@@ -23,6 +24,7 @@ const VIEWS_ADVISED: usize = 8;
 /// Findings in the residuals of the richest lens model.
 pub(super) struct Examined {
     pub(super) correlation: Option<NoiseCorrelation>,
+    print_errors: Option<PrintErrors>,
     pub(super) causes: Causes,
     /// Factor by which the corners overstate their information about the lens, at least 1.
     overcount: f64,
@@ -33,7 +35,12 @@ impl Examined {
         let noise_floor = inputs.noise_floor;
         let enough = inputs.distinct >= VIEWS_WITHOUT_PRIOR;
         let Some(richest) = choice.bundles.last().filter(|_| enough) else {
-            return Self { correlation: None, causes: Causes::none(), overcount: 1.0 };
+            return Self {
+                correlation: None,
+                print_errors: None,
+                causes: Causes::none(),
+                overcount: 1.0,
+            };
         };
         let correlation = noise_correlation(&inputs.observations, richest);
         let scatter = richest.scatter(richest.noise_factor().max(noise_floor));
@@ -41,7 +48,8 @@ impl Examined {
         let noise_gain = correlation.as_ref().map_or(0.0, |found| found.gain);
         let (size, result) = (inputs.image_size, &choice.fit().camera);
         let causes = causes(&inputs.observations, richest, result, size, noise_floor, noise_gain);
-        Self { correlation, causes, overcount }
+        let print_errors = print_errors(&inputs.observations, richest);
+        Self { correlation, print_errors, causes, overcount }
     }
 
     /// The correction to apply, if one cause clearly stands out.
@@ -78,14 +86,15 @@ impl Examined {
         Some(averaged(of_model, of_views, inputs.distinct))
     }
 
-    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, and the
-    /// remaining doubt about a corrected cause.
+    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, the remaining
+    /// doubt about a corrected cause, and errors of the print, which all views share.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
         let allowed_for = inputs
             .correction
             .map(|correction| correction.doubt((lens, freedom), inputs.image_size));
-        [self.next_radial_doubt(inputs, choice), allowed_for]
+        let of_print = self.print_errors.as_ref().map(|found| found.doubt(choice));
+        [self.next_radial_doubt(inputs, choice), allowed_for, of_print]
             .into_iter()
             .flatten()
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)

@@ -6,6 +6,7 @@
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
 //! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
+//! | `print_errors` | widens it if corners aren't where they should be on the board |
 //! | `next_radial` | what the radial terms left out leave open |
 //! | `disagreement` | compares bundle and free homographies |
 //! | `noise_findings` | compares the noise of the fit with that of a board held still |
@@ -40,6 +41,7 @@ pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 mod other_parameters;
 mod picture_effect;
+pub(super) mod print_errors;
 pub(super) mod projection_sd;
 mod torn_views;
 pub(super) mod trust_checks;

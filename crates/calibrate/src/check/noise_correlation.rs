@@ -21,6 +21,7 @@ use crate::solve::{
     gram::{Gram, Row},
     model_choice::ModelChoice,
     schur_lm::inverse,
+    whitened::Whitened,
 };
 use boresight_geometry::LENS_PARAMETERS;
 
@@ -44,9 +45,9 @@ const INDEPENDENT: f64 = 0.8;
 const PARAMETERS: f64 = 2.0;
 
 /// Columns of a view's table: lens, pose, residual.
-const POSE: usize = LENS_PARAMETERS;
-const RESIDUAL: usize = LENS_PARAMETERS + 6;
-const TILES: usize = (RESIDUAL + 1).div_ceil(4);
+pub(super) const POSE: usize = LENS_PARAMETERS;
+pub(super) const RESIDUAL: usize = LENS_PARAMETERS + 6;
+pub(super) const TILES: usize = (RESIDUAL + 1).div_ceil(4);
 
 /// Noise of the corners, averaged over the models.
 #[derive(Clone, Debug)]
@@ -163,23 +164,7 @@ impl View {
         let all = observations.view(view);
         let first = view % step;
         let corners: Vec<_> = all.iter().skip(first).step_by(step).collect();
-        let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
-        let mut rows = Vec::with_capacity(2 * corners.len());
-        for corner in &corners {
-            let predicted = camera.project_board_point(pose, &corner.board_m)?;
-            let residual = corner.whitener * (corner.px - predicted.px);
-            let mut by_lens = predicted.jac_lens;
-            bundle.freedom.restrict(&mut by_lens);
-            let (by_lens, by_pose) =
-                (corner.whitener * by_lens, corner.whitener * predicted.jac_pose);
-            for axis in 0..2 {
-                let mut row = Row::zeros();
-                (0..LENS_PARAMETERS).for_each(|column| row.set(column, by_lens[(axis, column)]));
-                (0..6).for_each(|column| row.set(POSE + column, by_pose[(axis, column)]));
-                row.set(RESIDUAL, residual[axis]);
-                rows.push(row);
-            }
-        }
+        let mut rows = rows(&corners, bundle, view)?;
         if let Some(common) = CommonError::of(corners.iter().copied()) {
             common.take_out(&mut rows);
         }
@@ -225,6 +210,27 @@ impl View {
         }
         rows
     }
+}
+
+/// Whitened derivatives by the lens and by the pose of a view, and its residuals: two rows a corner.
+pub(super) fn rows(corners: &[&Whitened], bundle: &Bundle, view: usize) -> Option<Vec<Row<TILES>>> {
+    let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
+    let mut rows = Vec::with_capacity(2 * corners.len());
+    for corner in corners {
+        let predicted = camera.project_board_point(pose, &corner.board_m)?;
+        let residual = corner.whitener * (corner.px - predicted.px);
+        let mut by_lens = predicted.jac_lens;
+        bundle.freedom.restrict(&mut by_lens);
+        let (by_lens, by_pose) = (corner.whitener * by_lens, corner.whitener * predicted.jac_pose);
+        for axis in 0..2 {
+            let mut row = Row::zeros();
+            (0..LENS_PARAMETERS).for_each(|column| row.set(column, by_lens[(axis, column)]));
+            (0..6).for_each(|column| row.set(POSE + column, by_pose[(axis, column)]));
+            row.set(RESIDUAL, residual[axis]);
+            rows.push(row);
+        }
+    }
+    Some(rows)
 }
 
 /// `Σ Aᵀ C A` over the views, with `C` the correlations in `smooth`.
