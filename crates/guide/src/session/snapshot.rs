@@ -35,6 +35,8 @@ pub struct Snapshot {
     pub target: Option<Target>,
     /// The setup's limits as they apply: none that this camera's corners can't reach.
     pub limits: GuidanceParams,
+    /// What corners err by, root mean square, because boards moved while the sensor read its rows, in pixels.
+    pub moved_px: f64,
     /// Limits of the board, if it stays small in the picture.
     pub far: Option<FarBoard>,
     /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.

@@ -77,6 +77,8 @@ pub(super) struct Derived {
     pub(super) target: Option<Target>,
     /// The limits with which the pose asked for was chosen.
     pub(super) limits: GuidanceParams,
+    /// See [`Snapshot::moved_px`].
+    pub(super) moved_px: f64,
     /// What the accepted views tell, and the pose asked for.
     pub(super) knowledge: Knowledge,
     pub(super) target_pose: Option<Isometry3<f64>>,
@@ -158,7 +160,8 @@ impl Derived {
             .map(|(taken, corners)| remeasured(&taken.view, corners, setup, &lens_estimate))
             .collect();
         let precision = solved.map(|solved| precision_of(solved, *image_size));
-        let noise_px = precision.as_ref().map(|it| libm::hypot(it.noise_px, common_px(&measured)));
+        let moved_px = common_px(&measured);
+        let noise_px = precision.as_ref().map(|it| libm::hypot(it.noise_px, moved_px));
         let guidance = &seen.limits(&setup.guidance, board, accepted, noise_px);
         let calm_px_per_s = HOLD_WIDTHS_PER_SEC * f64::from(image_size.width_px);
         let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance)
@@ -200,6 +203,7 @@ impl Derived {
             progress,
             target,
             limits: *guidance,
+            moved_px,
             knowledge,
             target_pose,
             far: far.flatten(),
@@ -395,6 +399,7 @@ impl Session {
             live: tracking.live.clone(),
             target: derived.target.clone(),
             limits: derived.limits,
+            moved_px: derived.moved_px,
             far: derived.far,
             held_out: derived.held_out,
             measured_noise_px: self.measured_noise_px(),

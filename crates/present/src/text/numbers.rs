@@ -3,7 +3,7 @@
 use super::{acceptance, knows_sd, percent, uncertainty::sd_of};
 use boresight_geometry::{LensParameter, LensValues};
 use boresight_guide::{
-    guidance::Plan,
+    guidance::{GuidanceParams, Plan},
     session::{Snapshot, ViewSummary},
 };
 
@@ -58,14 +58,28 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
         return Some(acceptance::progress(judged, knows_sd(calibration)));
     }
     let sd = calibration.sd();
-    let guidance = &snapshot.limits;
-    let size = snapshot.setup.image_size;
-    let f_to_width = calibration.camera.f_px.x / f64::from(size.width_px.max(size.height_px));
     let reached = sd_of(calibration, small(sd[2].max(sd[3])));
-    Some(match guidance.plan {
-        Plan::Adaptive => format!("{reached} px (goal {:.1} px)", guidance.pp_goal_px(f_to_width)),
-        Plan::Quick | Plan::Full => format!("{reached} px"),
+    Some(match pp_goal(snapshot, &snapshot.limits) {
+        Some(goal) => format!("{reached} px (goal {goal})"),
+        None => format!("{reached} px"),
     })
+}
+
+/// The principal point's goal that was set, if a coarser one applies: "1.0 px was set".
+pub fn pp_goal_set(snapshot: &Snapshot) -> Option<String> {
+    let set = pp_goal(snapshot, &snapshot.setup.guidance)?;
+    (pp_goal(snapshot, &snapshot.limits)? != set).then(|| format!("{set} was set"))
+}
+
+/// The principal point's goal by `guidance`; `None` without a calibration, or if the plan has none.
+fn pp_goal(snapshot: &Snapshot, guidance: &GuidanceParams) -> Option<String> {
+    let f_px = snapshot.calibration.as_ref()?.camera.f_px.x;
+    let size = snapshot.setup.image_size;
+    let f_to_width = f_px / f64::from(size.width_px.max(size.height_px));
+    match guidance.plan {
+        Plan::Adaptive => Some(format!("{:.1} px", guidance.pp_goal_px(f_to_width))),
+        Plan::Quick | Plan::Full => None,
+    }
 }
 
 /// Name of [`precision_over_picture`], everywhere.

@@ -19,26 +19,40 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
-/// The goals that apply, if this camera's corners can't reach those that were set; `None` if they can.
+/// The goals that apply beside those that were set, with the reason, if corners are measured too coarsely for those;
+/// `None` if they aren't.
 pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     let (set, now) = (&snapshot.setup.guidance, &snapshot.limits);
-    let coarser_px = |set_px: f64, now_px: f64| (now_px > set_px).then(|| px(now_px));
-    let pp = coarser_px(set.stop_pp_sigma_px, now.stop_pp_sigma_px);
+    let coarser = |set_px: f64, now_px: f64| {
+        (now_px > set_px).then(|| format!("{} ({} was set)", px(now_px), px(set_px)))
+    };
+    let pp = coarser(set.stop_pp_sigma_px, now.stop_pp_sigma_px);
     let corners = set.stop_corner_sigma_px.zip(now.stop_corner_sigma_px);
-    let corners = corners.and_then(|(set_px, now_px)| coarser_px(set_px, now_px));
+    let corners = corners.and_then(|(set_px, now_px)| coarser(set_px, now_px));
     let goals = match (pp, corners) {
         (None, None) => return None,
-        (Some(pp), None) => format!("the principal point's is {pp}"),
-        (None, Some(corners)) => format!("the one for the picture's corners is {corners}"),
+        (Some(pp), None) => format!("the principal point's goal is {pp}"),
+        (None, Some(corners)) => format!("the goal for the picture's corners is {corners}"),
         (Some(pp), Some(corners)) => {
             format!(
-                "the principal point's is {pp}, and the one for the picture's corners {corners}"
+                "the principal point's goal is {pp}, and the one for the picture's corners {corners}"
             )
         }
     };
-    Some(format!(
-        "This camera measures corners too coarsely for the goals that were set. From now on, {goals}."
-    ))
+    let noise_px = snapshot.calibration.as_ref()?.noise_px;
+    Some(format!("{} From now on, {goals}.", why_coarse(noise_px, snapshot.moved_px)))
+}
+
+/// The larger of the two causes for which corners are measured coarsely: the camera's `noise_px`, or boards that moved.
+fn why_coarse(noise_px: f64, moved_px: f64) -> String {
+    if moved_px > noise_px {
+        let moved = px(moved_px);
+        return format!(
+            "The boards moved while the camera read its rows: corners are known to {moved}. Hold stiller for better."
+        );
+    }
+    let noise = px(noise_px);
+    format!("This camera measures corners to {noise} only. More light may help.")
 }
 
 /// Error with which the newest pair was predicted: "Check: views 3 and 4 agree with the earlier ones to 0.11 px".
@@ -63,6 +77,18 @@ fn px(value_px: f64) -> String {
 mod tests {
     use super::*;
     use boresight_guide::guidance::Reach;
+
+    #[test]
+    fn coarse_corners_have_their_true_reason() {
+        assert_eq!(
+            why_coarse(0.017, 0.144),
+            "The boards moved while the camera read its rows: corners are known to 0.14 px. Hold stiller for better."
+        );
+        assert_eq!(
+            why_coarse(0.21, 0.02),
+            "This camera measures corners to 0.21 px only. More light may help."
+        );
+    }
 
     #[test]
     fn a_small_board_is_announced_with_what_it_reaches() {
