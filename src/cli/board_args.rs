@@ -119,14 +119,17 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// The configuration `taken_with`, with the settings of `--set` over it.
+    /// The configuration `taken_with`, with the settings of `--set` and the size of `--square` over it.
     pub(super) fn config_over(&self, taken_with: &Config) -> anyhow::Result<Config> {
-        if self.board.is_some() || self.square.is_some() || self.config.is_some() {
+        if self.board.is_some() || self.config.is_some() {
             bail!(
-                "a session knows its board and settings: leave out --board, --square and --config"
+                "a session knows its board and settings: leave out --board and --config; --square and --set correct them"
             );
         }
-        let (config, notes) = taken_with.with_notes(&self.settings)?;
+        let (mut config, notes) = taken_with.with_notes(&self.settings)?;
+        if let Some(Length { millimetres }) = self.square {
+            config.board.square_mm = millimetres;
+        }
         for note in &notes {
             say(note);
         }

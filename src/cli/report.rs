@@ -12,6 +12,7 @@ use super::{
     accept_args::AcceptArguments,
     board_args::{loaded, setting},
     terminal::{print, say},
+    usage::WrongUsage,
 };
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
@@ -69,6 +70,7 @@ Examples:
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let session = self.session();
+        self.says_what_it_states()?;
         let stated = loaded(self.config.as_deref(), &self.settings)?.certificate;
         let mut report = match &session {
             Some(path) => session_report::of_folder(path, &stated)?,
@@ -140,6 +142,18 @@ impl Arguments {
             .context("the goal can't be judged: the file has no calibration with its covariance")?;
         calibration.acceptance = Some(AcceptanceEntry::of(&judged, acceptance(&judged)));
         Ok(())
+    }
+
+    /// Refuses settings that would change the calibration: a report only states one.
+    fn says_what_it_states(&self) -> anyhow::Result<()> {
+        let key = |setting: &String| setting.split_once('=').map(|(key, _)| key.trim().to_owned());
+        let keys = self.settings.iter().filter_map(key);
+        let mut others = keys.filter(|key| !key.starts_with("certificate."));
+        let Some(other) = others.next() else { return Ok(()) };
+        let message = format!(
+            "--set {other}: a report uses settings of certificate only. To calibrate with another one: boresight calibrate SESSION --set {other}=… --report FILE"
+        );
+        Err(WrongUsage(message).into())
     }
 
     /// The session, if the input is one, or the result of one.

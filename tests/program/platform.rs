@@ -101,8 +101,21 @@ fn a_sessions_views_calibrate_again() {
     says(
         &boresight(place.path(), &["calibrate", session, "--board", "9x6"]),
         1,
-        &["knows its board"],
+        &["knows its board", "--square"],
     );
+    // A person who measures a square afterwards corrects it, and a report that wouldn't says so.
+    let larger = boresight(place.path(), &["calibrate", session, "--square", "30mm", "--json"]);
+    says(&larger, 0, &["GOOD"]);
+    let square = |file: &Value| file["board"]["square_mm"].as_f64().expect("mm");
+    assert!((square(&json(&larger.stdout)) - 30.0).abs() < 1e-9);
+    assert!((f(&json(&larger.stdout)) - f(&again)).abs() < 1e-6);
+    let report = ["report", session, "--set", "board.square_mm=30", "--out", "page.html"];
+    says(
+        &boresight(place.path(), &report),
+        2,
+        &["board.square_mm", "boresight calibrate SESSION --set board.square_mm=…"],
+    );
+    assert!(!place.path().join("page.html").exists());
 }
 
 #[test]

@@ -289,9 +289,13 @@ pub fn switched(
     };
     let square = square(square_m);
     format!(
-        "The board in view is used now: {columns} × {rows} {what}. {question} {square}? If not, type it on the start page"
+        "The board in view is used now: {columns} × {rows} {what}. {question} {square}? {IF_NOT}"
     )
 }
+
+/// What somebody does whose squares are of another size than the session assumes.
+const IF_NOT: &str =
+    "If not, the lens is right all the same; type it on the start page for the next session";
 
 /// A board as its printed code names it; `id` is empty without a code.
 pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> String {
@@ -301,7 +305,7 @@ pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> Stri
 
 /// Nobody has said how large the squares are, and no code beside the board does.
 pub fn assumed_square(square_m: f64) -> String {
-    format!("Is a square {}? If not, type it on the start page", square(square_m))
+    format!("Is a square {}? {IF_NOT}", square(square_m))
 }
 
 /// The side of a square is the usual one, and nobody has said that it's right.
