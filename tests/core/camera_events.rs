@@ -10,6 +10,7 @@ use boresight::{
     session::{Input, Outcome, Session, Stream},
     text,
 };
+use boresight_present::browser::Live;
 use tempfile::TempDir;
 
 use crate::world::{SIZE, World, guided, setup};
@@ -149,6 +150,23 @@ fn each_trouble_is_told_once_with_what_to_do_about_it() {
     let lost = told(lost(Fault::OtherMode));
     assert_eq!(lost[0].what, text::camera::fault(Fault::OtherMode).0);
     assert!(lost[0].action.contains("until the camera grants it"), "{lost:#?}");
+}
+
+#[test]
+fn a_doubt_is_no_trouble_on_the_pages_of_a_phone() {
+    let mut session = new_session();
+    let mut shown = |event: CameraEvent| {
+        let decision = session.handle(&Input::Camera(event));
+        Live::of(&session.snapshot(decision), "guiding", false)
+    };
+    shown(CameraEvent::Started { mode: MODE });
+    let unwatched = CameraEvent::Doubtful { fault: Fault::Unwatched, detail: String::new() };
+    let live = shown(unwatched);
+    let (what, action) = text::camera::fault(Fault::Unwatched);
+    assert_eq!((live.trouble, live.doubt), (None, Some((what.into(), action.into()))));
+    let live = shown(lost(Fault::Unplugged));
+    assert!(live.trouble.is_some_and(|(what, _)| what.starts_with("The camera is unplugged")));
+    assert!(live.doubt.is_some(), "it stays");
 }
 
 #[test]

@@ -192,6 +192,30 @@ fn every_control_is_reached_at_every_size_and_reasons_are_whole() {
 }
 
 #[test]
+fn a_doubt_is_one_line_that_leaves_the_picture_free() {
+    let Some(folder) = asked_for() else { return };
+    for (width, height) in [PHONE, (740, 360)] {
+        let page = Played::guided((width, height));
+        page.run(
+            "net.live = { ...net.live, reason: null, doubt: ['Focus, zoom and exposure can\\'t be locked from here', 'Switch off autofocus.'] }; net.break()",
+        );
+        page.browser.until("!el('doubt').hidden");
+        page.browser.shoot(&folder.join(format!("doubt-{width}x{height}.png")));
+        let free = page.run(
+            "const line = el('doubt').getBoundingClientRect(), picture = el('live').getBoundingClientRect();
+            return [el('trouble').hidden, line.height < 30, line.top >= picture.bottom || line.left >= picture.right]",
+        );
+        assert_eq!(free, json!([true, true, true]), "{width}x{height}");
+        page.run("el('doubt').click()");
+        let told = page.run("return el('toast').textContent");
+        assert!(
+            told.as_str().is_some_and(|told| told.ends_with("Switch off autofocus.")),
+            "{told}"
+        );
+    }
+}
+
+#[test]
 fn the_page_is_light_or_dark_as_the_phone_is() {
     let Some(folder) = asked_for() else { return };
     let page = Played::guided(PHONE);

@@ -58,6 +58,8 @@ pub struct Live {
     pub reason: Option<String>,
     /// The trouble and the next action.
     pub trouble: Option<(String, String)>,
+    /// A doubt, with which views are taken all the same, and the next action.
+    pub doubt: Option<(String, String)>,
     /// Words to say while the state lasts.
     pub say: Option<Word>,
     /// The newest view that can be restored.
@@ -154,6 +156,7 @@ impl Live {
             paused: false,
             reason: None,
             trouble: None,
+            doubt: None,
             say: None,
             removed: None,
         }
@@ -163,6 +166,8 @@ impl Live {
     pub fn of(snapshot: &Snapshot, stage: &'static str, simulated: bool) -> Self {
         let seen = snapshot.live.as_ref();
         let now = Instruction::of(snapshot);
+        let (doubts, troubles): (Vec<_>, Vec<_>) =
+            text::troubles(snapshot).into_iter().partition(|trouble| trouble.is_doubt);
         Self {
             frame: seen.map(|live| live.frame_id.0),
             sentence: match stage {
@@ -196,7 +201,8 @@ impl Live {
                 }
                 _ => None,
             },
-            trouble: trouble(snapshot),
+            trouble: first(troubles),
+            doubt: first(doubts),
             say: Narrator::request(&now).filter(|_| stage == "guiding"),
             removed: snapshot.removed.map(|number| number.0),
             ..Self::empty(stage, simulated)
@@ -204,9 +210,9 @@ impl Live {
     }
 }
 
-/// The most important trouble, with the device's words.
-fn trouble(snapshot: &Snapshot) -> Option<(String, String)> {
-    let Trouble { what, action, detail, .. } = text::troubles(snapshot).into_iter().next()?;
+/// The most important of `troubles`, with the device's words.
+fn first(troubles: Vec<Trouble>) -> Option<(String, String)> {
+    let Trouble { what, action, detail, .. } = troubles.into_iter().next()?;
     let what = if detail.is_empty() { what } else { format!("{what} ({detail})") };
     Some((what, action))
 }

@@ -64,6 +64,9 @@ function paint() {
     const guiding = live.stage === 'guiding' && !lost;
     for (const id of ['pause', 'take', 'end']) el(id).disabled = !guiding;
     if (!guiding) el('undo').disabled = true;
+    const doubt = !lack && live.stage === 'guiding' && live.doubt;
+    el('doubt').hidden = !doubt;
+    say(el('doubt'), doubt ? doubt[0] : '');
     const trouble = lack ? lack.why : live.trouble ? live.trouble.filter(Boolean).join('. ') : '';
     el('trouble').hidden = !trouble;
     say(el('trouble'), trouble);
@@ -388,6 +391,7 @@ function stand(facing) {
   store.setItem('mirrored', stands); store.setItem('silent', speaks ? 'no' : 'yes');
   begin(); fit.last = null; paint();
 }
+tap('doubt', () => toast(live.doubt.filter(Boolean).join('. ')));
 tap('facing', () => stand(true));
 tap('behind', () => stand(false));
 tap('pause', () => command({ command: live && live.paused ? 'resume' : 'pause' }));

@@ -97,8 +97,8 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
             "Switch off autofocus and automatic framing in the camera's own program.",
         ),
         Fault::Unwatched => (
-            "This backend can't lock or watch focus, zoom and exposure",
-            "Switch off autofocus and automatic framing in the camera's own program. On Linux, --backend v4l locks those of USB cameras.",
+            "Focus, zoom and exposure can't be locked from here",
+            "Switch off autofocus and automatic framing in the camera's own program.",
         ),
         Fault::NoReader => (
             "This source needs ffmpeg, which isn't installed",
