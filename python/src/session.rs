@@ -168,7 +168,7 @@ fn snapshot(session: &Fold, decision: Decision) -> serde_json::Result<String> {
     };
     let said = match &decision.outcome {
         Outcome::Refused { refusal } => Some(text::refusal(refusal)),
-        outcome => text::outcome(outcome, &snapshot),
+        outcome => text::outcome(outcome, &snapshot, false),
     };
     let board = session.setup().board;
     let target = snapshot.target.as_ref().map(|target| {

@@ -10,7 +10,7 @@ use clap::Args;
 #[cfg(feature = "serve")]
 use super::terminal::announcer;
 use super::terminal::say;
-use boresight_app::{NoVoice, Voice};
+use boresight_app::{Announcer, NoVoice, Voice};
 #[cfg(feature = "serve")]
 use boresight_files::{Links, read, read_or_make_private};
 #[cfg(feature = "serve")]
@@ -58,10 +58,13 @@ pub(super) struct NameArguments {
 /// The computer's voice.
 #[derive(Debug, Args)]
 pub(super) struct VoiceArguments {
-    /// Say aloud what to do, through spd-say or espeak-ng. WHERE the person stands decides what left and right mean:
-    /// facing the camera, or behind it [default: facing].
-    #[arg(long, value_name = "WHERE", num_args = 0..=1, default_missing_value = "facing")]
-    speak: Option<Stands>,
+    /// Say aloud what to do, through spd-say or espeak-ng. With WHERE, as --stand WHERE.
+    #[arg(long, value_name = "WHERE", num_args = 0..=1)]
+    speak: Option<Option<Stands>>,
+    /// Where the person stands: facing the camera, or behind it. Left and right are then theirs, in the terminal and in the
+    /// voice [default: facing].
+    #[arg(long, value_name = "WHERE")]
+    stand: Option<Stands>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -74,7 +77,12 @@ impl BesideArguments {
     /// Whether the voice that was asked for speaks to somebody who faces the camera; `None` if none was.
     #[cfg(feature = "window")]
     pub(super) fn speaks_to_facing(&self) -> Option<bool> {
-        self.voice.speak.map(|stands| stands == Stands::Facing)
+        self.voice.speak.map(|_| self.voice.faces())
+    }
+
+    /// `announcer` with the left and right of the person.
+    pub(super) fn for_person(&self, announcer: Announcer) -> Announcer {
+        self.voice.for_person(announcer)
     }
 
     /// The voice that was asked for.
@@ -90,11 +98,23 @@ impl BesideArguments {
 }
 
 impl VoiceArguments {
+    /// Whether the person faces the camera.
+    fn faces(&self) -> bool {
+        self.speak.flatten().or(self.stand) != Some(Stands::Behind)
+    }
+
+    /// `announcer` with the left and right of the person.
+    pub(super) fn for_person(&self, announcer: Announcer) -> Announcer {
+        if self.faces() { announcer } else { announcer.from_behind() }
+    }
+
     /// The voice that was asked for.
     pub(super) fn start(&self) -> anyhow::Result<Option<Voice>> {
-        let Some(stands) = self.speak else { return Ok(None) };
+        if self.speak.is_none() {
+            return Ok(None);
+        }
         let mut voice = Voice::new();
-        match voice.switch(true, stands == Stands::Facing) {
+        match voice.switch(true, self.faces()) {
             Ok(()) => Ok(Some(voice)),
             // The session can be read, too.
             Err(err @ NoVoice::NoProgram) => {

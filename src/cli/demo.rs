@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{guide, terminal::say};
+use super::{
+    guide,
+    terminal::{announcer, say},
+};
 use boresight_app::{Exit, Opening, REPORT_FILE, desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
@@ -50,7 +53,7 @@ impl Arguments {
             max_frames: MOST_FRAMES,
             ..Opening::new(&format!("sim:demo:{}", self.seed), Config::load(None, &[])?)
         };
-        let finished = guide::in_terminal(&opening, !self.fast, Onlookers::new())?;
+        let finished = guide::in_terminal(&opening, !self.fast, Onlookers::new(), announcer())?;
         let report = finished.path.join(REPORT_FILE);
         let exit = guide::conclude(finished, self.json)?;
         if !self.no_open && report.is_file() && desktop::has_display() {

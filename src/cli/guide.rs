@@ -120,12 +120,14 @@ impl Arguments {
         onlookers.extend(voice.iter().map(Voice::onlooker));
         #[cfg(feature = "serve")]
         if let Some(phone) = self.beside.phone()? {
-            return with_phone(&phone, &opening, &onlookers, &operation, self.json);
+            let announcer = self.beside.for_person(announcer());
+            return with_phone(&phone, (&opening, announcer), &onlookers, &operation, self.json);
         }
         if cfg!(feature = "serve") && std::env::var_os("SSH_CONNECTION").is_some() {
             say(words::OVER_SSH);
         }
-        let finished = in_terminal(&opening, voice.is_some(), onlookers)?;
+        let announcer = self.beside.for_person(announcer());
+        let finished = in_terminal(&opening, voice.is_some(), onlookers, announcer)?;
         conclude_seen(finished, &operation, self.json)
     }
 
@@ -177,8 +179,8 @@ pub(super) fn in_terminal(
     opening: &Opening,
     paced: bool,
     mut onlookers: Onlookers,
+    announcer: Announcer,
 ) -> anyhow::Result<FinishedRun> {
-    let announcer = announcer();
     let mut run = opening.open(&announcer)?;
     let (_status, announcer) = with_status(&mut onlookers, announcer);
     if paced {
@@ -189,7 +191,7 @@ pub(super) fn in_terminal(
 
 /// The lines on the terminal, if it has any, which look on from now on; and the announcer, which leaves requests to them.
 fn with_status(onlookers: &mut Onlookers, announcer: Announcer) -> (Option<Status>, Announcer) {
-    match Status::new() {
+    match Status::new(announcer.is_mirrored()) {
         Some(status) => {
             onlookers.push(status.onlooker());
             (Some(status), announcer.without_requests())
@@ -227,12 +229,12 @@ fn report(concluded: &Concluded, operation: &Operation, json: bool) -> anyhow::R
 #[cfg(feature = "serve")]
 fn with_phone(
     phone: &Phone,
-    opening: &Opening,
+    (opening, announcer): (&Opening, Announcer),
     onlookers: &Onlookers,
     operation: &Operation,
     json: bool,
 ) -> anyhow::Result<Exit> {
-    let (announcer, stop) = (announcer(), stop_flag()?);
+    let stop = stop_flag()?;
     let mut opening = opening.clone();
     loop {
         let mut onlookers = onlookers.clone();

@@ -70,6 +70,6 @@ impl Arguments {
         let onlookers: Onlookers = voice.iter().map(Voice::onlooker).collect();
         let phone = self.names.phone(&self.address)?;
         let head = Head::new(phone, opening, onlookers);
-        Ok(head.run(&*stop_flag()?, &announcer()))
+        Ok(head.run(&*stop_flag()?, &self.voice.for_person(announcer())))
     }
 }

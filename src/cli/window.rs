@@ -103,7 +103,12 @@ fn host(
             let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
-    let host = WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result);
+    // The window's picture isn't mirrored, unless its voice speaks to somebody who faces the camera.
+    let announcer = match beside.speaks_to_facing() {
+        Some(true) => announcer(),
+        _ => announcer().from_behind(),
+    };
+    let host = WindowHost::new(opening, paced, stop_flag()?, announcer, on_result);
     #[cfg(feature = "serve")]
     let host = host.with_phone(beside.phone()?);
     let host = host.watched_by(watching).speaking(beside.speaks_to_facing());

@@ -15,7 +15,7 @@ use boresight::{
         measure, next_target,
     },
     recording::Header,
-    session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup},
+    session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewSummary},
     text,
 };
 use nalgebra::{Point2, Vector2};
@@ -55,17 +55,31 @@ fn first_target(board: &Checkerboard, lens_estimate: &LensEstimate) -> Option<Ta
 }
 
 fn said(session: &Session, decision: Decision) -> String {
-    text::outcome(&decision.outcome, &session.snapshot(decision)).expect("something happened")
+    text::outcome(&decision.outcome, &session.snapshot(decision), false)
+        .expect("something happened")
 }
 
 #[test]
 fn a_view_is_called_by_one_name_for_ever() {
     let mut world = World::new(3);
     let mut session = Session::new(setup(world.board));
+    let mut newest = None;
     for number in 1..=3 {
         let decision = take_one(&mut world, &mut session);
         let taken = said(&session, decision);
         assert!(taken.starts_with(&format!("Taken: view {number},")), "{taken}");
+        newest = Some(decision);
+    }
+    assert_eq!(session.lack(), Some(Lack::Views), "four are planned");
+    // Each person has their own left and right, and a tilt that isn't known isn't said.
+    let newest = newest.expect("three views");
+    let mut snapshot = session.snapshot(newest);
+    let to_the_right =
+        |view: &ViewSummary| ViewSummary { tilt_azimuth_rad: 0.0, tilt_rad: None, ..view.clone() };
+    snapshot.views = snapshot.views.iter().map(to_the_right).collect();
+    for (mirrored, away) in [(false, ", right edge away"), (true, ", left edge away")] {
+        let taken = text::outcome(&newest.outcome, &snapshot, mirrored).expect("a view");
+        assert!(taken.ends_with(away), "{taken}");
     }
     let decision = session.handle(&Input::Command(Command::UndoLast));
     assert_eq!(said(&session, decision), "Removed: view 3");

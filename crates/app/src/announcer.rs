@@ -7,12 +7,25 @@ pub struct Announcer {
     say: Arc<dyn Fn(&str) + Send + Sync>,
     /// True if what the person should do now is said, too.
     asks: bool,
+    /// True if left and right are those of a person who faces the camera.
+    mirrored: bool,
 }
 
 impl Announcer {
     /// Passes each sentence to `say`.
     pub fn new(say: impl Fn(&str) + Send + Sync + 'static) -> Self {
-        Self { say: Arc::new(say), asks: true }
+        Self { say: Arc::new(say), asks: true, mirrored: true }
+    }
+
+    /// The same for a person who looks the way the camera looks, or at its picture: left and right are the picture's.
+    #[must_use]
+    pub fn from_behind(self) -> Self {
+        Self { mirrored: false, ..self }
+    }
+
+    /// Whether left and right are those of a person who faces the camera.
+    pub fn is_mirrored(&self) -> bool {
+        self.mirrored
     }
 
     /// Drops every sentence.

@@ -294,9 +294,10 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
     let mut last = None;
     let mut is_far = false;
     let mut knows_goal = false;
+    let mirrored = announcer.is_mirrored();
     move |report| {
         let snapshot = report.snapshot;
-        if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot) {
+        if let Some(outcome) = text::outcome(&snapshot.decision.outcome, snapshot, mirrored) {
             announcer.say(&outcome);
         }
         if snapshot.far.is_some() != is_far {
@@ -325,13 +326,14 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
             announcer.say(&format!("  Left out: {}", text::refusal(refusal)));
         }
         let now = Instruction::of(snapshot);
-        let prompt = now.prompt(false);
+        let prompt = now.prompt(mirrored);
         // Views taken and the end of the session are announced with more words elsewhere.
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
             announcer.ask(&match prompt {
                 // Nobody can choose it here.
                 Prompt::OtherBoard(other) => text::miss(&Miss::OtherBoard(other)),
-                _ => now.sentence(false),
+                Prompt::OtherSquares => text::miss(&Miss::OtherSquares { markers: 0 }),
+                _ => now.sentence(mirrored),
             });
         }
         last = Some(prompt);

@@ -17,9 +17,13 @@ const GAP: &str = "  ";
 /// A card's rim: pixel and nearness.
 type Rim = Vec<(Point2<f64>, f32)>;
 
-/// Both cards, in lines of the same length.
-pub(super) fn drawing(now: &Instruction, draws_dots: bool) -> Vec<String> {
-    let rim = |card: &Option<Card>| card.as_ref().and_then(Card::rim);
+/// Both cards, in lines of the same length; as in a mirror if `mirrored`.
+pub(super) fn drawing(now: &Instruction, draws_dots: bool, mirrored: bool) -> Vec<String> {
+    let side = if mirrored { -1.0 } else { 1.0 };
+    let as_seen = |rim: Rim| -> Rim {
+        rim.into_iter().map(|(px, near)| (Point2::new(side * px.x, px.y), near)).collect()
+    };
+    let rim = |card: &Option<Card>| card.as_ref().and_then(Card::rim).map(as_seen);
     let (seen, wanted) = (rim(&now.board), rim(&now.card));
     let reach = |rim: &Rim| {
         let along = |get: fn(&Point2<f64>) -> f64| {

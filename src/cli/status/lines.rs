@@ -22,11 +22,13 @@ pub(super) struct Lines {
     wants_end: AtomicBool,
     pub(super) has_keys: AtomicBool,
     draws_dots: bool,
+    /// True for somebody who faces the camera.
+    mirrored: bool,
 }
 
 impl Lines {
-    /// Nothing is written yet. With `draws_dots`, the terminal has braille.
-    pub(super) fn new(bar: ProgressBar, draws_dots: bool) -> Self {
+    /// Nothing is written yet. With `draws_dots`, the terminal has braille; with `mirrored`, the person faces the camera.
+    pub(super) fn new(bar: ProgressBar, draws_dots: bool, mirrored: bool) -> Self {
         Self {
             bar,
             commands: Mutex::default(),
@@ -34,6 +36,7 @@ impl Lines {
             wants_end: AtomicBool::new(false),
             has_keys: AtomicBool::new(false),
             draws_dots,
+            mirrored,
         }
     }
 
@@ -79,8 +82,8 @@ impl Onlooker for Lines {
         self.is_paused.store(snapshot.paused, Ordering::Relaxed);
         let now = Instruction::of(snapshot);
         let keys = self.has_keys.load(Ordering::Relaxed);
-        let words = words::lines(&now, snapshot, keys);
-        let drawing = drawing::drawing(&now, self.draws_dots);
+        let words = words::lines(&now, snapshot, self.mirrored, keys);
+        let drawing = drawing::drawing(&now, self.draws_dots, self.mirrored);
         self.bar.set_message(laid_out(&drawing, &words, width()).join("\n"));
     }
 

@@ -36,8 +36,8 @@ pub(super) struct Status {
 }
 
 impl Status {
-    /// `None` unless people read stderr on a terminal that can be written over.
-    pub(super) fn new() -> Option<Self> {
+    /// `None` unless people read stderr on a terminal that can be written over. If `mirrored`, they face the camera.
+    pub(super) fn new(mirrored: bool) -> Option<Self> {
         let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
         if !std::io::stderr().is_terminal() || is_dumb || is_json() {
             return None;
@@ -48,7 +48,7 @@ impl Status {
         let locale = locale.into_iter().flatten().find(|it| !it.is_empty()).unwrap_or_default();
         let locale = locale.to_lowercase();
         let draws_dots = locale.contains("utf-8") || locale.contains("utf8");
-        let lines = Arc::new(Lines::new(bar.clone(), draws_dots));
+        let lines = Arc::new(Lines::new(bar.clone(), draws_dots, mirrored));
         set_status(bar);
         #[cfg(unix)]
         {

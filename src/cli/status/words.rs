@@ -10,8 +10,13 @@ use boresight_present::{
 /// Characters of the hold's bar.
 const BAR: usize = 10;
 
-/// Sentence, measurements, hold, views and, with `keys`, the keys.
-pub(super) fn lines(now: &Instruction, snapshot: &Snapshot, keys: bool) -> Vec<String> {
+/// Sentence, for somebody who faces the camera if `mirrored`; measurements, hold, views and, with `keys`, the keys.
+pub(super) fn lines(
+    now: &Instruction,
+    snapshot: &Snapshot,
+    mirrored: bool,
+    keys: bool,
+) -> Vec<String> {
     let measured = |gauge| {
         let reading = reading(gauge, snapshot);
         (reading.value, reading.aim)
@@ -28,6 +33,7 @@ pub(super) fn lines(now: &Instruction, snapshot: &Snapshot, keys: bool) -> Vec<S
         format!("[{}{}]", "#".repeat(full.min(BAR)), ".".repeat(BAR - full.min(BAR)))
     });
     let views = words::views(snapshot.views.len(), snapshot.views_to_go);
-    let keys = if keys { words::keys(snapshot.paused) } else { String::new() };
-    vec![now.sentence(false), pose, hold, views, keys]
+    let keys =
+        if keys { words::keys(snapshot.paused, snapshot.removed.is_some()) } else { String::new() };
+    vec![now.sentence(mirrored), pose, hold, views, keys]
 }

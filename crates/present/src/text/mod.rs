@@ -262,8 +262,8 @@ pub fn view_name(number: ViewNumber) -> String {
     format!("view {number}")
 }
 
-/// Effect on the views, if any.
-pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
+/// Effect on the views, if any; if `mirrored`, with the left and right of somebody who faces the camera.
+pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option<String> {
     match *outcome {
         Outcome::Accepted { view, role, .. } => {
             let what = match role {
@@ -277,9 +277,10 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot) -> Option<String> {
             let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(
                 String::new(),
                 |summary| {
-                    let tilt = summary.tilt_rad.map_or("?".into(), deg);
-                    let away = edge(Edge::towards(summary.tilt_azimuth_rad));
-                    format!(", {away} edge away, tilt {tilt}°")
+                    let away = window::direction_name(summary.tilt_azimuth_rad, mirrored);
+                    let tilt =
+                        summary.tilt_rad.map(|tilt_rad| format!(", tilt {}°", deg(tilt_rad)));
+                    format!(", {away} edge away{}", tilt.unwrap_or_default())
                 },
             );
             Some(format!("Taken: {}, {what}{slot}", view_name(view)))

@@ -14,7 +14,7 @@ pub fn why(snapshot: &Snapshot) -> String {
             format!("Not taken: {}", super::window::refused(refusal, snapshot.live.as_deref()))
         }
         Outcome::Noted => "Not a frame: a command or a camera event".into(),
-        outcome => super::outcome(outcome, snapshot).unwrap_or_default(),
+        outcome => super::outcome(outcome, snapshot, false).unwrap_or_default(),
     }
 }
 

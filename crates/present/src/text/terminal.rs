@@ -20,10 +20,11 @@ pub fn views(taken: usize, to_go: Option<usize>) -> String {
     }
 }
 
-/// Keys of the session.
-pub fn keys(is_paused: bool) -> String {
+/// Keys of the session; `can_restore` if a view was removed that can come back.
+pub fn keys(is_paused: bool, can_restore: bool) -> String {
     let pause = if is_paused { "resume" } else { "pause" };
-    format!("p {pause}  u undo  t take now  q finish")
+    let redo = if can_restore { "  r redo" } else { "" };
+    format!("p {pause}  u undo{redo}  t take now  q finish")
 }
 
 #[cfg(test)]
@@ -34,6 +35,8 @@ mod tests {
     fn a_line_fits_beside_the_drawing() {
         let line = pose((Some(0.33), 0.7), (Some(0.6), 0.74));
         assert_eq!(line, "tilt 19° → 40°  size 60 → 74 %");
-        assert!([line, views(10, Some(14)), keys(true)].iter().all(|it| it.chars().count() <= 48));
+        assert!(
+            [line, views(10, Some(14)), keys(true, true)].iter().all(|it| it.chars().count() <= 48)
+        );
     }
 }
