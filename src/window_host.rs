@@ -27,7 +27,7 @@ use boresight_app::{
     opening::new_session_path,
     printed_board,
     recordings::{self, Dropped, Recording},
-    run::Concluded,
+    run::{Concluded, announcing},
 };
 use boresight_capture::{is_address, without_secrets};
 use boresight_formats::CalibrationFile;
@@ -479,8 +479,10 @@ impl WindowHost {
         let folder = context.path.clone();
         let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
         self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
+        let mut onlookers = self.onlookers();
+        onlookers.push(announcing(&self.announcer));
         let (pipeline, showing) =
-            Pipeline::start_with_feed_before(setup, &self.onlookers(), move || wake())?;
+            Pipeline::start_with_feed_before(setup, &onlookers, move || wake())?;
         let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
         let on_result = Arc::clone(&self.on_result);
         #[cfg(feature = "serve")]

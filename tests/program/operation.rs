@@ -87,16 +87,22 @@ fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
         .expect("script");
     let mut keys = child.stdin.take().expect("piped");
     let mut screen = child.stdout.take().expect("piped");
-    let (mut seen, mut part, mut is_ended) = (String::new(), [0; 4096], false);
+    let (mut seen, mut part) = (String::new(), [0; 4096]);
+    // A view that is taken is removed, brought back, and the session ended.
+    let mut steps =
+        [("Taken: view 1", b"u"), ("Removed: view 1", b"r"), ("Brought back: view 1", b"q")]
+            .into_iter()
+            .peekable();
     while let Ok(count @ 1..) = screen.read(&mut part) {
         seen += &String::from_utf8_lossy(&part[..count]);
-        if !is_ended && seen.contains("q finish") {
-            keys.write_all(b"q").expect("typed");
-            is_ended = true;
+        if let Some((_, key)) = steps.next_if(|(said, _)| seen.contains(said)) {
+            keys.write_all(key).expect("typed");
         }
     }
     child.wait().expect("ended");
-    for words in ["p pause  u undo  t take now  q finish", "taken, about", "tilt ", "Ended early"] {
+    assert_eq!(steps.next(), None, "{seen}");
+    let keys = ["p pause  u undo  t take now  q finish", "u undo  r redo  t take now"];
+    for words in keys.into_iter().chain(["taken, about", "tilt ", "Ended early: it needs"]) {
         assert!(seen.contains(words), "no {words:?} in: {seen}");
     }
     assert!(seen.contains("\u{1b}["), "rewritten in place: {seen}");

@@ -2,7 +2,10 @@
 
 use std::{
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use anyhow::Context;
@@ -27,8 +30,8 @@ use boresight_guide::{
 use boresight_present::{instruction::Instruction, text};
 use boresight_run::{
     pipeline::{
-        Finished, FrameReport, OnFrame, Onlookers, Paced, Pipeline, PipelineError, SOURCE_PATIENCE,
-        Setup,
+        Finished, FrameReport, OnFrame, Onlooker, Onlookers, Paced, Pipeline, PipelineError,
+        SOURCE_PATIENCE, Setup,
     },
     recording::{SessionFolder, Stored, stored_frame},
 };
@@ -207,7 +210,9 @@ fn run(
     announcer: &Announcer,
     mut each: impl FnMut(&Snapshot),
 ) -> anyhow::Result<FinishedRun> {
-    let (pipeline, snapshots) = Pipeline::start_before(setup, onlookers, || ())?;
+    let mut onlookers = onlookers.clone();
+    onlookers.push(announcing(announcer));
+    let (pipeline, snapshots) = Pipeline::start_before(setup, &onlookers, || ())?;
     let mut camera = CameraAnnouncer::new(announcer);
     // The link also closes when the session thread ends, for example because the disk is full. A lost
     // camera sends no snapshots; `stop` must be noticed nevertheless.
@@ -338,6 +343,27 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         }
         last = Some(prompt);
         on_frame(report);
+    }
+}
+
+/// Announces what happens to views between frames: a person or the camera removes them, or brings them back.
+pub fn announcing(announcer: &Announcer) -> Arc<dyn Onlooker> {
+    Arc::new(BetweenFrames(announcer.clone()))
+}
+
+struct BetweenFrames(Announcer);
+
+impl Onlooker for BetweenFrames {
+    fn decided(&self, snapshot: &Snapshot) {
+        let Self(announcer) = self;
+        let decision = &snapshot.decision;
+        // What comes of a frame is announced with the frame.
+        if decision.frame.is_none()
+            && let Some(sentence) =
+                text::outcome(&decision.outcome, snapshot, announcer.is_mirrored())
+        {
+            announcer.say(&sentence);
+        }
     }
 }
 

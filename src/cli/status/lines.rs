@@ -47,6 +47,7 @@ impl Lines {
             b'p' if self.is_paused.load(Ordering::Relaxed) => Command::Resume,
             b'p' => Command::Pause,
             b'u' => Command::UndoLast,
+            b'r' => Command::Restore,
             b't' => Command::ForceNext,
             b'q' => {
                 self.wants_end.store(true, Ordering::Relaxed);
