@@ -11,8 +11,8 @@ use boresight::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner},
     guidance::{
-        Advice, GuidanceParams, Knowledge, LensEstimate, Progress, Purpose, Refusal, Role, Target,
-        measure, next_target,
+        Advice, GuidanceParams, Knowledge, Lack, LensEstimate, Progress, Purpose, Refusal, Role,
+        Target, measure, next_target,
     },
     recording::Header,
     session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewSummary},

@@ -24,7 +24,7 @@ pub struct Conclusion {
 
 /// Announces what `session`, whose folder has `header`, found.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
-    announcer.say(text::ending(session.ending()));
+    announcer.say(text::ending(session.ending(), session.lack()));
     let result = calibration_file(session, header);
     let exit = announce_result(result_of(session), &result, announcer);
     for (worker, reason) in session.failures() {

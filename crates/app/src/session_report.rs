@@ -187,7 +187,7 @@ pub fn of_recorded<E>(
     let accepted = session.accepted();
     let mut notes = Vec::new();
     if session.ending() != Ending::Finished {
-        notes.push(text::ending(session.ending()).into());
+        notes.push(text::ending(session.ending(), session.lack()).into());
     }
     let History { frames, refused, changes } = history(recorded.lines)?;
     let mut rows = versions(&[&header.schema]);

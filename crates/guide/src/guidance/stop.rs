@@ -62,6 +62,23 @@ impl Precision {
     }
 }
 
+/// What a session lacks before it's complete.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lack {
+    /// Views.
+    Views,
+    /// Views whose opposites are there, too.
+    Opposites,
+    /// A calibration that passes those trust checks that further views put right.
+    Trust,
+    /// The precision that is wanted.
+    Precision,
+    /// Enough of the picture in which projection is known well enough.
+    Coverage,
+    /// Boards in the picture's corners.
+    Corners,
+}
+
 /// Progress of a session.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "progress")]
@@ -93,26 +110,48 @@ pub fn progress(
     params: &GuidanceParams,
 ) -> Progress {
     let views = accepted.len();
-    let in_pairs = (0..views).filter(|&i| partner_of(i, accepted).is_some()).count();
-    let wanted = planned_views(params);
-    let paired = in_pairs >= params.plan.views().unwrap_or(LEAST_IN_PAIRS);
-    let precise = match params.plan {
-        Plan::Quick | Plan::Full => true,
-        Plan::Adaptive => precision.is_some_and(|p| {
-            let trusted = if params.is_far() { p.trusted_far } else { p.trusted && p.covered };
-            trusted && p.is_reached(params) && !p.lacks_corners(params)
-        }),
-    };
+    let Some(lack) = lack(accepted, precision, params) else { return Progress::Complete };
     // More views of a board that stays small help so little that a person would wait in vain.
     let hopeless = params.is_far()
         && precision.is_some_and(|p| views_by_noise(views, p, params) > params.max_views);
-    if views >= wanted && paired && precise {
-        Progress::Complete
-    } else if views >= params.max_views || (views >= wanted && paired && hopeless) {
+    let planned = !matches!(lack, Lack::Views | Lack::Opposites);
+    if views >= params.max_views || (planned && hopeless) {
         Progress::Exhausted
     } else {
         Progress::Collecting
     }
+}
+
+/// What a session lacks before it's complete, by the rule of [`progress`]: the first that isn't there. `None` if nothing
+/// is.
+pub(crate) fn lack(
+    accepted: &[View],
+    precision: Option<&Precision>,
+    params: &GuidanceParams,
+) -> Option<Lack> {
+    let views = accepted.len();
+    if views < planned_views(params) {
+        return Some(Lack::Views);
+    }
+    let in_pairs = (0..views).filter(|&i| partner_of(i, accepted).is_some()).count();
+    if in_pairs < params.plan.views().unwrap_or(LEAST_IN_PAIRS) {
+        return Some(Lack::Opposites);
+    }
+    if params.plan != Plan::Adaptive {
+        return None;
+    }
+    let Some(precision) = precision else { return Some(Lack::Trust) };
+    let is_far = params.is_far();
+    if !(if is_far { precision.trusted_far } else { precision.trusted }) {
+        return Some(Lack::Trust);
+    }
+    if !precision.is_reached(params) {
+        return Some(Lack::Precision);
+    }
+    if !is_far && !precision.covered {
+        return Some(Lack::Coverage);
+    }
+    precision.lacks_corners(params).then_some(Lack::Corners)
 }
 
 /// Views of the plan before precision counts.

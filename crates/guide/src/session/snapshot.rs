@@ -7,7 +7,7 @@ use super::{
     far_board::FarBoard, held_out_pair::HeldOutPair, input::Observation, setup::SessionSetup,
     view_number::ViewNumber,
 };
-use crate::guidance::{GuidanceParams, LensEstimate, Role, Target, View, partner_of};
+use crate::guidance::{GuidanceParams, Lack, LensEstimate, Role, Target, View, partner_of};
 use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -23,6 +23,8 @@ pub struct Snapshot {
     pub setup: Arc<SessionSetup>,
     /// How the session has ended, or would if it ended now.
     pub ending: Ending,
+    /// What isn't there yet of a session that isn't over; `None` if it is.
+    pub lack: Option<Lack>,
     /// The newest decision.
     pub decision: Decision,
     /// Prompt and advice on the screen: calmer than the newest decision's advice.

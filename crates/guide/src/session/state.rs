@@ -19,9 +19,9 @@ use super::{
     view_number::ViewNumber,
 };
 use crate::guidance::{
-    Difference, GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, LensEstimate, MotionWindow,
-    Progress, Readout, Target, View, final_progress, forecast, gain::pose_of, measure, next_target,
-    progress,
+    Difference, GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, Lack, LensEstimate,
+    MotionWindow, Progress, Readout, Target, View, final_progress, forecast, gain::pose_of, lack,
+    measure, next_target, progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
@@ -87,6 +87,8 @@ pub(super) struct Derived {
     /// Prediction of the newest pair by the views before it.
     pub(super) held_out: Option<HeldOutPair>,
     pub(super) views_to_go: Option<usize>,
+    /// What the session lacks; `None` if nothing, or if nothing more can be done.
+    pub(super) lack: Option<Lack>,
     /// True if the picture's corners are known too badly: see [`Seen::lacks_corners`].
     pub(super) lacks_corners: bool,
     pub(super) views: Arc<[ViewSummary]>,
@@ -196,6 +198,8 @@ impl Derived {
         // A board that stays small never reaches them.
         let lacks_corners = !guidance.is_far()
             && Seen::lacks_corners(&setup.guidance, precision.as_ref(), noise_px);
+        let lack = (progress == Progress::Collecting)
+            .then(|| lack(&measured, precision.as_ref(), guidance).unwrap_or(Lack::Views));
         let (views, pairs) = summaries(accepted, &measured, board, &lens_estimate, solved);
         Self {
             lens_estimate,
@@ -209,6 +213,7 @@ impl Derived {
             far: far.flatten(),
             held_out,
             views_to_go,
+            lack,
             lacks_corners,
             views,
             pairs,
@@ -360,6 +365,11 @@ impl Session {
         }
     }
 
+    /// What isn't there yet of a session that isn't over; `None` if it is.
+    pub fn lack(&self) -> Option<Lack> {
+        self.derived.lack
+    }
+
     /// The pose asked for; `None` if the session is over.
     pub fn target(&self) -> Option<&Target> {
         self.derived.target.as_ref()
@@ -393,6 +403,7 @@ impl Session {
         Snapshot {
             setup: Arc::clone(setup),
             ending: self.ending(),
+            lack: self.lack(),
             decision,
             shown: calm.shown(),
             hold: tracking.hold.as_ref().map(|hold| hold.progress(setup.guidance.hold_secs)),

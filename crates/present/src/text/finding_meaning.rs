@@ -158,7 +158,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The board isn't flat",
             "The sentence says by how much. Against a ruler, you can see half a millimetre.",
             "Paper on cardboard, a warped plate, or glue that pulled while it dried.",
-            "Mount it on glass, aluminium or thick board. If the verdict isn't GOOD, take the views again.",
+            "Mount the board on glass, aluminium or a thick panel. If the verdict isn't GOOD, take the views again.",
             "Yes, where it's a remark: the result allows for the bend, and the uncertainty holds what's left of it. For measurement to a tenth of a pixel, take a flat board.",
         ],
         FindingCode::RollingShutter { .. } => [
@@ -179,7 +179,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "A board that bends as you hold it",
             "The board has a different shape in each view.",
             "It's too thin: paper, cardboard or thin foam under your hands.",
-            "Mount it on glass, aluminium or thick board. If the verdict isn't GOOD, take the views again.",
+            "Mount the board on glass, aluminium or a thick panel. If the verdict isn't GOOD, take the views again.",
             "Yes, if the verdict is GOOD: the views differ by it, so the bound includes it.",
         ],
         FindingCode::PictureShifted { .. } => [

@@ -217,7 +217,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             ),
             mend_then!(
                 finding,
-                "Mount it on glass, aluminium or thick board.",
+                "Mount the board on glass, aluminium or a thick panel.",
                 "Then take the views again."
             ),
         ),
@@ -242,7 +242,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             ),
             mend_then!(
                 finding,
-                "Mount it on glass, aluminium or thick board.",
+                "Mount the board on glass, aluminium or a thick panel.",
                 "Then take the views again."
             ),
         ),
@@ -443,7 +443,7 @@ mod tests {
     fn a_remark_asks_for_no_other_views() {
         let code = FindingCode::BoardBent { depth_m: 0.000_2, gain: 40.0 };
         let action = |severity| finding(&Finding { code, severity }, &[]).1;
-        assert_eq!(action(Severity::Info), "Mount it on glass, aluminium or thick board.");
+        assert_eq!(action(Severity::Info), "Mount the board on glass, aluminium or a thick panel.");
         assert!(action(Severity::Care).ends_with("Then take the views again."));
     }
 }

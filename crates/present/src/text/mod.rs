@@ -58,7 +58,7 @@ pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
 use boresight_detect::{Miss, OtherBoard, Side};
 use boresight_guide::{
-    guidance::{Refusal, Role},
+    guidance::{Lack, Refusal, Role},
     session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
@@ -302,14 +302,23 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
     }
 }
 
-/// End of a session.
-pub fn ending(ending: Ending) -> &'static str {
+/// End of a session; early, with what it lacks.
+pub fn ending(ending: Ending, lack: Option<Lack>) -> &'static str {
     match ending {
         Ending::Finished => "Finished: the goal is reached",
         Ending::WithoutCorners => {
             "Finished without the corners: no board reached them, and what's stated there rests on the lens model"
         }
-        Ending::Early => "Ended early: the goal isn't reached yet",
+        Ending::Early => match lack {
+            Some(Lack::Views) => "Ended early: it needs more views",
+            Some(Lack::Opposites) => "Ended early: a view lacks its opposite",
+            Some(Lack::Trust) => "Ended early: what was found calls for more views",
+            Some(Lack::Coverage) => "Ended early: parts of the picture aren't known well enough",
+            Some(Lack::Corners) => {
+                "Ended early: the corners of the picture aren't known well enough"
+            }
+            Some(Lack::Precision) | None => "Ended early: the goal isn't reached yet",
+        },
         Ending::Stopped => "Stopped: the goal isn't reached, and the findings say why",
     }
 }
@@ -352,6 +361,22 @@ mod tests {
         device::Control,
         markers::{CircleRows, Dictionary},
     };
+
+    #[test]
+    fn a_session_that_ended_early_says_what_it_lacks() {
+        let early = |lack| ending(Ending::Early, Some(lack));
+        assert_eq!(early(Lack::Opposites), "Ended early: a view lacks its opposite");
+        let all = [
+            Lack::Views,
+            Lack::Opposites,
+            Lack::Trust,
+            Lack::Precision,
+            Lack::Coverage,
+            Lack::Corners,
+        ];
+        let said: std::collections::BTreeSet<&str> = all.into_iter().map(early).collect();
+        assert_eq!(said.len(), all.len());
+    }
 
     #[test]
     fn a_prompt_has_six_words_at_most_and_no_number() {
