@@ -22,6 +22,7 @@ use super::{
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
+    run::say_how_to_leave_out,
     source::{is_recording, is_session},
 };
 #[cfg(feature = "report")]
@@ -176,6 +177,9 @@ impl Arguments {
             ));
         }
         let exit = announce_result(result.as_ref(), &file, &announcer());
+        if let (Some(saved), [folder]) = (&session, self.inputs.as_slice()) {
+            say_how_to_leave_out(folder, &saved.header, result.as_ref().ok(), &announcer());
+        }
         let json = serde_json::to_string_pretty(&file.to_json()?)?;
         if let Some(path) = &self.out {
             save(path, json.as_bytes(), overwrite)?;

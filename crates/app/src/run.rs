@@ -20,6 +20,7 @@ use super::{
     source::OpenSource,
     truth,
 };
+use boresight_calibrate::Calibration;
 use boresight_capture::renumbered;
 use boresight_detect::Miss;
 use boresight_formats::CalibrationFile;
@@ -33,7 +34,7 @@ use boresight_run::{
         Finished, FrameReport, OnFrame, Onlooker, Onlookers, Paced, Pipeline, PipelineError,
         SOURCE_PATIENCE, Setup,
     },
-    recording::{SessionFolder, Stored, stored_frame},
+    recording::{Header, SessionFolder, Stored, stored_frame},
 };
 use boresight_sim::TruthLog;
 
@@ -264,6 +265,7 @@ impl FinishedRun {
         }
         let file = save_result(&path, &session, &result)?;
         announcer.say(&format!("Result: {}", file.display()));
+        say_how_to_leave_out(&path, &header, session.calibration().map(Arc::as_ref), announcer);
         let compared = header.against.as_deref().map(|against| {
             let against = Path::new(against);
             let (compared, found) =
@@ -288,6 +290,21 @@ impl FinishedRun {
             truth::write(&path, &truth, first_frame)?;
         }
         Ok(Concluded { path, exit, result, compared })
+    }
+}
+
+/// Announces how a view is left out of the session in `folder`, if what was found says that one should be.
+pub fn say_how_to_leave_out(
+    folder: &Path,
+    header: &Header,
+    calibration: Option<&Calibration>,
+    announcer: &Announcer,
+) {
+    let board = &header.config.board;
+    let board = format!("--board {} --square {}mm", board.argument(), board.square_mm);
+    let findings = calibration.map_or(&[][..], |calibration| &calibration.findings);
+    if let Some(said) = text::leaving_out(findings, &folder.join("frames"), &board) {
+        announcer.say(&said);
     }
 }
 

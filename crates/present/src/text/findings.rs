@@ -1,5 +1,7 @@
 //! Warnings about a result: findings and actions.
 
+use std::path::Path;
+
 use super::{acceptance, apart};
 use boresight_calibrate::{
     Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, NotHeld, Severity, Verdict,
@@ -67,6 +69,25 @@ pub fn finding_in_session(
 ) -> (String, &'static str) {
     finding_of_views(finding, &|place| {
         number(place).map_or_else(|| (place + 1).to_string(), |number| number.to_string())
+    })
+}
+
+/// How a view is left out of a session that has ended, if one of `findings` says that one should be: its pictures are in
+/// `frames`, and `board` names their board to a command.
+pub fn leaving_out(findings: &[Finding], frames: &Path, board: &str) -> Option<String> {
+    let removes = |finding: &Finding| {
+        matches!(
+            finding.code,
+            FindingCode::ViewOdd { .. }
+                | FindingCode::PlOutlier { .. }
+                | FindingCode::CornerOdd { .. }
+        )
+    };
+    let frames = frames.display();
+    findings.iter().any(removes).then(|| {
+        format!(
+            "To leave a view out now, copy {frames} without its picture: boresight calibrate {board} COPY"
+        )
     })
 }
 
@@ -445,5 +466,46 @@ mod tests {
         let action = |severity| finding(&Finding { code, severity }, &[]).1;
         assert_eq!(action(Severity::Info), "Mount the board on glass, aluminium or a thick panel.");
         assert!(action(Severity::Care).ends_with("Then take the views again."));
+    }
+
+    fn remark(code: FindingCode) -> Finding {
+        Finding { code, severity: Severity::Info }
+    }
+
+    #[test]
+    fn an_ended_session_names_how_to_leave_a_view_out() {
+        let odd = remark(FindingCode::ViewOdd { view: 2, rms_px: 1.0, typical_px: 0.1 });
+        let board = "--board 9x6 --square 25mm";
+        let said = leaving_out(&[odd], Path::new("one/frames"), board).expect("a way");
+        assert_eq!(
+            said,
+            "To leave a view out now, copy one/frames without its picture: boresight calibrate --board 9x6 --square 25mm COPY"
+        );
+        let other = remark(FindingCode::NotConverged);
+        assert_eq!(leaving_out(&[other], Path::new("one/frames"), board), None);
+    }
+
+    #[test]
+    fn noise_is_compared_only_where_it_differs() {
+        let said = |noise_px, residual_px| {
+            let (share, length_px) = (0.4, 90.0);
+            let code = FindingCode::NoiseCorrelated { share, length_px, noise_px, residual_px };
+            finding(&remark(code), &[]).0
+        };
+        assert!(
+            said(0.21, 0.11)
+                .contains("The true error is 0.21 px, though residuals show only 0.11 px.")
+        );
+        for [noise_px, residual_px] in [[0.112, 0.111], [0.37, 0.38]] {
+            assert!(!said(noise_px, residual_px).contains("though"));
+        }
+    }
+
+    #[test]
+    fn a_failed_explanation_is_named_once() {
+        let mut of = [None; boresight_calibrate::CANDIDATES];
+        of[..2].fill(Some("FOCUS-MOVED"));
+        let said = finding(&remark(FindingCode::FitFailed { of }), &[]).0;
+        assert_eq!(said.matches("FOCUS-MOVED").count(), 1, "{said}");
     }
 }

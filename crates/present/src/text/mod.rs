@@ -44,8 +44,8 @@ pub use drift::{
 };
 pub use finding_meaning::{FindingMeaning, finding_meaning};
 pub use findings::{
-    FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, not_calibrated,
-    of_source, verdict, verdict_on,
+    FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, leaving_out,
+    not_calibrated, of_source, verdict, verdict_on,
 };
 pub use run::{resuming, simulated_gave_up, views_are_safe};
 pub use speech::{NO_VOICE, VOICE_TEST, spoken, spoken_after};
