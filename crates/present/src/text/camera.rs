@@ -86,7 +86,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         }
         Fault::Slow => (
             "The frame rate is much lower than expected",
-            "Add light to shorten the exposure, or use another USB port or a smaller mode.",
+            "Add light if the exposure is long. Use a smaller mode, another port or network, or a computer that's less busy.",
         ),
         Fault::ControlIgnored => (
             "The camera doesn't keep a setting",

@@ -235,7 +235,7 @@ pub fn finding_meaning(code: &FindingCode) -> FindingMeaning {
             "The principal point lies far from the middle",
             "The cross in the report is away from the picture's centre.",
             "The picture is a crop of the sensor's, the stated size is wrong, or the lens is mounted off-centre, as some are by design.",
-            "Check the picture size and the camera's mode. If it's by design, say so with `--shifted-sensor`.",
+            "Check the picture size and the camera's mode. If it's by design, start boresight with `--shifted-sensor`.",
             "With care, once you know why. A correct off-centre calibration is as good as any.",
         ],
         FindingCode::HeldOut { .. } => [

@@ -319,7 +319,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
                 "The principal point is {distance_px:.0} px from the middle of the picture ({:.0} % of its width)",
                 100.0 * share
             ),
-            "Check the picture size, and that the camera doesn't crop the picture. If that's by design, say so with --shifted-sensor.",
+            "Check the picture size, and that the camera doesn't crop the picture. If that's by design, start boresight with --shifted-sensor.",
         ),
         FindingCode::HeldOut { view, rms_px, expected_px } => (
             format!(
@@ -340,10 +340,20 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             "Focus the lens, hold still, add light, and use a flat board of the stated size.",
         ),
         FindingCode::NoiseCorrelated { share, length_px, noise_px, residual_px } => (
-            format!(
-                "Neighbouring corners share {:.0} % of their error, over about {length_px:.0} px. The true error is {noise_px:.2} px, though residuals show only {residual_px:.2} px. The stated uncertainty allows for it",
-                100.0 * share
-            ),
+            {
+                let [noise, residual] = [noise_px, residual_px].map(|px| format!("{px:.2}"));
+                let shown = if noise_px > residual_px && noise != residual {
+                    format!(
+                        "The true error is {noise} px, though residuals show only {residual} px. "
+                    )
+                } else {
+                    String::new()
+                };
+                format!(
+                    "Neighbouring corners share {:.0} % of their error, over about {length_px:.0} px. {shown}The stated uncertainty allows for it",
+                    100.0 * share
+                )
+            },
             "Focus the lens, light the board evenly, and mount it flat.",
         ),
         FindingCode::NoiseUnderstated { noise_px, measured_px } => (
@@ -370,7 +380,10 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
         ),
         FindingCode::FitFailed { of } => {
-            let of: Vec<&str> = of.into_iter().flatten().collect();
+            // Several explanations may have one name.
+            let mut of: Vec<&str> = of.into_iter().flatten().collect();
+            of.sort_unstable();
+            of.dedup();
             (
                 format!(
                     "The fit under these explanations failed: {}. They're neither found nor ruled out",

@@ -210,7 +210,7 @@ pub fn miss(miss: &Miss) -> String {
                 .into()
         }
         Miss::OtherSquares { .. } => {
-            "Different board: it has these markers, but in other places. Check the columns and rows in --board, and the first tag of an AprilGrid"
+            "Different board: it has these markers, but in other places. Check the columns and rows in --board (exchanged?), and the first tag of an AprilGrid"
                 .into()
         }
         Miss::TooSmall { square_px, needed_px } => {
