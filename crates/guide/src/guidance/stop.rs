@@ -142,7 +142,8 @@ pub(crate) fn lack(
     }
     let Some(precision) = precision else { return Some(Lack::Trust) };
     let is_far = params.is_far();
-    if !(if is_far { precision.trusted_far } else { precision.trusted }) {
+    let is_trusted = if is_far { precision.trusted_far } else { precision.trusted };
+    if !is_trusted {
         return Some(Lack::Trust);
     }
     if !precision.is_reached(params) {
