@@ -317,6 +317,28 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
 }
 
 #[test]
+fn a_camera_that_sends_one_picture_again_and_again_isnt_ok() {
+    let place = TempDir::new().expect("a folder");
+    let here = place.path();
+    let folder = here.join("ftp");
+    let mut camera = Filled::new(&folder);
+    says(&watch(here, "sim:street:1,days=0", "cam", &[]), 3, &[]);
+    camera.put(5, 1);
+    assert_eq!(told(here, &["ftp", "--once"], 3)["state"], "LEARNING");
+    let newest = |hours: u32| {
+        let at_secs = camera.street.began_secs + 3600.0 * f64::from(camera.hours - 1 + hours);
+        folder.join(format!("{at_secs}.png"))
+    };
+    for hours in 1..30 {
+        fs::copy(newest(0), newest(hours)).expect("copied");
+    }
+    let ended = boresight(here, &["watch", "ftp", "--once", "--store", "cam", "--json"]);
+    says(&ended, 3, &["byte for byte: the camera or its upload has stopped"]);
+    let state = last_state(&ended.stdout);
+    assert_eq!((&state["state"], &state["pictures"][0]), (&"CANNOT-TELL".into(), &5.into()));
+}
+
+#[test]
 fn pictures_of_another_size_are_told_by_every_run() {
     let place = TempDir::new().expect("a folder");
     let here = place.path();

@@ -1,6 +1,7 @@
 //! Pictures of a watched camera: from files, folders that fill, recordings, cameras and streams.
 
 use std::{
+    fs,
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -41,6 +42,16 @@ pub enum Feed {
     Street(Box<Street>),
     /// A source that isn't there now, such as a folder of a disk that's to be mounted: its name, and how it's understood.
     Away(String, Box<Config>),
+}
+
+/// A picture in a file.
+#[derive(Clone, Debug)]
+pub(super) struct PictureFile {
+    /// When it was taken, in seconds since 1970.
+    pub(super) at_secs: f64,
+    pub(super) path: PathBuf,
+    /// The one that was taken before it.
+    before: Option<PathBuf>,
 }
 
 /// When a picture was taken, or none came.
@@ -123,7 +134,8 @@ impl Feed {
     /// Every picture with its time, if the source is files.
     pub(super) fn stills(&self) -> Option<Vec<(f64, PathBuf)>> {
         let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
-        is_files.then(|| self.new_files(|_| false))
+        let all = || self.new_files(|_| false).into_iter().map(|file| (file.at_secs, file.path));
+        is_files.then(|| all().collect())
     }
 
     /// The open source of a camera, stream or recording; a simulated street stands still and needs none.
@@ -148,9 +160,9 @@ impl Feed {
         }
     }
 
-    /// The files that aren't `known` by the second in which they were taken, oldest first, with their times. One that has gone
-    /// since it was listed is as of now, and can't be read.
-    pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> Vec<(f64, PathBuf)> {
+    /// The files that aren't `known` by the second in which they were taken, oldest first. One that has gone since it was listed is
+    /// as of now, and can't be read.
+    pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> Vec<PictureFile> {
         let paths = match self {
             Self::Files(paths) => paths.clone(),
             Self::Folder(folder) => {
@@ -158,15 +170,17 @@ impl Feed {
             }
             Self::Recorded(_) | Self::Live(_) | Self::Street(_) | Self::Away(..) => Vec::new(),
         };
-        let mut files = Vec::new();
-        for path in paths {
-            let at = picture_secs(&path).unwrap_or_else(|_| now_secs());
-            if !known(at.round() as i64) {
-                files.push((at, path));
-            }
-        }
+        let with_time = |path: PathBuf| (picture_secs(&path).unwrap_or_else(|_| now_secs()), path);
+        let mut files: Vec<(f64, PathBuf)> = paths.into_iter().map(with_time).collect();
         files.sort_by(|a, b| a.0.total_cmp(&b.0));
-        files
+        let before = |place: usize| Some(files.get(place.checked_sub(1)?)?.1.clone());
+        let new = files.iter().enumerate().filter(|(_, (at, _))| !known(at.round() as i64));
+        new.map(|(place, (at_secs, path))| PictureFile {
+            at_secs: *at_secs,
+            path: path.clone(),
+            before: before(place),
+        })
+        .collect()
     }
 
     /// The pictures of a recorded source, one every `every_secs` of its own time, each handed to `take` with the time since
@@ -247,8 +261,18 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
 ///
 /// # Errors
 ///
-/// If it's no picture.
-pub(super) fn read_moment(taken: Taken, path: &Path) -> anyhow::Result<Moment> {
+/// If it's no picture, or the one before again: no camera sees exactly the same twice.
+pub(super) fn read_moment(taken: Taken, file: &PictureFile) -> anyhow::Result<Moment> {
+    let PictureFile { path, before, .. } = file;
+    if let Some(before) = before.as_ref().filter(|before| is_same_file(path, before)) {
+        bail!("{path:?} is {before:?} again, byte for byte: the camera or its upload has stopped");
+    }
     let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
     Ok(Moment { taken, burst: vec![grey] })
+}
+
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    let length = |path: &Path| fs::metadata(path).ok().map(|of| of.len());
+    let is_as_long = length(one).is_some() && length(one) == length(other);
+    is_as_long && matches!((fs::read(one), fs::read(other)), (Ok(one), Ok(other)) if one == other)
 }

@@ -86,13 +86,13 @@ impl Round {
             self.places.no_picture(NoAnswer::NoPicture, Taken::at(now_secs()), hear)?;
         }
         let newest = self.places.newest_picture_secs();
-        for (at_secs, path) in files {
+        for file in files {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            let is_late = newest.is_some_and(|newest| at_secs.round() < newest);
-            let taken = Taken { at_secs, is_late };
-            self.take(read_moment(taken, &path), taken, hear, announcer)?;
+            let is_late = newest.is_some_and(|newest| file.at_secs.round() < newest);
+            let taken = Taken { at_secs: file.at_secs, is_late };
+            self.take(read_moment(taken, &file), taken, hear, announcer)?;
         }
         Ok(())
     }
