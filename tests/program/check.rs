@@ -52,7 +52,9 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     assert_eq!(found["schema"], "boresight.check/1");
     assert_eq!(found["verdict"], "ok");
     assert_eq!(found["uncertainty_of_old"], "stated");
-    assert_eq!(found["views_used"], 5);
+    let taken = ended.stderr.matches("Taken: view").count();
+    assert!((4..=8).contains(&taken), "{}", ended.stderr);
+    assert_eq!(found["views_used"], taken);
     let saved = fs::read_to_string(folder.join("first/check.json")).expect("readable");
     assert_eq!(serde_json::from_str::<Value>(&saved).expect("JSON"), found);
 
