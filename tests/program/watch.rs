@@ -335,7 +335,8 @@ fn a_camera_that_sends_one_picture_again_and_again_isnt_ok() {
     let ended = boresight(here, &["watch", "ftp", "--once", "--store", "cam", "--json"]);
     says(&ended, 3, &["byte for byte: the camera or its upload has stopped"]);
     let state = last_state(&ended.stdout);
-    assert_eq!((&state["state"], &state["pictures"][0]), (&"CANNOT-TELL".into(), &5.into()));
+    assert_eq!(state["state"], "CANNOT-TELL");
+    assert!(state["sentence"].to_string().contains("no picture comes."), "{state}");
 }
 
 #[test]

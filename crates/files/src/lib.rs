@@ -45,7 +45,9 @@ pub use append::Appending;
 #[cfg(feature = "disk-log")]
 pub use disk_log::{DiskLog, LoggedChange};
 pub use error::FileError;
-pub use folder::{Draft, UNFINISHED, entries, is_own_folder, make_folder, sync_folder};
+pub use folder::{
+    Draft, UNFINISHED, entries, is_own_folder, is_same_file, make_folder, sync_folder,
+};
 pub use lock::FileLock;
 pub use plain::is_still_at;
 pub use plain_words::plain_words;

@@ -1,8 +1,7 @@
 //! Pictures of a watched camera: from files, folders that fill, recordings, cameras and streams.
 
 use std::{
-    fs,
-    path::{Path, PathBuf},
+    path::PathBuf,
     time::{Duration, Instant},
 };
 
@@ -12,7 +11,7 @@ use image::GrayImage;
 use super::times::{now_secs, picture_secs};
 use crate::{Announcer, source::SourceName};
 use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
-use boresight_files::entries;
+use boresight_files::{entries, is_same_file};
 use boresight_run::config::Config;
 use boresight_sim::street::Street;
 use boresight_watch::Lens;
@@ -269,10 +268,4 @@ pub(super) fn read_moment(taken: Taken, file: &PictureFile) -> anyhow::Result<Mo
     }
     let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
     Ok(Moment { taken, burst: vec![grey] })
-}
-
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    let length = |path: &Path| fs::metadata(path).ok().map(|of| of.len());
-    let is_as_long = length(one).is_some() && length(one) == length(other);
-    is_as_long && matches!((fs::read(one), fs::read(other)), (Ok(one), Ok(other)) if one == other)
 }

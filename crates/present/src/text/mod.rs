@@ -277,7 +277,7 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option
             let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(
                 String::new(),
                 |summary| {
-                    let away = window::direction_name(summary.tilt_azimuth_rad, mirrored);
+                    let away = direction_name(summary.tilt_azimuth_rad, mirrored);
                     let tilt =
                         summary.tilt_rad.map(|tilt_rad| format!(", tilt {}°", deg(tilt_rad)));
                     format!(", {away} edge away{}", tilt.unwrap_or_default())
@@ -321,6 +321,12 @@ pub fn ending(ending: Ending, lack: Option<Lack>) -> &'static str {
         },
         Ending::Stopped => "Stopped: the goal isn't reached, and the findings say why",
     }
+}
+
+/// Name of a direction in the picture, by the edge of the board that is tipped away.
+pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
+    let direction_rad = if mirrored { std::f64::consts::PI - direction_rad } else { direction_rad };
+    edge(Edge::towards(direction_rad))
 }
 
 /// An edge of the board, in words.

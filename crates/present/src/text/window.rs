@@ -7,11 +7,11 @@ use boresight_geometry::{
 };
 use boresight_guide::{
     guidance::{Plan, Refusal},
-    session::{CameraState, Edge, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
+    session::{CameraState, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
-use super::{camera::capital, deg, edge, numbers::signed, view_name};
-pub use super::{gauge::*, numbers::*, result::*};
+use super::{camera::capital, deg, numbers::signed, view_name};
+pub use super::{direction_name, gauge::*, numbers::*, result::*};
 
 /// The window's title.
 pub const TITLE: &str = "boresight";
@@ -35,15 +35,6 @@ pub const STARTING: &str = "Starting";
 
 /// Shown while the result is computed and stored.
 pub const ENDING: &str = "Saving the result";
-
-fn mirrored_direction(direction_rad: f64) -> f64 {
-    std::f64::consts::PI - direction_rad
-}
-
-/// Name of a direction in the picture, by the edge of the board that is tipped away.
-pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
-    edge(Edge::towards(if mirrored { mirrored_direction(direction_rad) } else { direction_rad }))
-}
 
 /// State of one slot of the wheel; `taken` is the newest view in it.
 pub fn slot_state(
