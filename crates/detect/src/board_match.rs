@@ -85,7 +85,7 @@ pub(super) fn match_board(
             return Err(Miss::Glare { found, wanted });
         }
         if larger {
-            let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
+            let (columns, rows) = long_by_wide((width, height));
             return Err(Miss::OtherBoard(OtherBoard::Larger { columns, rows }));
         }
         return Err(Miss::PartialBoard { found, wanted, cut_off_by });
@@ -143,9 +143,14 @@ fn colour_bits(image: &GrayImage, lattice: &Lattice, (i, j): Node, spread: f32) 
     log2_likelihood(step((i, j)).map_or(f32::INFINITY, off), spread)
 }
 
-fn other_board((width, height): (i32, i32)) -> Miss {
-    let (columns, rows) = (width.max(height) as usize, width.min(height) as usize);
+fn other_board(size: (i32, i32)) -> Miss {
+    let (columns, rows) = long_by_wide(size);
     Miss::OtherBoard(OtherBoard::Plain { columns, rows })
+}
+
+/// At least as many columns as rows.
+fn long_by_wide((width, height): (i32, i32)) -> (usize, usize) {
+    (width.max(height) as usize, width.min(height) as usize)
 }
 
 /// Width and height of a board that is seen whole, whatever its size: a full rectangle of corners with white all around.
@@ -167,8 +172,7 @@ pub(super) fn count_board(
     prune(lattice);
     fill(image, lattice, longest);
     prune(lattice);
-    let (width, height) = whole_board(image, lattice)?;
-    Some((width.max(height) as usize, width.min(height) as usize))
+    whole_board(image, lattice).map(long_by_wide)
 }
 
 /// Completes a grid whose colours alternate, while it stays within `longest` corners a side.

@@ -19,7 +19,7 @@ use crate::solve::{
     bundle::{Bundle, Observations},
     common_error::CommonError,
     gram::{Gram, Row},
-    model_choice::ModelChoice,
+    model_choice::{ModelChoice, ModelFit},
     schur_lm::inverse,
     whitened::Whitened,
 };
@@ -145,16 +145,26 @@ impl NoiseCorrelation {
     /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does.
     /// Never negative: correlation doesn't make a result more certain.
     pub(crate) fn doubt(&self, choice: &ModelChoice, noise_floor: f64) -> LensMatrix {
-        let (mut sum, mut total) = (LensMatrix::zeros(), 0.0);
-        for (fit, bundle) in choice.fits.iter().zip(&choice.bundles).skip(choice.chosen) {
-            let Some(unit) = bundle.covariance(1.0) else { continue };
+        averaged_doubt(choice, |fit| {
             let variance = fit.noise_factor.max(noise_floor).powi(2);
-            let more = self.information - self.independent * variance;
-            sum += positive_part(&(unit * more * unit)) * fit.weight;
-            total += fit.weight;
-        }
-        if total > 0.0 { sum / total } else { sum }
+            self.information - self.independent * variance
+        })
     }
+}
+
+/// Covariance of the chosen lens by what `more` there is than independent noise tells of each model, averaged over the models as
+/// [`ModelChoice::averaged_covariance`] does. Never negative.
+pub(super) fn averaged_doubt(
+    choice: &ModelChoice,
+    more: impl Fn(&ModelFit) -> LensMatrix,
+) -> LensMatrix {
+    let (mut sum, mut total) = (LensMatrix::zeros(), 0.0);
+    for (fit, bundle) in choice.fits.iter().zip(&choice.bundles).skip(choice.chosen) {
+        let Some(unit) = bundle.covariance(1.0) else { continue };
+        sum += positive_part(&(unit * more(fit) * unit)) * fit.weight;
+        total += fit.weight;
+    }
+    if total > 0.0 { sum / total } else { sum }
 }
 
 impl View {

@@ -23,10 +23,7 @@ use crate::solve::{
 };
 use boresight_geometry::LENS_PARAMETERS;
 
-use super::{
-    misfit_diagnosis::positive_part,
-    noise_correlation::{POSE, RESIDUAL, TILES, rows},
-};
+use super::noise_correlation::{POSE, RESIDUAL, TILES, averaged_doubt, rows};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
@@ -55,9 +52,18 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
     let mut in_views = LensMatrix::zeros();
     let mut cost = 0.0;
     for view in 0..observations.view_count() {
-        let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
         let seen: Vec<&Whitened> = observations.view(view).iter().collect();
         let mut rows = rows(&seen, bundle, view)?;
+        // A point that moves on the board moves its picture as a shift of the board does.
+        let turn = bundle.state.cam_from_board.get(view)?.rotation.to_rotation_matrix();
+        let along_board = turn.matrix().fixed_columns::<2>(0);
+        let by_board: Vec<Matrix2<f64>> = rows
+            .chunks_exact(2)
+            .map(|rows| {
+                let by_shift = SMatrix::<f64, 2, 3>::from_fn(|axis, k| rows[axis].at(POSE + 3 + k));
+                by_shift * along_board
+            })
+            .collect();
         // What a view's corners err by in common is weighed down: once for `Aᵀ A`, twice for products with rows as they are.
         let common = CommonError::of(seen.iter().copied());
         let weigh_down = |rows: &mut [Row<TILES>]| common.iter().for_each(|it| it.take_out(rows));
@@ -66,11 +72,7 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
         let absorbed = block.local_inverse(0.0)? * block.cross.transpose();
         cost += of_view;
         weigh_down(&mut rows);
-        let turn = pose.rotation.to_rotation_matrix();
-        for (corner, rows) in seen.iter().zip(rows.chunks_exact(2)) {
-            let at = camera.project_board_point(pose, &corner.board_m)?;
-            let by_shift = corner.whitener * at.jac_pose.fixed_columns::<3>(3);
-            let by_board = by_shift * turn.matrix().fixed_columns::<2>(0);
+        for ((corner, rows), by_board) in seen.iter().zip(rows.chunks_exact(2)).zip(&by_board) {
             let by_lens = SMatrix::<f64, 2, LENS_PARAMETERS>::from_fn(|axis, column| {
                 let of_pose = (0..6).map(|i| rows[axis].at(POSE + i) * absorbed[(i, column)]);
                 rows[axis].at(column) - of_pose.sum::<f64>()
@@ -110,12 +112,6 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
 impl PrintErrors {
     /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does. Never negative.
     pub(crate) fn doubt(&self, choice: &ModelChoice) -> LensMatrix {
-        let (mut sum, mut total) = (LensMatrix::zeros(), 0.0);
-        for (fit, bundle) in choice.fits.iter().zip(&choice.bundles).skip(choice.chosen) {
-            let Some(unit) = bundle.covariance(1.0) else { continue };
-            sum += positive_part(&(unit * self.information * unit)) * fit.weight;
-            total += fit.weight;
-        }
-        if total > 0.0 { sum / total } else { sum }
+        averaged_doubt(choice, |_| self.information)
     }
 }
