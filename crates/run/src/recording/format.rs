@@ -129,7 +129,7 @@ enum SeenLine {
         columns: usize,
         rows: usize,
     },
-    /// A plain one of at least so many corners.
+    /// A plain board with at least this many corners.
     OtherLarger {
         columns: usize,
         rows: usize,
