@@ -13,7 +13,7 @@ A board's identity is wrong if its points are, in the median, more than half the
 way round the board may be held without a difference that can be seen. Of each kind it prints the pictures, boards found whole and
 in part, wrong identities, boards with a right identity but a corner more than 1.5 px off, and boards found where none is as asked:
 most of these are larger boards of which as much is hidden as makes them look like the one that is asked for. Pictures of the last
-three are kept in FOLDER (wrong-identities). Needs numpy and opencv-contrib-python-headless.
+three are kept in FOLDER (target/wrong-identities). Needs numpy and opencv-contrib-python-headless.
 """
 import argparse, collections, csv, itertools, os, shutil, subprocess, zlib
 
@@ -259,7 +259,7 @@ def main():
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
-    parser.add_argument("--keep", default="wrong-identities")
+    parser.add_argument("--keep", default="target/wrong-identities")
     args = parser.parse_args()
     os.makedirs(args.keep, exist_ok=True)
     path = f"/dev/shm/board-identities-{os.getpid()}.pgm"
