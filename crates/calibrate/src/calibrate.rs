@@ -27,28 +27,29 @@ use super::{
 };
 use boresight_geometry::{Corner, LensParts, board::Checkerboard, frame::ImageSize};
 
-/// Relative standard deviation of the focal length above which it needs its own prior. Loose on
-/// purpose: it only separates views that leave the focal length open from those that don't.
+/// Relative standard deviation of the focal length from which a prior is needed. Deliberately
+/// loose: separates only views with an open focal length from the rest.
 const F_UNDETERMINED: f64 = 0.2;
 
-/// Ratio of the bundle's noise factor to the free homographies' above which other starts are tried.
+/// Ratio of the bundle's noise factor to the free homographies' from which other starts are tried.
 const SUSPICIOUS: f64 = 1.5;
 
 /// Estimates the lens and all poses from the corners of `views`, and checks the result.
 ///
-/// Each view has one corner per board corner, in the board's order and in distorted pixels of a picture of
-/// `image_size`. Four different views determine the lens without priors, and eight are advised; with fewer,
-/// [`CalibrationParams::weak_priors`] must be on. Deterministic.
+/// Each view has one corner per board corner, in the board's order and in distorted pixels of a
+/// picture of `image_size`. Four different views determine the lens without priors, and eight are
+/// advised; with fewer, [`CalibrationParams::weak_priors`] must be on. Deterministic.
 ///
-/// Views that repeat others, as copies of a picture do, count once.
+/// Views that repeat others, such as copies of a picture, count once.
 ///
-/// Bundle adjustment from closed forms, for nested lens models of which BIC chooses one; corner covariances are
-/// inflated to what the residuals show. See `docs/method.md`, section 2.
+/// Bundle adjustment from closed-form starts, for nested lens models chosen by BIC; corner
+/// covariances are inflated to the scatter of the residuals. See `docs/method.md`, section 2.
 ///
 /// # Errors
 ///
-/// [`NotCalibrated`] if corners are missing or not finite, if a view isn't the image of a flat board, or if the views
-/// fit no lens. Views that determine the lens poorly give a [`Verdict`](crate::Verdict), not an error.
+/// [`NotCalibrated`] if corners are missing or not finite, if a view isn't the image of a flat
+/// board, or if the views fit no lens. Views that determine the lens poorly give a
+/// [`Verdict`](crate::Verdict), not an error.
 ///
 /// # Examples
 ///
@@ -139,15 +140,15 @@ struct Given<'a> {
     board_m: &'a [Point2<f64>],
     image_size: ImageSize,
     params: &'a CalibrationParams,
-    /// Correction for the cause of a misfit, if one is applied.
+    /// Correction for the cause of a misfit, if applied.
     correction: Option<&'a Correction>,
-    /// The inputs and the views without it.
+    /// Inputs and views without the correction.
     plain: Option<(&'a Given<'a>, &'a [Vec<Corner>])>,
 }
 
 impl Given<'_> {
-    /// Calibrates from `views`, of which none repeats another. If the cause of a misfit is clear, calibrates again with
-    /// a correction for it, and returns that, too.
+    /// Calibrates from `views` without repeats. If the cause of a misfit is clear, calibrates again
+    /// with a correction for it, and returns the correction, too.
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
@@ -157,7 +158,7 @@ impl Given<'_> {
         let solved = problem.solve();
         let mut left_out = Vec::new();
         let wide = problem.wide_lenses(observations, solved.as_ref().ok());
-        // A bent board or a moved focus can look like another lens, too.
+        // A bent board or a moved focus can look like another lens.
         let other_cause = || {
             let examined = Examined::of(&problem, &solved.as_ref().ok()?.choice);
             examined.causes.gain_beside_lens()
@@ -166,7 +167,7 @@ impl Given<'_> {
         let is_other_cause = |wide: &WideLens| {
             wide.gain.is_finite() && other_cause.is_some_and(|gain| gain > wide.gain)
         };
-        // A lens whose fit hasn't converged is taken only if no other one has.
+        // A lens from an unconverged fit is used only if no other fit converged.
         let mut unfinished = None;
         for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
             let family = wide.family;
@@ -192,7 +193,7 @@ impl Given<'_> {
         self.result(views, &problem, &solved?)
     }
 
-    /// The calibration that `solution` gives, calibrated again with a correction if the cause of a misfit is clear.
+    /// Calibration of `solution`, or a corrected calibration if the cause of a misfit is clear.
     fn result(
         &self,
         views: &[Vec<Corner>],
@@ -224,7 +225,7 @@ impl Given<'_> {
             .calibrate(&views, &observations)
     }
 
-    /// Everything that follows from the corners without an adjustment of the lens.
+    /// Inputs that follow from the corners without an adjustment of the lens.
     fn inputs<'b>(
         &'b self,
         views: &'b [Vec<Corner>],
@@ -285,8 +286,8 @@ impl Given<'_> {
         })
     }
 
-    /// Free homographies through `views`, from which `observations` were made. Principal lines meet in the principal
-    /// point only if pixels are square, so the homographies are fitted to square ones.
+    /// Free homographies through `views`, the source of `observations`. Principal lines meet in the
+    /// principal point only if pixels are square, so the homographies are fitted to square pixels.
     fn free(
         &self,
         views: &[Vec<Corner>],
@@ -322,7 +323,8 @@ fn observations(
 }
 
 impl Inputs<'_> {
-    /// Models that may be chosen. If only other families may, Brown's models serve as their start.
+    /// Lens models to choose from. If only models of other families are allowed, Brown's models
+    /// serve as their start.
     fn allowed(&self) -> Vec<LensModel> {
         let models = self.family.models();
         let wanted = |model: &LensModel| self.params.models.contains(model);
@@ -333,13 +335,13 @@ impl Inputs<'_> {
     /// Lens models to fit: fewer views determine fewer coefficients.
     fn models(&self) -> Vec<LensModel> {
         let richest = self.family.richest_of(self.distinct);
-        // The simplest model requested is always fitted, whatever the number of views.
+        // The simplest requested model is always fitted, regardless of the number of views.
         let wanted = self.allowed().into_iter().min();
         let models = self.family.models().into_iter();
         models.filter(|model| *model <= richest || Some(*model) <= wanted).collect()
     }
 
-    /// Fits the models; if the views leave the focal length open, again with a prior on it.
+    /// Fits the models, with a prior on an undetermined focal length.
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let starts = starts(&self.observations, &self.as_seen, self.image_size);
         self.solve_from(&starts)
@@ -381,8 +383,9 @@ impl Inputs<'_> {
         Ok(Solution { choice, prior_used: true, focal_prior_used: true })
     }
 
-    /// Lenses of other families than Brown's that are allowed and that the corners clearly support, best first.
-    /// `observations` have the stated covariances; `brown` is the result for Brown's models, if there is one.
+    /// Allowed lenses of families other than Brown's with clear support by the corners, best first.
+    /// `observations` have the stated covariances; `brown` is the result for Brown's models, if
+    /// any.
     fn wide_lenses(&self, observations: &Observations, brown: Option<&Solution>) -> Vec<WideLens> {
         let has = |brown: bool| {
             self.params.models.iter().any(|model| (model.family() == LensFamily::Brown) == brown)
@@ -409,8 +412,9 @@ impl Inputs<'_> {
         better_families(&search, richest.map(|bundle| &bundle.state))
     }
 
-    /// The fit from the first start. If its residuals are larger than those of views without a common focal length, it
-    /// may be a wrong minimum: then the lowest fit of all starts, with tilts reversed early or late.
+    /// Fit from the first start, or the lowest fit of all starts if the first is suspect. A fit
+    /// with larger residuals than views without a common focal length may be a wrong minimum; all
+    /// starts are then tried, with tilts reversed early or late.
     fn lowest(&self, search: &ModelSearch<'_>, starts: &[BundleState]) -> Option<ModelChoice> {
         let floor = self.free.as_ref().map(|free| free.noise_factor().max(self.noise_floor));
         let noise_factor = |choice: &ModelChoice| {
@@ -425,7 +429,7 @@ impl Inputs<'_> {
                     return best;
                 }
                 let Some(choice) = fit_models(search, start.clone(), reversals) else { break };
-                // Without reversals, late ones find the same.
+                // Without reversals, late and early fits are the same.
                 let is_all = !choice.reversed;
                 if noise_factor(&choice) < least {
                     best = Some(choice);

@@ -1,4 +1,5 @@
-//! Detects whether an installed camera has changed: new views against an old calibration. `docs/method.md`, section 4.
+//! Detects whether an installed camera has changed: new views against an old calibration.
+//! `docs/method.md`, section 4.
 
 use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 
@@ -17,53 +18,56 @@ use boresight_geometry::{
     frame::ImageSize, seen_count,
 };
 
-/// Probability that an unchanged principal point, or an unchanged focal length, alone passes for one.
+/// Probability of no alarm for an unchanged principal point, or an unchanged focal length, alone.
 const ONE_ALONE: f64 = 0.99;
-/// Fewest different views for a verdict: two opposed pairs. Fewer give no standard deviations that hold.
+/// Fewest distinct views for a verdict: two opposed pairs. Standard deviations from fewer are
+/// unreliable.
 pub const DRIFT_VIEWS: usize = 4;
-/// Distance outside the old boards up to which a corner still counts as covered, as a fraction of the picture's width.
+/// Margin around the old boards within which a corner counts as covered, as a fraction of the
+/// picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
 /// Least number of seen corners in a view: a pose has six parameters.
 const LEAST_SEEN: usize = 6;
-/// Largest fraction of a view's corners that may lie further out.
+/// Largest fraction of a view's corners beyond the margin.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
-/// Displacement of a ray, as a fraction of the picture's width, below which a significant change is watched rather than
-/// acted on: 1 px at 1280.
+/// Displacement of a ray, as a fraction of the picture's width, below which a significant change is
+/// watched rather than acted on: 1 px at 1280.
 pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
-/// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP relative to the
-/// width, then the coefficients. Pessimistic on purpose: the PP's is
-/// about nine times as large as after eight frame-filling views (`docs/method.md`, section 0).
+/// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP
+/// relative to the width, then the coefficients. Deliberately pessimistic: the PP's is about nine
+/// times as large as after eight frame-filling views (`docs/method.md`, section 0).
 const UNSTATED_F: f64 = 1.5e-3;
 const UNSTATED_PP: f64 = 1.5e-3;
 const UNSTATED_K1: f64 = 5e-3;
 const UNSTATED_TANGENTIAL: f64 = 2e-4;
 const UNSTATED_RADIAL: f64 = 1e-2;
 
-/// The calibration against which a camera is checked.
+/// Calibration against which a camera is checked.
 #[derive(Clone, Debug)]
 pub struct OldLens<'a> {
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
-    /// Covariance of the lens parameters, if the file states it; zero for parameters outside its lens model.
+    /// Covariance of the lens parameters, if stated in the file; zero for parameters outside its
+    /// lens model.
     pub covariance: Option<LensMatrix>,
     /// Outlines of the old calibration's boards, in pixels; empty if the file doesn't state them.
     pub outlines: &'a [BoardOutline],
-    /// Size of its pictures.
+    /// Size of the calibrated pictures.
     pub image_size: ImageSize,
 }
 
-/// The verdict of a drift check.
+/// Verdict of a drift check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriftVerdict {
     /// No significant change.
     Ok,
-    /// A significant change, too small to matter yet.
+    /// A significant change, still too small to matter.
     Watch,
-    /// A change that matters.
+    /// A significant change large enough to matter.
     Recalibrate,
 }
 
-/// Difference between an installed camera and its old calibration.
+/// Difference between an installed camera and the old calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// Verdict on the change.
@@ -72,21 +76,22 @@ pub struct Drift {
     pub change_px: Vector3<f64>,
     /// Standard deviations of the change in pixels, with the old calibration's included.
     pub sd_px: Vector3<f64>,
-    /// `dᵀS⁻¹d` of all three; Hotelling's T² with 3 dimensions if nothing changed.
+    /// `dᵀS⁻¹d` of all three parameters; Hotelling's T² with 3 dimensions if nothing changed.
     pub statistic: f64,
-    /// Limit of `statistic`, exceeded by chance in 1 % of checks; the fewer views, the larger.
+    /// Limit of `statistic`, exceeded by chance in 1 % of checks; larger with fewer views.
     pub limit: f64,
     /// True if the principal point alone changed significantly, at 1 %.
     pub pp_changed: bool,
     /// True if the focal length alone changed significantly, at 1 %.
     pub f_changed: bool,
-    /// Shift of the principal point, in the direction in which it is least visible, that would be detected with a
+    /// Least shift of the principal point, in the least visible direction, detected with a
     /// probability of 95 %, in pixels.
     pub visible_pp_px: f64,
-    /// Change of the focal length that would be detected with a probability of 95 %, in pixels.
+    /// Least change of the focal length detected with a probability of 95 %, in pixels.
     pub visible_f_px: f64,
-    /// Largest displacement of a ray over the picture, in pixels, by a proportional change of the distortion that would be
-    /// detected with a probability of 95 %. `None` if the views leave the distortion open.
+    /// Largest displacement of a ray over the picture, in pixels, by the least proportional change
+    /// of the distortion detected with a probability of 95 %. `None` if the views leave the
+    /// distortion open.
     pub visible_lens_px: Option<f64>,
     /// Largest displacement of a ray's image over the picture, in pixels.
     pub displacement_px: f64,
@@ -96,14 +101,14 @@ pub struct Drift {
     pub lens_changed: bool,
     /// True if a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
-    /// The lens now: new focal length and principal point, old distortion.
+    /// Present lens: new focal length and principal point, old distortion.
     pub camera: Camera,
     /// Indices of the views used.
     pub used: Vec<usize>,
 }
 
 impl Drift {
-    /// Displacement in pixels of the image of the ray that the old lens showed at `px`.
+    /// Displacement in pixels of the image of the ray shown at `px` by the old lens.
     pub fn displacement_at(&self, px: &Point2<f64>) -> Vector2<f64> {
         let old_f_px = self.camera.f_px.x - self.change_px.x;
         let old_pp_px = self.camera.pp_px - self.change_px.yz();
@@ -111,10 +116,10 @@ impl Drift {
     }
 }
 
-/// Why there is no verdict.
+/// Reason for a missing verdict.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoDrift {
-    /// The size of the pictures differs: how the sensor was cropped or scaled is unknown.
+    /// The size of the pictures differs, so crop and scale of the sensor are unknown.
     #[error("pictures of {new:?}, calibrated for {old:?}")]
     OtherSize {
         /// Size of the new pictures.
@@ -122,20 +127,20 @@ pub enum NoDrift {
         /// Size in the old calibration.
         old: ImageSize,
     },
-    /// Too few different views, or too few in the part of the picture that the old calibration covers.
+    /// Too few distinct views, or too few inside the area covered by the old calibration.
     #[error(
         "{different} different views, {outside} outside the calibrated part, {DRIFT_VIEWS} needed"
     )]
     FewViews {
-        /// Views that can be used and that differ.
+        /// Number of usable distinct views.
         different: usize,
-        /// Views that extend too far outside the part that the old calibration covers.
+        /// Number of views too far outside the area covered by the old calibration.
         outside: usize,
     },
-    /// The views are of two cameras, or of one in two modes: there's no lens to compare.
+    /// The views are of two cameras or two modes: there's no lens to compare.
     #[error("{odd_views} of the views are from another camera or mode")]
     Mixed {
-        /// Views of the camera with fewer of them.
+        /// Number of views of the camera with fewer views.
         odd_views: usize,
     },
     /// The views don't determine focal length and principal point.
@@ -157,8 +162,8 @@ impl NoDrift {
 }
 
 impl DriftVerdict {
-    /// The verdict on a change that chance doesn't explain, or does, and that moves the image of a ray by up to
-    /// `displacement_px` where `matters_px` matter.
+    /// Verdict on a change with a displacement of up to `displacement_px` for the image of a ray;
+    /// displacements above `matters_px` matter.
     pub(super) fn of(is_significant: bool, displacement_px: f64, matters_px: f64) -> Self {
         match is_significant {
             true if displacement_px > matters_px => Self::Recalibrate,
@@ -179,17 +184,18 @@ impl DriftVerdict {
 
 /// Compares `views` of `board` with an old calibration.
 ///
-/// Each view has one corner per board corner, in distorted pixels; others are ignored. Views outside the part of the
-/// picture that the old calibration covers are ignored, too: its distortion is not known there.
+/// Each view has one corner per board corner, in distorted pixels; other views are ignored. Views
+/// outside the area covered by the old calibration are ignored, too: its distortion is not known
+/// there.
 ///
-/// The new views are calibrated as any others, with the models of the old lens's family. The difference of the two
-/// calibrations, by their stated covariances, tells what changed: f and the principal point given the same distortion, and
-/// the distortion itself. See `docs/method.md`, section 4.
+/// The new views are calibrated as usual, with the models of the old lens's family. The difference
+/// of the two calibrations, by their stated covariances, shows the change: f and the principal
+/// point given the same distortion, and the distortion. See `docs/method.md`, section 4.
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] usable views differ, if they are of two cameras, or
-/// if they don't determine the three parameters.
+/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] usable views differ, if
+/// they are of two cameras, or if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -204,7 +210,7 @@ pub fn drift(
     let used: Vec<usize> = (0..views.len())
         .filter(|view| usable(&views[*view]) && is_covered(&views[*view], old))
         .collect();
-    // Rows are scaled so that the old pixels are square, and the result back again.
+    // Scale rows so that the old pixels are square; the result is scaled back.
     let aspect = old.camera.f_px.x / old.camera.f_px.y;
     let scaled: Vec<Vec<Corner>> = used
         .iter()
@@ -286,7 +292,8 @@ pub fn drift(
     Ok(Drift { verdict, ..found })
 }
 
-/// True if most of a view lies where the old calibration had boards; true if that isn't known.
+/// True if most of a view lies in the area covered by the old calibration, or if that area is
+/// unknown.
 fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
     if old.outlines.is_empty() {
         return true;
@@ -300,7 +307,7 @@ fn is_covered(view: &[Corner], old: &OldLens<'_>) -> bool {
     outside as f64 <= MAX_UNCOVERED_FRACTION * seen_count(view) as f64
 }
 
-/// The covariance after rows are scaled by `aspect`.
+/// Covariance after scaling rows by `aspect`.
 fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
     let scale = LensParameter::ALL.map(|parameter| match parameter {
         LensParameter::Fy | LensParameter::Cy => aspect,
@@ -309,7 +316,7 @@ fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
     LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j])
 }
 
-/// A typical covariance of `camera`, a lens of `model` with square pixels.
+/// Typical covariance of `camera`, a lens of `model` with square pixels.
 fn unstated(camera: &Camera, model: LensModel, image_size: ImageSize) -> LensMatrix {
     let mut covariance = LensMatrix::zeros();
     for parameter in model.freedom(true).parameters() {

@@ -1,4 +1,5 @@
-//! Examines the residuals for noise and causes of a misfit, and adds the doubt to the covariance of the lens.
+//! Examines the residuals for noise and causes of a misfit, and adds the doubt to the covariance of
+//! the lens.
 
 use nalgebra::SMatrix;
 
@@ -18,7 +19,7 @@ use boresight_geometry::LENS_PARAMETERS;
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Number of different views that is advised.
+/// Advised number of distinct views.
 const VIEWS_ADVISED: usize = 8;
 
 /// Findings in the residuals of the richest lens model.
@@ -26,7 +27,8 @@ pub(super) struct Examined {
     pub(super) correlation: Option<NoiseCorrelation>,
     print_errors: Option<PrintErrors>,
     pub(super) causes: Causes,
-    /// Factor by which the corners overstate their information about the lens, at least 1.
+    /// Ratio of the information claimed by the corners to the actual information about the lens, at
+    /// least 1.
     overcount: f64,
 }
 
@@ -52,7 +54,7 @@ impl Examined {
         Self { correlation, print_errors, causes, overcount }
     }
 
-    /// The correction to apply, if one cause clearly stands out.
+    /// Correction to apply, if the cause is clear.
     pub(super) fn correction(
         &self,
         inputs: &Inputs<'_>,
@@ -63,10 +65,12 @@ impl Examined {
         Correction::of(&self.causes, richest, n, inputs.image_size, inputs.correction)
     }
 
-    /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None` if it isn't finite.
+    /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None`
+    /// if it isn't finite.
     ///
-    /// A model of the noise says what errors of corners do to the lens; the views themselves show how far they pull it apart
-    /// ([`Bundle::covariance_by_views`]), whatever the noise is. Both are [`averaged`]. Nearly alike views have alike errors and count once.
+    /// A model of the noise gives the effect of corner errors on the lens; the views give their
+    /// scatter about it ([`Bundle::covariance_by_views`]), regardless of the noise. Both are
+    /// [`averaged`]. Nearly alike views have alike errors and count once.
     pub(super) fn sampling_covariance(
         &self,
         inputs: &Inputs<'_>,
@@ -86,8 +90,9 @@ impl Examined {
         Some(averaged(of_model, of_views, inputs.distinct))
     }
 
-    /// Covariance to add to the sampling one: doubt about the cause of a misfit, radial terms beyond the models, the remaining
-    /// doubt about a corrected cause, and errors of the print, which all views share.
+    /// Covariance to add to the sampling covariance: doubt about the cause of a misfit, radial
+    /// terms beyond the models, the remaining doubt about a corrected cause, and errors of the
+    /// print, shared by all views.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
         let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
         let allowed_for = inputs
@@ -100,8 +105,8 @@ impl Examined {
             .fold(self.causes.doubt, |sum, doubt| sum + doubt)
     }
 
-    /// Doubt from the radial term that even the richest lens model leaves out. `None` if that model isn't allowed: a
-    /// person who names a simpler one knows the lens.
+    /// Doubt from the radial term beyond the richest lens model. `None` if that model isn't
+    /// allowed: a person who names a simpler one knows the lens.
     fn next_radial_doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> Option<LensMatrix> {
         let richest = choice.bundles.last()?;
         if Some(&choice.richest_allowed) != inputs.family.models().last() {

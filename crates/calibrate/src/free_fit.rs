@@ -1,8 +1,10 @@
-//! Free homographies of the views: of the corners as they are seen, or, under a wide lens, as a pinhole would see them.
+//! Free homographies of the views: of the observed corners, or, under a wide lens, of corners
+//! converted to a pinhole's.
 //!
-//! A lens that is symmetric about its centre maps every line through that centre to itself, so the plane of symmetry of a
-//! board is seen as a line through the principal point under any such lens. The closed forms of the principal line need a
-//! homography, though, which only a pinhole sees: see `docs/method.md`, section 2.12.
+//! A lens symmetric about its centre maps every line through that centre to itself, so the plane of
+//! symmetry of a board appears as a line through the principal point under any such lens. The
+//! closed forms of the principal line need a homography, though, and only a pinhole has one: see
+//! `docs/method.md`, section 2.12.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -15,19 +17,20 @@ use super::{
 };
 use boresight_geometry::{Camera, Corner, Homography, frame::ImageSize};
 
-/// Free homographies of all views, with their residuals at the corners in the picture.
+/// Free homographies of all views, with residuals at the corners in the picture.
 pub(super) struct FreeFit {
-    /// Free homographies, with a line for every view given; `None` for those that a pinhole can't see.
+    /// Free homographies, with a line for every given view; `None` for views outside a pinhole's
+    /// field.
     pub(super) free: FreeHomographies,
-    /// Residual and stated covariance of each corner in the picture, view by view; empty for views that a pinhole can't
-    /// see.
+    /// Residual and stated covariance of each corner in the picture, view by view; empty for views
+    /// outside a pinhole's field.
     pub(super) residuals_px: Vec<Vec<Residual>>,
-    /// The corners that were fitted, if no view was left out.
+    /// Fitted corners, if no view was left out.
     pub(super) observations: Option<Observations>,
 }
 
 impl FreeFit {
-    /// The fit of corners as they are seen.
+    /// Fit of the observed corners.
     pub(super) fn of(free: FreeHomographies, observations: Observations) -> Self {
         let all = free.residuals_px(&observations);
         let mut all = all.into_iter();
@@ -36,8 +39,8 @@ impl FreeFit {
         Self { free, residuals_px, observations: Some(observations) }
     }
 
-    /// Fits the corners as a pinhole with the focal length and principal point of `camera` would see them. Views with a corner
-    /// that it can't see are left out. `None` if the fit fails.
+    /// Fits the corners converted to a pinhole with the focal length and principal point of
+    /// `camera`. Views with a corner outside its field are left out. `None` if the fit fails.
     pub(super) fn straightened(
         views: &[Vec<Corner>],
         board_m: &[Point2<f64>],

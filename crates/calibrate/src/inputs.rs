@@ -12,10 +12,10 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
 
-/// Number of different views that determine the lens without weak priors.
+/// Number of distinct views that determine the lens without weak priors.
 pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 
-/// The arguments of a calibration, and everything derived from the corners before adjustment.
+/// Arguments of a calibration, with everything derived from the corners before adjustment.
 pub(super) struct Inputs<'a> {
     pub(super) views: Cow<'a, [Vec<Corner>]>,
     pub(super) board: &'a Checkerboard,
@@ -30,21 +30,22 @@ pub(super) struct Inputs<'a> {
     pub(super) given: usize,
     /// Square root of the variance added to the stated covariances, see `check::noise_inflation`.
     pub(super) excess_px: f64,
-    /// Factor on the covariances of each view's corners; empty if it isn't known.
+    /// Factor on the covariances of each view's corners; empty if unknown.
     pub(super) view_noise: Vec<f64>,
-    /// Smallest [`noise_factor`](crate::Bundle::noise_factor) that is believed.
+    /// Smallest credible [`noise_factor`](crate::Bundle::noise_factor).
     pub(super) noise_floor: f64,
-    /// Weights of the corners, if their errors have heavy tails. `observations` carry them, `views` don't.
+    /// Weights of the corners, if the errors have heavy tails; applied to `observations`, not to
+    /// `views`.
     pub(super) tails: Option<TailWeights>,
-    /// The family whose models are fitted.
+    /// Family of the fitted models.
     pub(super) family: LensFamily,
-    /// Correction for the cause of a misfit, if one is applied.
+    /// Correction for the cause of a misfit, if applied.
     pub(super) correction: Option<&'a Correction>,
-    /// Codes of families of lens models that couldn't be fitted.
+    /// Codes of lens families with a failed fit.
     pub(super) left_out: Vec<&'static str>,
 }
 
-/// The lens models fitted, and which priors that took.
+/// Fitted lens models, and the priors used.
 pub(super) struct Solution {
     pub(super) choice: ModelChoice,
     pub(super) prior_used: bool,

@@ -1,8 +1,8 @@
-//! Earlier calibration of an untouched lens, to which a new calibration is held.
+//! Earlier calibration of an untouched lens, used to hold a new calibration.
 //!
-//! A board that stays small can't fix the lens of an installed camera, but an earlier calibration may know it. The two are
-//! combined by their covariances, as two measurements of the same lens. If they contradict each other, the lens has
-//! changed, and the new calibration stands alone.
+//! A board that stays small can't fix the lens of an installed camera, but an earlier calibration
+//! may. The two are combined by their covariances, as two measurements of the same lens. If they
+//! contradict each other, the lens has changed, and the new calibration is used alone.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -14,17 +14,18 @@ use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensParameter};
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Probability with which two calibrations of the same lens agree.
+/// Probability of agreement between two calibrations of the same lens.
 const AGREEMENT: f64 = 0.999;
-/// Least share of the largest variance at which a direction is compared, over both covariances together and with each
-/// parameter in units of its own standard deviation: below it, neither calibration estimates the direction.
+/// Least variance of a compared direction, as a share of the largest, over both covariances
+/// together and with each parameter in units of the standard deviation. Below it, neither
+/// calibration estimates the direction.
 const UNESTIMATED: f64 = 1e-9;
 
-/// A lens with its covariance.
+/// Lens with covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "StoredLens", into = "StoredLens")]
 pub struct KnownLens {
-    /// Kind of lens, which gives the coefficients their meaning.
+    /// Kind of lens, which defines the coefficients.
     pub kind: LensKind,
     /// Lens parameters: see [`Camera::lens_parameters`].
     pub parameters: [f64; LENS_PARAMETERS],
@@ -32,7 +33,7 @@ pub struct KnownLens {
     pub covariance: [[f64; LENS_PARAMETERS]; LENS_PARAMETERS],
 }
 
-/// [`KnownLens`] in a file: nine parameters if it has only Brown's, else all.
+/// [`KnownLens`] in a file: nine parameters if all others are zero, else all.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredLens {
@@ -42,7 +43,7 @@ struct StoredLens {
     covariance: Vec<Vec<f64>>,
 }
 
-/// The parameters in a file, in order.
+/// Parameters in a file, in order.
 fn stored_parameters(is_brown: bool) -> impl Iterator<Item = LensParameter> {
     LensParameter::ALL.into_iter().filter(move |parameter| !is_brown || parameter.is_browns())
 }
@@ -88,37 +89,37 @@ impl TryFrom<StoredLens> for KnownLens {
     }
 }
 
-/// Why a calibration can't be held to an earlier one.
+/// Reason why a calibration can't be held to an earlier calibration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotHeld {
-    /// The earlier lens is of one kind, and the views ask for another.
+    /// The earlier lens is of another kind than the views call for.
     OtherKind {
         /// Kind of the earlier lens.
         earlier: LensKind,
-        /// Kind of this one.
+        /// Kind of the new lens.
         now: LensKind,
     },
     /// A covariance isn't finite or isn't positive.
     NoCovariance,
-    /// Every view has its own focal length, so there's no lens to hold.
+    /// The focal length varies from view to view, so there's no lens to hold.
     FocalVaries,
 }
 
 /// Combination of two calibrations of the same lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Combined {
-    /// The lens that both support.
+    /// Lens supported by both.
     pub camera: Camera,
-    /// Covariance of its parameters.
+    /// Covariance of the parameters.
     pub covariance: LensMatrix,
-    /// `dᵀ (C₁ + C₂)⁻¹ d` of their difference, χ² if both measure the same lens.
+    /// `dᵀ (C₁ + C₂)⁻¹ d` of the difference, χ² if both measure the same lens.
     pub statistic: f64,
     /// 0.999 quantile of χ² for `statistic`.
     pub limit: f64,
 }
 
 impl KnownLens {
-    /// The lens `camera` with the `covariance` of its parameters.
+    /// Known lens with the parameters of `camera` and the given `covariance`.
     pub fn new(camera: &Camera, covariance: &LensMatrix) -> Self {
         Self {
             kind: camera.distortion.kind,
@@ -127,21 +128,23 @@ impl KnownLens {
         }
     }
 
-    /// The parameters as a camera.
+    /// Camera with the parameters.
     pub fn camera(&self) -> Camera {
         Camera::from_lens_parameters(self.kind, &self.parameters)
     }
 
-    /// Covariance of its parameters.
+    /// Covariance of the parameters.
     pub fn covariance(&self) -> LensMatrix {
         LensMatrix::from_fn(|i, j| self.covariance[i][j])
     }
 
-    /// Combines it with a newer calibration: `x = x₁ + K (x₂ − x₁)`, `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`.
+    /// Combines the known lens with a newer calibration: `x = x₁ + K (x₂ − x₁)`,
+    /// `K = C₁ (C₁ + C₂)⁻¹`, `C = C₁ − K C₁`.
     ///
     /// # Errors
     ///
-    /// [`NotHeld`] if the lenses are of different kinds, or if a covariance isn't finite or isn't positive.
+    /// [`NotHeld`] if the lenses are of different kinds, or if a covariance isn't finite or isn't
+    /// positive.
     pub(crate) fn combined_with(
         &self,
         camera: &Camera,
@@ -189,12 +192,12 @@ impl KnownLens {
 }
 
 impl Combined {
-    /// True if the two calibrations measure the same lens, as far as they can tell.
+    /// True if the two calibrations measure the same lens, within the uncertainty.
     pub fn agrees(&self) -> bool {
         self.statistic <= self.limit
     }
 
-    /// The simplest model with all coefficients of the lens.
+    /// Simplest model with all coefficients of the lens.
     pub(super) fn model(&self) -> LensModel {
         LensModel::simplest_with(&self.camera)
     }
@@ -241,7 +244,7 @@ mod tests {
         let both = KnownLens::new(&one, &diagonal(SD)).combined_with(&two, &diagonal(SD));
         let both = both.expect("positive");
         assert!(!both.agrees());
-        // Five parameters have a variance; the tables have the quantile for that.
+        // Five parameters have a variance; the tables have the quantile for five.
         assert!((both.limit / 20.515 - 1.0).abs() < 1e-4, "{}", both.limit);
     }
 }

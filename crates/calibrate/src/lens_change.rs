@@ -1,4 +1,5 @@
-//! The change between two calibrations of one camera, as their covariances tell it, `docs/method.md`, section 4.
+//! Change between two calibrations of a camera, by the stated covariances, `docs/method.md`,
+//! section 4.
 
 use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Point2, Vector3};
 use statrs::function::beta::beta_reg;
@@ -8,46 +9,48 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Probability that an unchanged f and principal point pass, and that an unchanged distortion passes either of its two
-/// tests, of any change and of a change in proportion. One check in a hundred gives a false alarm.
+/// Probabilities of no alarm for an unchanged f and principal point, and for an unchanged
+/// distortion in either of two tests, of any change and of a change in proportion. One check in a
+/// hundred gives a false alarm.
 pub(super) const F_AND_PP_LIMIT: f64 = 0.991;
 const UNCHANGED: f64 = 0.9995;
-/// Probability with which what's called visible is told.
+/// Probability of detecting a change called visible.
 const POWER: f64 = 0.95;
-/// Displacement of a ray by the old distortion, in pixels, below which no change in proportion is possible. A change of
-/// k1 stands for it.
+/// Displacement of a ray by the old distortion, in pixels, below which no change in proportion is
+/// possible. A change of k1 replaces it.
 const LEAST_DISTORTION_PX: f64 = 0.5;
-/// Least share of the largest variance of a direction of change at which a direction is tested, coefficients scaled alike:
-/// numerator and denominator of a rational lens may cancel.
+/// Least variance of a tested direction of change, as a share of the largest, with coefficients
+/// scaled alike: numerator and denominator of a rational lens may cancel.
 const UNTOLD: f64 = 1e-12;
 
-/// What statistics of a change mean, if its covariance itself is known with so many degrees of freedom.
+/// Degrees of freedom of a change's covariance, for the distribution of test statistics.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
     freedom: f64,
 }
 
 impl Told {
-    /// The covariance is taken as stated.
+    /// Exactly known covariance.
     pub(super) const EXACTLY: Self = Self { freedom: 1e6 };
 
     pub(super) fn by(freedom: f64) -> Self {
         Self { freedom }
     }
 
-    /// The value of `dᵀS⁻¹d` in `dimensions` that chance stays below with this probability: Hotelling's T² (Hotelling 1931).
-    /// `None` below `dimensions` degrees of freedom.
+    /// Quantile of `dᵀS⁻¹d` in `dimensions`, for the given probability: Hotelling's T² (Hotelling
+    /// 1931). `None` below `dimensions` degrees of freedom.
     pub(super) fn limit(&self, dimensions: usize, probability: f64) -> Option<f64> {
         let is_told = self.freedom >= dimensions as f64;
         is_told.then(|| rising(|limit| self.below(dimensions, 0.0, limit) < probability))
     }
 
-    /// `dᵀS⁻¹d` of a change, without chance, that exceeds `limit` with the probability [`POWER`]: the noncentrality of T².
+    /// `dᵀS⁻¹d` of a change, without chance, that exceeds `limit` with the probability [`POWER`]:
+    /// the noncentrality of T².
     pub(super) fn noncentrality(&self, dimensions: usize, limit: f64) -> f64 {
         rising(|noncentrality| self.below(dimensions, noncentrality, limit) > 1.0 - POWER)
     }
 
-    /// Probability that a noncentral T² stays below `limit`: a mean of central ones over Poisson weights.
+    /// Probability of a noncentral T² below `limit`: a mean of central ones over Poisson weights.
     fn below(&self, dimensions: usize, noncentrality: f64, limit: f64) -> f64 {
         let half = noncentrality / 2.0;
         let left = self.freedom - dimensions as f64 + 1.0;
@@ -67,7 +70,7 @@ impl Told {
     }
 }
 
-/// The value up to which `is_less` holds, which is above 0.
+/// Value up to which `is_less` holds, above 0.
 fn rising(is_less: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     while is_less(high) && high < 1e9 {
@@ -84,36 +87,37 @@ fn rising(is_less: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// Difference of two calibrations, and what of it isn't explained by the uncertainty of their distortion.
+/// Difference of two calibrations, with the part not explained by the uncertainty of the
+/// distortion.
 #[derive(Clone, Debug)]
 pub(super) struct Change {
     /// Change of `(f, cx, cy)` if the distortion is the same.
     pub(super) f_and_pp_px: Vector3<f64>,
     pub(super) f_and_pp_covariance: Matrix3<f64>,
-    /// Coefficients that either of the two may have.
+    /// Coefficients of either lens.
     coefficients: Vec<LensParameter>,
-    /// From a change of the coefficients to one along directions, of which each is known by itself with a standard deviation
-    /// of 1; those directions, a column each; and the change along them.
+    /// Map from changes of the coefficients to changes along independent directions with a standard
+    /// deviation of 1; those directions, a column each; and the change along them.
     whitened: DMatrix<f64>,
     directions: DMatrix<f64>,
     along: DVector<f64>,
 }
 
-/// The outcome of the tests of the distortion.
+/// Outcome of the tests of the distortion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LensChange {
     /// True if either test finds a change.
     pub(super) is_significant: bool,
     /// Largest displacement of a ray by the change found, in pixels.
     pub(super) displacement_px: f64,
-    /// Largest displacement of a ray, in pixels, by a proportional change that would be detected with a probability of
-    /// 95 %.
+    /// Largest displacement of a ray, in pixels, by the least proportional change detected with a
+    /// probability of 95 %.
     pub(super) visible_px: f64,
 }
 
 impl Change {
-    /// From the old lens to the new one, each with its covariance; both have square pixels. `None` if a covariance isn't
-    /// finite, or if it states nothing.
+    /// Change from the old lens to the new lens, each with a covariance; both have square pixels.
+    /// `None` if a covariance isn't finite or doesn't determine f and the principal point.
     pub(super) fn between(
         (old, of_old): (&Camera, &LensMatrix),
         (new, of_new): (&Camera, &LensMatrix),
@@ -166,8 +170,9 @@ impl Change {
         })
     }
 
-    /// Tests whether the distortion of `old` changed: in any way, and in proportion, as it does by refocusing or warming,
-    /// which a few views detect far better. `None` if nothing tells, or if no ray reaches the picture.
+    /// Tests for a change of the distortion of `old`: in any way, and in proportion, as by
+    /// refocusing or warming, which a few views detect far better. `None` if there is no
+    /// information, or if no ray reaches the picture.
     pub(super) fn of_distortion(
         &self,
         old: &Camera,
@@ -213,7 +218,7 @@ impl Change {
     }
 }
 
-/// Cells' centres and the corners of the picture.
+/// Cell centres and corners of the picture.
 fn cell_corners_px(image_size: ImageSize) -> impl Iterator<Item = Point2<f64>> {
     let (right, bottom) =
         (f64::from(image_size.width_px) - 1.0, f64::from(image_size.height_px) - 1.0);
@@ -231,7 +236,7 @@ mod tests {
         let limit = known.limit(3, 0.991).expect("enough freedom");
         assert!((limit - 11.573).abs() < 0.01, "{limit}");
         assert!((known.noncentrality(3, limit) - 23.017).abs() < 0.02);
-        // Few views know their noise badly: F with 3 and 12 degrees of freedom.
+        // Few views determine their noise poorly: F with 3 and 12 degrees of freedom.
         let few = Told::by(14.0).limit(3, 0.99).expect("enough freedom");
         assert!((few - 3.0 * 14.0 / 12.0 * 5.953).abs() < 0.02, "{few}");
         assert!(Told::by(2.0).limit(3, 0.99).is_none());
@@ -244,7 +249,7 @@ mod tests {
         let (f, k1) = (LensParameter::Fx.index(), LensParameter::K1.index());
         let mut covariance = LensMatrix::identity();
         covariance[(k1, k1)] = 1e-4;
-        // f grows by 50 px for each unit of k1, and little else is unknown of f.
+        // f grows by 50 px for each unit of k1, and little else is unknown about f.
         covariance[(f, k1)] = 50.0 * 1e-4;
         covariance[(k1, f)] = covariance[(f, k1)];
         covariance[(f, f)] = 50.0 * 50.0 * 1e-4 + 1e-4;

@@ -1,5 +1,5 @@
-//! Comparison of two calibrations of one camera by their stated covariances: the statistic of a check, without its
-//! views.
+//! Comparison of two calibrations of a camera by the stated covariances: the statistic of a check,
+//! without its views.
 
 use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 
@@ -10,7 +10,7 @@ use super::{
 };
 use boresight_geometry::{cell_centres_px, frame::ImageSize};
 
-/// Focal length and principal point with their covariance.
+/// Focal length and principal point with covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StatedLens {
     /// Focal length and principal point x, y in pixels.
@@ -20,8 +20,9 @@ pub struct StatedLens {
 }
 
 impl StatedLens {
-    /// Weighted mean of calibrations of one lens. If they scatter more than they state, the mean's covariance grows by
-    /// as much. `None` without any, or if a covariance isn't positive definite.
+    /// Weighted mean of calibrations of a lens. If their scatter exceeds their stated uncertainty,
+    /// the mean's covariance is inflated accordingly. `None` without any, or if a covariance isn't
+    /// positive definite.
     pub fn mean(lenses: &[Self]) -> Option<Self> {
         let informations: Vec<Matrix3<f64>> =
             lenses.iter().map(|lens| inverse(&lens.covariance_px2)).collect::<Option<_>>()?;
@@ -54,16 +55,17 @@ pub struct LensDifference {
     pub change_px: Vector3<f64>,
     /// Standard deviations of the change.
     pub sd_px: Vector3<f64>,
-    /// `dᵀS⁻¹d` of the change d with covariance S, the sum of both: χ² with 3 degrees of freedom if nothing changed.
+    /// `dᵀS⁻¹d` of the change d with covariance S, the sum of both: χ² with 3 degrees of freedom if
+    /// nothing changed.
     pub statistic: f64,
     /// Largest displacement of the image of a ray over the picture.
     pub displacement_px: f64,
 }
 
 impl LensDifference {
-    /// Compares two calibrations of pictures of `image_size`; `None` if a covariance isn't positive definite or a
-    /// number isn't finite. The limits are the same as in [`drift`](super::drift::drift), whose statistic takes the
-    /// information of new views in place of the covariance of the new calibration.
+    /// Compares two calibrations of pictures of `image_size`; `None` if a covariance isn't positive
+    /// definite or a number isn't finite. The limits are the same as in
+    /// [`drift`](super::drift::drift), but the covariance is taken as exact.
     pub fn of(old: &StatedLens, new: &StatedLens, image_size: ImageSize) -> Option<Self> {
         let covariance = old.covariance_px2 + new.covariance_px2;
         let change_px = new.f_pp_px - old.f_pp_px;
@@ -107,7 +109,7 @@ mod tests {
         let found = found.expect("compared");
         assert!((found.statistic - 1.0).abs() < 1e-9);
         assert_eq!(found.verdict, DriftVerdict::Ok);
-        // Far beyond chance, and at the picture's edge 6 px.
+        // Far beyond chance, and 6 px at the picture's edge.
         let far = LensDifference::of(&old, &lens(1010.0, 640.0, 360.0, 0.4), SIZE);
         assert_eq!(far.expect("compared").verdict, DriftVerdict::Recalibrate);
         // Beyond chance, but too small to matter.
@@ -120,12 +122,12 @@ mod tests {
     fn a_mean_knows_more_unless_its_parts_disagree() {
         let alike = [lens(1000.0, 640.0, 360.0, 0.4), lens(1000.3, 640.0, 360.0, 0.2)];
         let mean = StatedLens::mean(&alike).expect("a mean");
-        // The better one counts four times as much.
+        // The better lens counts four times as much.
         assert!((mean.f_pp_px.x - 1000.24).abs() < 1e-9);
         assert!((mean.covariance_px2[(0, 0)] - 0.032).abs() < 1e-9);
         let apart = [lens(1000.0, 640.0, 360.0, 0.4), lens(1006.0, 640.0, 360.0, 0.4)];
         let mean = StatedLens::mean(&apart).expect("a mean");
-        // Their χ² is 112.5 where 3 is expected.
+        // Their χ² is 112.5; 3 is expected.
         assert!((mean.covariance_px2[(0, 0)] - 0.08 * 37.5).abs() < 1e-9);
         assert_eq!(StatedLens::mean(&alike[..1]), Some(alike[0]));
         assert!(StatedLens::mean(&[]).is_none());

@@ -36,37 +36,41 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`solve`] | corners → lens and poses, with covariance, for the lens model that the corners support |
-//! | [`check`] | findings and the verdict: checks that don't rely on the residual of the fit |
-//! | `params`, `inputs` | what to estimate; the corners and everything derived from them before adjustment |
-//! | `calibrate`, `examined`, `summary`, `result` | runs the stages; judges the residuals; turns the minimum into a [`Calibration`] |
+//! | [`solve`] | corners → lens and poses, with covariance, for the lens model chosen by BIC |
+//! | [`check`] | findings and the verdict: checks independent of the residual of the fit |
+//! | `params`, `inputs` | settings; corners and derived inputs before adjustment |
+//! | `calibrate`, `examined` | runs the stages; judges the residuals |
+//! | `summary`, `result` | turns the minimum into a [`Calibration`] |
 //! | `free_fit` | free homographies of the views, straightened under a wide lens |
 //! | `repeats` | pictures of one held pose count once |
-//! | [`acceptance`](mod@acceptance) | whether the result is good enough for a stated need |
+//! | [`acceptance`](mod@acceptance) | judges the result by a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
 //! | `lens_difference` | two calibrations of one camera, by what they state |
 //!
-//! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top level uses both.
-//! Everything is deterministic. Findings and errors are values with numbers; `text` turns them into sentences.
+//! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top
+//! level uses both. Everything is deterministic. Findings and errors are values with numbers;
+//! `text` turns them into sentences.
 //!
 //! # Features
 //!
 //! | feature | brings |
 //! |---|---|
-//! | `threads` (off by default) | many views are fitted on [`CalibrationParams::threads`] threads, with the same result; without it, on one |
+//! | `threads` (off by default) | uses [`CalibrationParams::threads`] threads; same result |
 //!
-//! # What it needs
+//! # Requirements
 //!
-//! Corners in memory: no pictures, files, clocks, chance or unsafe code. It compiles for `wasm32-unknown-unknown`.
+//! Corners in memory: no pictures, files, clocks, chance or unsafe code. The crate compiles for
+//! `wasm32-unknown-unknown`.
 //!
-//! # What isn't promised
+//! # Limitations
 //!
 //! - One camera, one flat board. Stereo and rigs have no model here.
-//! - A wrong square size can't be seen: it scales distances and leaves the lens alone.
-//! - A verdict speaks of what the views show. Where no board was, the lens is extrapolated; the covariance says how far.
-//! - A rolling shutter, a shifted picture or a board that flexes is named, not corrected.
-//! - Another version may find another lens within the stated covariance, and other findings. `docs/versioning.md` says
-//!   what stays.
+//! - A wrong square size can't be seen: it scales distances and leaves the lens unchanged.
+//! - A verdict covers the boards' area only. Elsewhere, the lens is extrapolated; the covariance
+//!   states the uncertainty.
+//! - A rolling shutter, a shifted picture or a board that flexes is reported, not corrected.
+//! - Another version may find another lens within the stated covariance, and other findings.
+//!   `docs/versioning.md` lists the stable parts.
 
 #![forbid(unsafe_code)]
 

@@ -3,31 +3,35 @@ use super::{acceptance::AcceptanceGoal, known_lens::KnownLens, solve::lens_model
 /// Settings of a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CalibrationParams {
-    /// Use weak priors on the lens while there are fewer than four different views.
+    /// Use weak priors on the lens with fewer than four distinct views.
     pub weak_priors: bool,
     /// Constrain `fy = fx`.
     pub square_pixels: bool,
     /// Lens models to choose from.
     pub models: Vec<LensModel>,
-    /// Let every view have its own focal length, as with a zoom or an autofocus that can't be locked.
+    /// Allow a separate focal length for every view, as with a zoom or an autofocus that can't be
+    /// locked.
     pub varying_focal: bool,
-    /// True if the sensor or the picture is shifted by design: a principal point far from the middle is then no reason
-    /// for care.
+    /// True if the sensor or the picture is shifted by design: a principal point far from the
+    /// middle is then only for information.
     pub shifted_sensor: bool,
-    /// Goal that the calibration must meet. It's judged against it; nothing else depends on it.
+    /// Goal for the verdict on the calibration; affects nothing else.
     pub accept: Option<AcceptanceGoal>,
-    /// Relative standard deviation of the board's square size. Only the error of lengths depends on it: see
-    /// [`ErrorBound::scale`](super::ErrorBound::scale).
+    /// Relative standard deviation of the board's square size. Affects only the error of lengths:
+    /// see [`ErrorBound::scale`](super::ErrorBound::scale).
     pub board_scale_sd: f64,
-    /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still.
+    /// Standard deviation of a corner coordinate in pixels, measured from the scatter of a board
+    /// held still.
     pub noise_floor_px: Option<f64>,
-    /// An earlier calibration of the same lens, untouched since. The result is held to it as far as the two agree.
+    /// Earlier calibration of the same, untouched lens. The result is held to it as far as the two
+    /// agree.
     pub known_lens: Option<KnownLens>,
-    /// Threads to use where views are many. The result doesn't depend on their number.
+    /// Number of threads for many views. Doesn't affect the result.
     pub threads: usize,
 }
 
-/// Default of [`CalibrationParams::board_scale_sd`]: the error of a ruler that is read to 0.2 mm on a board of 200 mm.
+/// Default of [`CalibrationParams::board_scale_sd`]: the error of a ruler read to 0.2 mm on a board
+/// of 200 mm.
 pub const BOARD_SCALE_SD: f64 = 1e-3;
 
 impl Default for CalibrationParams {
@@ -47,7 +51,7 @@ impl Default for CalibrationParams {
     }
 }
 
-/// Why the views give no calibration at all.
+/// Reason for a failed calibration.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotCalibrated {
     /// No views were given.
@@ -64,17 +68,17 @@ pub enum NotCalibrated {
         /// Height of the picture.
         height_px: u32,
     },
-    /// A view without exactly one corner per board corner.
+    /// A view doesn't have exactly one corner per board corner.
     #[error("view {view}: {got} corners, expected {want}")]
     CornerCount {
         /// Index of the view, from 0.
         view: usize,
-        /// Corners it has.
+        /// Number of corners in the view.
         got: usize,
-        /// Corners of the board.
+        /// Number of corners on the board.
         want: usize,
     },
-    /// A corner that is not finite or whose covariance is not positive definite.
+    /// A corner is not finite, or its covariance is not positive definite.
     #[error("view {view}: corner {corner} is not a number")]
     CornerValue {
         /// Index of the view, from 0.
@@ -82,13 +86,13 @@ pub enum NotCalibrated {
         /// Index of the corner in the board's numbering, from 0.
         corner: usize,
     },
-    /// A view whose corners are not the image of a flat board.
+    /// The corners of a view are not the image of a flat board.
     #[error("view {view}: no homography")]
     NoHomography {
         /// Index of the view, from 0.
         view: usize,
     },
-    /// A view whose corners do not run row by row over the board.
+    /// The corners of a view do not run row by row over the board.
     #[error("view {view}: corners do not run row by row")]
     NoGrid {
         /// Index of the view, from 0.
@@ -97,7 +101,7 @@ pub enum NotCalibrated {
     /// The views leave the lens undetermined, or fit no lens.
     #[error("{distinct} different views do not determine the lens")]
     Undetermined {
-        /// Number of views that differ, repeats of a held pose left out.
+        /// Number of distinct views, repeats of a held pose left out.
         distinct: usize,
     },
 }

@@ -1,8 +1,8 @@
-//! Pictures of one held pose count once.
+//! Counts pictures of a held pose once.
 //!
-//! Copies of a picture have its noise, and pictures of a board that nobody moved share errors outside the noise model:
-//! the board's shape, and the lens's deviation there. Counted as independent, they would make the lens look more
-//! certain than it is, and too well known for its model.
+//! Copies of a picture have its noise, and pictures of an unmoved board share errors outside the
+//! noise model: the board's shape, and the lens's deviation there. Counted as independent, they
+//! would make the lens look more certain than it is, and support too rich a model.
 
 use std::borrow::Cow;
 
@@ -13,20 +13,20 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize, seen_count};
 
-/// Two views whose corners differ by less than this fraction of the picture's width (root mean square) show one held
-/// pose: 1.3 px at 1280.
+/// Root mean square difference of two views' corners below which both show the same held pose, as a
+/// fraction of the picture's width: 1.3 px at 1280.
 const HELD: f64 = 0.001;
 
-/// Groups of views that show the same held pose.
+/// Groups of views of the same held pose.
 pub(super) struct Repeats {
-    /// The views that repeat none, in order.
+    /// Indices of the first view of each pose, in order.
     kept: Vec<usize>,
-    /// For each view, the place in `kept` of the view that it is or repeats.
+    /// Place in `kept` of each view or of the repeated view.
     place: Vec<usize>,
 }
 
 impl Repeats {
-    /// `None` if no view repeats another.
+    /// Groups of repeats; `None` if no view repeats another.
     pub(super) fn among(
         views: &[Vec<Corner>],
         board: &Checkerboard,
@@ -36,18 +36,18 @@ impl Repeats {
         (kept.len() < views.len()).then_some(Self { kept, place })
     }
 
-    /// The views that repeat none.
+    /// Views without repeats.
     pub(super) fn without(&self, views: &[Vec<Corner>]) -> Vec<Vec<Corner>> {
         self.kept.iter().map(|index| views[*index].clone()).collect()
     }
 
-    /// Number of a view among all, from its place among the kept views.
+    /// Index of a view among all, from the place among the kept views.
     pub(super) fn number(&self, place: usize) -> usize {
         self.kept.get(place).copied().unwrap_or(place)
     }
 
-    /// `found`, computed from the kept views, as the result of all `views`: each gets its own pose and residual, under
-    /// the `correction` in `found`.
+    /// Result of all `views` from `found`, computed from the kept views: each view gets its own
+    /// pose and residual, under the `correction` in `found`.
     pub(super) fn restored(
         &self,
         found: Calibration,

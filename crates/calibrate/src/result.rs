@@ -12,32 +12,32 @@ use boresight_geometry::{
     Camera, FocalLength, LENS_PARAMETERS, LensMatrix, LensParts, PrincipalLine, frame::ImageSize,
 };
 
-/// An estimate of the principal point.
+/// Estimate of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalPointEstimate {
-    /// The point, in pixels.
+    /// Position in pixels.
     pub px: Point2<f64>,
-    /// Covariance in px², where the method gives one.
+    /// Covariance in px², if given by the method.
     pub covariance_px2: Option<Matrix2<f64>>,
-    /// Focal length along x and y in pixels, where the method gives one.
+    /// Focal length along x and y in pixels, if given by the method.
     pub f_px: Option<Vector2<f64>>,
 }
 
-/// The principal point by every method, for comparison. The result is `bundle`, or `free_homography` if
+/// Principal point by every method, for comparison. The result is `bundle`, or `free_homography` if
 /// the focal length varies.
 ///
-/// The `pl_` estimates use distorted corners: distortion biases them towards the mean position of the boards
-/// (`docs/method.md`, section 0, offset law).
+/// The `pl_` estimates use distorted corners: distortion biases them towards the mean position of
+/// the boards (`docs/method.md`, section 0, offset law).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PrincipalPoints {
     /// Intersection of the principal lines with equal weights.
     pub pl_unweighted: Option<PrincipalPointEstimate>,
-    /// Intersection of the principal lines, weighted by their variances.
+    /// Intersection of the principal lines, weighted by inverse variances.
     pub pl_weighted: Option<PrincipalPointEstimate>,
     /// Estimate from principal lines and the ring of ±45° vanishing points.
     pub pl_ring: Option<PrincipalPointEstimate>,
-    /// Intersection of the principal lines of corners undistorted by the free homographies, which assume no common focal
-    /// length.
+    /// Intersection of the principal lines of corners undistorted by the free homographies, which
+    /// assume no common focal length.
     pub free_homography: Option<PrincipalPointEstimate>,
     /// Estimate by bundle adjustment.
     pub bundle: Option<PrincipalPointEstimate>,
@@ -45,16 +45,16 @@ pub struct PrincipalPoints {
     pub zhang: Option<PrincipalPointEstimate>,
 }
 
-/// The result for one view.
+/// Result for a view.
 #[derive(Clone, Debug)]
 pub struct ViewResult {
-    /// Which corners were seen, in the board's numbering order.
+    /// True for each seen corner, in the board's numbering order.
     pub is_seen: Vec<bool>,
     /// Pose of the board, metres.
     pub cam_from_board: Isometry3<f64>,
     /// Root mean square residual per coordinate, in pixels.
     pub residual_rms_px: f64,
-    /// Factor on the covariances of the view's corners, from its residuals; 1 on the whole.
+    /// Factor on the covariances of the view's corners, from the residuals; 1 overall.
     pub noise: f64,
     /// Angle between image plane and board, `[0, π/2]`.
     pub tilt_rad: f64,
@@ -62,11 +62,11 @@ pub struct ViewResult {
     pub tilt_azimuth_rad: f64,
     /// Principal line of the distorted corners. `None` if the board faces the camera.
     pub principal_line: Option<PrincipalLine>,
-    /// Signed distance of this line from [`PrincipalPoints::pl_weighted`], in pixels.
+    /// Signed distance of the principal line from [`PrincipalPoints::pl_weighted`], in pixels.
     pub pl_residual_px: Option<f64>,
-    /// Focal length of this view alone, from its undistorted corners and the resulting principal point.
+    /// Focal length of this view alone, from undistorted corners and the resulting principal point.
     pub focal: Option<FocalLength>,
-    /// Focal length of this view alone as in Chuang 2021, from its distorted corners and
+    /// Focal length of this view alone as in Chuang 2021, from distorted corners and
     /// [`PrincipalPoints::pl_unweighted`].
     pub focal_as_seen: Option<FocalLength>,
 }
@@ -76,77 +76,80 @@ pub struct ViewResult {
 pub enum Focal {
     /// All views have the camera's focal length.
     Common,
-    /// Every view has its own, [`ViewResult::focal`]; the camera has their mean.
+    /// Separate focal length in every view, [`ViewResult::focal`]; the camera has their mean.
     Varying {
         /// Sample standard deviation over the views, in pixels.
         scatter_px: f64,
     },
 }
 
-/// A lens with stated and checked uncertainty.
+/// Lens with stated and checked uncertainty.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// Size of the picture for which the calibration holds.
+    /// Size of the calibrated pictures.
     pub image_size: ImageSize,
-    /// The board's points in metres as the views show them, in numbering order: its own, unless it's bent or stretched by more
-    /// than chance. Residuals are from these.
+    /// Points of the observed board in metres, in numbering order: the stated ones, unless the
+    /// board is bent or stretched by more than chance. Residuals are from these.
     pub board_m: Vec<Point3<f64>>,
-    /// The lens model chosen.
+    /// Chosen lens model.
     pub model: LensModel,
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
     /// [`Focal::Common`] if every view has the camera's focal length.
     pub focal: Focal,
-    /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model uncertainty included; zero for
-    /// parameters that aren't in `model`. With square pixels, fx and fy are one parameter and fully correlated. If the
-    /// focal length varies, its variance is a single view's, not the scatter.
+    /// Covariance of the lens parameters in the order of [`LENS_PARAMETERS`], with model
+    /// uncertainty included; zero for parameters outside `model`. With square pixels, fx and fy are
+    /// one parameter and fully correlated. If the focal length varies, its variance is a single
+    /// view's, not the scatter.
     pub covariance: LensMatrix,
-    /// Covariance as [`Self::covariance`], including the uncertainty of parameters that `model` fixes at zero.
+    /// Covariance as [`Self::covariance`], including the uncertainty of parameters fixed at zero by
+    /// `model`.
     pub covariance_all: LensMatrix,
     /// Root mean square reprojection residual per coordinate, in pixels.
     pub rms_px: f64,
     /// σ₀ of the adjustment, see [`Bundle::noise_factor`](crate::Bundle::noise_factor).
     pub noise_factor: f64,
-    /// Typical standard deviation of a corner coordinate in pixels: `noise_factor` times the root mean square of the stated
-    /// ones.
+    /// Typical standard deviation of a corner coordinate in pixels: `noise_factor` times the root
+    /// mean square of the stated ones.
     pub noise_px: f64,
-    /// Standard deviation in pixels of errors that the detector can't detect: in the print, the flatness of the board
-    /// or the fine shape of the lens. Zero if the residuals show none.
+    /// Standard deviation in pixels of errors beyond the detector: in the print, the flatness of
+    /// the board or the fine shape of the lens. Zero if the residuals show none.
     pub excess_px: f64,
-    /// All models fitted, simplest first.
+    /// Fitted models, simplest first.
     pub candidates: Vec<ModelFit>,
-    /// The principal point by every method.
+    /// Principal point by every method.
     pub principal_point: PrincipalPoints,
     /// Results of the given views, in order.
     pub views: Vec<ViewResult>,
     /// Standard deviation of projection over the picture.
     pub projection_sd: ProjectionSd,
-    /// 95 % quantile of the root mean square error of projection over the part of the picture that boards have covered,
-    /// in pixels; [`ProjectionSd::bound_px`] covers the whole picture. `None` if no cell of the grid is covered.
+    /// 95 % quantile of the root mean square error of projection over the area covered by boards,
+    /// in pixels; [`ProjectionSd::bound_px`] covers the whole picture. `None` if no cell of the
+    /// grid is covered.
     pub covered_bound_px: Option<f64>,
-    /// The part of the picture in which projection is known well enough.
+    /// Part of the picture with sufficiently certain projection.
     pub valid_area: ValidArea,
-    /// Least relative change of the focal length from the first view to the last that would have been reported. `None`
-    /// if there are too few views.
+    /// Least relative change of the focal length from the first view to the last that would have
+    /// been reported. `None` if there are too few views.
     pub visible_drift: Option<f64>,
-    /// Ratio of the observed to the expected shift of the principal point when each view is left out in turn; near 1 if
-    /// the views agree. `None` below four different views.
+    /// Ratio of the observed to the expected shift of the principal point when each view is left
+    /// out in turn; near 1 if the views agree. `None` below four distinct views.
     pub skip_one_ratio: Option<f64>,
-    /// Standard deviation of a corner coordinate in pixels as measured from the scatter of a board held still; `None` if it
-    /// wasn't measured.
+    /// Standard deviation of a corner coordinate in pixels, measured from the scatter of a board
+    /// held still; `None` if unmeasured.
     pub noise_floor_px: Option<f64>,
     /// Verdict on the goal; `None` without one.
     pub acceptance: Option<Acceptance>,
-    /// Fraction of the picture covered by at least one board, 0 to 1.
+    /// Fraction of the picture covered by boards, 0 to 1.
     pub coverage: f64,
     /// Results of the trust checks.
     pub findings: Vec<Finding>,
-    /// The worst of the findings.
+    /// Verdict by the worst finding.
     pub verdict: Verdict,
 }
 
 impl Calibration {
-    /// The camera of one view: with the view's own focal length if it varies.
+    /// Camera of a view: with the view's own focal length if it varies.
     pub fn camera_of(&self, view: usize) -> Camera {
         let of_view = self.views.get(view).and_then(|view| view.focal);
         match (self.focal, of_view) {
@@ -157,8 +160,8 @@ impl Calibration {
         }
     }
 
-    /// 95 % quantile of the root mean square error of projection over the picture, in pixels. `None` if the lens model folds
-    /// inside the picture, where nothing bounds the error.
+    /// 95 % quantile of the root mean square error of projection over the picture, in pixels.
+    /// `None` if the lens model folds inside the picture, so that the error is unbounded.
     pub fn picture_bound_px(&self) -> Option<f64> {
         let sd = &self.projection_sd;
         (sd.unmapped == 0).then_some(sd.bound_px)

@@ -33,7 +33,7 @@ use boresight_geometry::{
     PrincipalPoint, coverage, fit_pose, mean_px, seen_count,
 };
 
-/// The resulting lens and its covariance.
+/// Resulting lens and covariance.
 struct Lens {
     model: LensModel,
     camera: Camera,
@@ -43,7 +43,8 @@ struct Lens {
     noise_factor: f64,
 }
 
-/// Summarises `solution`. `None` if its covariance isn't finite.
+/// Summarises `solution`. `None` if its covariance isn't finite or too little of the picture has
+/// rays.
 pub(super) fn assemble(
     inputs: &Inputs<'_>,
     solution: &Solution,
@@ -56,7 +57,7 @@ pub(super) fn assemble(
     let sampling = examined.sampling_covariance(inputs, choice)?;
     let doubt = examined.doubt(inputs, choice);
     let free = inputs.free.as_ref();
-    // What the errors of the corners do, as a multiple of what independent ones would.
+    // Effect of the corners' errors, as a multiple of that of independent ones.
     let independent = bundle.covariance(bundle.noise_factor().max(noise_floor))?;
     let overdispersion = sampling.pp().trace() / independent.pp().trace();
     let disagreement = free
@@ -144,7 +145,7 @@ pub(super) fn assemble(
         pp_covariance_px2,
         valid_area: &valid_area,
         bound_px: covered_bound_px.unwrap_or(projection_sd.bound_px),
-        // What the board's size alone spoils isn't the lens's fault.
+        // A goal missed by the board's size alone isn't the lens's fault.
         meets_goal: goal.map(|goal| goal.excess() <= 1.0),
         skip_one_ratio,
         distinct: inputs.distinct,
@@ -204,7 +205,7 @@ impl Lens {
         }
     }
 
-    /// The lens that this and an earlier calibration support together.
+    /// Lens supported by this and an earlier calibration together.
     fn held_to(self, combined: &Combined) -> Self {
         let model = self.model.max(combined.model());
         Self {
@@ -255,7 +256,7 @@ impl Inputs<'_> {
             .collect()
     }
 
-    /// Views under their own focal lengths; where no pose fits, with the pose of the bundle.
+    /// Views under separate focal lengths; with the pose of the bundle if no pose fits.
     fn views_of_varying(&self, varying: &VaryingFocal, state: &BundleState) -> Vec<ViewResult> {
         (0..self.views.len())
             .map(|view| {
@@ -295,7 +296,7 @@ impl Inputs<'_> {
         }
     }
 
-    /// Focal length of a single view, from its undistorted corners.
+    /// Focal length of a single view, from undistorted corners.
     fn focal_length(
         &self,
         view: usize,
@@ -317,8 +318,8 @@ impl Inputs<'_> {
         line.focal_length(&camera.pp_px, pp_covariance_px2).ok()
     }
 
-    /// Focal length of a single view as in Chuang 2021: from distorted corners, with the principal point at the
-    /// intersection of the principal lines.
+    /// Focal length of a single view as in Chuang 2021: from distorted corners, with the principal
+    /// point at the intersection of the principal lines.
     fn focal_length_as_seen(&self, view: usize) -> Option<FocalLength> {
         let pp = self.as_seen.unweighted.as_ref()?;
         self.as_seen.lines[view].as_ref()?.focal_length(&pp.px, &pp.covariance_px2).ok()
@@ -370,7 +371,8 @@ impl Inputs<'_> {
     }
 }
 
-/// Tilt (angle between board and image plane) and its azimuth (image direction in which the board recedes).
+/// Tilt (angle between board and image plane) and azimuth (image direction in which the board
+/// recedes).
 ///
 /// On the plane `n·X = e`, `1/Z = n·(x, y, 1)/e`: depth grows fastest along `−(n_x, n_y)/e`.
 fn tilt_and_azimuth_rad(cam_from_board: &Isometry3<f64>) -> (f64, f64) {

@@ -1,8 +1,9 @@
-//! The 95 % bound of the error that a goal limits.
+//! 95 % bound of the error limited by a goal.
 //!
-//! To first order, the error of a measurement `m` is normal with variance `∇m C ∇mᵀ`, with `C` the covariance of all
-//! lens parameters, doubt about the model included. A length also has the relative error of the board's square size:
-//! all distances that the camera measures are multiples of it.
+//! To first order, the error of a measurement `m` is normal with variance `∇m C ∇mᵀ`, with `C` the
+//! covariance of all lens parameters, model uncertainty included. A length also has the relative
+//! error of the board's square size, because every distance measured with the camera is a multiple
+//! of that size.
 
 use nalgebra::{Matrix2, Point2, RowSVector, SMatrix, Vector2, Vector3};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -13,19 +14,19 @@ use boresight_geometry::{Camera, LENS_PARAMETERS, frame::ImageSize};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Share of the picture, or of the places where a length fits into it, in which a goal must hold. The rest are the
-/// outermost corners, where the lens model extrapolates.
+/// Share of the picture, or of the places where a length fits into it, in which a goal must hold.
+/// The rest are the outermost corners, where the lens model extrapolates.
 const AREA: f64 = 0.95;
-/// Places tried for one end of a length, across and down, the picture's edges included.
+/// Trial places for an end of a length, across and down, edges of the picture included.
 const PLACES: [u32; 2] = [17, 11];
 
-/// Verdict on one goal.
+/// Verdict on a goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Acceptance {
-    /// Goal that is judged.
+    /// Goal judged.
     pub goal: AcceptanceGoal,
-    /// Bound that the error stays below in 95 of 100 calibrations. `None` if there is none: the length doesn't fit into
-    /// the picture, or the lens model folds over in more than a twentieth of it.
+    /// Bound of the error in 95 of 100 calibrations. `None` if the length doesn't fit into the
+    /// picture, or the lens model folds over in more than a twentieth of it.
     pub bound: Option<ErrorBound>,
 }
 
@@ -38,8 +39,8 @@ pub struct ErrorBound {
     pub lens: f64,
     /// Bound from the board's square size alone; zero for projection.
     pub scale: f64,
-    /// Place in the picture where the bound holds, in pixels: both ends of a length, or the same point twice. In 95 %
-    /// of the picture the error is smaller.
+    /// Place in the picture where the bound holds, in pixels: both ends of a length, or the same
+    /// point twice. In 95 % of the picture the error is smaller.
     pub place_px: [Point2<f64>; 2],
 }
 
@@ -49,13 +50,14 @@ impl Acceptance {
         self.bound.is_some_and(|bound| bound.total <= self.goal.limit())
     }
 
-    /// True if the board's square size alone spoils the goal: no view can help.
+    /// True if the board's square size alone exceeds the goal, so no view can help.
     pub fn is_out_of_reach(&self) -> bool {
         self.bound.is_some_and(|bound| bound.scale >= self.goal.limit())
     }
 
-    /// Ratio of the lens's part of the error to the part that the goal leaves to it: at most 1 if the goal is met. If
-    /// the goal is out of reach, the ratio to the whole goal, so that a session still ends. Infinite without a bound.
+    /// Ratio of the lens's part of the error to the part left by the goal: at most 1 if the goal is
+    /// met. If the goal is out of reach, the ratio to the whole goal, so that a session still ends.
+    /// Infinite without a bound.
     pub fn excess(&self) -> f64 {
         let Some(bound) = self.bound else { return f64::INFINITY };
         let limit = self.goal.limit();
@@ -68,9 +70,9 @@ impl Acceptance {
     }
 }
 
-/// Evaluates `goal` for a lens with the `covariance` of its parameters (in the order of
-/// [`LENS_PARAMETERS`], doubt about the model included), in a picture of `image_size`. `scale_sd` is the relative
-/// standard deviation of the board's square size.
+/// Evaluates `goal` for a lens with the `covariance` of the parameters (in the order of
+/// [`LENS_PARAMETERS`], model uncertainty included) and pictures of `image_size`. `scale_sd` is the
+/// relative standard deviation of the board's square size.
 pub fn acceptance(
     goal: AcceptanceGoal,
     camera: &Camera,
@@ -92,7 +94,7 @@ pub fn acceptance(
     Acceptance { goal, bound }
 }
 
-/// The distance within which projection stays at 95 % of the picture's grid points, each with 95 % probability.
+/// Bound of the projection error at 95 % of the picture's grid points, each with 95 % probability.
 fn projection_bound(
     camera: &Camera,
     covariance: &LensMatrix,
@@ -110,16 +112,17 @@ fn projection_bound(
     Some(ErrorBound { total, lens: total, scale: 0.0, place_px: [px, px] })
 }
 
-/// The [`AREA`] quantile over `count` places of `errors`, with its place; a place without an error counts as worse than
-/// all. `None` if the quantile falls on such a place.
+/// [`AREA`] quantile of `errors` over `count` places, with the place; a place without an error
+/// ranks last. `None` if the quantile falls on such a place.
 fn quantile<Place: Copy>(mut errors: Vec<(f64, Place)>, count: usize) -> Option<(f64, Place)> {
     errors.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rank = (AREA * count as f64).ceil() as usize;
     errors.get(rank.checked_sub(1)?).copied()
 }
 
-/// Radius of the circle that holds 95 % of a 2D normal distribution about zero: its square is distributed as a
-/// weighted sum of two χ²₁, approximated by the gamma distribution of the same mean and variance (Satterthwaite 1946).
+/// Radius of the circle that holds 95 % of a 2D normal distribution about zero. Its square is a
+/// weighted sum of two χ²₁, approximated by the gamma distribution of the same mean and variance
+/// (Satterthwaite 1946).
 fn radius_95(covariance_px2: &Matrix2<f64>) -> f64 {
     let squares = (covariance_px2 * covariance_px2).trace();
     let mean = covariance_px2.trace();
@@ -133,8 +136,9 @@ fn radius_95(covariance_px2: &Matrix2<f64>) -> f64 {
         .sqrt()
 }
 
-/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates: its bound at 95 % of
-/// the places and in all of eight directions in which they fit into the picture, with the place of the bound in pixels.
+/// Standard deviation of `|ray₂ − ray₁|` for two points `span` apart in normalised coordinates. The
+/// bound at 95 % of the places, over all of eight directions in which the points fit into the
+/// picture, with its place in pixels.
 fn length_sd(
     camera: &Camera,
     covariance: &LensMatrix,
@@ -161,7 +165,8 @@ fn length_sd(
         for direction in &directions {
             let end = start + direction * span;
             let end_px = camera.px_from_normalized(&end);
-            // Beyond the fold of the lens model, rays return to the picture: they aren't those of its pixels.
+            // Beyond the fold of the lens model, rays return to the picture at pixels of other
+            // rays.
             let is_ray = |ray: Point2<f64>| (ray - end).norm() < 1e-6;
             if !in_picture(&end_px) || !camera.normalized_from_px(&end_px).is_some_and(is_ray) {
                 continue;

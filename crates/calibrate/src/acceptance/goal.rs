@@ -3,10 +3,10 @@ use std::{fmt, str::FromStr};
 use boresight_geometry::target::millimetres;
 use serde::{Deserialize, Serialize};
 
-/// The 0.975 quantile of the normal distribution: 95 % lie within this many standard deviations on either side.
+/// The 0.975 quantile of the normal distribution: 95 % lie within ± this many standard deviations.
 pub(super) const TWO_SIDED_95: f64 = 1.959_964;
 
-/// The largest error that a person accepts, 95 % of the time.
+/// Largest acceptable error, 95 % of the time.
 ///
 /// # Examples
 ///
@@ -23,38 +23,40 @@ pub(super) const TWO_SIDED_95: f64 = 1.959_964;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum AcceptanceGoal {
-    /// The image of a point lies within this distance of its true place, in 95 % of the picture's area. The
-    /// rest are the outermost corners, where the lens model extrapolates.
+    /// Limit on the distance between the image of a point and the true place, in 95 % of the
+    /// picture's area. The rest are the outermost corners, where the lens model extrapolates.
     Projection {
         /// Distance in pixels.
         px: f64,
     },
-    /// The error of a length across the optical axis, measured between two points in the picture as `Z |ray₂ − ray₁|`,
-    /// stays within a limit. This holds at 95 % of the places where the length fits into the picture, in every
-    /// direction.
+    /// Limit on the error of a length across the optical axis, measured between two points in the
+    /// picture as `Z |ray₂ − ray₁|`. Holds at 95 % of the places where the length fits into the
+    /// picture, in every direction.
     Length {
-        /// The length in metres.
+        /// Length in metres.
         length_m: f64,
-        /// Distance `Z` of the length from the camera along the optical axis, in metres; taken as known.
+        /// Distance `Z` of the length from the camera along the optical axis, in metres; taken as
+        /// known.
         at_m: f64,
         /// Largest error in metres.
         within_m: f64,
     },
 }
 
-/// A text that states no goal.
+/// Error of a text that states no goal.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{reason}; write a goal like \"0.2px\" for projection, or \"length 800mm at 2m <= 0.5mm\" for a length measured at a distance"
 )]
 pub struct NotAGoal {
-    /// The mistake in it.
+    /// Reason for the refusal.
     pub reason: String,
 }
 
 impl AcceptanceGoal {
-    /// The 95 % bound of the error from the board's square size alone, in the unit of [`Self::limit`]; `scale_sd` is the
-    /// relative standard deviation of that size. Zero for projection: directions have no scale.
+    /// 95 % bound of the error from the board's square size alone, in the unit of [`Self::limit`].
+    /// `scale_sd` is the relative standard deviation of that size. Zero for projection: directions
+    /// have no scale.
     pub fn scale_part(&self, scale_sd: f64) -> f64 {
         match *self {
             Self::Projection { .. } => 0.0,
@@ -62,7 +64,7 @@ impl AcceptanceGoal {
         }
     }
 
-    /// The largest error accepted: in pixels for projection, in metres for a length.
+    /// Largest acceptable error: in pixels for projection, in metres for a length.
     pub fn limit(&self) -> f64 {
         match *self {
             Self::Projection { px } => px,
@@ -71,7 +73,7 @@ impl AcceptanceGoal {
     }
 }
 
-/// A number with its unit, and the word before it.
+/// Number with unit, and the word before.
 struct Quantity<'a> {
     word: &'a str,
     value: f64,
@@ -95,8 +97,8 @@ enum Part {
 impl FromStr for AcceptanceGoal {
     type Err = NotAGoal;
 
-    /// Reads what people write: any case, spaces or none, `<=`, `≤`, `±`, `within` or `to` before the error, `at` or
-    /// `@` before the distance. Units: px; µm, mm, cm, m, in.
+    /// Parses a goal leniently: any case, spaces or none, `<=`, `≤`, `±`, `within` or `to` before
+    /// the error, `at` or `@` before the distance. Units: px; µm, mm, cm, m, in.
     fn from_str(text: &str) -> Result<Self, NotAGoal> {
         let text = text.trim().to_lowercase();
         match quantities(&text)?.as_slice() {
@@ -150,7 +152,7 @@ fn length(quantities: &[Quantity<'_>]) -> Result<AcceptanceGoal, NotAGoal> {
     Ok(AcceptanceGoal::Length { length_m, at_m, within_m })
 }
 
-/// Meaning of the number after `word`; `None` if the word leaves it open.
+/// Meaning of the number after `word`; `None` if the word leaves the meaning open.
 fn part_after(word: &str) -> Result<Option<Part>, NotAGoal> {
     match word {
         "" | "a" => Ok(None),
@@ -165,7 +167,8 @@ fn part_after(word: &str) -> Result<Option<Part>, NotAGoal> {
     }
 }
 
-/// The units by their names, each with how many of it are a pixel or a metre: a division makes exactly 0.0005 m of 0.5 mm.
+/// Units by name, each with the number of units per pixel or metre, as a divisor: 0.5 mm is then
+/// exactly 0.0005 m.
 const UNITS: [(&str, f64, Unit); 10] = [
     ("pixels", 1.0, Unit::Pixel),
     ("pixel", 1.0, Unit::Pixel),
@@ -179,7 +182,7 @@ const UNITS: [(&str, f64, Unit); 10] = [
     ("in", 1.0 / 0.0254, Unit::Metre),
 ];
 
-/// All numbers of `text`, which is in lower case, each with its unit and the word before it.
+/// Numbers of the lower-case `text`, each with unit and the word before.
 fn quantities(text: &str) -> Result<Vec<Quantity<'_>>, NotAGoal> {
     let mut all = Vec::new();
     let mut rest = text;
@@ -187,7 +190,7 @@ fn quantities(text: &str) -> Result<Vec<Quantity<'_>>, NotAGoal> {
         let Some(start) = rest.find(|c: char| c.is_ascii_digit() || c == '.' || c == '-') else {
             return Err(not(format!("{:?} is not understood", rest.trim())));
         };
-        // "+-" and "+/-" are words that hold a minus.
+        // "+-" and "+/-" are words containing a minus.
         let start = if rest[..start].ends_with(['+', '/']) { start + 1 } else { start };
         let (word, tail) = rest.split_at(start);
         let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');

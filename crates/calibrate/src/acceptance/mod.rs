@@ -1,9 +1,9 @@
-//! Acceptance: judges a calibration by the error that its use allows, in the unit of that use.
+//! Acceptance: judges a calibration by the error allowed for its use, in the unit of that use.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `goal` | the goal, and how a person writes it: `0.2px`, `length 800mm at 2m <= 0.5mm` |
-//! | `evaluate` | lens covariance → 95 % bound of the error that the goal limits |
+//! | `goal` | the goal and its text form: `0.2px`, `length 800mm at 2m <= 0.5mm` |
+//! | `evaluate` | lens covariance → 95 % bound of the error limited by the goal |
 
 mod evaluate;
 mod goal;

@@ -8,14 +8,14 @@ use super::{
 };
 use crate::solve::odds::CLEAR;
 
-/// The likeliest cause of a misfit, or a finding that it isn't clear; empty without a misfit.
+/// Finding of the likeliest cause of a misfit, or of an unclear cause; empty without a misfit.
 pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     let Some(best) = causes.best() else { return Vec::new() };
     let rivals = causes.rivals();
-    // What is corrected is told by its correction.
+    // Corrected causes are reported with their correction.
     let is_moved = causes.focus_moved().is_some();
     let is_clear = rivals.is_empty();
-    // No lens is that of two cameras.
+    // No lens fits two cameras.
     let are_two = is_clear && matches!(best.cause, Cause::Mixed(_));
     let is_in_bound =
         std::iter::once(best).chain(rivals.iter().copied()).all(|it| it.cause.is_in_bound());
@@ -31,7 +31,7 @@ pub(super) fn cause_findings(causes: &Causes) -> Vec<Finding> {
     vec![Finding { code: FindingCode::CauseUnclear { candidates, gain: best.gain }, severity }]
 }
 
-/// The finding of causes and of lens families, by their codes, that couldn't be fitted; `None` if all could.
+/// Finding of causes and lens families, by code, with a failed fit; `None` if all fits succeeded.
 pub(super) fn fit_failed(causes: &Causes, families: &[&'static str]) -> Option<FindingCode> {
     let of = few(families.iter().copied().chain(causes.failed.iter().map(|it| it.row().code)));
     of[0].map(|_| FindingCode::FitFailed { of })
@@ -41,7 +41,7 @@ fn few(mut codes: impl Iterator<Item = &'static str>) -> [Option<&'static str>; 
     std::array::from_fn(|_| codes.next())
 }
 
-/// The finding that reports a hypothesis.
+/// Finding for a hypothesis.
 pub(super) fn finding_code(explanation: &Explanation) -> Option<FindingCode> {
     let gain = explanation.gain;
     let state = &explanation.state;
@@ -100,8 +100,9 @@ pub(super) fn finding_code(explanation: &Explanation) -> Option<FindingCode> {
 }
 
 impl Causes {
-    /// The cause to correct: the clear winner, or else pixels or squares that clearly aren't square. Correcting it makes
-    /// other causes easier to see. `is_done` tells what is corrected already.
+    /// Cause to correct: the clear winner, or else pixels or squares that clearly aren't square.
+    /// Correcting it makes other causes easier to see. `is_done` is true for causes already
+    /// corrected.
     pub(super) fn correctable(&self, is_done: impl Fn(&Cause) -> bool) -> Option<&Explanation> {
         let best = self.best();
         let is_clear = self.rivals().is_empty();
@@ -116,8 +117,8 @@ impl Causes {
         };
         let can_be = |it: &&Explanation| it.gain > CLEAR && it.is_visible() && !is_done(&it.cause);
         let likeliest = self.explanations.iter().filter(can_be).find(may_be)?;
-        // Pixels rather than squares, unless the views tell them apart: the board then stays as it was stated, for everyone
-        // who uses the lens with it.
+        // Prefer pixels to squares unless the views tell them apart: the board then keeps its
+        // stated size for every use with this lens.
         let is_as_good =
             |it: &&Explanation| it.cause == Cause::PixelAspect && it.gain > likeliest.gain - CLEAR;
         let is_stretched = likeliest.cause == Cause::BoardStretched;

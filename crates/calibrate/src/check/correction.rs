@@ -1,8 +1,8 @@
-//! Calibrates again with a correction for the likeliest cause of a misfit: non-square pixels or squares, or a bent
-//! board. What's left may show another one, which is corrected, too.
+//! Calibrates again with a correction for the likeliest cause of a misfit: non-square pixels or
+//! squares, or a bent board. If the rest shows another cause, corrects that, too.
 //!
-//! A fit that leaves out a known cause has the wrong lens, by far more than the noise of its corners suggests. The
-//! corrected fit is examined as any other, and the finding stays.
+//! A fit without a known cause has the wrong lens, by far more than the noise of its corners
+//! suggests. The corrected fit is examined like any other, and the finding stays.
 
 use std::borrow::Cow;
 
@@ -24,25 +24,26 @@ use boresight_geometry::{Camera, Corner, LENS_PARAMETERS, frame::ImageSize};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// A correction for causes of a misfit, and the doubt that remains.
+/// Correction for causes of a misfit, with the remaining doubt.
 #[derive(Clone, Debug)]
 pub(crate) struct Correction {
-    /// Height to width of pixels, if they aren't square.
+    /// Ratio of height to width of non-square pixels.
     aspect: Option<f64>,
-    /// Height to width of the board's squares.
+    /// Ratio of height to width of the board's squares.
     stretch: f64,
     bent: Option<Bent>,
-    /// Covariance of `lens` from doubt about the causes' parameters, and about the causes themselves, as others look the
-    /// same.
+    /// Covariance of `lens` from doubt about the causes and their parameters, as other causes look
+    /// the same.
     doubt: LensMatrix,
     lens: Camera,
-    /// Findings that the corrected calibration reports in any case.
+    /// Findings always reported by the corrected calibration.
     pub(crate) findings: Vec<Finding>,
 }
 
 impl Correction {
-    /// The correction for a cause that a calibration can and should correct, together with an `earlier` one. `bundle` is the
-    /// fit in which `causes` were found, with `n` coordinates. `None` if there is none, or if it's corrected already.
+    /// Correction for a cause that a calibration can and should correct, combined with an `earlier`
+    /// correction. `bundle` is the fit in which `causes` were found, with `n` coordinates. `None`
+    /// if there is no such cause or it is already corrected.
     pub(crate) fn of(
         causes: &Causes,
         bundle: &Bundle,
@@ -71,7 +72,7 @@ impl Correction {
         let of_parameters =
             (explanation.unit_covariance - explanation.known_unit_covariance) * variance;
         match explanation.cause {
-            // The adjustment estimates the aspect itself.
+            // The adjustment estimates the aspect.
             Cause::PixelAspect => {
                 let f_px = explanation.state.bundle.camera.f_px;
                 correction.aspect = Some(f_px.y / f_px.x);
@@ -95,28 +96,30 @@ impl Correction {
         Some(correction)
     }
 
-    /// Covariance that remains, of a lens with its freedom, which may be of another family than the one that was corrected.
+    /// Remaining covariance for a lens with the given freedom, possibly of another family than the
+    /// corrected lens.
     pub(crate) fn doubt(&self, lens: (&Camera, &LensFreedom), image_size: ImageSize) -> LensMatrix {
         carried(&self.doubt, &self.lens, lens, image_size)
     }
 
-    /// The parameters that calibrate with the correction.
+    /// Calibration parameters with the correction.
     pub(crate) fn params(&self, params: &CalibrationParams) -> CalibrationParams {
         let square_pixels = params.square_pixels && self.aspect.is_none();
         CalibrationParams { square_pixels, ..params.clone() }
     }
 
-    /// The board in metres to calibrate with. A bent board is flat here: its corners are moved instead, see [`Self::views`].
+    /// Board in metres to calibrate with. A bent board is flat here: its corners are moved instead,
+    /// see [`Self::views`].
     pub(crate) fn board_m(&self, board_m: &[Point2<f64>]) -> Vec<Point2<f64>> {
         board_m.iter().map(|point_m| Point2::new(point_m.x, point_m.y * self.stretch)).collect()
     }
 
-    /// The points of a bent board in metres; `None` if the board is flat.
+    /// Points of a bent board in metres; `None` if the board is flat.
     pub(crate) fn bent_m(&self) -> Option<&[Point3<f64>]> {
         self.bent.as_ref().map(|bent| bent.board_m.as_slice())
     }
 
-    /// The corners as a flat board would show them.
+    /// Corners as a flat board would show them.
     pub(crate) fn views<'a>(&self, views: &'a [Vec<Corner>]) -> Cow<'a, [Vec<Corner>]> {
         let Some(bent) = &self.bent else { return Cow::Borrowed(views) };
         let flat = |(corners, shifts): (&Vec<Corner>, &Vec<_>)| {
@@ -130,8 +133,8 @@ impl Correction {
         Cow::Owned(views.iter().zip(&bent.shift_px).map(flat).collect())
     }
 
-    /// Corners of a view that repeats `kept`, the view of that number, as a flat board would show them: each is moved
-    /// as the nearest one of `kept`.
+    /// Corners of a view that repeats `kept`, the view with index `view`, as a flat board would
+    /// show them: each is moved like the nearest corner of `kept`.
     pub(crate) fn repeated(&self, view: usize, kept: &[Corner], corners: &[Corner]) -> Vec<Corner> {
         let shift_px = self.bent.as_ref().and_then(|bent| bent.shift_px.get(view));
         let shift_px = shift_px.map_or(&[][..], Vec::as_slice);
@@ -146,13 +149,13 @@ impl Correction {
         corners.iter().map(flat).collect()
     }
 
-    /// Height of a pixel as a multiple of its width.
+    /// Ratio of height to width of a pixel.
     pub(crate) fn pixel_aspect(&self) -> f64 {
         self.aspect.unwrap_or(1.0)
     }
 }
 
-/// `views` with rows moved so that pixels of the given ratio of height to width become square.
+/// `views` with rows scaled so that pixels of the given ratio of height to width become square.
 pub(crate) fn with_square_pixels(views: &[Vec<Corner>], pixel_aspect: f64) -> Vec<Vec<Corner>> {
     let square = |corner: &Corner| corner.with_rows_scaled(1.0 / pixel_aspect);
     views.iter().map(|corners| corners.iter().map(square).collect()).collect()

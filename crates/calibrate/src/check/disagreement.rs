@@ -1,14 +1,15 @@
-//! Comparison of the bundle's principal point with that of the free homographies, which assume no common lens.
+//! Compares the principal points of the bundle and of the free homographies, which assume no common
+//! lens.
 //!
-//! Both come from the same corners. If they differ by much more than their standard deviations allow, there is an error
-//! that neither of them states.
+//! Both come from the same corners. If they differ by much more than their standard deviations
+//! allow, there is an error that neither of them states.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use crate::solve::{free_homography::FreeHomographies, model_choice::ModelChoice};
 
-/// Standard deviations from which the two contradict each other: a probability of 0.1 % in two dimensions (Rayleigh
-/// distribution).
+/// Distance in standard deviations from which the principal points contradict each other: a
+/// probability of 0.1 % in two dimensions (Rayleigh distribution).
 pub(crate) const CONTRADICTION_SIGMAS: f64 = 3.7;
 
 /// Distance between two principal points.
@@ -20,8 +21,9 @@ pub(crate) struct Disagreement {
 }
 
 impl Disagreement {
-    /// Compares the chosen model with the free homographies. The errors of the corners have `overdispersion` times the effect
-    /// of independent ones; `pp_doubt_px2` is the part of the principal point's covariance from doubt about the lens model.
+    /// Compares the chosen model with the free homographies. The errors of the corners have
+    /// `overdispersion` times the effect of independent errors; `pp_doubt_px2` is the part of the
+    /// principal point's covariance from doubt about the lens model.
     pub(crate) fn between(
         choice: &ModelChoice,
         free: &FreeHomographies,

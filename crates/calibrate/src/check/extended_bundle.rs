@@ -1,4 +1,5 @@
-//! The bundle with the parameters of one [`Cause`] of a misfit added to the lens and the poses.
+//! Bundle adjustment with the parameters of a [`Cause`] of a misfit added to the lens and the
+//! poses.
 
 use nalgebra::{Isometry3, Point2, Point3, SMatrix, SVector, Vector2, Vector3};
 
@@ -16,11 +17,12 @@ use crate::solve::{
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensParameter, frame::ImageSize};
 
 pub(super) const LOCAL: usize = 6 + LOCAL_EXTRAS;
-/// Number of shared parameters of lens and cause: `FEW` for every cause but [`Cause::SmoothField`], `MANY` for that.
+/// Number of shared parameters of lens and cause: `FEW` for every cause except
+/// [`Cause::SmoothField`], `MANY` for that.
 pub(super) const FEW: usize = LENS_PARAMETERS + FEW_SHARED_EXTRAS;
 pub(super) const MANY: usize = LENS_PARAMETERS + SHARED_EXTRAS;
 
-/// Lens, poses and the parameters of a cause.
+/// Lens, poses and parameters of a cause.
 #[derive(Clone, Debug)]
 pub(super) struct ExtendedState {
     pub(crate) bundle: BundleState,
@@ -29,7 +31,7 @@ pub(super) struct ExtendedState {
 }
 
 impl ExtendedState {
-    /// The state of `bundle`, without any cause.
+    /// State of `bundle` without a cause.
     pub(super) fn plain(bundle: &BundleState) -> Self {
         Self {
             bundle: bundle.clone(),
@@ -38,13 +40,13 @@ impl ExtendedState {
         }
     }
 
-    /// Root mean square over the views of the first `count` local parameters.
+    /// Root mean square of the first `count` local parameters over the views.
     pub(super) fn local_rms(&self, count: usize) -> f64 {
         let squares: f64 = self.local.iter().flat_map(|l| &l[..count]).map(|x| x * x).sum();
         (squares / (count * self.local.len()).max(1) as f64).sqrt()
     }
 
-    /// Root mean square over the views of the length of the first two local parameters.
+    /// Root mean square length of the first two local parameters over the views.
     pub(super) fn local_rms_length(&self) -> f64 {
         std::f64::consts::SQRT_2 * self.local_rms(2)
     }
@@ -56,16 +58,16 @@ pub(super) struct ExtendedProblem<'a> {
     pub(super) image_size: ImageSize,
     pub(super) half_board_m: f64,
     pub(super) square_pixels: bool,
-    /// Lens parameters that are estimated.
+    /// Estimated lens parameters.
     pub(super) free: [bool; LENS_PARAMETERS],
-    /// Prior standard deviation of the local parameters, where [`Cause::local_sd`] gives one.
+    /// Prior standard deviation of the local parameters, if given by [`Cause::local_sd`].
     pub(super) local_sd: f64,
-    /// Variance of the corners as a multiple of the stated covariances, against which priors are weighed.
+    /// Variance of the corners as a multiple of the stated covariances, used to weigh priors.
     pub(super) noise_variance: f64,
 }
 
-/// The image of a corner under a cause, with derivatives by lens, pose and the parameters of the cause, which are all views'
-/// or the view's own.
+/// Image of a corner under a cause, with derivatives by lens, pose and the parameters of the cause,
+/// shared by all views or the view's own.
 struct Seen {
     px: Point2<f64>,
     by_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
@@ -74,7 +76,7 @@ struct Seen {
 }
 
 impl ExtendedProblem<'_> {
-    /// A board point in metres, with the board as it is under the cause.
+    /// Board point in metres on the board as changed by the cause.
     pub(super) fn on_board(
         &self,
         shared: &[f64; SHARED_EXTRAS],
@@ -98,7 +100,7 @@ impl ExtendedProblem<'_> {
         }
     }
 
-    /// `None` outside the field.
+    /// Image of a corner; `None` outside the field.
     fn seen(&self, view: usize, state: &ExtendedState, corner: &Whitened) -> Option<Seen> {
         let (camera, pose) = (&state.bundle.camera, &state.bundle.cam_from_board[view]);
         let local = &state.local[view];
@@ -125,8 +127,8 @@ impl ExtendedProblem<'_> {
         Some(Seen { px: effect.px, by_lens, by_pose, by_cause })
     }
 
-    /// Shift of each corner in pixels by the cause, view by view, lens and poses being the same. `None` if a corner is
-    /// behind the camera.
+    /// Shift of each corner in pixels by the cause, view by view, with the same lens and poses.
+    /// `None` if a corner is behind the camera.
     pub(super) fn shifts_px(&self, state: &ExtendedState) -> Option<Vec<Vec<Vector2<f64>>>> {
         let shift_px = |view: usize, corner: &Whitened| {
             let pose = &state.bundle.cam_from_board[view];
@@ -157,8 +159,8 @@ impl ExtendedProblem<'_> {
 }
 
 impl ExtendedProblem<'_> {
-    /// Adds the priors of the local parameters to `block`, and holds parameters that the view doesn't have at zero.
-    /// Returns the cost of the priors.
+    /// Adds the priors of the local parameters to `block`, fixes parameters missing from the view
+    /// at zero, and returns the cost of the priors.
     fn weigh_local<const S: usize>(
         &self,
         view: usize,
@@ -276,7 +278,7 @@ mod tests {
     use super::*;
     use boresight_geometry::{Corner, Distortion, LensKind, board::Checkerboard};
 
-    /// Every cause that acts on the second of two views.
+    /// Every cause, acting on the second of two views.
     fn causes() -> Vec<Cause> {
         vec![
             Cause::Focus,
@@ -337,7 +339,7 @@ mod tests {
             let mut state = ExtendedState::plain(&bundle);
             state.shared = std::array::from_fn(|i| 0.02 + 0.01 * i as f64);
             state.local[VIEW] = [0.03, -0.02, 0.04];
-            // Numbers of the lens, the pose, and the cause.
+            // Indices: lens, pose, cause.
             let local = cause.local_extras();
             let count = LENS_PARAMETERS + 6 + if local > 0 { local } else { cause.shared_extras() };
             let moved = |place: usize, by: f64| {

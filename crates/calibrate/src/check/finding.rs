@@ -1,9 +1,9 @@
 use crate::{known_lens::NotHeld, solve::lens_model::LensModel};
 
-/// A result of the trust checks: something to know about a calibration.
+/// Result of the trust checks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
-    /// The finding, with the measured values and their limits.
+    /// Code of the finding, with the measured values and limits.
     pub code: FindingCode,
     /// Severity of the finding.
     pub severity: Severity,
@@ -16,14 +16,14 @@ pub enum Severity {
     Info,
     /// Limits the use of the calibration.
     Care,
-    /// The calibration should not be used.
+    /// Rules out using the calibration.
     Bad,
 }
 
 /// Verdict on a calibration: the worst [`Severity`] found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Verdict {
-    /// No limitation was found.
+    /// No limitation found.
     Good,
     /// Usable within the limits that the findings state.
     Care,
@@ -31,7 +31,7 @@ pub enum Verdict {
     Untrustworthy,
 }
 
-/// Codes of findings that more views put right.
+/// Codes of findings fixed by more views.
 const OF_TOO_FEW_VIEWS: [&str; 10] = [
     "VIEWS-FEW",
     "VIEWS-ALIKE",
@@ -45,8 +45,8 @@ const OF_TOO_FEW_VIEWS: [&str; 10] = [
     "PROJECTION-UNCERTAIN",
 ];
 
-/// True if a calibration isn't wrong but unfinished: there are fewer than four views or one tilt axis, and nothing else
-/// is bad. `bad` are the codes of its bad findings.
+/// True if a calibration isn't wrong but unfinished: fewer than four views or one tilt axis, and
+/// nothing else bad. `bad` are the codes of its bad findings.
 pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
     let mut has_few = false;
     for code in bad {
@@ -58,13 +58,13 @@ pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
     has_few
 }
 
-/// Most causes that [`FindingCode::CauseUnclear`] names.
+/// Most causes in a [`FindingCode::CauseUnclear`].
 pub const CANDIDATES: usize = 3;
 
 /// Kind of motion of focus or zoom.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FocusMotion {
-    /// Another focal length in every view.
+    /// Separate focal length in every view.
     Scattered,
     /// Motion at a constant rate.
     Drift {
@@ -73,33 +73,33 @@ pub enum FocusMotion {
     },
     /// A jump between two views.
     Jump {
-        /// The first view with the new focal length.
+        /// First view with the new focal length.
         view: usize,
         /// Relative change of the focal length.
         change: f64,
     },
-    /// Focus that follows the board's distance.
+    /// Change of focus with the board's distance.
     Breathes {
         /// Relative change of the focal length from the farthest board to the nearest.
         change: f64,
     },
 }
 
-/// The possible findings. Measured values come with the limit they exceed.
+/// Possible findings. Measured values come with the limit they exceed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FindingCode {
-    /// Too few views that differ.
+    /// Too few distinct views.
     FewViews {
-        /// Number of views that differ, repeats of a held pose left out.
+        /// Number of distinct views, repeats of a held pose left out.
         distinct: usize,
-        /// Different views wanted.
+        /// Least number of distinct views.
         wanted: usize,
     },
     /// Some views repeat others and add no information.
     ViewsAlike {
         /// Number of views, repeats included.
         views: usize,
-        /// Number of views that differ, repeats of a held pose left out.
+        /// Number of distinct views, repeats of a held pose left out.
         distinct: usize,
     },
     /// Too few views are tilted enough to separate focal length from distance.
@@ -110,14 +110,14 @@ pub enum FindingCode {
         wanted_views: usize,
         /// Largest tilt seen.
         max_tilt_rad: f64,
-        /// Least tilt that counts.
+        /// Least useful tilt.
         wanted_tilt_rad: f64,
     },
     /// All tilted views recede in about the same direction.
     DirectionsFew {
         /// Smallest singular value of the stacked principal line normals.
         spread: f64,
-        /// Wanted at least.
+        /// Least acceptable spread.
         wanted: f64,
     },
     /// Weak priors on the lens were needed to reach a result.
@@ -131,7 +131,7 @@ pub enum FindingCode {
         model: LensModel,
         /// Test statistic, χ² with 2 degrees of freedom.
         statistic: f64,
-        /// Largest value that isn't reported.
+        /// Largest unreported value.
         limit: f64,
     },
     /// The lens model folds over inside the picture: some pixels have no ray.
@@ -147,19 +147,19 @@ pub enum FindingCode {
         distance_px: f64,
         /// Distance in standard deviations.
         sigmas: f64,
-        /// Largest value that isn't reported.
+        /// Largest unreported value.
         limit: f64,
     },
-    /// The lens isn't the earlier calibration's, to which it should have been held.
+    /// The lens contradicts the earlier calibration meant to hold the lens.
     LensContradicts {
-        /// Test statistic of their difference.
+        /// Test statistic of the difference between the two lenses.
         statistic: f64,
-        /// Largest value that isn't reported.
+        /// Largest unreported value.
         limit: f64,
     },
     /// The lens couldn't be held to the earlier calibration.
     LensNotHeld {
-        /// Reason why it couldn't be held.
+        /// Reason for the failure.
         reason: NotHeld,
     },
     /// The independent check is missing: the free homographies couldn't be fitted.
@@ -168,7 +168,7 @@ pub enum FindingCode {
     ViewsDisagree {
         /// Observed shift over expected shift.
         ratio: f64,
-        /// Largest value that isn't reported.
+        /// Largest unreported value.
         limit: f64,
     },
     /// A view fits far worse than the others.
@@ -191,14 +191,14 @@ pub enum FindingCode {
     },
     /// Focus or zoom moved: a separate focal length for every view explains the corners.
     FocusMoved {
-        /// Twice the logarithm of the odds to one focal length.
+        /// Twice the logarithm of the odds to a common focal length.
         gain: f64,
-        /// Standard deviation of the focal lengths over their mean.
+        /// Relative standard deviation of the focal lengths.
         relative_sd: f64,
         /// Kind of motion.
         motion: FocusMotion,
     },
-    /// Every view has its own focal length, as requested.
+    /// Separate focal lengths of the views, as requested.
     FocalVaries {
         /// Mean focal length, in pixels.
         f_px: f64,
@@ -213,9 +213,9 @@ pub enum FindingCode {
         view: usize,
         /// Ratio of the odd views' focal length to the others'.
         f_ratio: f64,
-        /// Distance between the principal points of both groups, in pixels.
+        /// Distance between the principal points of the two groups, in pixels.
         shift_px: f64,
-        /// Twice the logarithm of the odds to one camera.
+        /// Twice the logarithm of the odds to a single camera.
         gain: f64,
     },
     /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
@@ -246,7 +246,7 @@ pub enum FindingCode {
         /// Twice the logarithm of the odds to views at rest.
         gain: f64,
     },
-    /// A view is put together from two pictures: below a row it shows the board at another moment.
+    /// A view is composed of two pictures: below a row, the board appears at another moment.
     ViewTorn {
         /// The view with the largest shift.
         view: usize,
@@ -254,14 +254,15 @@ pub enum FindingCode {
         row_px: f64,
         /// Shift of the corners below, in pixels.
         shift_px: f64,
-        /// Number of such views.
+        /// Number of torn views.
         views: usize,
         /// Twice the logarithm of the odds to whole views.
         gain: f64,
     },
     /// The board bends differently in each view.
     BoardFlexes {
-        /// Root mean square distance between its lowest and highest corner, in metres.
+        /// Root mean square distance between the lowest and the highest corner of a view, in
+        /// metres.
         depth_m: f64,
         /// Twice the logarithm of the odds to a flat board.
         gain: f64,
@@ -270,34 +271,34 @@ pub enum FindingCode {
     PictureShifted {
         /// Root mean square shift, in pixels.
         shift_px: f64,
-        /// Twice the logarithm of the odds to views that aren't.
+        /// Twice the logarithm of the odds to unshifted views.
         gain: f64,
     },
     /// Rows and columns of the picture aren't at right angles.
     PixelsSkewed {
-        /// Angle by which they miss it.
+        /// Deviation from a right angle.
         skew_rad: f64,
         /// Twice the logarithm of the odds to right angles.
         gain: f64,
     },
     /// Something in front of the lens shifts the picture smoothly.
     PictureWarped {
-        /// Largest shift at a corner of the board in pixels, after subtracting the part that lens and poses can
-        /// explain.
+        /// Largest shift at a corner of the board in pixels, without the part explained by lens and
+        /// poses.
         shift_px: f64,
-        /// Twice the logarithm of the odds to a picture that isn't.
+        /// Twice the logarithm of the odds to an undistorted picture.
         gain: f64,
     },
-    /// The views disagree, and several causes explain them about equally well.
+    /// The views disagree, and several causes are about equally likely.
     CauseUnclear {
-        /// Codes of the findings that would report the likeliest causes, the likeliest first.
+        /// Codes of the findings for the likeliest causes, likeliest first.
         candidates: [Option<&'static str>; CANDIDATES],
-        /// Twice the logarithm of the odds of the likeliest.
+        /// Twice the logarithm of the odds of the likeliest cause.
         gain: f64,
     },
-    /// The fit under some explanations of a misfit didn't converge: they're neither found nor ruled out.
+    /// Unconverged fits under some explanations of a misfit, neither found nor ruled out.
     FitFailed {
-        /// Codes of the findings that would report them.
+        /// Codes of the findings for the explanations.
         of: [Option<&'static str>; CANDIDATES],
     },
     /// No lens model describes the shape of the lens.
@@ -307,12 +308,12 @@ pub enum FindingCode {
     },
     /// Corners lie outside the stated picture.
     CornersOutside {
-        /// The first such view.
+        /// First such view.
         view: usize,
         /// Number of such views.
         views: usize,
     },
-    /// A corner lies far from its predicted position.
+    /// A corner lies far from the predicted position.
     CornerOdd {
         /// Index of the view, from 0.
         view: usize,
@@ -320,9 +321,9 @@ pub enum FindingCode {
         corner: usize,
         /// Distance from the predicted position, in pixels.
         off_px: f64,
-        /// Distance over the median distance of a corner.
+        /// Ratio of the distance to a corner's median distance.
         times: f64,
-        /// Number of such corners in all views.
+        /// Number of odd corners in all views.
         count: usize,
     },
     /// The principal point lies far from the centre of the picture.
@@ -336,7 +337,7 @@ pub enum FindingCode {
     HeldOut {
         /// Index of the view, from 0.
         view: usize,
-        /// Root mean square residual per coordinate under the lens of the others, in pixels.
+        /// Root mean square residual per coordinate under the lens of the other views, in pixels.
         rms_px: f64,
         /// Expected residual, in pixels.
         expected_px: f64,
@@ -350,43 +351,43 @@ pub enum FindingCode {
     NoiseHigh {
         /// Typical standard deviation of a corner coordinate, in pixels.
         noise_px: f64,
-        /// Largest value that isn't reported, in pixels.
+        /// Largest unreported value, in pixels.
         limit_px: f64,
     },
-    /// Neighbouring corners err alike; the stated uncertainty allows for it.
+    /// Errors of neighbouring corners are correlated; the stated uncertainty allows for it.
     NoiseCorrelated {
-        /// Share of the variance that neighbours have in common.
+        /// Share of the variance common to neighbours.
         share: f64,
-        /// Distance in pixels over which they err alike.
+        /// Correlation length in pixels.
         length_px: f64,
-        /// Standard deviation of a corner coordinate with that, in pixels.
+        /// Standard deviation of a corner coordinate including the correlation, in pixels.
         noise_px: f64,
-        /// Root mean square of that error in the residuals, in pixels.
+        /// Root mean square of the residuals, in pixels.
         residual_px: f64,
     },
     /// The fit leaves smaller residuals than the scatter of a board held still.
     NoiseUnderstated {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,
-        /// Standard deviation of a corner coordinate as measured, in pixels.
+        /// Measured standard deviation of a corner coordinate, in pixels.
         measured_px: f64,
     },
     /// The fit leaves larger residuals than the scatter of a board held still.
     NoiseExceeded {
         /// Standard deviation of a corner coordinate by the fit, in pixels.
         noise_px: f64,
-        /// Standard deviation of a corner coordinate as measured, in pixels.
+        /// Measured standard deviation of a corner coordinate, in pixels.
         measured_px: f64,
     },
-    /// Projection isn't known well enough over enough of the picture.
+    /// Projection is too uncertain over too much of the picture.
     ProjectionUncertain {
         /// 95 % bound of the error where boards were, in pixels.
         bound_px: f64,
-        /// Largest error wanted, in pixels.
+        /// Largest acceptable error, in pixels.
         goal_px: f64,
-        /// Share of the picture in which the error stays below that.
+        /// Share of the picture with errors below the goal.
         share: f64,
-        /// Smallest share wanted.
+        /// Least acceptable share.
         wanted_share: f64,
     },
     /// Bundle adjustment did not converge.
@@ -394,7 +395,7 @@ pub enum FindingCode {
 }
 
 impl Finding {
-    /// Whether further views are worth taking because of it: they put it right, and it isn't only for information.
+    /// True if more views fix the finding, except for information only.
     pub fn calls_for_views(&self) -> bool {
         match self.severity {
             Severity::Info => false,
@@ -405,14 +406,15 @@ impl Finding {
 }
 
 impl FindingCode {
-    /// Whether it says that there are too few views, or too few that tell something: further ones put it right, however
-    /// serious it is.
+    /// True for findings of too few views or too little information, which more views fix at any
+    /// severity.
     fn is_of_too_few_views(&self) -> bool {
         OF_TOO_FEW_VIEWS.contains(&self.code())
     }
 
-    /// Whether further views can put it right where it's bad. They can't unless what is wrong is a lack of views: what
-    /// views show of the camera, the board or the picture, more views show again, and one odd view stays among them.
+    /// True if more views can fix the finding even where it's bad, which holds only for a lack of
+    /// views. Faults of the camera, the board or the picture reappear in more views, and one odd
+    /// view stays among them.
     fn is_mended_by_views(&self) -> bool {
         match self {
             Self::FewViews { .. }
@@ -426,7 +428,8 @@ impl FindingCode {
             Self::LensSimple { .. } => true,
             // More views make the minimum clear.
             Self::NotConverged => true,
-            // Where views are missing, coverage and projection call for them; elsewhere it's the wrong kind of lens.
+            // Where views are missing, coverage and projection call for them; elsewhere the lens
+            // model is wrong.
             Self::LensFolds { .. } | Self::LensOther { .. } => false,
             // The lens, the camera or its settings.
             Self::LensContradicts { .. }
@@ -441,12 +444,12 @@ impl FindingCode {
             | Self::CornersOutside { .. }
             | Self::PrincipalPointFar { .. }
             | Self::Mirrored { .. } => false,
-            // The board, or how it's held.
+            // The board, or its motion.
             Self::BoardStretched { .. }
             | Self::BoardBent { .. }
             | Self::BoardFlexes { .. }
             | Self::RollingShutter { .. } => false,
-            // Something that isn't modelled, or views that must go.
+            // An unmodelled effect, or views to remove.
             Self::CheckDisagrees { .. }
             | Self::ViewsDisagree { .. }
             | Self::ViewOdd { .. }
@@ -466,7 +469,7 @@ impl FindingCode {
 }
 
 impl FindingCode {
-    /// Every finding once, with numbers that mean nothing: for pages and tests that must leave none out.
+    /// Every finding once, with arbitrary numbers, for pages and tests that must be complete.
     pub fn one_of_each() -> Vec<Self> {
         use FindingCode as Code;
         vec![
@@ -571,7 +574,7 @@ impl FindingCode {
 }
 
 impl FindingCode {
-    /// Replaces the view's number, where it names one, by `number` of it.
+    /// Maps the index of a named view by `number`.
     pub(crate) fn renumber(&mut self, number: &dyn Fn(usize) -> usize) {
         match self {
             Self::ViewOdd { view, .. }
@@ -611,7 +614,7 @@ impl Verdict {
         }
     }
 
-    /// The verdict for `findings`: the worst severity.
+    /// Verdict for `findings`: the worst severity.
     pub fn of(findings: &[Finding]) -> Self {
         match findings.iter().map(|finding| finding.severity).max() {
             None | Some(Severity::Info) => Self::Good,
@@ -640,7 +643,7 @@ mod tests {
     /// Every code once.
     fn every_code() -> Vec<FindingCode> {
         let codes = FindingCode::one_of_each();
-        // `code` names each variant, so a new one can't be left out here.
+        // `code` names each variant, so a new variant can't be left out here.
         let source = include_str!("finding.rs");
         let (_, named) = source.split_once("pub fn code(&self)").expect("a function");
         let (named, _) = named.split_once("\n    }\n").expect("its end");

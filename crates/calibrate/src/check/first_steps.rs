@@ -1,8 +1,8 @@
-//! First step of a fit under each [`Cause`], and the gain it promises, from one pass over the corners for all of them.
+//! First step and promised gain of a fit under each [`Cause`], from a single pass over the corners.
 //!
-//! At the minimum of the plain bundle every cause changes the picture in proportion to its parameters, so its derivatives
-//! are closed forms, most of them shared. The sums of their products, view by view, hold the normal equations of every
-//! cause.
+//! At the minimum of the plain bundle, every cause changes the picture in proportion to its
+//! parameters. The derivatives are closed forms, most of them shared between causes. The sums of
+//! their products, view by view, contain the normal equations of every cause.
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector2};
 
@@ -21,12 +21,12 @@ use boresight_geometry::{LENS_PARAMETERS, LensParameter, frame::ImageSize};
 /// Columns of derivatives; lens parameters come first.
 const POSE: usize = LENS_PARAMETERS;
 const RESIDUAL: usize = POSE + 6;
-/// Derivatives by the logarithm of the focal length, and these times r².
+/// Derivatives by the logarithm of the focal length, and the same times r².
 const SCALE: usize = RESIDUAL + 1;
 const SCALE_R2: usize = SCALE + 1;
 /// Derivatives by a shift along x and y.
 const SHIFT: usize = SCALE_R2 + 1;
-/// Derivatives by a shift that grows from row to row.
+/// Derivatives by a shift that increases from row to row.
 const SHUTTER: usize = SHIFT + 2;
 const SKEW: usize = SHUTTER + 2;
 const STRETCH: usize = SKEW + 1;
@@ -35,18 +35,18 @@ const BEND: usize = STRETCH + 1;
 const RADIAL: usize = BEND + 3;
 const PRISM: usize = RADIAL + 2;
 const FIELD: usize = PRISM + 2;
-/// Derivatives by a shift of the corners beyond a tear.
+/// Derivatives by a shift of the corners below a tear.
 const TORN: usize = FIELD + SHARED_EXTRAS;
 const COLUMNS: usize = TORN + 2;
 const TILES: usize = COLUMNS / 4;
 const _: () = assert!(COLUMNS == 4 * TILES);
 
-/// Lens parameters, parameters of a cause, and the residual.
+/// Lens parameters and parameters of a cause.
 const SHARED: usize = LENS_PARAMETERS + SHARED_EXTRAS;
-/// Share by which diagonals are raised, so that undetermined directions take no step.
+/// Relative increase of diagonals, so that undetermined directions take no step.
 const DAMPING: f64 = 1e-9;
 
-/// Sums of products of the columns that a cause uses, poses and parameters of single views eliminated.
+/// Sums of products of the columns of a cause, with poses and per-view parameters eliminated.
 #[derive(Clone, Debug)]
 struct Sums {
     information: SMatrix<f64, SHARED, SHARED>,
@@ -54,33 +54,33 @@ struct Sums {
     cost: f64,
 }
 
-/// The minimum of the plain bundle.
+/// Minimum of the plain bundle.
 #[derive(Clone, Copy)]
 pub(super) struct Plain<'a> {
     pub(super) observations: &'a Observations,
     pub(super) state: &'a BundleState,
     pub(super) image_size: ImageSize,
     pub(super) square_pixels: bool,
-    /// Lens parameters that are estimated; `fy` with `fx` if pixels are square.
+    /// Estimated lens parameters; `fy` with `fx` if pixels are square.
     pub(super) free: [bool; LENS_PARAMETERS],
-    /// Variance of the corners as a multiple of the stated covariances, against which priors are weighed.
+    /// Variance of the corners as a multiple of the stated covariances, used to weigh priors.
     pub(super) noise_variance: f64,
 }
 
-/// The normal equations of each cause.
+/// Normal equations of each cause.
 pub(super) struct FirstSteps {
     square_pixels: bool,
     of_causes: Vec<Option<Sums>>,
 }
 
-/// First-order estimate of a cause with one parameter.
+/// First-order estimate of a cause with a single parameter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstStep {
     /// Most probable value of the parameter.
     pub(super) value: f64,
     /// Variance of the value for corners with the stated error.
     pub(super) unit_variance: f64,
-    /// Derivative of the fitted lens parameters by its value.
+    /// Derivative of the fitted lens parameters by the value.
     pub(super) lens_by_value: SVector<f64, LENS_PARAMETERS>,
 }
 
@@ -115,8 +115,8 @@ impl FirstSteps {
         Self { square_pixels: plain.square_pixels, of_causes }
     }
 
-    /// Sum of squared whitened residuals that the first step leaves under the cause with this number. `None` if the views
-    /// don't determine the step.
+    /// Sum of squared whitened residuals after the first step of the cause with index `place`.
+    /// `None` if the views don't determine the step.
     pub(super) fn left(&self, place: usize) -> Option<f64> {
         let sums = self.of_causes[place].as_ref()?;
         let mut damped = sums.information;
@@ -126,8 +126,8 @@ impl FirstSteps {
         Some(sums.cost - sums.gradient.dot(&(inverse(&damped)? * sums.gradient)))
     }
 
-    /// First step of the cause with this number, which has one shared parameter. `None` if the corners leave it
-    /// undetermined.
+    /// First step of the cause with index `place` and a single shared parameter. `None` if the
+    /// corners leave it undetermined.
     pub(super) fn of_one(&self, place: usize) -> Option<FirstStep> {
         let sums = self.of_causes[place].as_ref()?;
         let covariance = inverse(&sums.information)?;
@@ -156,11 +156,11 @@ impl Sums {
     }
 }
 
-/// Products of the columns of a view, its pose eliminated.
+/// Products of the columns of a view, with the pose eliminated.
 type Reduced = [[f64; COLUMNS]; COLUMNS];
 
 impl Plain<'_> {
-    /// `None` if a corner is outside the field, or if the pose is undetermined.
+    /// Products of a view; `None` if a corner is outside the field or the pose is undetermined.
     fn without_pose(&self, view: usize, causes: &[Cause]) -> Option<Reduced> {
         let gram = self.gram(view, causes)?;
         let of_pose = Matrix6::from_fn(|i, j| gram.at(POSE + i, POSE + j));
@@ -236,13 +236,14 @@ impl Plain<'_> {
         Some(Gram::of(&rows))
     }
 
-    /// Adds a view to the sums of `cause`, its local parameters eliminated. False if they are undetermined.
+    /// Adds a view to the sums of `cause`, with local parameters eliminated. Returns false if those
+    /// are undetermined.
     fn add(&self, gram: &Reduced, view: usize, cause: &Cause, sums: &mut Sums) -> bool {
         let times = cause.times(view, self.observations.view_count());
         let (extras, local) = columns(cause);
         let is_whole = matches!(cause, Cause::Torn(rows) if rows[view].is_none());
         let local = if is_whole { &[] } else { local };
-        // Columns with their factors.
+        // Columns and factors.
         let mut used = [(0, 0.0); SHARED + 1];
         (0..LENS_PARAMETERS).for_each(|i| used[i] = (i, 1.0));
         for (used, column) in used[LENS_PARAMETERS..].iter_mut().zip(extras) {
@@ -280,7 +281,7 @@ impl Plain<'_> {
         true
     }
 
-    /// Adds the priors of `cause`, and holds the parameters that it doesn't estimate.
+    /// Adds the priors of `cause`, and fixes unestimated parameters.
     fn complete(&self, cause: &Cause, sums: &mut Sums) {
         let is_free = |index: usize| match LensParameter::ALL.get(index) {
             Some(LensParameter::Fy) => !self.square_pixels || *cause == Cause::PixelAspect,
@@ -305,7 +306,7 @@ pub(super) fn half_board_m(observations: &Observations) -> f64 {
     observations.board_m().iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max)
 }
 
-/// Columns of a cause's shared parameters, and of its parameters of single views.
+/// Columns of a cause's shared and per-view parameters.
 fn columns(cause: &Cause) -> (&'static [usize], &'static [usize]) {
     const FIELDS: [usize; SHARED_EXTRAS] = {
         let mut columns = [FIELD; SHARED_EXTRAS];

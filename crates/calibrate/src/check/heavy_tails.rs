@@ -1,26 +1,28 @@
-//! Weighs corners down that lie far off, where errors have heavier tails than a normal distribution.
+//! Downweights outliers where errors have heavier tails than a normal distribution.
 //!
-//! The errors are modelled by Student's t distribution (Lange, Little & Taylor 1989): with ν degrees of freedom, a corner
-//! that is `d` standard deviations off has the weight `(ν + 2)/(ν + d²)`. How far a corner is off is measured against its
-//! neighbours on the board: a lens that the model doesn't describe shifts them together, and must not be hidden by weights.
+//! The errors are modelled by Student's t distribution (Lange, Little & Taylor 1989): with ν
+//! degrees of freedom, a corner `d` standard deviations off has the weight `(ν + 2)/(ν + d²)`. The
+//! distance is measured relative to the neighbours on the board, because a lens beyond the model
+//! shifts neighbours together, and weights must not hide it.
 
 use nalgebra::{Matrix2, Vector2};
 
 use crate::solve::{bundle::Observations, free_homography::FreeHomographies, whitened::Whitened};
 use boresight_geometry::{Corner, board::Checkerboard};
 
-/// Degrees of freedom to choose from.
+/// Candidate degrees of freedom.
 const FREEDOM: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 12.0];
-/// Least gain in −2 log L over normal errors: twice −2 ln of 1 % for one parameter, far above chance.
+/// Least gain in −2 log L over normal errors: twice −2 ln of 1 % for one parameter, far above
+/// chance.
 const MIN_GAIN: f64 = 20.0;
-/// Steps of the fixed point for the scale, which changes by less than a percent after ten.
+/// Fixed-point steps for the scale, which changes by less than a percent after ten.
 const STEPS: usize = 15;
-/// Weight below which a corner counts as far off, and the largest share of such corners in a view at which they are
-/// believed to be off one by one. Errors with three degrees of freedom put 8 % of all corners there.
+/// Weight of an outlier, and the largest share of independent outliers in a view. Errors with three
+/// degrees of freedom put 8 % of all corners below this weight.
 const LOW_WEIGHT: f64 = 0.3;
 const MOST_LOW: f64 = 0.2;
 
-/// Weights of the corners that are seen, view by view.
+/// Weights of the seen corners, view by view.
 #[derive(Clone, Debug)]
 pub(crate) struct TailWeights {
     weights: Vec<Vec<f64>>,
@@ -29,8 +31,8 @@ pub(crate) struct TailWeights {
 }
 
 impl TailWeights {
-    /// Weights of the corners by the residuals of the free homographies. `None` if normal errors explain the residuals
-    /// as well.
+    /// Weights of the corners by the residuals of the free homographies. `None` if normal errors
+    /// explain the residuals as well.
     pub(crate) fn of(
         observations: &Observations,
         free: &FreeHomographies,
@@ -62,7 +64,7 @@ impl TailWeights {
             .collect();
         let views: Vec<&[f64]> = off.iter().map(Vec::as_slice).collect();
         let tails = Tails::of(views.iter().copied().flatten())?;
-        // Dozens of corners far off aren't wrong one by one: the view is torn, or shows something else.
+        // Dozens of outliers aren't independent: the view is torn, or shows another object.
         let is_whole = |view: &&&[f64]| {
             let low = view.iter().filter(|d2| tails.weight(**d2) < LOW_WEIGHT).count();
             (low as f64) <= MOST_LOW * view.len() as f64
@@ -75,7 +77,7 @@ impl TailWeights {
         Some(Self { weights: views.iter().map(weights).collect(), freedom: tails.freedom })
     }
 
-    /// `views` with the variance of each corner divided by its weight.
+    /// `views` with the variance of each corner divided by the weight.
     pub(crate) fn applied(&self, views: &[Vec<Corner>]) -> Vec<Vec<Corner>> {
         let weigh = |(corner, weight): (&Corner, &f64)| Corner {
             covariance_px2: corner.covariance_px2 / *weight,
@@ -92,8 +94,9 @@ impl TailWeights {
         views.iter().zip(&self.weights).map(view).collect()
     }
 
-    /// Ratio of the true variance of an estimate from weighted corners to the variance that the weights state: `(ν +
-    /// 4)/(ν + 2)`, from the information of two coordinates with errors by Student's t distribution.
+    /// Ratio of the true variance of an estimate from weighted corners to the variance stated by
+    /// the weights: `(ν + 4)/(ν + 2)`, from the information of two coordinates with errors by
+    /// Student's t distribution.
     pub(crate) fn variance_factor(&self) -> f64 {
         (self.freedom + 4.0) / (self.freedom + 2.0)
     }
@@ -108,7 +111,8 @@ struct Tails {
 }
 
 impl Tails {
-    /// The likeliest distribution of errors with these squared distances. `None` if a normal one explains them as well.
+    /// Likeliest distribution for the given squared distances. `None` if a normal one explains them
+    /// as well.
     fn of<'a>(squares: impl Iterator<Item = &'a f64>) -> Option<Self> {
         let squares: Vec<f64> = squares.copied().collect();
         let count = squares.len() as f64;
@@ -118,7 +122,7 @@ impl Tails {
         }
         let normal = 2.0 * count * (libm::log(mean) + 1.0);
         let fit = |freedom: f64| {
-            // Maximum likelihood of the squared scale is the fixed point s² = Σ w d² / 2N.
+            // The maximum-likelihood squared scale is the fixed point s² = Σ w d² / 2N.
             let tails = (0..STEPS).fold(Self { freedom, scale: mean }, |tails, _| {
                 let sum: f64 = squares.iter().map(|d2| d2 * tails.weight(*d2)).sum();
                 Self { scale: (sum / (2.0 * count)).max(f64::MIN_POSITIVE), ..tails }
@@ -136,7 +140,7 @@ impl Tails {
     }
 }
 
-/// Median residual of the seen corners next to `corner` on the board; zero without any.
+/// Median residual of the seen corners next to `corner` on the board; zero if there are none.
 fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
     let neighbours = board.target().neighbours(corner);
     let (x, y) = neighbours.into_iter().filter_map(|it| px[it]).map(|px| (px.x, px.y)).unzip();

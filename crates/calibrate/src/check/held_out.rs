@@ -3,10 +3,10 @@
 use crate::solve::bundle::{Bundle, Observations};
 use boresight_geometry::{Corner, LENS_PARAMETERS, fit_pose};
 
-/// Different views that must remain when one is held out.
+/// Number of distinct views that must remain besides a held-out view.
 pub(crate) const VIEWS_NEEDED: usize = 5;
 
-/// The view that the others predict worst.
+/// View with the worst prediction by the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HeldOutView {
     pub(crate) view: usize,
@@ -14,12 +14,13 @@ pub(crate) struct HeldOutView {
     pub(super) expected_px: f64,
 }
 
-/// Predicts each of the last views, a fifth of all, from the lens of the other views. Returns the one with the largest
-/// ratio of observed to expected residual.
+/// Predicts each of the last views, a fifth of all, from the lens of the other views. Returns the
+/// view with the largest ratio of observed to expected residual.
 ///
-/// The lens without a view is computed to first order; only the pose of the view is fitted. The residual is expected to be that
-/// of the same view in the adjustment, so that a view which is only noisier is predicted, and what the uncertainty of the lens
-/// without it adds: `inflation` times the variance that independent corners would leave.
+/// The lens without a view is computed to first order; only the pose of the view is fitted. The
+/// expected residual is that of the same view in the adjustment, so that a noisy view is not
+/// reported, plus the uncertainty of the lens without it: `inflation` times the variance left by
+/// independent corners.
 pub(crate) fn check(
     observations: &Observations,
     bundle: &Bundle,

@@ -1,30 +1,32 @@
-//! The table of hypotheses: reasons for which views disagree with a single lens and a flat board of squares, and what is
-//! believed of each before the corners are seen.
+//! Table of hypotheses: reasons for a misfit of the views to a single lens and a flat board of
+//! squares, with the prior belief in each.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 use statrs::function::factorial::ln_binomial;
 
 use crate::solve::odds::{LIKELY, UNLIKELY};
 
-/// Most parameters of a cause that all views share.
+/// Most shared parameters of a cause.
 pub(super) const SHARED_EXTRAS: usize = 12;
-/// Most shared parameters of every cause but [`Cause::SmoothField`].
+/// Most shared parameters of every cause except [`Cause::SmoothField`].
 pub(super) const FEW_SHARED_EXTRAS: usize = 4;
 /// Most parameters of a cause per view.
 pub(super) const LOCAL_EXTRAS: usize = 3;
 
-/// A reason for which views disagree with a single lens and a flat board of squares.
+/// Reason for a misfit of the views to a single lens and a flat board of squares.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Cause {
-    /// Every view has its own focal length.
+    /// Separate focal length in every view.
     Focus,
     /// The focal length changes at a constant rate from the first view to the last.
     FocusDrift,
-    /// The focal length is another one from this view on.
+    /// Jump of the focal length at the given view.
     FocusJump(usize),
-    /// The focal length follows the board's distance: by so much of its change in each view.
+    /// The focal length follows the board's distance, by the given share of the change in each
+    /// view.
     FocusBreathes(Vec<f64>),
-    /// The marked views come from a different camera, mode or picture size: focal length, principal point and k1 differ.
+    /// The marked views come from a different camera, mode or picture size: focal length, principal
+    /// point and k1 differ.
     Mixed(Vec<bool>),
     /// Every view is shifted in the picture, as by a stabiliser.
     Shifted,
@@ -38,11 +40,12 @@ pub(super) enum Cause {
     BoardBent,
     /// The board bends differently in each view.
     BoardFlexes,
-    /// Each view moved while it was read out, row by row.
+    /// Each view moved during readout, row by row.
     RollingShutter,
     /// Radial terms of higher order, and thin prisms.
     LensShape,
-    /// Something in front of the lens shifts the picture smoothly: all terms of second and third order.
+    /// Something in front of the lens shifts the picture smoothly: all terms of second and third
+    /// order.
     SmoothField,
     /// Views torn at a row in pixels: the corners below it are shifted.
     Torn(Vec<Option<f64>>),
@@ -50,8 +53,8 @@ pub(super) enum Cause {
     NextRadial,
 }
 
-/// Part of the setup that a cause blames. Causes in one family call for the same action, so the one with the highest
-/// odds wins outright.
+/// Part of the setup blamed by a cause. Causes in one family call for the same action, so the cause
+/// with the highest odds wins outright.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Family {
     Focus,
@@ -65,32 +68,33 @@ pub(super) enum Family {
     Torn,
 }
 
-/// A row of the table.
+/// Row of the table.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
-    /// Code of the finding that names it.
+    /// Code of the finding.
     pub(super) code: &'static str,
     pub(super) family: Family,
     /// Twice the logarithm of the odds against the cause.
     against: f64,
-    /// Sizes that the parameters shared by all views are expected to have: standard deviations.
+    /// Expected sizes of the shared parameters, as standard deviations.
     shared_sd: &'static [f64],
-    /// Number of parameters of each view, and the first guess of their standard deviation over the views and its least
-    /// value. It's estimated; free ones would leave f and the principal point undetermined.
+    /// Number of per-view parameters, with the first guess and the least value of the standard
+    /// deviation over the views. The standard deviation is estimated; free parameters would leave f
+    /// and the principal point undetermined.
     local: (usize, Option<(f64, f64)>),
-    /// Least shift in pixels, somewhere in the picture, that is worth a finding.
+    /// Least reportable shift in pixels, anywhere in the picture.
     pub(super) least_px: f64,
 }
 
-/// Relative change of the focal length of a lens that warms up or refocuses.
+/// Relative change of the focal length of a warming or refocusing lens.
 const FOCUS: &[f64] = &[6e-3];
-/// A stretch of pixels or squares, and the angle by which rows and columns miss a right one.
+/// Stretch of pixels or squares, and deviation of rows and columns from a right angle.
 const STRETCH: &[f64] = &[1e-3];
-/// The error of a good detector's corner.
+/// Error of a good detector's corner, in pixels.
 const CORNER_PX: f64 = 0.1;
 
 impl Cause {
-    /// What is believed of the cause before the corners are seen.
+    /// Prior belief in the cause.
     pub(super) fn row(&self) -> Row {
         let row = |code, family, against, shared_sd, local, least_px| Row {
             code,
@@ -142,9 +146,9 @@ impl Cause {
         row
     }
 
-    /// Twice the logarithm of the odds against the cause before the corners are seen: the table's, and those of one among
-    /// the alternatives of `views` views that are as simple. A split into consecutive views is one of `N`; any other one of
-    /// `N` sizes and of those with its size.
+    /// Twice the logarithm of the prior odds against the cause: the table's, and those of one among
+    /// the equally simple alternatives of `views` views. A split into consecutive views is one of
+    /// `N`; any other split is one of `N` sizes and of all splits with its size.
     ///
     /// Noise alone gains about 0.64 `N` by the best of 2ᴺ splits.
     pub(super) fn against(&self, views: usize) -> f64 {
@@ -161,9 +165,9 @@ impl Cause {
         self.row().against + 2.0 * searched
     }
 
-    /// Number of parameters that all views share, added to those of the lens.
+    /// Number of shared parameters in addition to the lens's.
     pub(super) fn shared_extras(&self) -> usize {
-        // `fy` is one of the lens.
+        // `fy` is a lens parameter.
         if *self == Self::PixelAspect { 0 } else { self.row().shared_sd.len() }
     }
 
@@ -171,7 +175,7 @@ impl Cause {
         self.row().local.0
     }
 
-    /// The parameters that act on a view: those that all views share, or its own.
+    /// Parameters acting on a view: shared, or its own.
     pub(super) fn of_view<'a>(
         &self,
         shared: &'a [f64; SHARED_EXTRAS],
@@ -180,7 +184,7 @@ impl Cause {
         if self.local_extras() > 0 { local } else { shared }
     }
 
-    /// True if it changes the board rather than the picture.
+    /// True if the cause changes the board rather than the picture.
     pub(super) fn is_of_board(&self) -> bool {
         matches!(self, Self::BoardStretched | Self::BoardBent | Self::BoardFlexes)
     }
@@ -190,29 +194,31 @@ impl Cause {
         self.row().local.1
     }
 
-    /// Standard deviations that hold the shared parameters in the fit, which terms like the lens's own need.
+    /// Prior standard deviations of shared parameters that resemble the lens's own.
     pub(super) fn held_to(&self) -> &'static [f64] {
         if self.is_free() { self.row().shared_sd } else { &[] }
     }
 
-    /// True if nobody knows what size its parameters have: each then costs `ln n`, as in BIC.
+    /// True if the sizes of the parameters are unknown, so that each costs `ln n`, as in BIC.
     pub(super) fn is_free(&self) -> bool {
         matches!(self.row().family, Family::Lens | Family::Torn)
     }
 
-    /// True if it acts alike on all views. What differs from view to view pulls them apart instead.
+    /// True if the cause acts alike on all views. What differs from view to view pulls them apart
+    /// instead.
     pub(super) fn is_shared(&self) -> bool {
         matches!(self.row().family, Family::Aspect | Family::Skew | Family::Board | Family::Lens)
             && self.local_extras() == 0
     }
 
-    /// True if the bound holds what it does to the lens: a calibration corrects it, or it's the board's or the hand's in
-    /// single views, whose scatter holds it. What is the camera's in single views may be another thing in use.
+    /// True if the bound includes the effect on the lens. Either a calibration corrects the cause,
+    /// or it lies in the board or the hand in single views, whose scatter includes it. A cause in
+    /// the camera in single views may differ in use.
     pub(super) fn is_in_bound(&self) -> bool {
         self.is_correctable() || matches!(self, Self::BoardFlexes | Self::RollingShutter)
     }
 
-    /// True if a calibration corrects it.
+    /// True if a calibration corrects the cause.
     pub(super) fn is_correctable(&self) -> bool {
         matches!(self, Self::PixelAspect | Self::BoardStretched | Self::BoardBent)
     }
@@ -220,7 +226,7 @@ impl Cause {
     /// Number of parameters in addition to the plain bundle's.
     pub(crate) fn parameters(&self, views: usize) -> usize {
         match self {
-            // A row and a shift for each.
+            // One row and one shift (2 parameters) each.
             Self::Torn(rows) => 3 * rows.iter().flatten().count(),
             _ => self.row().shared_sd.len() + self.local_extras() * views,
         }
@@ -237,8 +243,9 @@ impl Cause {
         }
     }
 
-    /// Twice the logarithm of the evidence that the shared parameters cost: `ln |1 + T² A|` with their information `A` and
-    /// the table's sizes `T` (the Occam factor of Bayesian model comparison, MacKay 1992).
+    /// Evidence cost of the shared parameters, as twice a logarithm: `ln |1 + T² A|` with their
+    /// information `A` and the table's sizes `T` (the Occam factor of Bayesian model comparison,
+    /// MacKay 1992).
     pub(super) fn occam(&self, information: &DMatrix<f64>) -> f64 {
         let sd = self.row().shared_sd;
         let scaled =

@@ -1,15 +1,16 @@
 //! Repeats the estimate with some views left out.
 //!
-//! The spread of these estimates shows how much the result depends on single views. It is *not* a measure of accuracy: for
-//! evenly spread tilt azimuths, the centroid of the skip-n estimates equals the full estimate for any lines
-//! (`docs/method.md`, section 0).
+//! The spread of these estimates shows the dependence of the result on single views. It is *not* a
+//! measure of accuracy: for evenly spread tilt azimuths, the centroid of the skip-n estimates
+//! equals the full estimate for any lines (`docs/method.md`, section 0).
 
 use nalgebra::{Point2, Vector2};
 
 use crate::solve::bundle::Bundle;
 use boresight_geometry::{LensParameter, LensParts};
 
-/// Lists the indices of all views except `skipped` consecutive ones, cyclically: one list per first view skipped.
+/// Lists the indices of all views except `skipped` consecutive indices, cyclically: one list per
+/// first view skipped.
 ///
 /// A single list of all views if `skipped` is 0 or at least `view_count`.
 pub fn consecutive(view_count: usize, skipped: usize) -> Vec<Vec<usize>> {
@@ -36,7 +37,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of `points_px`; `None` without points.
+    /// Spread of `points_px`; `None` without points.
     pub fn of(points_px: &[Point2<f64>]) -> Option<Self> {
         let count = points_px.len() as f64;
         if points_px.is_empty() {
@@ -55,16 +56,18 @@ impl Spread {
 /// Principal points with each view left out in turn, against the shift expected from noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeaveOneOut {
-    /// Principal point without view i, to first order, in pixels; `None` if the other views don't determine it.
+    /// Principal point without view i, to first order, in pixels; `None` if the other views don't
+    /// determine it.
     pub pp_px: Vec<Option<Point2<f64>>>,
     /// `√(mean squared shift / mean expected squared shift)`: near 1 if the views agree.
     pub ratio: f64,
 }
 
-/// Leaves each view out of `bundle` in turn, for corners with `noise_factor` times the stated error.
+/// Leaves each view out of `bundle` in turn, for corners with `noise_factor` times the stated
+/// error.
 ///
-/// Without view i, an efficient estimate moves by a random step of covariance `C₋ᵢ − C` (Hausman 1978).
-/// `None` if fewer than two of the reduced problems can be solved.
+/// Without view i, an efficient estimate moves by a random step of covariance `C₋ᵢ − C` (Hausman
+/// 1978). `None` if fewer than two of the reduced problems can be solved.
 pub(crate) fn leave_one_out(bundle: &Bundle, noise_factor: f64) -> Option<LeaveOneOut> {
     let covariance = bundle.covariance(noise_factor)?;
     let full = covariance.pp();

@@ -1,4 +1,4 @@
-//! Compares hypotheses for a misfit by their odds, and adds their uncertainty to the covariance.
+//! Compares hypotheses for a misfit by odds, and adds the uncertainty to the covariance.
 
 use nalgebra::{DMatrix, SVector};
 
@@ -14,25 +14,26 @@ use crate::solve::{
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, frame::ImageSize};
 
-/// Relative scatter of the focal length above which a common focal length is no result: 3 px at f = 1000.
+/// Relative scatter of the focal length above which a common focal length is no result: 3 px at f
+/// = 1000.
 const MAX_FOCAL_SCATTER: f64 = 0.003;
-/// Two groups of views whose principal points differ by less than this fraction of the picture's width are one camera,
-/// refocused: 5 px at 1280.
+/// Distance of the principal points of two groups of views, as a fraction of the picture's width,
+/// below which the groups are a single refocused camera: 5 px at 1280.
 const SAME_CENTRE: f64 = 0.004;
-/// Standard deviations by which a drift of the focal length must exceed the square root of the gain wanted to be
-/// reported with a probability of 95 %.
+/// Standard deviations by which a drift of the focal length must exceed the square root of the
+/// required gain to be reported with a probability of 95 %.
 const POWER_SIGMAS: f64 = 1.645;
 
-/// All fitted hypotheses, most probable first.
+/// Fitted hypotheses, most probable first.
 #[derive(Clone, Debug)]
 pub(crate) struct Causes {
     pub(super) explanations: Vec<Explanation>,
-    /// Causes whose fit doesn't converge: they're neither found nor ruled out.
+    /// Causes with an unconverged fit, neither found nor ruled out.
     pub(super) failed: Vec<Cause>,
-    /// Covariance of the lens from not knowing which hypothesis holds.
+    /// Covariance of the lens from uncertainty about the true hypothesis.
     pub(crate) doubt: LensMatrix,
-    /// Least relative change of the focal length from the first view to the last that would be reported. `None` if
-    /// there are too few views.
+    /// Least reported relative change of the focal length from the first view to the last. `None`
+    /// if there are too few views.
     pub(crate) visible_drift: Option<f64>,
 }
 
@@ -46,24 +47,25 @@ impl Causes {
         }
     }
 
-    /// The most probable hypothesis whose effect is large enough to report, if its odds are.
+    /// Most probable hypothesis with a reportable effect, with sufficient odds.
     pub(super) fn best(&self) -> Option<&Explanation> {
         self.explanations.iter().find(|it| it.is_visible()).filter(|best| best.gain > CLEAR)
     }
 
-    /// Twice the logarithm of the odds of [`Self::best`], unless it blames the lens itself.
+    /// Twice the logarithm of the odds of [`Self::best`], unless the lens is the cause.
     pub(crate) fn gain_beside_lens(&self) -> Option<f64> {
         self.best().filter(|best| best.cause.row().family != Family::Lens).map(|best| best.gain)
     }
 
-    /// The best hypothesis of each other family that explains the views nearly as well as [`Self::best`].
+    /// Best hypothesis of each other family that explains the views nearly as well as
+    /// [`Self::best`].
     pub(super) fn rivals(&self) -> Vec<&Explanation> {
         let Some(best) = self.best() else { return Vec::new() };
         let mut found = vec![best];
         for rival in self.explanations.iter().filter(|it| it.gain > best.gain - CLEAR) {
             let family = rival.cause.row().family;
             let is_new = found.iter().all(|other| other.cause.row().family != family);
-            // Two cameras are called a moved focus only if they have the same principal point.
+            // Two cameras count as a moved focus only if they have the same principal point.
             let is_same = (best.cause.row().family, family) == (Family::Focus, Family::Mixed);
             if rival.is_visible() && is_new && !is_same {
                 found.push(rival);
@@ -72,8 +74,8 @@ impl Causes {
         found.split_off(1)
     }
 
-    /// Covariance of the lens under `best`, from hypotheses of its family that may hold instead. Other families are
-    /// examined again after the correction for `best`.
+    /// Covariance of the lens under `best`, from alternative hypotheses of the same family. Other
+    /// families are examined again after the correction for `best`.
     pub(super) fn doubt_beside(&self, best: &Explanation) -> LensMatrix {
         let there = best.state.bundle.camera.lens_parameters();
         let odds = |it: &Explanation| libm::exp(0.5 * (it.gain - best.gain)).min(1.0);
@@ -88,8 +90,8 @@ impl Causes {
         alike.map(spread).sum()
     }
 
-    /// Relative scatter of the focal length, if a moving focus is the best hypothesis and the scatter too large for a common
-    /// focal length.
+    /// Relative scatter of the focal length, if the best hypothesis is a moving focus and the
+    /// scatter is too large for a common focal length.
     pub(crate) fn focus_moved(&self) -> Option<f64> {
         let best = self.best()?;
         let is_focus = best.cause.row().family == Family::Focus;
@@ -98,8 +100,8 @@ impl Causes {
     }
 }
 
-/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain one. `result` is the lens whose
-/// doubt is computed; `noise_gain` is the gain in BIC from correlated noise.
+/// Fits every hypothesis, starting from the minimum of `bundle`, the richest plain bundle. `result`
+/// is the lens of the computed doubt; `noise_gain` is the gain in BIC from correlated noise.
 pub(crate) fn causes(
     observations: &Observations,
     bundle: &Bundle,
@@ -132,7 +134,7 @@ pub(crate) fn causes(
     prefer_focus(&mut explanations, image_size);
     prefer_common_bend(&mut explanations);
     let doubt = doubt(&explanations, bundle, result, n);
-    // The views count the evidence for a drift, too.
+    // The evidence for a drift is counted by views, too.
     let noise_factor = bundle.noise_factor().max(noise_floor);
     let overcount = bundle
         .scatter(noise_factor)
@@ -147,8 +149,8 @@ pub(crate) fn causes(
     Causes { explanations, failed, doubt, visible_drift }
 }
 
-/// How much nearer the board is in each view than on the mean, as a share: the part of a focal length that follows the
-/// distance.
+/// Relative excess of the board's inverse distance in each view over the mean: the part of a focal
+/// length that follows the distance.
 fn nearness(bundle: &Bundle) -> Vec<f64> {
     let poses = bundle.state.cam_from_board.iter();
     let near: Vec<f64> = poses.map(|pose| pose.translation.z.recip()).collect();
@@ -156,8 +158,9 @@ fn nearness(bundle: &Bundle) -> Vec<f64> {
     near.iter().map(|near| near / mean - 1.0).collect()
 }
 
-/// Moves the best hypothesis about focus to the front if the best hypothesis is two cameras with the same principal point:
-/// their views pull the lens apart less, so that the richer hypothesis keeps more of its evidence.
+/// Moves the best focus hypothesis to the front if the best hypothesis is two cameras with the same
+/// principal point. Their views pull the lens apart less, so the richer hypothesis keeps more of
+/// its evidence.
 fn prefer_focus(explanations: &mut [Explanation], image_size: ImageSize) {
     let Some(first) = explanations.first() else { return };
     let shift_px = libm::hypot(first.state.shared[1], first.state.shared[2])
@@ -172,8 +175,8 @@ fn prefer_focus(explanations: &mut [Explanation], image_size: ImageSize) {
     }
 }
 
-/// Puts a board that is bent alike in all views in place of one that bends from view to view, if it's a finding by itself:
-/// what all views share is corrected first.
+/// Replaces a board that bends from view to view by one bent alike in all views, if the latter is a
+/// finding alone. Shared causes are corrected first.
 fn prefer_common_bend(explanations: &mut Vec<Explanation>) {
     let place = |cause: Cause| explanations.iter().position(|it| it.cause == cause);
     let (Some(0), Some(bent)) = (place(Cause::BoardFlexes), place(Cause::BoardBent)) else {
@@ -185,9 +188,9 @@ fn prefer_common_bend(explanations: &mut Vec<Explanation>) {
     }
 }
 
-/// Covariance from averaging over the hypotheses about what all views share: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights in
-/// proportion to the odds `e^(gain/2)`; the plain bundle's is 1. What differs from view to view pulls them apart, and their
-/// scatter holds it.
+/// Covariance from averaging over the shared hypotheses: `Σ w (s² C + d dᵀ − s₀² C₀)`, with weights
+/// in proportion to the odds `e^(gain/2)`; the plain bundle's is 1. Effects that differ from view
+/// to view are part of the views' scatter.
 fn doubt(explanations: &[Explanation], bundle: &Bundle, result: &Camera, n: f64) -> LensMatrix {
     let mut doubt = LensMatrix::zeros();
     let shared = || explanations.iter().filter(|it| it.cause.is_shared());
@@ -202,13 +205,13 @@ fn doubt(explanations: &[Explanation], bundle: &Bundle, result: &Camera, n: f64)
         let freedom = bundle.freedom.count() + 6 * explanation.state.local.len();
         let variance = explanation.noise_variance(n, freedom);
         let more = explanation.unit_covariance * variance + off * off.transpose() - plain;
-        // Only positive parts: a hypothesis must not make the result look more certain.
+        // Positive parts only: a hypothesis must not reduce the uncertainty of the result.
         doubt += positive_part(&more) * (odds(explanation.gain) / total);
     }
     doubt
 }
 
-/// The positive part of a symmetric matrix, by its eigenvalues after scaling to a unit diagonal.
+/// Positive part of a symmetric matrix, by eigenvalues after scaling to a unit diagonal.
 pub(super) fn positive_part(matrix: &LensMatrix) -> LensMatrix {
     let scale = SVector::<f64, LENS_PARAMETERS>::from_fn(|i, _| {
         let size = matrix[(i, i)].abs().sqrt();

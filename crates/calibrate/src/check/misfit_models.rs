@@ -1,7 +1,8 @@
-//! Fits the extended bundle under one cause, and weighs its gain against the penalty for its parameters.
+//! Fits the extended bundle under a cause, and weighs the gain against the penalty for the
+//! parameters.
 //!
-//! Each [`Cause`] adds parameters to the lens and poses. How much better it explains the corners than the plain bundle
-//! tells how probable it is.
+//! Each [`Cause`] adds parameters to the lens and poses. Its probability follows from the gain in
+//! fit over the plain bundle.
 
 use nalgebra::{DMatrix, Point3, SMatrix, Vector2};
 
@@ -18,56 +19,62 @@ use crate::solve::{
 };
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
-/// Fits of a cause whose view parameters have a prior; each fit takes their standard deviation from the one before.
+/// Number of fits of a cause with a prior on per-view parameters; each fit takes their standard
+/// deviation from the previous one.
 const PRIOR_PASSES: usize = 4;
-/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change odds that must be e⁵.
+/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change odds of at least e⁵.
 const NEGLIGIBLE_STEP: f64 = 1e-3;
-/// Least gain that the first step of a fit must promise, as a share of the penalty for its parameters.
+/// Least promised gain of the first step of a fit, as a share of the penalty for the parameters.
 const PROMISING: f64 = 0.8;
-/// Least gain for view parameters with a prior, in standard deviations above the gain by chance.
+/// Least gain for per-view parameters with a prior, in standard deviations above the gain by
+/// chance.
 const PROMISING_SIGMAS: f64 = 4.0;
 
-/// The best fit under one cause.
+/// Best fit under a cause.
 #[derive(Clone, Debug)]
 pub(super) struct Explanation {
     pub(super) cause: Cause,
     /// Number of parameters added by the cause.
     pub(crate) parameters: usize,
-    /// Twice the logarithm of its odds to the plain bundle: `n ln(cost₀/cost)`, divided by how much the corners overstate what
-    /// they tell ([`Scatter::overcount`]), or what they tell beyond correlated noise where each view has parameters of its
-    /// own; less what its parameters cost and [`Cause::against`].
+    /// Twice the logarithm of the odds to the plain bundle: `n ln(cost₀/cost)`, corrected for
+    /// correlation, less the cost of its parameters and [`Cause::against`]. The correction is a
+    /// division by the overcounting of the corners ([`Scatter::overcount`]), or, with per-view
+    /// parameters, a subtraction of the gain from correlated noise.
     pub(super) gain: f64,
     /// Sum of squared whitened residuals.
     pub(crate) cost: f64,
     pub(crate) state: ExtendedState,
-    /// Covariance of the lens for corners with the stated error, parameters of the cause marginalised out.
+    /// Covariance of the lens for corners with the stated error, parameters of the cause
+    /// marginalised out.
     pub(crate) unit_covariance: LensMatrix,
-    /// Covariance of the lens for corners with the stated error, with the parameters of the cause known.
+    /// Covariance of the lens for corners with the stated error, with the parameters of the cause
+    /// known.
     pub(super) known_unit_covariance: LensMatrix,
-    /// The board's points in metres and the shift of each seen corner in pixels, view by view; `None` unless the board is
-    /// bent alike in all views.
+    /// Points of the board in metres and the shift of each seen corner in pixels, view by view;
+    /// `None` unless the board is bent alike in all views.
     pub(crate) bent: Option<Bent>,
-    /// Largest shift in pixels that the cause adds to what the lens can explain: of a corner by a smooth field, of a place
-    /// in the picture by pixels or squares that aren't square. `None` for other causes.
+    /// Largest shift in pixels by the cause beyond the lens: of a corner by a smooth field, of a
+    /// place in the picture by non-square pixels or squares. `None` for other causes.
     pub(super) largest_shift_px: Option<f64>,
-    /// Distance in metres between the lowest and the highest corner of the board; zero unless it's bent. If it bends
-    /// differently in each view, root mean square.
+    /// Distance in metres between the lowest and the highest corner of the board; zero unless it's
+    /// bent. If it bends differently in each view, root mean square.
     pub(super) depth_m: f64,
 }
 
 impl Explanation {
-    /// Variance of the corners as a multiple of the stated covariances, after a plain bundle that has estimated `freedom`
-    /// parameters from `n` coordinates.
+    /// Variance of the corners as a multiple of the stated covariances, after a plain bundle with
+    /// `freedom` parameters estimated from `n` coordinates.
     pub(super) fn noise_variance(&self, n: f64, freedom: usize) -> f64 {
         self.cost / (n - (freedom + self.parameters) as f64).max(1.0)
     }
 
-    /// False if all that the cause shifts in the picture is less than anybody needs to know, however sure it is.
+    /// False if the largest shift by the cause is too small to matter, however certain.
     pub(super) fn is_visible(&self) -> bool {
         self.largest_shift_px.is_none_or(|shift_px| shift_px >= self.cause.row().least_px)
     }
 
-    /// Logarithms of the views' focal lengths, relative to the lens's; empty unless the cause is a moving focus.
+    /// Logarithms of the views' focal lengths, relative to the lens's; empty unless the cause is a
+    /// moving focus.
     pub(super) fn log_focal(&self) -> Vec<f64> {
         let local = &self.state.local;
         let along = |view| self.state.shared[0] * self.cause.times(view, local.len());
@@ -78,7 +85,8 @@ impl Explanation {
         }
     }
 
-    /// Relative sample standard deviation of the focal length over the views; zero unless the cause is a moving focus.
+    /// Relative sample standard deviation of the focal length over the views; zero unless the cause
+    /// is a moving focus.
     pub(super) fn focal_relative_sd(&self) -> f64 {
         let logs = self.log_focal();
         let mean = logs.iter().sum::<f64>() / logs.len().max(1) as f64;
@@ -90,22 +98,22 @@ impl Explanation {
 /// A board that is bent alike in all views.
 #[derive(Clone, Debug)]
 pub(crate) struct Bent {
-    /// Its points in metres, in numbering order.
+    /// Points in metres, in numbering order.
     pub(crate) board_m: Vec<Point3<f64>>,
     /// Shift of each seen corner by the bend in pixels, view by view.
     pub(crate) shift_px: Vec<Vec<Vector2<f64>>>,
 }
 
-/// What the causes of a misfit explain.
+/// Fits of the causes of a misfit.
 pub(super) struct Explained {
     pub(super) explanations: Vec<Explanation>,
-    /// Causes whose fit doesn't converge.
+    /// Causes with an unconverged fit.
     pub(super) failed: Vec<Cause>,
-    /// First step of a focus that drifts.
+    /// First step of a drifting focus.
     pub(super) drift: Option<FirstStep>,
 }
 
-/// Corners, and the minimum of the plain bundle that leaves them unexplained.
+/// Corners, with the minimum of the plain bundle before any explanation.
 #[derive(Clone, Copy)]
 pub(super) struct Unexplained<'a> {
     pub(super) observations: &'a Observations,
@@ -114,14 +122,14 @@ pub(super) struct Unexplained<'a> {
     pub(super) freedom: LensFreedom,
     /// Sum of squared whitened residuals of the plain bundle.
     pub(super) cost: f64,
-    /// Least sum that is believed.
+    /// Least credible sum.
     pub(super) least_cost: f64,
     /// Gain in BIC of correlated noise over independent noise.
     pub(super) noise_gain: f64,
 }
 
 impl<'a> Unexplained<'a> {
-    /// The misfit that `bundle` leaves.
+    /// Misfit of `bundle`.
     pub(super) fn by(
         bundle: &'a Bundle,
         observations: &'a Observations,
@@ -141,7 +149,7 @@ impl<'a> Unexplained<'a> {
         }
     }
 
-    /// First steps under each of `causes`, with the gain that each promises.
+    /// First steps under each of `causes`, with promised gains.
     pub(super) fn first_steps(&self, causes: &[Cause]) -> FirstSteps {
         let plain = Plain {
             observations: self.observations,
@@ -154,8 +162,8 @@ impl<'a> Unexplained<'a> {
         FirstSteps::of(&plain, causes)
     }
 
-    /// The best fits under `causes`, in their order, left out where the first step doesn't promise to gain most of the
-    /// penalty for the parameters.
+    /// Best fits under `causes`, in order, except where the first step promises less than most of
+    /// the penalty for the parameters.
     pub(super) fn explain_all(&self, causes: Vec<Cause>) -> Explained {
         let steps = self.first_steps(&causes);
         let drift = causes.iter().position(|cause| *cause == Cause::FocusDrift);
@@ -172,7 +180,8 @@ impl<'a> Unexplained<'a> {
         explained
     }
 
-    /// True if a first step that leaves this cost promises to gain most of what the parameters of `cause` cost.
+    /// True if a first step with the cost `left` promises to gain most of the cost of the
+    /// parameters of `cause`.
     fn promises(&self, cause: &Cause, left: f64) -> bool {
         let n = self.observations.coordinate_count() as f64;
         let parameters = cause.parameters(self.observations.view_count()) as f64;
@@ -184,8 +193,8 @@ impl<'a> Unexplained<'a> {
         promised >= wanted + PROMISING * cause.against(self.observations.view_count())
     }
 
-    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain bundle. `None` if the fit doesn't
-    /// converge.
+    /// Minimises the reprojection error under `cause`, starting from the minimum of the plain
+    /// bundle. `None` if the fit doesn't converge.
     fn explain(&self, cause: &Cause) -> Option<Explanation> {
         if cause.shared_extras() > FEW_SHARED_EXTRAS {
             self.fit::<MANY>(cause)
@@ -194,8 +203,8 @@ impl<'a> Unexplained<'a> {
         }
     }
 
-    /// What two cameras explain in the view that gains most: whatever is wrong with a single view looks like another camera,
-    /// so that only what other views say with it counts. Zero for other causes.
+    /// Gain of two cameras in the view with the largest gain; zero for other causes. Any fault of a
+    /// single view looks like another camera, so only the gain shared with other views counts.
     fn of_oddest(&self, problem: &ExtendedProblem<'_>, state: &ExtendedState) -> Option<f64> {
         let Cause::Mixed(_) = problem.cause else { return Some(0.0) };
         let plain = ExtendedState::plain(self.start);
@@ -203,15 +212,15 @@ impl<'a> Unexplained<'a> {
         (0..state.local.len()).try_fold(0.0, |most: f64, view| Some(most.max(gain(view)?)))
     }
 
-    /// Variance of the corners as a multiple of the stated covariances, if `cost` is left.
+    /// Variance of the corners as a multiple of the stated covariances, if `cost` remains.
     fn noise_variance(&self, cost: f64) -> f64 {
         let n = self.observations.coordinate_count() as f64;
         let left = n - (6 * self.observations.view_count() + LENS_PARAMETERS) as f64;
         cost.max(self.least_cost) / left.max(1.0)
     }
 
-    /// Lens parameters that are free beside a cause: all of the model, and all of Brown's model even if few views
-    /// determine fewer. A cause is found only if the corners tell it from them.
+    /// Free lens parameters beside a cause: all of the model, and all of Brown's model even if few
+    /// views determine fewer. A cause is found only if the corners distinguish it from the lens.
     fn freed(&self) -> [bool; LENS_PARAMETERS] {
         let all = self.start.camera.distortion.kind.keeps_lines();
         LensParameter::ALL.map(|of| self.freedom.free[of.index()] || (all && of.is_browns()))
@@ -238,7 +247,8 @@ impl<'a> Unexplained<'a> {
         let parameters = cause.parameters(views);
         let mut minimum: Minimum<_, S, LOCAL> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
         if let Some((_, least)) = cause.local_sd() {
-            // A prior wider than the actual scatter would leave f and the principal point undetermined.
+            // A prior wider than the actual scatter would leave f and the principal point
+            // undetermined.
             for _ in 1..PRIOR_PASSES {
                 problem.local_sd = minimum.state.local_rms(cause.local_extras()).max(least);
                 problem.noise_variance = self.noise_variance(problem.cost(&minimum.state)?);
@@ -251,14 +261,15 @@ impl<'a> Unexplained<'a> {
         let state = minimum.state;
         let cost = problem.cost(&state)?;
         let information = minimum.normal.reduced()?;
-        // A view's own parameters don't make it agree with others.
+        // Per-view parameters don't make views agree with each other.
         let overcount = match cause.local_extras() {
             0 => scatter(&problem, &minimum.normal, self.noise_variance(cost))?.overcount(views),
             _ => 1.0,
         };
         let plain_cost = self.cost - self.of_oddest(&problem, &state)?;
         let by_corners = |cost: f64| n * libm::log(plain_cost / cost.max(self.least_cost));
-        // Correlated noise explains residuals, too: the views have counted it for what they share.
+        // Correlated noise explains residuals, too; for shared causes, overcounting already
+        // includes it.
         let told = |cost: f64| match cause.local_extras() {
             0 => by_corners(cost) / overcount,
             _ => by_corners(cost) - self.noise_gain,
@@ -326,8 +337,8 @@ impl<'a> Unexplained<'a> {
     }
 }
 
-/// Information about the parameters of a cause that all views share, the lens's marginalised, for corners with
-/// `variance`. `None` if it's undetermined.
+/// Information about the shared parameters of a cause, with the lens's marginalised, for corners
+/// with `variance`. `None` if undetermined.
 fn shared_information<const S: usize>(
     problem: &ExtendedProblem<'_>,
     covariance: &SMatrix<f64, S, S>,
@@ -343,7 +354,7 @@ fn shared_information<const S: usize>(
     Some(unit.cholesky()?.inverse() / variance)
 }
 
-/// The pulls of the views at the shared parameters that are free.
+/// Pulls of the views at the free shared parameters.
 fn scatter<const S: usize>(
     problem: &ExtendedProblem<'_>,
     normal: &NormalEquations<S, LOCAL>,
@@ -361,8 +372,9 @@ fn scatter<const S: usize>(
     Scatter::of(&views, &part(&(normal.shared - shared)))
 }
 
-/// `ln |I + A/p|`: the penalty for the `count` parameters of a view with the information `p` from their prior and `A`
-/// from the corners, the pose eliminated (the Occam factor of Bayesian model comparison, MacKay 1992).
+/// `ln |I + A/p|`: the penalty for the `count` parameters of a view with the information `p` from
+/// their prior and `A` from the corners, with the pose eliminated (the Occam factor of Bayesian
+/// model comparison, MacKay 1992).
 fn evidence_cost<const S: usize>(
     view: &ViewBlock<S, LOCAL>,
     count: usize,
@@ -378,7 +390,8 @@ fn evidence_cost<const S: usize>(
     scaled.cholesky().map_or(f64::INFINITY, |factors| factors.ln_determinant().max(0.0))
 }
 
-/// The lens's block of a covariance, with zeros for fixed parameters and `fy` as `fx` if pixels are square.
+/// Lens block of a covariance, with zeros for fixed parameters and `fy` as `fx` if pixels are
+/// square.
 fn lens_covariance<const S: usize>(
     problem: &ExtendedProblem<'_>,
     covariance: &SMatrix<f64, S, S>,
@@ -394,8 +407,9 @@ fn lens_covariance<const S: usize>(
     lens
 }
 
-/// Largest shift in pixels in a picture that is stretched in height by `aspect`, beside the best scale that keeps its
-/// aspect: the corners' by `a` of half the width and `b` of half the height, with `b − a = ln aspect` and the least length.
+/// Largest shift in pixels in a picture stretched in height by `aspect`, beside the best scale with
+/// the original aspect. A corner shifts by `a` of half the width and `b` of half the height, with
+/// `b − a = ln aspect` and the least length.
 fn stretch_px(aspect: f64, image_size: ImageSize) -> f64 {
     let half_px =
         [image_size.width_px, image_size.height_px].map(|side_px| 0.5 * f64::from(side_px));

@@ -1,24 +1,25 @@
-//! Checks whether a calibration can be trusted, without relying on the residual of the fit: an overfitted lens has small
-//! residuals, too.
+//! Checks the trustworthiness of a calibration, without relying on the residual of the fit: an
+//! overfitted lens has small residuals, too.
 //!
 //! | file | does |
 //! |---|---|
 //! | `projection_sd` | projects the covariance to pixels, compensated for rotation of the camera |
 //! | `noise_inflation` | inflates corner covariances to what the residuals show |
-//! | `noise_correlation` | widens the covariance of the lens if neighbouring corners err alike |
-//! | `print_errors` | widens it if corners aren't where they should be on the board |
-//! | `next_radial` | what the radial terms left out leave open |
+//! | `noise_correlation` | widens the covariance if errors of neighbouring corners correlate |
+//! | `print_errors` | widens the covariance if corners are misplaced on the board |
+//! | `next_radial` | doubt from radial terms beyond the models |
 //! | `disagreement` | compares bundle and free homographies |
 //! | `noise_findings` | compares the noise of the fit with that of a board held still |
 //! | `leave_out` | repeats the estimate with views left out |
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `torn_views` | finds views put together from two pictures |
-//! | `hypotheses` | the table of causes of a misfit (focus, board, shutter, mixed or torn views): what is believed of each |
-//! | `view_split`, `first_steps`, `picture_effect`, `extended_bundle`, `misfit_models`, `misfit_diagnosis` | fits them and compares their odds |
-//! | `correction`, `other_parameters` | corrects what it can, and carries the doubt that's left to the corrected lens |
+//! | `hypotheses` | table of causes of a misfit: focus, board, shutter, mixed or torn views |
+//! | `view_split`, `first_steps`, `picture_effect`, `extended_bundle` | fits the causes |
+//! | `misfit_models`, `misfit_diagnosis` | compares their odds |
+//! | `correction`, `other_parameters` | corrects causes, and carries the remaining doubt over |
 //! | `trust_checks` | turns all evidence into findings |
-//! | `limits` | what a GOOD calibration keeps to |
+//! | `limits` | limits of a GOOD calibration |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
 mod cause_findings;

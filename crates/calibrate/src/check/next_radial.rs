@@ -1,7 +1,8 @@
-//! Doubt about the lens from the radial term after the last one of the richest model: r⁸, or θ¹⁰ of a fisheye lens.
+//! Doubt about the lens from the first radial term beyond the richest model: r⁸, or θ¹⁰ of a
+//! fisheye lens.
 //!
-//! Where boards were, the corners hold that term small; where none was, only its prior does. Its effect on the picture is
-//! fitted by the parameters of the lens, so that their covariance carries it.
+//! Inside the boards' area, the corners limit that term; outside, only its prior does. Its effect
+//! on the picture is fitted by the lens parameters, so that their covariance includes it.
 
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
 
@@ -16,18 +17,21 @@ use crate::solve::{
 };
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
-/// Multiples of `LensFamily::next_radial_sd`, with the prior probability of each: most lenses are good, some are not.
+/// Multiples of `LensFamily::next_radial_sd`, with the prior probability of each: most lenses are
+/// good, some are not.
 const SCALES: [(f64, f64); 3] = [(0.03, 0.6), (0.1, 0.3), (0.3, 0.1)];
-/// Largest share of the radius by which the term moves a ray at the edge of the picture, at that standard deviation: where
-/// the series hardly converges, the prior of Brown's family overstates it.
+/// Largest shift of a ray at the edge of the picture by the term at that standard deviation, as a
+/// share of the radius. Where the series hardly converges, the prior of Brown's family overstates
+/// the shift.
 const LARGEST_SHARE: f64 = 0.3;
-/// Parameters that a radial term changes, fy with fx: f, k1, k2, k3.
+/// Parameters changed by a radial term, fy with fx: f, k1, k2, k3.
 const RADIAL: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::K1, LensParameter::K2, LensParameter::K3];
 
-/// Covariance of the lens of `bundle`, the richest one, from the term r⁸; `model` and `k1` belong to the chosen lens.
-/// Corners with correlated errors carry less information: it's divided by `overcount`, 1 for independent corners.
-/// `None` if the corners leave the term undetermined or the lens covers too little of the picture.
+/// Covariance of the lens of `bundle`, the richest bundle, from the term r⁸; `model` and `k1`
+/// belong to the chosen lens. The information of the corners is divided by `overcount`, 1 for
+/// independent errors. `None` if the corners leave the term undetermined or the lens covers too
+/// little of the picture.
 pub(crate) fn next_radial_doubt(
     observations: &Observations,
     bundle: &Bundle,
@@ -40,7 +44,7 @@ pub(crate) fn next_radial_doubt(
     let FirstStep { value, unit_variance, lens_by_value } =
         unexplained.first_steps(&[Cause::NextRadial]).of_one(0)?;
     let variance = unit_variance * bundle.noise_factor().max(noise_floor).powi(2) * overcount;
-    // Averaged over the widths of the prior, weighted by the evidence for each.
+    // Average over the widths of the prior, weighted by the evidence for each.
     let camera = &bundle.state.camera;
     let jacobian = projection_jacobian(camera, image_size)?;
     let rays = jacobian.px.iter().filter_map(|px| camera.flat_from_px(px));

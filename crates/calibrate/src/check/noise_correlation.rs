@@ -1,17 +1,19 @@
-//! Widens the covariance of the lens if the errors of neighbouring corners are alike.
+//! Widens the covariance of the lens if the errors of neighbouring corners correlate.
 //!
-//! Blur, shadows on the print, a board that isn't flat and compression shift neighbouring corners together. The poses
-//! then absorb most of these errors, so the residuals stay small, while the lens follows the rest: the residual noise
-//! understates the error of the lens. The errors of a view are therefore modelled as
+//! Blur, shadows on the print, a board that isn't flat and compression shift neighbouring corners
+//! together. The poses then absorb most of these errors, so the residuals stay small, while the
+//! lens follows the rest: the residual noise understates the error of the lens. The errors of a
+//! view are therefore modelled as
 //!
 //! ```text
 //! cov(eᵢ, eⱼ) = s² ((1 − a) δᵢⱼ + a exp(−dᵢⱼ²/2ℓ²))        d: distance of two corners in the picture
 //! ```
 //!
-//! in units of the stated covariances. Each pair (a, ℓ) of a grid gets a weight by its restricted likelihood (Patterson
-//! & Thompson 1971), which knows what the poses and the lens absorb. The estimate stays that of independent noise; its
-//! covariance becomes `I⁻¹ (Σ Aᵀ K A) I⁻¹`, with `A` the Jacobian of a view by the lens, its pose eliminated, and `K` the
-//! average of the models.
+//! in units of the stated covariances. Each pair (a, ℓ) of a grid gets a weight by its restricted
+//! likelihood (Patterson & Thompson 1971), which accounts for the absorption by the poses and the
+//! lens. The estimate stays that of independent noise; its covariance becomes `I⁻¹ (Σ Aᵀ K A) I⁻¹`,
+//! with `A` the Jacobian of a view by the lens, its pose eliminated, and `K` the average of the
+//! models.
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
@@ -30,13 +32,14 @@ use super::misfit_diagnosis::positive_part;
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Shares `a` of the variance that vary smoothly.
+/// Shares `a` of the smooth variance.
 const SHARES: [f64; 7] = [0.1, 0.25, 0.5, 0.75, 0.95, 0.999, 0.999_99];
-/// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the picture.
+/// Correlation lengths `ℓ`, as multiples of the mean distance between neighbouring corners in the
+/// picture.
 const LENGTHS: [f64; 5] = [0.5, 0.8, 1.3, 2.2, 4.0];
-/// About enough corners of a view: the cost grows with the cube of their number. Larger boards are thinned.
+/// Approximate number of corners per view: the cost is cubic in it. Larger boards are thinned.
 const CORNERS: usize = 80;
-/// About enough views; of more, an even sample is used.
+/// Approximate number of views; more are sampled evenly.
 const VIEWS: usize = 50;
 /// Prior probability of independent noise.
 const INDEPENDENT: f64 = 0.8;
@@ -54,8 +57,8 @@ pub(super) const TILES: usize = (RESIDUAL + 1).div_ceil(4);
 pub(crate) struct NoiseCorrelation {
     /// Gain in BIC of the likeliest model over independent noise.
     pub(crate) gain: f64,
-    /// Likeliest model with correlation: its share of the variance, its correlation length in pixels, and its standard
-    /// deviation as a multiple of the stated one.
+    /// Likeliest model with correlation: its share of the variance, correlation length in pixels,
+    /// and standard deviation as a multiple of the stated one.
     pub(super) share: f64,
     pub(super) length_px: f64,
     pub(super) noise_factor: f64,
@@ -64,23 +67,25 @@ pub(crate) struct NoiseCorrelation {
     independent: LensMatrix,
 }
 
-/// A view under the lens of the bundle, thinned.
+/// Thinned view under the lens of the bundle.
 struct View {
-    /// Two rows a corner.
+    /// Rows, two per corner.
     rows: Vec<Row<TILES>>,
-    /// What the lens moves a corner by once the pose has settled: a row per corner for each coordinate.
+    /// Derivatives of the corners by the lens, with the pose eliminated: a row per corner for each
+    /// coordinate.
     by_lens: [DMatrix<f64>; 2],
     distance_px: DMatrix<f64>,
-    /// Mean distance of these corners from the nearest one of all.
+    /// Mean distance of these corners from the nearest neighbours, thinned corners included.
     spacing_px: f64,
 }
 
-/// Models the noise around the minimum of `bundle`, the richest one. `None` if a covariance is singular.
+/// Models the noise around the minimum of `bundle`, the richest bundle. `None` if a covariance is
+/// singular.
 pub(crate) fn noise_correlation(
     observations: &Observations,
     bundle: &Bundle,
 ) -> Option<NoiseCorrelation> {
-    // Of the view with the most corners.
+    // In the view with the most corners.
     let most = (0..observations.view_count()).map(|view| observations.view(view).len()).max()?;
     let step = (most / CORNERS).max(1);
     let every = observations.view_count().div_ceil(VIEWS).max(1);
@@ -103,7 +108,8 @@ pub(crate) fn noise_correlation(
         views.iter().map(|view| DMatrix::identity(view.count(), view.count())).collect();
     let (independent_cost, variance) = fit(0.0, &white)?;
     models.push((0.0, 0, independent_cost - 2.0 * libm::log(INDEPENDENT), variance));
-    // A thinned corner stands for `step` corners, a pair for the square of that, and a view for `every` views.
+    // A thinned corner represents `step` corners, a pair the square of that, and a view `every`
+    // views.
     let (step, every) = (step as f64, every as f64);
     let independent = between(&views, &white) * (step * every);
     let prior = (1.0 - INDEPENDENT) / (SHARES.len() * LENGTHS.len()) as f64;
@@ -142,8 +148,9 @@ pub(crate) fn noise_correlation(
 }
 
 impl NoiseCorrelation {
-    /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does.
-    /// Never negative: correlation doesn't make a result more certain.
+    /// Covariance to add to the chosen lens's, averaged over the models as in
+    /// [`ModelChoice::averaged_covariance`]. Never negative: correlation doesn't make a result more
+    /// certain.
     pub(crate) fn doubt(&self, choice: &ModelChoice, noise_floor: f64) -> LensMatrix {
         averaged_doubt(choice, |fit| {
             let variance = fit.noise_factor.max(noise_floor).powi(2);
@@ -152,8 +159,8 @@ impl NoiseCorrelation {
     }
 }
 
-/// Covariance of the chosen lens by what `more` there is than independent noise tells of each model, averaged over the models as
-/// [`ModelChoice::averaged_covariance`] does. Never negative.
+/// Covariance of the chosen lens from the information `more` of each model beyond independent
+/// noise, averaged over the models as in [`ModelChoice::averaged_covariance`]. Never negative.
 pub(super) fn averaged_doubt(
     choice: &ModelChoice,
     more: impl Fn(&ModelFit) -> LensMatrix,
@@ -168,8 +175,8 @@ pub(super) fn averaged_doubt(
 }
 
 impl View {
-    /// Every `step`-th corner of a view. The other corners aren't kept: pairs of all corners of a large board would
-    /// take gigabytes.
+    /// Samples every `step`-th corner of a view. The other corners are dropped: pairs of all
+    /// corners of a large board would take gigabytes.
     fn of(observations: &Observations, bundle: &Bundle, view: usize, step: usize) -> Option<Self> {
         let all = observations.view(view);
         let first = view % step;
@@ -206,7 +213,7 @@ impl View {
         self.distance_px.map(|d| libm::exp(-0.5 * (d / length_px).powi(2)))
     }
 
-    /// The rows, multiplied by the inverse of the lower triangular `factor` of the corners' covariance.
+    /// Rows multiplied by the inverse of the lower triangular `factor` of the corners' covariance.
     fn whitened(&self, factor: &DMatrix<f64>) -> Vec<Row<TILES>> {
         let mut rows = self.rows.clone();
         for corner in 0..self.count() {
@@ -222,7 +229,7 @@ impl View {
     }
 }
 
-/// Whitened derivatives by the lens and by the pose of a view, and its residuals: two rows a corner.
+/// Whitened derivatives by the lens and the pose of a view, and residuals: two rows per corner.
 pub(super) fn rows(corners: &[&Whitened], bundle: &Bundle, view: usize) -> Option<Vec<Row<TILES>>> {
     let (camera, pose) = (&bundle.state.camera, bundle.state.cam_from_board.get(view)?);
     let mut rows = Vec::with_capacity(2 * corners.len());
@@ -290,8 +297,8 @@ fn restricted_likelihood(
     cost.is_finite().then_some((cost, variance))
 }
 
-/// Logarithm of the determinant of a positive definite matrix; scaled first, as parameters differ by orders of
-/// magnitude.
+/// Logarithm of the determinant of a positive definite matrix. Scaled first, as parameters differ
+/// by orders of magnitude.
 fn log_determinant<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<f64> {
     let scale = SVector::<f64, N>::from_fn(|i, _| matrix[(i, i)].max(f64::MIN_POSITIVE).sqrt());
     let scaled = SMatrix::<f64, N, N>::from_fn(|i, j| matrix[(i, j)] / (scale[i] * scale[j]));

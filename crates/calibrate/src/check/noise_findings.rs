@@ -1,21 +1,23 @@
-//! Compares the noise that the fit shows with the noise that a board held still showed.
+//! Compares the noise of the fit with the noise of a board held still.
 
 use super::finding::{Finding, FindingCode, Severity};
 
-/// Ratios of the fit's noise to the measured one: below the first, the fit is overconfident; above the second,
-/// something else than noise dominates the residuals. Conventions: both numbers are known to about 10 %, and real
-/// prints and lenses leave residuals of two or three times the noise of the picture.
+/// Ratios of the fit's noise to the measured noise. Below the first, the fit is overconfident;
+/// above the second, the residuals aren't mainly noise. Conventions: both numbers are known to
+/// about 10 %, and real prints and lenses leave residuals of two or three times the noise of the
+/// picture.
 const UNDERSTATED: f64 = 0.5;
 const EXCEEDED: f64 = 4.0;
 /// Noise in pixels below which no comparison is made: the detector's own errors are of this size.
 const LEAST_PX: f64 = 0.01;
 
-/// Compares the standard deviation of a corner coordinate by the fit, `fit_px`, with the one measured from the scatter of
-/// a board held still, `measured_px`. `None` if they agree, or if `measured_px` isn't a positive number.
+/// Compares the standard deviation of a corner coordinate by the fit, `fit_px`, with `measured_px`,
+/// the scatter of a board held still. `None` if they agree, or if `measured_px` isn't a positive
+/// number.
 ///
-/// A fit that claims much less has absorbed errors that the corners share, so it understates its uncertainty. One that
-/// claims much more is off by something that doesn't change from picture to picture: the print, the flatness of the board
-/// or the lens model. Its covariance includes that, see `noise_inflation`.
+/// A fit with much less noise has absorbed errors shared by the corners, so it understates its
+/// uncertainty. A fit with much more has an error constant from picture to picture: the print, the
+/// flatness of the board or the lens model. Its covariance includes that, see `noise_inflation`.
 pub(crate) fn noise_finding(fit_px: f64, measured_px: f64) -> Option<Finding> {
     let is_measured = measured_px.is_finite() && measured_px > 0.0;
     if !is_measured || fit_px.max(measured_px) < LEAST_PX {

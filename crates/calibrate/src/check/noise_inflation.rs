@@ -1,10 +1,12 @@
-//! The noise of the corners as the residuals show it.
+//! Estimates the noise of the corners from the residuals.
 //!
-//! The detector's covariances cover the noise of the picture, but not errors of the print, of the flatness of the board or
-//! of the fine shape of the lens. On real boards the latter dominate, and weights from picture noise alone would let the
-//! sharpest view decide the result. Blur and motion differ from view to view, too. So the covariance of each corner is
-//! taken as `s² vᵢ (C + ρ I)`, with ρ common to all and vᵢ common to a view. Both follow from the residuals of the free
-//! homographies, which assume neither a common focal length nor a principal point; s² is estimated by the adjustment (σ₀²).
+//! The detector's covariances cover the noise of the picture, but not errors of the print, of the
+//! flatness of the board or of the fine shape of the lens. On real boards the latter dominate, and
+//! weights from picture noise alone would let the sharpest view decide the result. Blur and motion
+//! differ from view to view, too. So the covariance of each corner is taken as `s² vᵢ (C + ρ I)`,
+//! with ρ common to all and vᵢ common to a view. Both follow from the residuals of the free
+//! homographies, which assume neither a common focal length nor a principal point; s² is estimated
+//! by the adjustment (σ₀²).
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -12,9 +14,10 @@ use boresight_geometry::Corner;
 
 /// Least gain in −2 log L for a nonzero ρ: the 0.999 quantile of χ² with 1 degree of freedom.
 const MIN_GAIN: f64 = 10.8;
-/// Ratio of consecutive trial values of ρ; 10 % accuracy of a standard deviation is plenty for a weight.
+/// Ratio of consecutive trial values of ρ; 10 % accuracy of a standard deviation is plenty for a
+/// weight.
 const STEP: f64 = 1.2;
-/// Neighbouring corners err alike: so many residuals tell as much about a view's noise as one.
+/// Number of correlated residuals with the information of a single residual about a view's noise.
 const ALIKE: f64 = 4.0;
 /// Parameters of a homography.
 const HOMOGRAPHY: f64 = 8.0;
@@ -22,24 +25,25 @@ const HOMOGRAPHY: f64 = 8.0;
 /// Residual and stated covariance of a corner, px and px².
 pub(crate) type Residual = (Vector2<f64>, Matrix2<f64>);
 
-/// Noise of the corners beyond what is stated.
+/// Noise of the corners beyond the stated covariances.
 #[derive(Clone, Debug)]
 pub(crate) struct CornerNoise {
-    /// ρ: variance in px² to add to that of every corner. Zero if the residuals agree with the stated covariances up to
-    /// a factor.
+    /// ρ: variance in px² to add to that of every corner. Zero if the residuals agree with the
+    /// stated covariances up to a factor.
     pub(crate) excess_px2: f64,
-    /// vᵢ: factor on the covariances of each view's corners, 1 on the whole.
+    /// vᵢ: factor on the covariances of each view's corners, 1 overall.
     pub(crate) of_views: Vec<f64>,
 }
 
 impl CornerNoise {
-    /// The noise behind the residuals of free homographies, view by view; a view without any has the noise of all.
+    /// Noise estimated from residuals of free homographies, view by view; a view without residuals
+    /// has the noise of all.
     pub(crate) fn of(residuals_px: &[Vec<Residual>]) -> Self {
         let excess_px2 = excess_variance_px2(residuals_px);
         Self { excess_px2, of_views: factors(residuals_px, excess_px2) }
     }
 
-    /// `views` with the covariances that the residuals show. `None` if they're the stated ones.
+    /// `views` with covariances from the residuals. `None` if unchanged.
     pub(crate) fn applied(&self, views: &[Vec<Corner>]) -> Option<Vec<Vec<Corner>>> {
         if self.excess_px2 == 0.0 && self.of_views.iter().all(|factor| *factor == 1.0) {
             return None;
@@ -58,7 +62,7 @@ impl CornerNoise {
 
 /// ρ, by maximum likelihood.
 fn excess_variance_px2(residuals_px: &[Vec<Residual>]) -> f64 {
-    // For each corner, its mean squared residual and its mean stated variance.
+    // Mean squared residual and mean stated variance of each corner.
     let corners: Vec<(f64, f64)> = residuals_px
         .iter()
         .flatten()
@@ -91,15 +95,15 @@ fn excess_variance_px2(residuals_px: &[Vec<Residual>]) -> f64 {
     best.1
 }
 
-/// vᵢ: the variances of the views, drawn towards the common one by as much as their scatter is chance (empirical Bayes on
-/// their logarithms, which scatter by `2/freedom`).
+/// vᵢ: the variances of the views, shrunk towards the common one by the share of chance in their
+/// scatter (empirical Bayes on their logarithms, which scatter by `2/freedom`).
 fn factors(residuals_px: &[Vec<Residual>], excess_px2: f64) -> Vec<f64> {
     let more = Matrix2::from_diagonal_element(excess_px2);
     let squared = |(residual_px, stated_px2): &Residual| {
         let information = (stated_px2 + more).try_inverse()?;
         Some((residual_px.transpose() * information * residual_px).x)
     };
-    // Logarithm of the variance of each view, and the variance of that by chance.
+    // Logarithm of the variance of each view, and the chance variance of that logarithm.
     let views: Vec<Option<(f64, f64)>> = residuals_px
         .iter()
         .map(|view| {
@@ -122,7 +126,7 @@ fn factors(residuals_px: &[Vec<Residual>], excess_px2: f64) -> Vec<f64> {
         view.map_or(1.0, |(log, chance)| libm::exp((log - mean) * differ / (differ + chance)))
     };
     let factors: Vec<f64> = views.iter().map(factor).collect();
-    // The information of all stays the same.
+    // The total information stays the same.
     let level = factors.iter().map(|factor| factor.recip()).sum::<f64>() / factors.len() as f64;
     factors.into_iter().map(|factor| factor * level).collect()
 }

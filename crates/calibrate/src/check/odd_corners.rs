@@ -1,20 +1,23 @@
-//! Finds wrong corners: corners in another order than the board's, and single corners far off.
+//! Finds wrong corners: corners in another order than the board's, and single outliers.
 
 use crate::solve::bundle::{BundleState, Observations};
 use boresight_geometry::{Corner, board::Checkerboard};
 
-/// Ratio of second to first difference along a row above which three corners are crooked. Perspective and distortion give
-/// far less: 0.5 would mean that one step is three times as long as the next.
+/// Ratio of second to first difference along a row above which three corners are crooked.
+/// Perspective and distortion give far less: 0.5 would mean that one step is three times as long as
+/// the next.
 const CROOKED: f64 = 0.5;
-/// Fraction of crooked triples above which the order of the corners is wrong. A single wrong corner makes at most six.
+/// Fraction of crooked triples above which the order of the corners is wrong. A single wrong corner
+/// makes at most six.
 const TOO_MANY: f64 = 0.15;
-/// Ratio to the median distance above which a corner is wrong. Of a thousand sound corners, the furthest lies at 3.2
-/// (Rayleigh distribution).
+/// Ratio to the median distance above which a corner is wrong. The furthest of a thousand sound
+/// corners lies at 3.2 (Rayleigh distribution).
 const ODD: f64 = 8.0;
-/// Distance in pixels below which a corner isn't wrong, even if the other corners' errors are much smaller.
+/// Distance in pixels below which a corner isn't wrong, even if the other corners' errors are much
+/// smaller.
 const HARMLESS_PX: f64 = 0.2;
 
-/// True if nearly all corners that are seen follow each other as on the board.
+/// True if nearly all seen corners follow each other as on the board.
 pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     let (mut all, mut wrong) = (0, 0);
     board.target().each_three_in_line(&mut |line, share| {
@@ -29,7 +32,7 @@ pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
     f64::from(wrong) <= TOO_MANY * f64::from(all)
 }
 
-/// A corner far from its predicted position.
+/// Corner far from the predicted position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OddCorner {
     pub(crate) view: usize,
@@ -39,9 +42,10 @@ pub(crate) struct OddCorner {
     pub(crate) times: f64,
 }
 
-/// Corners more than eight times as far off as the median, and by more than a fifth of a pixel, furthest first.
+/// Corners more than eight times as far off as the median, and by more than a fifth of a pixel,
+/// furthest first.
 ///
-/// Medians, so that a wrong corner can't hide by raising the scale.
+/// Medians, because a wrong corner would raise a mean.
 pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> Vec<OddCorner> {
     let views: Vec<Vec<f64>> = (0..observations.view_count())
         .map(|view| {

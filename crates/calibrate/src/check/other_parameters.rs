@@ -1,4 +1,4 @@
-//! The doubt about a lens of one family as one about the parameters of a lens of another.
+//! Carries the doubt about a lens over to the parameters of another lens family.
 
 use nalgebra::{Point2, SVector, Vector2};
 
@@ -11,8 +11,9 @@ use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, frame::ImageSize};
 
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// `doubt` about the lens `from`, a covariance of its parameters, as one of the parameters of `to`, a lens of another family
-/// with the given freedom: by how far it moves the picture. Zero if the picture doesn't determine it.
+/// Carries `doubt`, a covariance of the parameters of the lens `from`, over to the parameters of
+/// `to`, a lens of another family with the given freedom, by its effect on the picture. Zero if the
+/// picture doesn't determine it.
 pub(crate) fn carried(
     doubt: &LensMatrix,
     from: &Camera,
@@ -38,8 +39,8 @@ pub(crate) fn carried(
     along.sum()
 }
 
-/// The change of the lens parameters that moves the grid points of `jacobian` the most alike to `off_px`; those without a
-/// shift carry no information. `None` if they don't determine one.
+/// Least-squares change of the lens parameters for the shifts `off_px` of the grid points of
+/// `jacobian`; points without a shift are skipped. `None` if the points don't determine the change.
 fn fitted(
     freedom: &LensFreedom,
     jacobian: &ProjectionJacobian,

@@ -1,4 +1,4 @@
-//! What a [`Cause`] does in the picture to a corner that the plain lens shows at some pixel, with derivatives.
+//! Effect of a [`Cause`] on the image of a corner, with derivatives.
 
 use nalgebra::{Matrix2, Matrix2x4, Point2, Vector2};
 
@@ -6,7 +6,7 @@ use super::hypotheses::{Cause, SHARED_EXTRAS};
 use crate::solve::whitened::Whitened;
 use boresight_geometry::{Camera, Projection, frame::ImageSize};
 
-/// A corner as the plain lens shows it.
+/// Corner as projected by the plain lens.
 #[derive(Clone, Copy)]
 pub(super) struct PictureAt<'a> {
     pub(super) view: usize,
@@ -16,20 +16,20 @@ pub(super) struct PictureAt<'a> {
     pub(super) image_size: ImageSize,
 }
 
-/// Where it's seen instead.
+/// Image of the corner under the cause.
 pub(super) struct Effect {
     pub(super) px: Point2<f64>,
-    /// Derivatives by the plain pixel, by the point before the lens bends it, and by `(fx, fy, cx, cy)`, each with the others
-    /// held.
+    /// Derivatives by the plain pixel, by the point before distortion, and by `(fx, fy, cx, cy)`,
+    /// each with the others held.
     pub(super) by_px: Matrix2<f64>,
     pub(super) by_flat: Matrix2<f64>,
     pub(super) by_f_and_pp: Matrix2x4<f64>,
-    /// By the parameters of the cause.
+    /// Derivatives by the parameters of the cause.
     pub(super) by_cause: [Vector2<f64>; SHARED_EXTRAS],
 }
 
 impl PictureAt<'_> {
-    /// The effect of `cause` with the parameters `by`, those of all views acting `times` on this one.
+    /// Effect of `cause` with the parameters `by`, scaled by `times` if shared by all views.
     pub(super) fn effect(&self, cause: &Cause, by: &[f64], times: f64) -> Effect {
         let (px, flat) = (self.plain.px, self.plain.flat.coords);
         let (f_px, pp_px) = (self.camera.f_px, self.camera.pp_px);
@@ -111,7 +111,7 @@ impl PictureAt<'_> {
                     1.0,
                 );
             }
-            // Compare the corner's seen place, so that the fit can't move it over the tear.
+            // Compare the observed corner, so that the fit can't move it over the tear.
             Cause::Torn(rows)
                 if rows[self.view].is_some_and(|row_px| self.corner.px.y > row_px) =>
             {
@@ -129,7 +129,7 @@ impl PictureAt<'_> {
 }
 
 impl Effect {
-    /// Scales the picture about the principal point, from which the corner is `off`.
+    /// Scales the picture about the principal point; `off` is the offset of the corner from it.
     fn scale(&mut self, pp_px: Point2<f64>, off: Vector2<f64>, scale: f64) {
         self.px = pp_px + off * scale;
         self.by_px *= scale;
@@ -145,13 +145,13 @@ impl Effect {
     }
 }
 
-/// Place in the picture from its middle, 1 at its sides.
+/// Offset from the picture's centre, 1 at the sides.
 fn from_middle(image_size: ImageSize, px: &Point2<f64>) -> Vector2<f64> {
     (px - image_size.centre_px()) * 2.0 / f64::from(image_size.width_px)
 }
 
-/// The terms of a [`Cause::SmoothField`] at `px`: those of second order, without the ones that p1 and p2 give, and of third
-/// order, 1 px at the sides of the picture.
+/// Terms of a [`Cause::SmoothField`] at `px`: those of second order, except the two given by p1 and
+/// p2, and of third order, 1 px at the sides of the picture.
 pub(super) fn field_terms(
     image_size: ImageSize,
     px: &Point2<f64>,
@@ -178,7 +178,7 @@ pub(super) fn field_terms(
     ]
 }
 
-/// Derivative of the sum of [`field_terms`], each times its number of `by`, by the pixel.
+/// Derivative by the pixel of the sum of [`field_terms`] weighted with `by`.
 fn field_by_px(image_size: ImageSize, px: &Point2<f64>, by: &[f64]) -> Matrix2<f64> {
     let off = from_middle(image_size, px);
     let (u, v) = (off.x, off.y);

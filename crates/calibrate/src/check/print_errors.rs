@@ -1,16 +1,18 @@
-//! Widens the covariance of the lens if the corners of the board aren't where they should be.
+//! Widens the covariance of the lens if corners of the board are misplaced.
 //!
-//! A printer puts corners some hundredths of a millimetre off, the same ones in all views. More views don't average that out, and
-//! views alone don't show it: all of them agree. The corners do. With the residual `r` of a corner in a view and `B` the change
-//! of its picture when it moves on the board, both in standard deviations of the noise,
+//! A printer misplaces corners by some hundredths of a millimetre, the same ones in all views. More
+//! views don't average that out, and the agreement of the views doesn't show it. The corners do.
+//! With the residual `r` of a corner in a view and `B` the derivative of its image by its place on
+//! the board, both in standard deviations of the noise,
 //!
 //! ```text
 //! q = Σ Bᵀ r,   P = Σ Bᵀ B   (over the views),   Σ qᵀ P⁻¹ q = w² · 2N + s² · Σ tr P   (over N corners, on average)
 //! ```
 //!
-//! where `w²` is the variance that differs from view to view, and `s²` that of the corners on the board: an analysis of variance
-//! (Searle, Casella & McCulloch, "Variance components", 1992, chapter 3). With `A` the change of a corner's picture by the lens, its
-//! view's pose eliminated, and `C = Σ Aᵀ B`, the errors of the print move the lens by a covariance of `I⁻¹ (s² Σ C Cᵀ) I⁻¹`.
+//! where `w²` is the variance between views, and `s²` that of the corners on the board: an analysis
+//! of variance (Searle, Casella & McCulloch, "Variance components", 1992, chapter 3). With `A` the
+//! derivative of a corner's image by the lens, its view's pose eliminated, and `C = Σ Aᵀ B`, the
+//! errors of the print move the lens by a covariance of `I⁻¹ (s² Σ C Cᵀ) I⁻¹`.
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
@@ -30,7 +32,7 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 /// Errors of the corners on the board.
 #[derive(Clone, Debug)]
 pub(crate) struct PrintErrors {
-    /// What they add to the information that independent errors of the same size would leave: `s² (Σ C Cᵀ − Σ Aᵀ B Bᵀ A)`.
+    /// Information beyond independent errors of the same size: `s² (Σ C Cᵀ − Σ Aᵀ B Bᵀ A)`.
     information: LensMatrix,
 }
 
@@ -43,8 +45,8 @@ struct OfCorner {
     by_lens: SMatrix<f64, LENS_PARAMETERS, 2>,
 }
 
-/// The errors that all views share around the minimum of `bundle`, the richest one. `None` if there are none, or if too few views
-/// show the corners.
+/// Errors shared by all views around the minimum of `bundle`, the richest bundle. `None` if there
+/// are none, or if too few views show the corners.
 pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Option<PrintErrors> {
     let none =
         OfCorner { pull: Vector2::zeros(), power: Matrix2::zeros(), by_lens: SMatrix::zeros() };
@@ -54,7 +56,7 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
     for view in 0..observations.view_count() {
         let seen: Vec<&Whitened> = observations.view(view).iter().collect();
         let mut rows = rows(&seen, bundle, view)?;
-        // A point that moves on the board moves its picture as a shift of the board does.
+        // Moving a point on the board moves its image like a shift of the board.
         let turn = bundle.state.cam_from_board.get(view)?.rotation.to_rotation_matrix();
         let along_board = turn.matrix().fixed_columns::<2>(0);
         let by_board: Vec<Matrix2<f64>> = rows
@@ -64,7 +66,8 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
                 by_shift * along_board
             })
             .collect();
-        // What a view's corners err by in common is weighed down: once for `Aᵀ A`, twice for products with rows as they are.
+        // Downweight the common error of a view's corners: once for `Aᵀ A`, twice for products with
+        // unweighted rows.
         let common = CommonError::of(seen.iter().copied());
         let weigh_down = |rows: &mut [Row<TILES>]| common.iter().for_each(|it| it.take_out(rows));
         weigh_down(&mut rows);
@@ -98,7 +101,7 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
         power += corner.power.trace();
         in_corners += corner.by_lens * corner.by_lens.transpose();
     }
-    // Lens and poses take their share of both.
+    // Lens and poses absorb their share of both.
     let kept = left / count;
     let freedom = left - places * kept;
     if freedom < 1.0 || power <= 0.0 {
@@ -110,7 +113,8 @@ pub(crate) fn print_errors(observations: &Observations, bundle: &Bundle) -> Opti
 }
 
 impl PrintErrors {
-    /// Covariance to add to the chosen lens's, averaged over the models as [`ModelChoice::averaged_covariance`] does. Never negative.
+    /// Covariance to add to the chosen lens's, averaged over the models as in
+    /// [`ModelChoice::averaged_covariance`]. Never negative.
     pub(crate) fn doubt(&self, choice: &ModelChoice) -> LensMatrix {
         averaged_doubt(choice, |_| self.information)
     }

@@ -1,4 +1,5 @@
-//! Projects the covariance of the lens to pixels: the standard deviation of the image of a ray, over the picture.
+//! Projects the covariance of the lens to pixels: the standard deviation of the image of a ray,
+//! over the picture.
 
 use nalgebra::{Matrix3, Point2, SMatrix};
 
@@ -11,27 +12,29 @@ use boresight_geometry::{
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Derivatives of the image by the lens parameters, compensated for rotation of the camera, on a grid of pixels.
+/// Derivatives of the image by the lens parameters, compensated for rotation of the camera, on a
+/// grid of pixels.
 ///
-/// `M = J − R R_c⁺ J_c`, with `J` = d px / d lens of fixed rays, `R` = d px / d rotation of the camera, and `c` the points over
-/// which the rotation is the best ([`Self::turned_over`]). It's compensated because the orientation of the camera isn't part of
-/// a calibration (as in mrcal's projection uncertainty).
+/// `M = J − R R_c⁺ J_c`, with `J` = d px / d lens of fixed rays, `R` = d px / d rotation of the
+/// camera, and `c` the points over which the rotation is the best ([`Self::turned_over`]). It's
+/// compensated because the orientation of the camera isn't part of a calibration (as in mrcal's
+/// projection uncertainty).
 #[derive(Clone, Debug)]
 pub struct ProjectionJacobian {
     /// Grid points inside the field of the lens model, in pixels.
     pub px: Vec<Point2<f64>>,
     /// Two rows of `M` per grid point; columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: Vec<SMatrix<f64, 2, LENS_PARAMETERS>>,
-    /// Number of grid points beyond the fold of the lens model, which have no ray. Those outside the round picture of a
-    /// fisheye lens aren't counted.
+    /// Number of grid points beyond the fold of the lens model, which have no ray. Points outside
+    /// the round picture of a fisheye lens aren't counted.
     pub unmapped: usize,
     /// Two rows of `R` per grid point.
     jac_rotation: Vec<SMatrix<f64, 2, 3>>,
-    /// The rotation that compensates for each lens parameter, in radians.
+    /// Rotation in radians that compensates for each lens parameter.
     explained: SMatrix<f64, 3, LENS_PARAMETERS>,
 }
 
-/// Standard deviation of projection at one pixel.
+/// Standard deviation of projection at a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridSd {
     /// Grid point in the picture, in pixels.
@@ -47,9 +50,9 @@ pub struct ProjectionSd {
     pub mean_px: f64,
     /// Maximum over the grid, in pixels.
     pub max_px: f64,
-    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over the grid, in pixels. A
-    /// [`Calibration`](crate::Calibration) states it after the best turn over the whole picture, all else after the best over
-    /// the covered part.
+    /// 95 % quantile, over repeated calibrations, of the root mean square error of projection over
+    /// the grid, in pixels. In a [`Calibration`](crate::Calibration), it is compensated by the best
+    /// rotation over the whole picture, all else by the best over the covered part.
     pub bound_px: f64,
     /// Values of the mapped grid points, row by row.
     pub grid: Vec<GridSd>,
@@ -57,14 +60,15 @@ pub struct ProjectionSd {
     pub unmapped: usize,
 }
 
-/// The part of the picture in which projection is known well enough.
+/// Part of the picture with sufficiently certain projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidArea {
-    /// Error that its points stay below, each with 95 % probability, in pixels: root mean square over directions.
+    /// Error bound of the area's points, each with 95 % probability, in pixels: root mean square
+    /// over directions.
     pub goal_px: f64,
-    /// Its share of the picture, 0 to 1.
+    /// Share of the picture, 0 to 1.
     pub share: f64,
-    /// 95 % quantile of the root mean square error over it, in pixels; `None` if it's empty.
+    /// 95 % quantile of the root mean square error over the area, in pixels; `None` if it's empty.
     pub bound_px: Option<f64>,
 }
 
@@ -92,8 +96,9 @@ pub fn projection_jacobian(camera: &Camera, image_size: ImageSize) -> Option<Pro
 }
 
 impl ProjectionJacobian {
-    /// The same derivatives, compensated by the best rotation over the grid points that `is_inside` selects. A bound over a
-    /// part of the picture takes the rotation over that part: what the lens does elsewhere doesn't turn the camera.
+    /// Derivatives compensated by the best rotation over the grid points selected by `is_inside`. A
+    /// bound over a part of the picture takes the rotation over that part: the lens elsewhere
+    /// doesn't rotate the camera.
     ///
     /// `None` if too few points are selected to determine a rotation.
     pub fn turned_over(&self, is_inside: impl Fn(&Point2<f64>) -> bool) -> Option<Self> {
@@ -113,12 +118,13 @@ impl ProjectionJacobian {
         Some(turned)
     }
 
-    /// `M` of the same `camera` at the image of a ray, which needn't be a grid point. Compensated by the rotation of the grid.
+    /// `M` of the same `camera` at the image of any ray, compensated by the rotation of the grid.
     pub fn at(&self, ray: &RayProjection) -> SMatrix<f64, 2, LENS_PARAMETERS> {
         ray.jac_lens - ray.jac_rotation * self.explained
     }
 
-    /// Standard deviation of projection for the lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid point.
+    /// Standard deviation of projection for the lens covariance `C`: `√(tr(M C Mᵀ)/2)` at each grid
+    /// point.
     pub fn sd(&self, covariance: &LensMatrix) -> ProjectionSd {
         let grid: Vec<GridSd> = self
             .px
@@ -139,13 +145,16 @@ impl ProjectionJacobian {
         }
     }
 
-    /// The mean square error is distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`.
-    /// Its quantile is taken from the gamma distribution with the same mean and variance (Satterthwaite 1946).
+    /// 95 % bound of the root mean square error over the grid, in pixels. The mean square error is
+    /// distributed as `Σ λᵢ χ²₁`, with λ the eigenvalues of `W C` and `W` the mean of `MᵀM/2`. Its
+    /// quantile is taken from the gamma distribution with the same mean and variance (Satterthwaite
+    /// 1946).
     pub(crate) fn bound_px(&self, covariance: &LensMatrix) -> f64 {
         Self::quantile_px(&self.weight(), covariance)
     }
 
-    /// 95 % bound of the error over the grid points that `is_inside` selects. `None` if it selects none.
+    /// 95 % bound of the error over the grid points selected by `is_inside`. `None` if there are
+    /// none.
     pub(crate) fn bound_px_inside(
         &self,
         covariance: &LensMatrix,
@@ -160,7 +169,7 @@ impl ProjectionJacobian {
         (count > 0).then(|| Self::quantile_px(&(weight / f64::from(count)), covariance))
     }
 
-    /// The grid points at which the 95 % bound of the error is at most `goal_px`.
+    /// Area of the grid points with a 95 % error bound of at most `goal_px`.
     pub fn valid_area(&self, covariance: &LensMatrix, goal_px: f64) -> ValidArea {
         let (mut weight, mut count) = (LensMatrix::zeros(), 0);
         for jac_lens in &self.jac_lens {
@@ -185,7 +194,8 @@ impl ProjectionJacobian {
         })
     }
 
-    /// Mean of `MᵀM` over the grid points, so that the mean of `tr(M C Mᵀ) = tr(MᵀM C)` takes one product.
+    /// Mean of `MᵀM` over the grid points, so that the mean of `tr(M C Mᵀ) = tr(MᵀM C)` takes one
+    /// product.
     pub fn weight(&self) -> LensMatrix {
         let mut weight = LensMatrix::zeros();
         for jac_lens in &self.jac_lens {
@@ -206,8 +216,8 @@ mod tests {
 
     #[test]
     fn a_turned_camera_is_no_error() {
-        // Without distortion, moving the PP by a pixel is a turn to first order near the centre, so
-        // nearly all of it is compensated; a change of f is not.
+        // Without distortion, moving the PP by a pixel is a rotation to first order near the
+        // centre, so nearly all of it is compensated; a change of f is not.
         let camera = Camera::pinhole(6000.0, SIZE.centre_px());
         let jacobian = projection_jacobian(&camera, SIZE).expect("covers the picture");
         let mut covariance = LensMatrix::zeros();
@@ -229,7 +239,8 @@ mod tests {
         let whole = projection_jacobian(&camera, SIZE).expect("covers the picture");
         let is_inside = |px: &Point2<f64>| (px - SIZE.centre_px()).norm() < 250.0;
         let inside = whole.turned_over(is_inside).expect("covers the middle");
-        // Decentring grows with the square of the radius: the dark corners turn the camera more than the middle.
+        // Decentring grows with the square of the radius: the dark corners rotate the camera more
+        // than the middle.
         let mut covariance = LensMatrix::zeros();
         covariance[(LensParameter::P2.index(), LensParameter::P2.index())] = 1e-6;
         let bound_px = |by: &ProjectionJacobian| by.bound_px_inside(&covariance, is_inside);
@@ -247,7 +258,7 @@ mod tests {
         let mut covariance = LensMatrix::zeros();
         covariance[(2, 2)] = step * step;
         let predicted = jacobian.sd(&covariance);
-        // The same value by moving a camera and searching for the best turn.
+        // The same value by moving a camera and searching for the best rotation.
         let mut moved = camera;
         moved.pp_px.x += step;
         let miss = |turn: f64| {

@@ -1,8 +1,9 @@
-//! Finds views whose picture is put together from two: the rows below a tear show the board at another moment.
+//! Finds views composed of two pictures: the rows below a tear show the board at another moment.
 //!
-//! A driver that fills a buffer while it is read gives such pictures, at full length and without an error. If the board
-//! moved, the corners below the tear are shifted; a pose absorbs most of that, so the tear is looked for in what no pose
-//! explains. A board that moved during the exposure is smeared, not torn: its corners are shifted, too, but smoothly.
+//! A driver that fills a buffer during a read gives such pictures, at full length and without an
+//! error. If the board moved, the corners below the tear are shifted; a pose absorbs most of that,
+//! so the search uses the residuals with a free pose. A board that moved during the exposure is
+//! smeared, not torn: its corners are shifted, too, but smoothly.
 
 use nalgebra::{DMatrix, DVector, Matrix2, Point2, SMatrix, SVector, Vector2};
 
@@ -13,21 +14,22 @@ use crate::solve::{
 
 /// Least corners on each side of a tear: a few wrong corners would explain fewer.
 const LEAST_CORNERS: usize = 6;
-/// Reduction of a view's cost that makes it suspect, in multiples of its typical squared residual: three parameters
-/// gain 40 by chance once in 10⁸ views. The fit of all views decides.
+/// Reduction of the cost of a suspect view, in multiples of the typical squared residual: three
+/// parameters gain 40 by chance once in 10⁸ views. The fit of all views decides.
 const SUSPECT_GAIN: f64 = 40.0;
-/// Least gain of a suspect, as a share of the first one's: a torn view distorts the lens, which shows in the others.
+/// Least gain of a suspect, as a share of the largest gain: a torn view distorts the lens, and
+/// thereby the other views.
 const LEAST_SHARE: f64 = 0.1;
-/// Least ratio of the cost after a tear along a column to the cost after a tear along a row. 200 rendered smears have
-/// 1.5 at most, small tears 1.9 at least.
+/// Least ratio of the cost after a tear along a column to the cost after a tear along a row. 200
+/// rendered smears have 1.5 at most, small tears 1.9 at least.
 const BETTER_THAN_ACROSS: f64 = 1.7;
-/// Least ratio of the cost after smooth shifts to the cost after two rigid halves. The same smears have 1.2 at most,
-/// rendered tears with a turn 4.8 at least.
+/// Least ratio of the cost after smooth shifts to the cost after two rigid halves. The same smears
+/// have 1.2 at most, rendered tears with a turn 4.8 at least.
 const BETTER_THAN_SMOOTH: f64 = 2.0;
 /// Singular value, for slopes of unit length, below which parameters have the same effect.
 const LEAST_SINGULAR: f64 = 1e-6;
 
-/// For each view, the row in pixels at which it is probably torn. `None` if no view is suspect.
+/// Row in pixels at which each view is probably torn. `None` if no view is suspect.
 pub(super) fn suspects(
     observations: &Observations,
     state: &BundleState,
@@ -54,15 +56,15 @@ pub(super) fn suspects(
 }
 
 struct Tear {
-    /// Place of the tear along the axis searched.
+    /// Place of the tear along the search axis.
     at_px: f64,
-    /// Reduction of the view's cost by a shift of the corners beyond the tear, its pose free.
+    /// Reduction of the view's cost by a shift of the corners beyond the tear, with a free pose.
     gain: f64,
-    /// Mean squared whitened residual that is left.
+    /// Mean squared remaining whitened residual.
     left_square: f64,
 }
 
-/// Residual and derivatives of one corner, under changes of its view.
+/// Residual and derivatives of a corner, under changes of the view.
 struct Pull {
     px: Point2<f64>,
     whitener: Matrix2<f64>,
@@ -70,7 +72,7 @@ struct Pull {
     residual: Vector2<f64>,
 }
 
-/// A view under the lens of a state, its pose free.
+/// View under the lens of a state, with a free pose.
 struct FreeView {
     pulls: Vec<Pull>,
     /// Inverse of the pose's information.
@@ -98,7 +100,8 @@ impl FreeView {
         Some(Self { pulls, settled: inverse(&local)?, gradient, cost })
     }
 
-    /// The place along an axis of the picture beyond which a shift of all corners reduces the cost most.
+    /// Place along an axis of the picture beyond which a shift of all corners reduces the cost
+    /// most.
     fn likeliest_tear(&self, along: impl Fn(&Point2<f64>) -> f64) -> Option<Tear> {
         let mut pulls: Vec<&Pull> = self.pulls.iter().collect();
         pulls.sort_by(|a, b| along(&b.px).total_cmp(&along(&a.px)));
@@ -131,16 +134,16 @@ impl FreeView {
         Some(Tear { at_px, gain, left_square: left.max(0.0) / (2 * pulls.len()) as f64 })
     }
 
-    /// True if the view is torn, not smeared: a smear moves corners smoothly and has nothing to do with rows. So a tear
-    /// along a row explains it far better than one along a column, or two rigid halves do far better than any smooth
-    /// shift.
+    /// True if the view is torn, not smeared. A smear moves corners smoothly and independently of
+    /// rows. A tear along a row therefore fits a torn view far better than a tear along a column,
+    /// or two rigid halves fit far better than any smooth shift.
     fn is_torn(&self, tear: &Tear) -> bool {
         let across = self.likeliest_tear(|px| px.x).map_or(0.0, |across| across.left_square);
         across > BETTER_THAN_ACROSS * tear.left_square
             || self.left_if_smooth() > BETTER_THAN_SMOOTH * self.left_if_halves(tear.at_px)
     }
 
-    /// Mean squared whitened residual if the rows on either side have poses of their own.
+    /// Mean squared whitened residual if the rows on either side have separate poses.
     fn left_if_halves(&self, row_px: f64) -> f64 {
         self.left_square::<12>(|pull| {
             let from = if pull.px.y > row_px { 6 } else { 0 };

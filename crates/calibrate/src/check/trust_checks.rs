@@ -27,38 +27,45 @@ use boresight_geometry::{
     Camera, Corner, GRID_COLUMNS, GRID_ROWS, LensParts, OutlierLine, frame::ImageSize, seen_count,
 };
 
-/// Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99 quantile, `docs/method.md`, section 2.
+/// Limit of Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99
+/// quantile, `docs/method.md`, section 2.
 const HAUSMAN_CARE: f64 = 9.21;
-/// Three times [`HAUSMAN_CARE`]: the principal point is wrong by far more than its stated error. A convention.
+/// Three times [`HAUSMAN_CARE`]: the principal point is wrong by far more than its stated error. A
+/// convention.
 const HAUSMAN_BAD: f64 = 30.0;
-/// Squared distance in stated standard deviations up to which the stated uncertainty covers a shift: 2 sd.
+/// Squared distance in stated standard deviations up to which the stated uncertainty covers a
+/// shift: 2 sd.
 const COVERED: f64 = 4.0;
-/// Observed over expected shift when views are left out; 1 if they agree. 2 is the stop rule's limit, `docs/method.md`,
-/// section 3.5; twice that is bad by convention.
+/// Ratio of observed to expected shift when views are left out; 1 if they agree. 2 is the stop
+/// rule's limit, `docs/method.md`, section 3.5; twice that is bad by convention.
 const SKIP_CARE: f64 = 2.0;
 const SKIP_BAD: f64 = 4.0;
-/// Fraction of the picture's width by which a corner may lie outside: the edge fit extrapolates by a few pixels.
+/// Allowed distance of a corner outside the picture, as a fraction of the width: the edge fit
+/// extrapolates by a few pixels.
 const OUTSIDE: f64 = 0.005;
-/// Distance of the principal point from the centre as a fraction of the picture's width. Centring errors of real cameras
-/// are below a tenth; more indicates a cropped picture.
+/// Distance of the principal point from the centre as a fraction of the picture's width. Centring
+/// errors of real cameras are below a tenth; more indicates a cropped picture.
 const PP_FAR_CARE: f64 = 0.1;
 const PP_FAR_BAD: f64 = 0.2;
-/// Observed over expected residual of a held-out view. A convention: with some hundred coordinates, chance alone stays
-/// within about 10 % of 1.
+/// Ratio of observed to expected residual of a held-out view. A convention: with some hundred
+/// coordinates, chance alone stays within about 10 % of 1.
 const HELD_OUT_CARE: f64 = 1.6;
-/// Ratio of a view's residual to the median above which the view is odd. A convention: chance varies by about 10 %.
+/// Ratio of a view's residual to the median above which the view is odd. A convention: chance
+/// varies by about 10 %.
 const ODD_VIEW: f64 = 2.5;
-/// Residual in pixels below which the median counts as this large, so that near-exact views aren't compared.
+/// Least median residual in pixels, so that near-exact views aren't compared.
 const LEAST_MEDIAN_PX: f64 = 0.02;
-/// Tilts of 10° and 20°: below 20° the focal length can hardly be separated from the distance, `docs/method.md`, section 0.
+/// Tilts of 10° and 20°: below 20° the focal length can hardly be separated from the distance,
+/// `docs/method.md`, section 0.
 const TILT_NONE_RAD: f64 = 0.17;
 const TILT_USEFUL_RAD: f64 = 0.35;
-/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`, section 3.2: that of two pairs
-/// whose tilt axes are 20° apart. With less, the board was tipped about one axis only.
+/// Least singular value of the stacked unit normals of the principal lines, `docs/method.md`,
+/// section 3.2: that of two pairs with tilt axes 20° apart. Below it, the board was tilted about
+/// one axis only.
 const DIRECTIONS_WANTED: f64 = 0.35;
-/// Typical error of a corner coordinate that means no board at all. [`Limits`] has the other limit.
+/// Typical error of a corner coordinate that excludes a board. [`Limits`] has the other limit.
 const NOISE_BAD_PX: f64 = 3.0;
-/// Evidence about one view for the checks.
+/// Evidence about a view for the checks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ViewEvidence {
     /// Angle between image plane and board.
@@ -71,33 +78,33 @@ pub(crate) struct ViewEvidence {
     pub(crate) mirrored: bool,
 }
 
-/// Everything that the checks examine.
+/// Evidence for the checks.
 pub(crate) struct Evidence<'a> {
     pub(crate) image_size: ImageSize,
     pub(crate) camera: &'a Camera,
     pub(crate) choice: &'a ModelChoice,
-    /// Scatter of the focal length in pixels, if it was allowed to vary.
+    /// Scatter of a focal length allowed to vary, in pixels.
     pub(crate) varying_px: Option<f64>,
     pub(crate) free: Option<&'a FreeHomographies>,
     pub(crate) views: &'a [ViewEvidence],
     pub(crate) seen: &'a [Vec<Corner>],
     pub(crate) causes: &'a Causes,
-    /// Families of lens models that couldn't be fitted.
+    /// Families of lens models with a failed fit.
     pub(crate) left_out: &'a [&'static str],
-    /// Correction that the result includes.
+    /// Correction included in the result.
     pub(crate) correction: Option<&'a Correction>,
     pub(crate) odd_corners: &'a [OddCorner],
     pub(crate) held_out: Option<HeldOutView>,
-    /// The result together with an earlier calibration, if one was given.
+    /// Combination of the result with an earlier calibration, if given.
     pub(crate) known_lens: Option<&'a Result<Combined, NotHeld>>,
-    /// The independent check beside the bundle; there if `free` is.
+    /// Independent check of the bundle; present if `free` is.
     pub(crate) disagreement: Option<Disagreement>,
     pub(crate) projection_sd: &'a ProjectionSd,
     pub(crate) pp_covariance_px2: Matrix2<f64>,
     pub(crate) valid_area: &'a ValidArea,
-    /// 95 % bound of the error of projection where boards were.
+    /// 95 % bound of the error of projection over the boards' area.
     pub(crate) bound_px: f64,
-    /// Whether the lens meets the goal of the person's own, if there is one.
+    /// True if the lens meets the acceptance goal; `None` without one.
     pub(crate) meets_goal: Option<bool>,
     pub(crate) skip_one_ratio: Option<f64>,
     pub(crate) distinct: usize,
@@ -118,7 +125,7 @@ impl Evidence<'_> {
     }
 }
 
-/// All findings, in a fixed order.
+/// Findings in a fixed order.
 pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut report = |severity: Option<Severity>, code: FindingCode| {
@@ -127,7 +134,7 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     views(evidence, &mut report);
     corners(evidence, &mut report);
     if let Some(scatter_px) = evidence.varying_px {
-        // Checks that assume a common focal length don't apply.
+        // Checks based on a common focal length don't apply.
         let f_px = evidence.camera.f_px.x;
         report(Some(Severity::Info), FindingCode::FocalVaries { f_px, scatter_px });
         known_lens(evidence, &mut report);
@@ -152,7 +159,7 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     findings
 }
 
-/// Severity of a measure by its limits, `None` below both. NaN is bad.
+/// Severity of a measure by two limits; `None` below both. NaN is bad.
 fn above(measured: f64, care: f64, bad: f64) -> Option<Severity> {
     if measured <= care {
         None
@@ -196,7 +203,8 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
             wanted_tilt_rad: TILT_USEFUL_RAD,
         },
     );
-    // Tilt azimuths are the directions of the principal lines; the normals have the same singular values.
+    // Tilt azimuths are the directions of the principal lines; the normals have the same singular
+    // values.
     let mut normals = Matrix2::zeros();
     for view in evidence.views.iter().filter(|view| view.tilt_rad >= TILT_NONE_RAD) {
         let along =
@@ -234,16 +242,17 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
     if unmapped > 0 {
-        // Not part of the valid area.
+        // Folded points aren't part of the valid area.
         let severity = Severity::Info;
         report(Some(severity), FindingCode::LensFolds { unmapped, of });
     }
 }
 
-/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and its shift in pixels.
+/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and the
+/// point's shift in pixels.
 ///
-/// If the chosen model holds, its estimate is efficient, and the difference from the richer model's has covariance
-/// `C_full − C`. `None` if the richest model is the chosen one.
+/// If the chosen model holds, its estimate is efficient, and the difference from the richer model's
+/// has covariance `C_full − C`. `None` if the richest model is the chosen one.
 fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
     let full = choice.bundles.len() - 1;
     if full == choice.chosen {
@@ -258,7 +267,8 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
-/// Reports if a result that should be held to an earlier calibration contradicts it, or couldn't be held.
+/// Reports a contradiction to the earlier calibration meant to hold the lens, or a failure to hold
+/// the lens.
 fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     match evidence.known_lens {
         Some(Ok(Combined { statistic, limit, .. })) => {
@@ -275,7 +285,7 @@ fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>,
 fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(Disagreement { distance_px, sigmas }) = evidence.disagreement {
         let code = FindingCode::CheckDisagrees { distance_px, sigmas, limit: CONTRADICTION_SIGMAS };
-        // The free homographies have a simpler lens; what differs needn't be the result's error.
+        // The free homographies have a simpler lens, so a difference needn't be the result's error.
         report((sigmas > CONTRADICTION_SIGMAS).then_some(Severity::Info), code);
     }
     if let Some(free) = evidence.free {
@@ -293,7 +303,7 @@ fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     }
 }
 
-/// Views that fit far worse than the others, single odd corners aside.
+/// Views with a far worse fit than the others, single odd corners aside.
 fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let rms_px: Vec<f64> = evidence
         .views
@@ -313,7 +323,7 @@ fn odd_views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     let limit_px = ODD_VIEW * typical_px.max(LEAST_MEDIAN_PX);
     for (view, rms_px) in rms_px.into_iter().enumerate() {
         if rms_px > limit_px {
-            // It counts as what it is.
+            // The view's weight already reflects its noise.
             report(Some(Severity::Info), FindingCode::ViewOdd { view, rms_px, typical_px });
         }
     }
@@ -327,7 +337,7 @@ fn outliers(free: &FreeHomographies, report: &mut impl FnMut(Option<Severity>, F
     }
 }
 
-/// Corners that can't be right, and the position of the principal point.
+/// Impossible corners, and the position of the principal point.
 fn corners(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     let ImageSize { width_px, height_px } = evidence.image_size;
     let (width_px, height_px) = (f64::from(width_px), f64::from(height_px));
@@ -376,13 +386,13 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
     report(severity, FindingCode::ProjectionUncertain { bound_px, goal_px, share, wanted_share });
 }
 
-/// Noise that the residuals understate.
+/// Noise understated by the residuals.
 fn noise(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(correlation) = evidence.noise_correlation
         && correlation.gain > UNLIKELY + CLEAR
         && evidence.causes.best().is_none()
     {
-        // Of the typical corner, as `noise_px` is.
+        // For the typical corner, like `noise_px`.
         let noise_px = evidence.noise_px * correlation.noise_factor
             / evidence.choice.bundle().noise_factor().max(f64::MIN_POSITIVE);
         let code = FindingCode::NoiseCorrelated {

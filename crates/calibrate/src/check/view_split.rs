@@ -1,20 +1,21 @@
-//! Searches for the split of the views that explains a misfit best: another camera for some, or another focus from some
-//! view on.
+//! Searches for the split of the views that best explains a misfit: another camera for some, or
+//! another focus from one view on.
 
 use nalgebra::{Matrix4, Vector4};
 
 use crate::solve::{bundle::Bundle, schur_lm::inverse};
 use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
-/// What two cameras differ in: the parameters of `Cause::Mixed`.
+/// Parameters that differ between two cameras, as in `Cause::Mixed`.
 const DIFFERENCE: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::Cx, LensParameter::Cy, LensParameter::K1];
 
-/// Splits the views into the two groups that disagree most about f, the principal point and k1, and marks the smaller.
+/// Splits the views into the two groups with the largest difference in f, the principal point and
+/// k1, and marks the smaller group.
 ///
-/// With `I` and `g` the information and gradient of each view, splitting into A and B gains `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries
-/// consecutive views, and views sorted by the shift of each parameter; then improves the best split view by view. `None`
-/// with fewer than four views.
+/// With `I` and `g` the information and gradient of each view, splitting into A and B gains
+/// `gₐᵀ(Iₐ⁻¹ + I_b⁻¹)gₐ`. Tries consecutive views, and views sorted by the shift of each parameter;
+/// then improves the best split view by view. `None` with fewer than four views.
 pub(super) fn likeliest_split(bundle: &Bundle) -> Option<Vec<bool>> {
     let views: Vec<Pull> = bundle
         .view_information()
@@ -103,10 +104,12 @@ impl Pull {
     }
 }
 
-/// First view, `1..N`, of the change to another focal length that explains most. `None` with fewer than four views.
+/// First view, `1..N`, with another focal length by the likeliest jump. `None` with fewer than four
+/// views.
 ///
-/// With `I` and `g` the information and gradient of each view for the lens, and `J` the sum of `I` from that view on, a
-/// change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, with the other lens parameters refitted.
+/// With `I` and `g` the information and gradient of each view for the lens, and `J` the sum of `I`
+/// from that view on, a change of f from there on gains `(Σ g_f)² / (J_ff − J_fθ I⁻¹ J_θf)`, with
+/// the other lens parameters refitted.
 pub(super) fn likeliest_jump(bundle: &Bundle) -> Option<usize> {
     let views = bundle.view_information();
     if views.len() < 4 {

@@ -1,7 +1,8 @@
 //! Bundle adjustment: fits the lens and all board poses to the corners by least squares.
 //!
-//! Minimises `Σ |L⁻¹ (measured − predicted)|²`, with `L Lᵀ` the covariance of each corner, by Levenberg–Marquardt with a
-//! Schur complement over the views. Efficient (reaches the Cramér–Rao bound) if the lens model is right.
+//! Minimises `Σ |L⁻¹ (measured − predicted)|²`, with `L Lᵀ` the covariance of each corner, by
+//! Levenberg–Marquardt with a Schur complement over the views. Efficient (reaches the Cramér–Rao
+//! bound) if the lens model is right.
 
 use std::ops::Range;
 
@@ -18,32 +19,33 @@ use boresight_geometry::{BROWN_PARAMETERS, Camera, Corner, LENS_PARAMETERS, Lens
 
 type LensVector = SVector<f64, LENS_PARAMETERS>;
 
-/// Coordinates per piece of work of a thread, about: 16 views of 54 corners.
+/// Approximate number of coordinates per task of a thread: 16 views of 54 corners.
 const COORDINATES_AT_ONCE: usize = 1728;
-/// Coordinates from which threads save more time than their start takes: 200 views of 54 corners.
+/// Number of coordinates from which threads save more time than the start takes: 200 views of 54
+/// corners.
 const COORDINATES_WORTH_THREADS: usize = 20_000;
 
-/// The corners of all views with their board points, prepared for adjustment.
+/// Corners of all views with board points, prepared for adjustment.
 #[derive(Clone, Debug)]
 pub struct Observations {
     board_m: Vec<Point2<f64>>,
     views: Vec<Vec<Whitened>>,
-    /// Of each view.
+    /// Common error of each view.
     common: Vec<Option<CommonError>>,
-    /// Threads to adjust them with.
+    /// Number of threads for the adjustment.
     threads: usize,
 }
 
-/// Why corners can't be adjusted.
+/// Reason why corners can't be adjusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InvalidCorners {
     /// A view doesn't have exactly one corner per board corner.
     Count {
         /// Index of the view, from 0.
         view: usize,
-        /// Corners it has.
+        /// Number of corners in the view.
         got: usize,
-        /// Corners of the board.
+        /// Number of corners on the board.
         want: usize,
     },
     /// A corner isn't finite, or its covariance isn't positive definite.
@@ -56,12 +58,12 @@ pub enum InvalidCorners {
 }
 
 impl Observations {
-    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of `board_m` (metres). Unseen
-    /// corners are left out.
+    /// Checks and prepares the corners (distorted pixels) of all views, each in the order of
+    /// `board_m` (metres). Unseen corners are left out.
     ///
     /// # Errors
     ///
-    /// [`InvalidCorners`] names the first view or corner that can't be used.
+    /// [`InvalidCorners`] names the first unusable view or corner.
     pub fn new(board_m: &[Point2<f64>], views: &[&[Corner]]) -> Result<Self, InvalidCorners> {
         let mut whitened = Vec::with_capacity(views.len());
         for (view, corners) in views.iter().enumerate() {
@@ -79,7 +81,7 @@ impl Observations {
         Ok(Self { board_m: board_m.to_vec(), views: whitened, common, threads: 1 })
     }
 
-    /// Adjusts the corners with up to `threads` threads where they are many. The result doesn't depend on their number.
+    /// Adjusts many corners with up to `threads` threads. Doesn't affect the result.
     #[must_use]
     pub(crate) fn with_threads(self, threads: usize) -> Self {
         Self { threads, ..self }
@@ -99,7 +101,8 @@ impl Observations {
         )
     }
 
-    /// Calls `of` for each few consecutive views, in order. Their division doesn't depend on the number of threads.
+    /// Calls `of` for each few consecutive views, in order. The division doesn't depend on the
+    /// number of threads.
     pub(crate) fn by_chunk<T: Send>(&self, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
         let (coordinates, count) = (self.coordinate_count().max(1), self.views.len());
         let threads = if coordinates >= COORDINATES_WORTH_THREADS { self.threads } else { 1 };
@@ -114,7 +117,7 @@ impl Observations {
         2 * self.views.iter().map(Vec::len).sum::<usize>()
     }
 
-    /// Mean square of what an error of `px` along each axis adds to a whitened coordinate.
+    /// Mean square added to a whitened coordinate by an error of `px` along each axis.
     pub(crate) fn whitened_square(&self, px: f64) -> f64 {
         let squares = self.views.iter().flatten().map(|corner| corner.whitener.norm_squared());
         px * px * squares.sum::<f64>() / self.coordinate_count() as f64
@@ -125,17 +128,17 @@ impl Observations {
         self.views.len()
     }
 
-    /// All board points in metres, in corner order.
+    /// Board points in metres, in corner order.
     pub(crate) fn board_m(&self) -> &[Point2<f64>] {
         &self.board_m
     }
 
-    /// Corners of one view that are seen, in corner order.
+    /// Seen corners of a view, in corner order.
     pub(crate) fn view(&self, index: usize) -> &[Whitened] {
         &self.views[index]
     }
 
-    /// Error that the corners of one view share; `None` if they share none.
+    /// Common error of the corners of a view; `None` if there is none.
     pub(crate) fn common(&self, view: usize) -> Option<&CommonError> {
         self.common[view].as_ref()
     }
@@ -149,7 +152,8 @@ impl Observations {
             .collect()
     }
 
-    /// Root mean square residual of one view per coordinate, in pixels. Corners behind the camera are left out.
+    /// Root mean square residual of a view per coordinate, in pixels. Corners behind the camera are
+    /// left out.
     pub(crate) fn view_residual_rms_px(
         &self,
         view: usize,
@@ -174,8 +178,8 @@ impl Observations {
         })
     }
 
-    /// Sum of squared whitened residuals of corners that are expected at `predicted` pixels, of the view's index and the
-    /// corner, less what errors in common explain. `None` if a corner isn't expected anywhere.
+    /// Sum of squared whitened residuals of the corners from the `predicted` pixels, less the part
+    /// explained by common errors. `None` if a corner has no predicted pixel.
     pub(crate) fn cost_of(
         &self,
         predicted: impl Fn(usize, &Whitened) -> Option<Point2<f64>>,
@@ -185,7 +189,7 @@ impl Observations {
         cost.is_finite().then_some(cost)
     }
 
-    /// [`Self::cost_of`] one view.
+    /// [`Self::cost_of`] for a single view.
     pub(crate) fn view_cost_of(
         &self,
         view: usize,
@@ -202,7 +206,7 @@ impl Observations {
     }
 }
 
-/// A lens and the poses of all views.
+/// Lens and poses of all views.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BundleState {
     /// Focal lengths and principal point in pixels, and distortion.
@@ -214,15 +218,15 @@ pub struct BundleState {
 /// Result of [`adjust`].
 #[derive(Clone, Debug)]
 pub struct Bundle {
-    /// The lens and poses at the minimum.
+    /// Lens and poses at the minimum.
     pub state: BundleState,
-    /// The lens parameters that were estimated.
+    /// Estimated lens parameters.
     pub freedom: LensFreedom,
     /// Sum of squared whitened residuals, without priors.
     pub cost: f64,
     /// Measured coordinates minus estimated parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// True if the next step would be below 1e-9 standard deviations.
+    /// True if the next step is below 1e-9 standard deviations, or below 1e-2 after the last step.
     pub converged: bool,
     /// Information of the corners about the free lens parameters, poses marginalised out.
     information: LensMatrix,
@@ -239,16 +243,17 @@ struct BundleProblem<'a> {
     noise_variance: f64,
 }
 
-/// Least noise variance against which a prior is weighed; keeps a prior effective when corners are exact.
+/// Least noise variance against which a prior is weighed; keeps a prior effective when corners are
+/// exact.
 pub(super) const LEAST_NOISE_VARIANCE: f64 = 1e-6;
 
 /// Minimises the reprojection error from `start`, one pose per view.
 ///
-/// A prior is weighed against the actual noise of the corners rather than the stated one, so with a prior a second pass
-/// follows the first.
+/// A prior is weighed against the actual noise of the corners rather than the stated one, so a
+/// prior calls for a second pass.
 ///
-/// `None` without views, if `start` puts a corner behind the camera, or if corners and prior leave a lens parameter
-/// undetermined.
+/// `None` without views, if `start` puts a corner behind the camera, or if corners and prior leave
+/// a lens parameter undetermined.
 pub fn adjust(
     observations: &Observations,
     freedom: &LensFreedom,
@@ -258,7 +263,7 @@ pub fn adjust(
     adjust_from(observations, freedom, prior, start, Start::Guess)
 }
 
-/// [`adjust`] from a state of which it's known how near the minimum it is.
+/// [`adjust`] from a start of known quality.
 pub(super) fn adjust_from(
     observations: &Observations,
     freedom: &LensFreedom,
@@ -277,7 +282,7 @@ pub(super) fn adjust_from(
     }
 }
 
-/// [`adjust`] of the first `S` lens parameters.
+/// [`adjust`] for the first `S` lens parameters.
 fn adjust_sized<const S: usize>(
     observations: &Observations,
     freedom: &LensFreedom,
@@ -328,7 +333,7 @@ fn adjust_sized<const S: usize>(
     })
 }
 
-/// Widens an information matrix about the first `S` lens parameters to all of them.
+/// Widens an information matrix about the first `S` lens parameters to all lens parameters.
 fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
     let mut all = LensMatrix::zeros();
     all.view_mut((0, 0), (S, S)).copy_from(information);
@@ -336,21 +341,22 @@ fn widened<const S: usize>(information: &SMatrix<f64, S, S>) -> LensMatrix {
 }
 
 impl Bundle {
-    /// The a-posteriori standard deviation of unit weight, σ₀ = `√(cost / dof)`: the actual error of the corners as a
-    /// multiple of the stated one. 1 if the covariances of the corners are right.
+    /// A-posteriori standard deviation of unit weight, σ₀ = `√(cost / dof)`: the actual error of
+    /// the corners as a multiple of the stated one. 1 if the covariances of the corners are right.
     ///
     /// Every `noise_factor` in this module has this meaning.
     pub fn noise_factor(&self) -> f64 {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// Covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with `noise_factor` times
-    /// the stated error. Zero for fixed parameters; with square pixels `fy` equals `fx`. `None` if singular.
+    /// Covariance of the lens parameters, in the order of [`LENS_PARAMETERS`], for corners with
+    /// `noise_factor` times the stated error. Zero for fixed parameters; with square pixels `fy`
+    /// equals `fx`. `None` if singular.
     pub fn covariance(&self, noise_factor: f64) -> Option<LensMatrix> {
         self.covariance_of(&self.information, noise_factor)
     }
 
-    /// Change and covariance of the lens parameters when one view is left out, to first order.
+    /// Change and covariance of the lens parameters when a view is left out, to first order.
     ///
     /// One Gauss–Newton step from the full minimum: `δ = (I − Iᵢ)⁻¹ (−gᵢ)`.
     pub(crate) fn without_view(
@@ -377,7 +383,8 @@ impl Bundle {
         &self.prior_information
     }
 
-    /// Information about the free lens parameters for corners with the stated error, poses marginalised out.
+    /// Information about the free lens parameters for corners with the stated error, poses
+    /// marginalised out.
     pub fn information(&self) -> &LensMatrix {
         &self.information
     }

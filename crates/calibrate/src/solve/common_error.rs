@@ -1,36 +1,40 @@
-//! An error that all corners of a view share: a rolling shutter's, as far as the board's motion isn't known.
+//! Error common to all corners of a view: a rolling shutter's, up to the uncertainty of the board's
+//! motion.
 //!
-//! The board moves and turns meanwhile, so the error is linear in the pixel: six numbers a view, each a column of `U` with
-//! [`Corner::common_px`](boresight_geometry::Corner::common_px) of the corners. Their whitened residuals then have the
-//! covariance `I + U Uᵀ`, whose inverse square root is `I − Q Φ Qᵀ` with the eigenvectors `Q` of `U Uᵀ` and `φ = 1 − 1/√(1 +
-//! λ)`: what the columns tell is weighed down, nothing else.
+//! The board moves and turns meanwhile, so the error is linear in the pixel: six numbers per view,
+//! each a column of `U` with [`Corner::common_px`](boresight_geometry::Corner::common_px) of the
+//! corners. Their whitened residuals then have the covariance `I + U Uᵀ`, whose inverse square root
+//! is `I − Q Φ Qᵀ` with the eigenvectors `Q` of `U Uᵀ` and `φ = 1 − 1/√(1 + λ)`: only the
+//! information along the columns is reduced.
 
 use nalgebra::{Point2, SMatrix, SVector, Vector2};
 
 use super::{gram::Row, whitened::Whitened};
 
-/// Numbers that the error of a view consists of.
+/// Number of parameters of a view's error.
 pub const COLUMNS: usize = 6;
-/// What turning moves a board's edge by, as a share of what its middle moves by: measured with hands.
+/// Motion of a board's edge by turning, as a share of the motion of the middle: measured with
+/// hands.
 const TURNING: f64 = 0.5;
 
-/// The directions of a view's residuals in which they err alike.
+/// Directions of a view's residuals with common errors.
 #[derive(Clone, Debug)]
 pub(crate) struct CommonError {
-    /// `Q`: two rows a corner.
+    /// `Q`: two rows per corner.
     directions: Vec<SVector<f64, COLUMNS>>,
-    /// `λ` of each.
+    /// `λ` of each direction.
     variances: SVector<f64, COLUMNS>,
 }
 
-/// Error of a corner by the numbers of its view, each with a standard deviation of 1. `off` is the corner's place from the
-/// middle of the board in the picture, as a share of half the board's size there.
+/// Derivative of a corner's error by the parameters of the view, each with a standard deviation
+/// of 1. `off` is the corner's offset from the middle of the board in the picture, as a share of half
+/// the board's size there.
 pub fn error_by_numbers(common_px: f64, off: &Vector2<f64>) -> SMatrix<f64, 2, COLUMNS> {
     let by = [1.0, TURNING * off.x, TURNING * off.y].map(|share| common_px * share);
     SMatrix::from_fn(|axis, column| if column % 2 == axis { by[column / 2] } else { 0.0 })
 }
 
-/// Places of pixels from their middle, as a share of half their extent.
+/// Offsets of pixels from the middle, as a share of half the extent.
 pub fn places_on_board<'a>(
     seen: impl Iterator<Item = &'a Point2<f64>> + Clone + 'a,
 ) -> impl Fn(&Point2<f64>) -> Vector2<f64> {
@@ -45,7 +49,7 @@ pub fn places_on_board<'a>(
 }
 
 impl CommonError {
-    /// `None` if the corners share no error.
+    /// Common error of `corners`; `None` if they have none.
     pub(crate) fn of<'a>(
         corners: impl IntoIterator<Item = &'a Whitened, IntoIter: 'a> + Clone,
     ) -> Option<Self> {
@@ -76,7 +80,7 @@ impl CommonError {
         Some(Self { directions, variances: eigen.eigenvalues.map(|variance| variance.max(0.0)) })
     }
 
-    /// Weighs the shared error down in `rows`, two a corner.
+    /// Downweights the common error in `rows`, two per corner.
     pub(crate) fn take_out<const T: usize>(&self, rows: &mut [Row<T>]) {
         for axis in 0..COLUMNS {
             let share = 1.0 - (1.0 + self.variances[axis]).sqrt().recip();
@@ -90,7 +94,8 @@ impl CommonError {
         }
     }
 
-    /// What of the sum of squares of the whitened `residuals`, one a corner, the shared error explains.
+    /// Part of the sum of squares of the whitened `residuals`, one per corner, explained by the
+    /// common error.
     pub(crate) fn explained(&self, residuals: &[Vector2<f64>]) -> f64 {
         let along = |axis: usize| -> f64 {
             let values = residuals.iter().flat_map(|residual| residual.iter());

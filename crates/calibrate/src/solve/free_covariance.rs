@@ -56,9 +56,9 @@ impl Line {
 
 /// Covariance, px², of the weighted intersection at `pp_in_g`, for corners with the stated noise.
 ///
-/// Every line has independent noise from `V⁻¹` of its view, and all lines depend on the shared lens, whose covariance over
-/// (DC, K1, K2) is `shared_covariance`:
-/// `p = DC + S g`, `dP = N⁻¹ Σ w n (dc − (t·P) dφ)`, `N = Σ w n nᵀ`, `w` from the independent noise of each line.
+/// Every line has independent noise from `V⁻¹` of its view, and all lines depend on the shared
+/// lens, whose covariance over (DC, K1, K2) is `shared_covariance`: `p = DC + S g`,
+/// `dP = N⁻¹ Σ w n (dc − (t·P) dφ)`, `N = Σ w n nᵀ`, `w` from the independent noise of each line.
 pub(crate) fn pp_covariance(
     views: &[(&Local, &ViewBlock<4, 8>)],
     shared_covariance: &Matrix4<f64>,

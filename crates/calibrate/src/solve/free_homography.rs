@@ -3,9 +3,10 @@
 //! ```text
 //! p = DC + S g (1 + K1 |g|² + K2 |g|⁴),   g = H_i X,   S = 1000 px
 //! ```
-//! Each view has the eight degrees of freedom of a homography; DC, K1, K2 are shared. The model assumes neither a common
-//! focal length nor a distortion centre at the principal point. The principal lines of the undistorted views intersect
-//! in the principal point. See `docs/method.md`, section 2.
+//! Each view has the eight degrees of freedom of a homography; DC, K1, K2 are shared. The model
+//! assumes neither a common focal length nor a distortion centre at the principal point. The
+//! principal lines of the undistorted views intersect in the principal point. See `docs/method.md`,
+//! section 2.
 
 use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
@@ -38,26 +39,27 @@ impl DistortionCentrePrior {
         Self { px: image_size.centre_px(), sd_px: 0.05 * f64::from(image_size.width_px) }
     }
 
-    /// The prior in a picture whose rows were moved so that pixels of that ratio of height to width become square.
+    /// Prior in a picture with rows scaled so that pixels of that ratio of height to width become
+    /// square.
     pub(crate) fn with_square_pixels(self, pixel_aspect: f64) -> Self {
         Self { px: Point2::new(self.px.x, self.px.y / pixel_aspect), ..self }
     }
 }
 
-/// The fitted homographies and distortion, and the intersection of their principal lines.
+/// Fitted homographies and distortion, with the intersection of the principal lines.
 #[derive(Clone, Debug)]
 pub struct FreeHomographies {
     /// Distortion centre DC, in pixels.
     pub distortion_centre_px: Point2<f64>,
     /// K1, K2, for g in units of 1000 px.
     pub k: [f64; 2],
-    /// Board (metres) → undistorted pixels, one homography per view.
+    /// Board (metres) → undistorted pixels, a homography per view.
     pub image_from_board: Vec<Matrix3<f64>>,
     /// Sum of squared whitened residuals, without the prior.
     pub cost: f64,
     /// Measured coordinates minus parameters; at least 1.
     pub degrees_of_freedom: usize,
-    /// Intersection of the principal lines, weighted by their variances, in pixels.
+    /// Intersection of the principal lines, weighted by inverse variances, in pixels.
     pub pp_px: Point2<f64>,
     /// Covariance of `pp_px`, px², for corners with the stated error.
     pub pp_unit_covariance_px2: Matrix2<f64>,
@@ -65,8 +67,8 @@ pub struct FreeHomographies {
     pub shared_unit_covariance: Matrix4<f64>,
     /// Principal lines of the undistorted corners, for the stated error; `None` for frontal views.
     pub lines: Vec<Option<PrincipalLine>>,
-    /// Lines that miss the point where the others meet by more than their own variance and the distortion's explain,
-    /// with the numbers of their views.
+    /// Lines that miss the intersection of the others by more than the variances of line and
+    /// distortion explain, with the indices of the views.
     pub outliers: Vec<OutlierLine>,
 }
 
@@ -76,8 +78,9 @@ impl FreeHomographies {
         (self.cost / self.degrees_of_freedom as f64).sqrt()
     }
 
-    /// The fit in the camera's picture, from a fit in a picture whose pixels of that ratio of height to width were made
-    /// square. The principal lines and the covariance of the distortion stay in the latter.
+    /// Fit in the camera's picture, from a fit in a picture with square pixels, made from pixels of
+    /// that ratio of height to width. The principal lines and the covariance of the distortion
+    /// remain in the latter.
     pub(crate) fn with_pixel_aspect(mut self, pixel_aspect: f64) -> Self {
         let stretch = Matrix2::new(1.0, 0.0, 0.0, pixel_aspect);
         self.pp_px.y *= pixel_aspect;
@@ -88,8 +91,8 @@ impl FreeHomographies {
         self
     }
 
-    /// The fit of some views as one of all `count`: `numbers` are the indices of the fitted views. The others have no
-    /// line.
+    /// Fit of some views expanded to all `count`: `numbers` are the indices of the fitted views.
+    /// The others have no line.
     pub(crate) fn with_views(mut self, numbers: &[usize], count: usize) -> Self {
         let mut lines = vec![None; count];
         for (line, number) in self.lines.drain(..).zip(numbers) {
@@ -143,7 +146,7 @@ struct FreeProblem<'a> {
     prior: DistortionCentrePrior,
 }
 
-/// Fits the model, starting from the homographies of the distorted corners, one per view.
+/// Fits the model, starting from the homographies of the distorted corners, for each view.
 ///
 /// `None` with fewer than two views, if the fit fails, or if the lines don't intersect.
 pub fn fit(
@@ -234,8 +237,8 @@ fn image_from_board(view: &Local, board_scale_m: f64, centre_px: &Point2<f64>) -
 }
 
 impl FreeProblem<'_> {
-    /// Principal line of the undistorted corners of one view. `Some(None)` for a view without one, `None` if a corner lies
-    /// beyond the fold of the lens model.
+    /// Principal line of the undistorted corners of a view. `Some(None)` for a view without one,
+    /// `None` if a corner lies beyond the fold of the lens model.
     fn line(&self, view: usize, state: &FreeState) -> Option<Option<PrincipalLine>> {
         let centre = Point2::new(state.shared[0], state.shared[1]);
         let lens = lens(state);
@@ -256,10 +259,11 @@ impl FreeProblem<'_> {
         Some(PrincipalLine::of(&homography, self.prior.px, mean_px(&corners)).ok())
     }
 
-    /// Lines among `lines` that miss the point where the others meet, with the numbers of their views.
+    /// Outliers among `lines` that miss the intersection of the others, with the indices of the
+    /// views.
     ///
-    /// A wrong distortion moves the lines of boards far from its centre, so each distance has that variance, too:
-    /// `J C Jᵀ` with the covariance `C` of `(DC, K1, K2)`.
+    /// A wrong distortion moves the lines of boards far from its centre, so each distance has that
+    /// variance, too: `J C Jᵀ` with the covariance `C` of `(DC, K1, K2)`.
     fn outliers(
         &self,
         lines: &[Option<PrincipalLine>],

@@ -1,18 +1,18 @@
-//! Sums of products of the columns of a tall matrix, which make up normal equations.
+//! Sums of products of the columns of a tall matrix, the parts of normal equations.
 
 use nalgebra::{SMatrix, SVector};
 
 use super::schur_lm::ViewBlock;
 
-/// Columns whose sums stay in registers together.
+/// Columns per register tile.
 const TILE: usize = 4;
 
-/// Rows that stay in the processor's nearest cache while they are multiplied.
+/// Rows that stay in the processor's nearest cache during multiplication.
 const CACHED: usize = 64;
 
 type Tile = [[f64; TILE]; TILE];
 
-/// A row of `4 T` columns.
+/// Row of `4 T` columns.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row<const T: usize>([[f64; TILE]; T]);
 
@@ -49,7 +49,7 @@ pub(crate) struct Gram<const T: usize> {
 }
 
 impl<const T: usize> Gram<T> {
-    /// Rows are summed in their order.
+    /// Sums the products of `rows`, in order.
     pub(crate) fn of(rows: &[Row<T>]) -> Self {
         let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
         for rows in rows.chunks(CACHED) {
@@ -68,8 +68,8 @@ impl<const T: usize> Gram<T> {
         self.tiles[i / TILE][j / TILE][i % TILE][j % TILE]
     }
 
-    /// The normal equations of a view, and its cost, from columns for the shared parameters, the view's own parameters,
-    /// and the residual.
+    /// Normal equations and cost of a view, from columns for the shared parameters, the view's own
+    /// parameters, and the residual.
     pub(crate) fn split<const S: usize, const L: usize>(&self) -> (f64, ViewBlock<S, L>) {
         let residual = S + L;
         let block = ViewBlock {
@@ -83,7 +83,7 @@ impl<const T: usize> Gram<T> {
     }
 }
 
-/// `sums` with the products of two groups of columns added.
+/// Adds the products of two groups of columns to `sums`.
 fn with_products<const T: usize>(mut sums: Tile, rows: &[Row<T>], i: usize, j: usize) -> Tile {
     for row in rows {
         let (first, second) = (&row.0[i], &row.0[j]);

@@ -12,15 +12,16 @@ use boresight_geometry::{
     principal_line_and_ring, seen_count,
 };
 
-/// Floor of the believed error of a corner, in pixels; far below any detector's, it only bounds exact corners.
+/// Least credible error of a corner, in pixels; far below any detector's, it bounds only exact
+/// corners.
 const NOISE_FLOOR_PX: f64 = 1e-3;
-/// Two views whose corners differ by less than this fraction of the picture's width (root mean square) count as one:
-/// 13 px at 1280.
+/// Root mean square difference of two views' corners below which both count once, as a fraction of
+/// the picture's width: 13 px at 1280.
 const ALIKE: f64 = 0.01;
-/// Ratio of minor to major extent of the corners below which the board is seen edge-on.
+/// Ratio of minor to major extent of the corners below which the board is edge-on.
 const THINNEST: f64 = 0.01;
 
-/// A view whose corners are not the image of a flat board.
+/// Error of a view whose corners are not the image of a flat board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct NotPlanar {
     pub(crate) view: usize,
@@ -35,8 +36,8 @@ pub(crate) struct AsSeen {
     pub(crate) ring: Option<RingEstimate>,
 }
 
-/// Fits homographies and principal lines to the distorted corners, as in Chuang 2021: with equal weights, so that no
-/// corner dominates where distortion is the largest error.
+/// Fits homographies and principal lines to the distorted corners, as in Chuang 2021: with equal
+/// weights, so that no corner dominates where distortion is the largest error.
 pub(crate) fn as_seen(
     views: &[Vec<Corner>],
     board_m: &[Point2<f64>],
@@ -78,7 +79,7 @@ pub(crate) fn as_seen(
     })
 }
 
-/// Minor over major extent of the corners that are seen.
+/// Ratio of minor to major extent of the seen corners.
 fn thinness(corners: &[Corner]) -> f64 {
     let mean = mean_px(corners);
     let seen = corners.iter().filter(|corner| corner.is_seen());
@@ -105,11 +106,12 @@ pub(crate) fn typical_sigma_px(views: &[Vec<Corner>]) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Returns several initial cameras, each with the poses of the views, the most promising first.
+/// Initial cameras, each with the poses of the views, most promising first.
 ///
-/// Candidates: principal lines and ring; Zhang's closed form; the median of single-view focal lengths with the principal
-/// point at the image centre; a lens with a focal length of one picture width. Those that leave a view without a pose
-/// are left out; the lowest reprojection cost comes first.
+/// Candidates: principal lines and ring; Zhang's closed form; the median of single-view focal
+/// lengths with the principal point at the image centre; a lens with a focal length of one picture
+/// width. Candidates without a pose for some view are left out; the lowest reprojection cost comes
+/// first.
 pub(crate) fn starts(
     observations: &Observations,
     as_seen: &AsSeen,
@@ -164,7 +166,7 @@ pub(crate) fn poses(
     image_from_board.iter().map(|h| pose_from_homography(h, camera)).collect()
 }
 
-/// Number of views that differ from all earlier ones.
+/// Number of views distinct from all earlier views.
 pub(crate) fn distinct_views(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -173,8 +175,8 @@ pub(crate) fn distinct_views(
     first_alike(views, board, ALIKE * f64::from(image_size.width_px)).0.len()
 }
 
-/// The views that differ from all earlier ones of these by `limit_px` or more (root mean square), and for each view the
-/// place in that list of the one that it is or resembles.
+/// Indices of views that differ from all earlier distinct ones by `limit_px` or more (root mean
+/// square), and for each view the place in that list of its distinct view.
 pub(crate) fn first_alike(
     views: &[Vec<Corner>],
     board: &Checkerboard,
@@ -198,9 +200,9 @@ pub(crate) fn first_alike(
     (kept, place)
 }
 
-/// Root mean square distance between corresponding corners that are seen in both, or between opposite ones if that is
-/// less: some boards look the same upside down. Infinite unless most of the corners in either are seen in both: another
-/// part of the board tells something else.
+/// Root mean square distance between corresponding corners seen in both views, or between opposite
+/// corners if that is less: some boards look the same upside down. Infinite unless most corners are
+/// seen in both, because another part of the board adds information.
 fn rms_distance_px(a: &[Corner], b: &[Corner], board: &Checkerboard) -> f64 {
     let most = seen_count(a).max(seen_count(b));
     let mean = |pairs: &mut dyn Iterator<Item = (&Corner, &Corner)>| {

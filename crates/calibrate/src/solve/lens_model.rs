@@ -1,4 +1,4 @@
-//! The families of lens models, nested within each family, and priors on their parameters.
+//! Families of lens models, nested within each family, and priors on the parameters.
 
 use nalgebra::SMatrix;
 
@@ -7,7 +7,7 @@ use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensKind, LensMatrix, LensParameter, frame::ImageSize,
 };
 
-/// Declares an enum together with the list of its variants, so that none can be missing in it.
+/// Declares an enum together with the complete list of variants.
 macro_rules! listed {
     (
         $(#[$about:meta])*
@@ -26,8 +26,8 @@ macro_rules! listed {
 }
 
 listed! {
-    /// The distortion coefficients that are estimated, and what they act on. Within a [`LensFamily`] the models are nested: each
-    /// contains the ones before it.
+    /// Lens model, by the estimated distortion coefficients and terms. Within a [`LensFamily`], the
+    /// models are nested: each contains the previous ones.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum LensModel {
         /// No distortion.
@@ -40,15 +40,15 @@ listed! {
         K1K2P1P2,
         /// Radial r², r⁴, r⁶, and tangential.
         K1K2P1P2K3,
-        /// The same over a denominator with r², r⁴, r⁶.
+        /// Terms of `K1K2P1P2K3`, over a denominator with r², r⁴, r⁶.
         Rational,
-        /// The height in the picture is proportional to the angle to the optical axis.
+        /// Image height proportional to the angle to the optical axis.
         Fisheye,
-        /// The same with θ³.
+        /// Fisheye with θ³.
         FisheyeK1,
-        /// The same with θ³ and θ⁵.
+        /// Fisheye with θ³ and θ⁵.
         FisheyeK1K2,
-        /// The same with θ³, θ⁵, θ⁷ and θ⁹.
+        /// Fisheye with θ³, θ⁵, θ⁷ and θ⁹.
         FisheyeK1K2K3K4,
     }
     /// All models, family by family, simplest first.
@@ -56,40 +56,39 @@ listed! {
 }
 
 listed! {
-    /// Lens models of one kind. `traits` holds what tells one family from another.
+    /// Family of lens models of the same kind; properties are in `traits`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum LensFamily {
-        /// A polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
+        /// Polynomial of the distance from the optical axis, with tangential terms (Brown 1971).
         Brown,
-        /// A quotient of two, for wide lenses (Claus & Fitzgibbon 2005).
+        /// Quotient of two polynomials, for wide lenses (Claus & Fitzgibbon 2005).
         Rational,
-        /// A polynomial of the angle to the optical axis (Kannala & Brandt 2006).
+        /// Polynomial of the angle to the optical axis (Kannala & Brandt 2006).
         Fisheye,
     }
-    /// All families. Brown's is tried first; the others stand against it where the picture is wide.
+    /// All families. Brown's is tried first; the others are compared with it for wide pictures.
     ALL
 }
 
-/// What tells one [`LensFamily`] from another, but for the lenses from which its adjustment starts: those are in
-/// `wide_lens.rs`.
+/// Properties of a [`LensFamily`], except the starts of the adjustment in `wide_lens.rs`.
 struct FamilyTraits {
     /// Stable name.
     code: &'static str,
-    /// What the coefficients act on.
+    /// Kind of lens.
     kind: LensKind,
-    /// The richest model that one, two, and three or more different views determine. A family without a model that is as simple
-    /// isn't fitted to so few.
+    /// Richest model determined by one, two, and three or more distinct views. A family without a
+    /// simple enough model isn't fitted to one or two views.
     by_views: [LensModel; 3],
     /// See [`LensModel::truncated_sd`].
     truncated_sd: &'static [(LensParameter, f64)],
     /// See [`LensModel::own_prior`].
     own_prior: Option<fn() -> LensPrior>,
-    /// Whether the minimum of a model with some coefficients is near that of the next simpler one.
+    /// True if the minimum of a model with some coefficients is near the next simpler model's.
     is_near: bool,
-    /// Twice the logarithm of the odds against it, before the corners are seen.
+    /// Twice the logarithm of the prior odds against the family.
     against: f64,
-    /// Prior standard deviation of the coefficient of the radial term after the last one, from `k1` and the power of the
-    /// radius that the term has, at the edge of the picture.
+    /// Prior standard deviation of the coefficient of the next radial term, from `k1` and the
+    /// term's power of the radius at the edge of the picture.
     next_radial_sd: fn(k1: f64, at_edge: f64) -> f64,
 }
 
@@ -100,7 +99,7 @@ const PERSPECTIVE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
     (LensParameter::P2, 1.5e-4),
     (LensParameter::K3, 0.05),
 ];
-/// [`FamilyTraits::truncated_sd`] of a fisheye lens: its series, in the angle, falls off quickly.
+/// [`FamilyTraits::truncated_sd`] of a fisheye lens: its series in the angle falls off quickly.
 const FISHEYE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
     (LensParameter::K1, 0.05),
     (LensParameter::K2, 0.02),
@@ -110,21 +109,22 @@ const FISHEYE_TRUNCATED_SD: &[(LensParameter, f64)] = &[
 
 /// [`FamilyTraits::next_radial_sd`] of a lens without distortion.
 const LEAST_COEFFICIENT_SD: f64 = 0.1;
-/// Coefficient of r⁸ over the fourth power of that of r². A lens whose image height is an angle has the series
-/// `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; those of other wide lenses are like it.
+/// Ratio of the coefficient of r⁸ to the fourth power of that of r². A lens with an angle as image
+/// height has the series `atan(g r)/g = r (1 − g² r²/3 + … + g⁸ r⁸/9)`; other wide lenses have
+/// similar series.
 const OVER_K1: f64 = 9.0;
 /// [`FamilyTraits::next_radial_sd`] of a fisheye lens.
 const FISHEYE_COEFFICIENT_SD: f64 = 3e-3;
-/// Share of the radius by which the term moves a ray at the edge of the picture, under a rational lens, at one standard
-/// deviation.
+/// Shift of a ray at the edge of the picture by the term, as a share of the radius, under a
+/// rational lens, at one standard deviation.
 const RATIONAL_SHARE: f64 = 0.02;
 
-/// The lens parameters that an adjustment estimates, in the order of [`LENS_PARAMETERS`].
+/// Lens parameters estimated by an adjustment, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LensFreedom {
     /// True for each estimated parameter. With square pixels, `fy` isn't one: it follows `fx`.
     pub free: [bool; LENS_PARAMETERS],
-    /// True if `fy = fx`, one parameter.
+    /// True if `fy = fx`, a single parameter.
     pub square_pixels: bool,
 }
 
@@ -133,12 +133,12 @@ pub struct LensFreedom {
 pub struct LensPrior {
     /// Means of the prior.
     pub mean: [f64; LENS_PARAMETERS],
-    /// Information 1/sd² of each; zero for no prior.
+    /// Information 1/sd² of each parameter; zero for no prior.
     pub information: [f64; LENS_PARAMETERS],
 }
 
 impl LensModel {
-    /// Its family.
+    /// Family of the model.
     pub fn family(self) -> LensFamily {
         match self {
             Self::Pinhole | Self::K1 | Self::K1K2 | Self::K1K2P1P2 | Self::K1K2P1P2K3 => {
@@ -151,7 +151,7 @@ impl LensModel {
         }
     }
 
-    /// Kind of lens, which gives the coefficients their meaning.
+    /// Kind of lens, which defines the coefficients.
     pub fn kind(self) -> LensKind {
         self.family().kind()
     }
@@ -177,7 +177,7 @@ impl LensModel {
         self.distortion().len()
     }
 
-    /// The distortion coefficients that are estimated, in the order of [`LENS_PARAMETERS`].
+    /// Estimated distortion coefficients, in the order of [`LENS_PARAMETERS`].
     pub fn distortion(self) -> &'static [LensParameter] {
         use LensParameter::{K1, K2, K3, K4, K5, K6, P1, P2};
         match self {
@@ -191,7 +191,8 @@ impl LensModel {
         }
     }
 
-    /// The simplest model with all coefficients of `camera` that aren't zero; the richest of its kind if none has them all.
+    /// Simplest model with all nonzero coefficients of `camera`; the richest of its kind if none
+    /// has them all.
     pub fn simplest_with(camera: &Camera) -> Self {
         let parameters = camera.lens_parameters();
         let needed = |parameter: &LensParameter| {
@@ -205,25 +206,26 @@ impl LensModel {
         models.clone().find(holds).or(models.next_back()).unwrap_or(Self::Pinhole)
     }
 
-    /// Prior standard deviations of the coefficients that the model may fix at zero when it's chosen.
+    /// Prior standard deviations of the coefficients that the chosen model may fix at zero.
     ///
-    /// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4, about the centring error of
-    /// good lenses, shifts the principal point by as much as the standard error of eight good views.
+    /// A coefficient too small for BIC to choose isn't zero. A tangential coefficient of 1e-4,
+    /// about the centring error of good lenses, shifts the principal point by as much as the
+    /// standard error of eight good views.
     pub(super) fn truncated_sd(self) -> &'static [(LensParameter, f64)] {
         self.family().traits().truncated_sd
     }
 
-    /// Prior that the family's coefficients need to be determined, if there is one.
+    /// Prior needed to determine the family's coefficients, if any.
     pub fn own_prior(self) -> Option<LensPrior> {
         self.family().traits().own_prior.map(|prior| prior())
     }
 
-    /// Whether its minimum is near that of the next simpler model of its family.
+    /// True if the minimum is near that of the next simpler model of the family.
     pub(super) fn is_near_simpler(self) -> bool {
         self.family().traits().is_near
     }
 
-    /// `camera` with zero for the coefficients that this model doesn't estimate.
+    /// `camera` with zero for the coefficients not estimated by this model.
     pub(crate) fn without_others(self, camera: &Camera) -> Camera {
         let free = self.freedom(false).free;
         let mut parameters = camera.lens_parameters();
@@ -233,7 +235,7 @@ impl LensModel {
         Camera::from_lens_parameters(self.kind(), &parameters)
     }
 
-    /// Frees focal length, principal point and the coefficients of this model.
+    /// Freedom of the focal length, the principal point and the coefficients of this model.
     pub fn freedom(self, square_pixels: bool) -> LensFreedom {
         let mut free = [false; LENS_PARAMETERS];
         for parameter in LensParameter::ALL {
@@ -266,7 +268,7 @@ impl LensFamily {
                 own_prior: Some(LensPrior::of_quotient),
                 // A quotient has more than one minimum.
                 is_near: false,
-                // Most wide lenses are made to show angles.
+                // Most wide lenses are designed for angles.
                 against: UNLIKELY + UNLIKELY,
                 next_radial_sd: |_, at_edge| RATIONAL_SHARE / at_edge,
             },
@@ -288,7 +290,7 @@ impl LensFamily {
         self.traits().code
     }
 
-    /// Kind of lens, which gives the coefficients of the family's models their meaning.
+    /// Kind of lens, which defines the coefficients of the family's models.
     pub fn kind(self) -> LensKind {
         self.traits().kind
     }
@@ -298,14 +300,14 @@ impl LensFamily {
         LensModel::ALL.into_iter().filter(|model| model.family() == self).collect()
     }
 
-    /// The model with all of its coefficients.
+    /// Model with all coefficients of the family.
     pub fn richest(self) -> LensModel {
         let [.., richest] = self.traits().by_views;
         richest
     }
 
-    /// The richest model that `distinct` different views determine. It may be one of Brown's that none of this family is as
-    /// simple as.
+    /// Richest model determined by `distinct` distinct views. A simple one may be a Brown model
+    /// outside the family.
     pub(crate) fn richest_of(self, distinct: usize) -> LensModel {
         let [one, two, more] = self.traits().by_views;
         match distinct {
@@ -315,24 +317,24 @@ impl LensFamily {
         }
     }
 
-    /// Twice the logarithm of the odds against it, before the corners are seen.
+    /// Twice the logarithm of the prior odds against the family.
     pub(super) fn against(self) -> f64 {
         self.traits().against
     }
 
-    /// Prior standard deviation of the coefficient of the radial term after the last one; `at_edge` is the power of the radius
-    /// that the term has, at the edge of the picture.
+    /// Prior standard deviation of the coefficient of the next radial term; `at_edge` is the term's
+    /// power of the radius at the edge of the picture.
     pub(crate) fn next_radial_sd(self, k1: f64, at_edge: f64) -> f64 {
         (self.traits().next_radial_sd)(k1, at_edge)
     }
 }
 
-/// Ties fy to fx for square pixels, in lens parameters or in a change of them.
+/// Ties fy to fx for square pixels, in lens parameters or their change.
 pub(crate) fn tie_focal_lengths(lens: &mut [f64]) {
     lens[LensParameter::Fy.index()] = lens[LensParameter::Fx.index()];
 }
 
-/// Joins the derivatives by both focal lengths: the one by fy is added to that by fx.
+/// Joins the derivatives by both focal lengths: adds the derivative by fy to that by fx.
 pub(crate) fn join_focal_lengths(jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
     let [fx, fy] = LensParameter::F.map(LensParameter::index);
     let of_f = jac_lens.column(fx) + jac_lens.column(fy);
@@ -354,7 +356,8 @@ impl LensFreedom {
         self.free.iter().filter(|free| **free).count()
     }
 
-    /// Zeroes the derivatives by fixed parameters; with square pixels, adds the derivative by fy to the one by fx.
+    /// Zeroes the derivatives by fixed parameters; with square pixels, adds the derivative by fy to
+    /// that by fx.
     pub(crate) fn restrict(&self, jac_lens: &mut SMatrix<f64, 2, LENS_PARAMETERS>) {
         if self.square_pixels {
             join_focal_lengths(jac_lens);
@@ -364,16 +367,16 @@ impl LensFreedom {
         }
     }
 
-    /// The free parameters, in the order of [`LENS_PARAMETERS`].
+    /// Free parameters, in the order of [`LENS_PARAMETERS`].
     pub fn parameters(&self) -> Vec<LensParameter> {
         LensParameter::ALL.into_iter().filter(|parameter| self.free[parameter.index()]).collect()
     }
 }
 
 impl LensPrior {
-    /// A weak prior that makes few views sufficient, `docs/method.md`, section 2: PP at the image centre ± 100 px (in
-    /// proportion for pictures wider than 1920 px), k1 0 ± 0.4, p1 and p2 0 ± 0.01, the other
-    /// coefficients 0 ± 0.6.
+    /// Weak prior that makes few views sufficient, `docs/method.md`, section 2: PP at the image
+    /// centre ± 100 px (in proportion for pictures wider than 1920 px), k1 0 ± 0.4, p1 and p2 0 ±
+    /// 0.01, the other coefficients 0 ± 0.6.
     pub fn weak(image_size: ImageSize) -> Self {
         let centre = image_size.centre_px();
         let pp_sd_px = 100.0_f64.max(100.0 * f64::from(image_size.width_px) / 1920.0);
@@ -393,9 +396,10 @@ impl LensPrior {
         prior
     }
 
-    /// The prior under which a rational lens is fitted: its numerator and denominator can nearly cancel, so that their
-    /// coefficients change without changing the lens. k4, k5, k6 are, ± 3, those of a lens that shows angles: of the quotient
-    /// nearest to `atan(r)/r` (Padé), whose denominator has no pole.
+    /// Prior for the fit of a rational lens: its numerator and denominator can nearly cancel, so
+    /// that their coefficients change without changing the lens. k4, k5, k6 are, ± 3, those of a
+    /// lens with an angle as image height: of the quotient nearest to `atan(r)/r` (Padé), whose
+    /// denominator has no pole.
     pub(crate) fn of_quotient() -> Self {
         let mut prior = Self { mean: [0.0; LENS_PARAMETERS], information: [0.0; LENS_PARAMETERS] };
         for (parameter, mean) in [

@@ -5,18 +5,18 @@
 //! | `initial_guess` | closed forms from the distorted corners: principal lines, ring, Zhang |
 //! | `zhang` | Zhang's method: the closed form and its refinement |
 //! | `schur_lm` | Levenberg–Marquardt for shared and per-view parameters, by Schur complement |
-//! | `gram` | what normal equations are made of: sums of products of derivatives |
+//! | `gram` | sums of products of derivatives, the parts of normal equations |
 //! | `bundle` | fits lens and poses for one lens model |
 //! | `whitened` | corners in units of their own error |
-//! | `common_error` | weighs down what all corners of a view err by in common |
-//! | `view_scatter` | the covariance that follows from how far the views pull the lens apart |
+//! | `common_error` | downweights the error common to all corners of a view |
+//! | `view_scatter` | covariance from the scatter of the views about the lens |
 //! | `reversal` | tries the reversed tilt of every view |
 //! | `lens_model` | the families of nested lens models, and priors |
-//! | `wide_lens` | whether a wide lens needs another family than Brown's, and its initial guess |
-//! | `odds` | what evidence is worth |
-//! | `model_choice` | chooses the lens model by BIC; uncertainty of the choice enters the covariance |
-//! | `free_homography`, `free_covariance` | the independent check: no common focal length, free distortion centre |
-//! | `varying` | the lens when every view has its own focal length |
+//! | `wide_lens` | test for a wide lens of another family than Brown's, and its initial guess |
+//! | `odds` | scale of evidence |
+//! | `model_choice` | chooses the lens model by BIC; adds the uncertainty of the choice |
+//! | `free_homography`, `free_covariance` | independent check without a common focal length |
+//! | `varying` | lens with a separate focal length for every view |
 
 pub(super) mod bundle;
 pub mod common_error;

@@ -12,37 +12,40 @@ use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, Len
 
 /// Penalty per parameter in the weights of model averaging, in place of BIC's ln n.
 ///
-/// BIC's penalty ln n amounts to a prior on each coefficient √n times as wide as its standard error (Kass & Raftery 1995),
-/// far wider than lenses vary, and so underrates rich models. 4.5 ≈ ln 10² stands for a prior ten times as wide.
+/// BIC's penalty ln n amounts to a prior on each coefficient √n times as wide as its standard error
+/// (Kass & Raftery 1995), far wider than the variation of lenses, and so underrates rich models.
+/// 4.5 ≈ ln 10² corresponds to a prior ten times as wide.
 const AVERAGING_PENALTY: f64 = 4.5;
 
-/// Ratio of a view's cost to the median from which its reversal is tried under each richer lens model …
+/// Ratio of a view's cost to the median from which a reversal is tried under each richer lens
+/// model.
 const SUSPICIOUS: f64 = 1.5;
-/// … at most this many times.
+/// Most such trials.
 const MOST_REVERSALS: usize = 4;
 
-/// The fit of one lens model.
+/// Fit of a lens model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelFit {
     /// Lens model of the fit.
     pub model: LensModel,
-    /// The fitted lens.
+    /// Fitted lens.
     pub camera: Camera,
     /// Sum of squared whitened residuals.
     pub cost: f64,
     /// Bayesian information criterion `n ln(cost/n) + k ln n`; the smallest is chosen.
     pub bic: f64,
-    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`;
-    /// zero for models that were fitted only as a check.
+    /// Probability of the model given the corners, `∝ exp(−(n ln(cost/n) + 4.5 k)/2)`; zero for
+    /// models fitted only as a check.
     pub weight: f64,
     /// σ₀ of this fit, see [`Bundle::noise_factor`].
     pub noise_factor: f64,
 }
 
-/// Multiples of [`LensModel::truncated_sd`], with the prior probability of each: most lenses are good, some are not.
+/// Multiples of [`LensModel::truncated_sd`], with the prior probability of each: most lenses are
+/// good, some are not.
 const TRUNCATED_SCALES: [(f64, f64); 2] = [(1.0, 0.7), (6.0, 0.3)];
 
-/// All fitted models, and the one chosen.
+/// Fitted models, with the chosen model.
 #[derive(Clone, Debug)]
 pub(crate) struct ModelChoice {
     pub(crate) fits: Vec<ModelFit>,
@@ -51,7 +54,7 @@ pub(crate) struct ModelChoice {
     /// Bundles in the order of `fits`.
     pub(crate) bundles: Vec<Bundle>,
     pub(crate) chosen: usize,
-    /// The richest model that could have been chosen.
+    /// Richest model allowed.
     pub(crate) richest_allowed: LensModel,
 }
 
@@ -60,27 +63,28 @@ pub(crate) struct ModelSearch<'a> {
     pub(crate) observations: &'a Observations,
     /// Models to fit, simplest first.
     pub(crate) models: &'a [LensModel],
-    /// Models that may be chosen; the others serve only as a check.
+    /// Models allowed as the result; the others serve only as a check.
     pub(crate) allowed: &'a [LensModel],
     pub(crate) square_pixels: bool,
     pub(crate) prior: Option<&'a LensPrior>,
-    /// Smallest noise factor that is believed.
+    /// Smallest credible noise factor.
     pub(crate) noise_floor: f64,
 }
 
-/// Time at which reversed tilts are tried.
+/// Stage at which reversed tilts are tried.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Reversals {
-    /// Reversals of all views under the simplest model, and of suspicious ones under each richer one.
+    /// Reversals of all views under the simplest model, and of suspicious views under each richer
+    /// model.
     Early,
-    /// Reversals of suspicious views under the richest model: a lens far from the simplest model may reverse views
-    /// wrongly.
+    /// Reversals of suspicious views under the richest model: a lens far from the simplest model
+    /// may reverse views wrongly.
     Late,
 }
 
-/// Fits the models in order, each starting from the result of the previous one, the first from `start`.
+/// Fits the models in order, each starting from the previous result, the first from `start`.
 ///
-/// `None` if no model that may be chosen can be fitted.
+/// `None` if no allowed model can be fitted.
 pub(crate) fn fit_models(
     search: &ModelSearch<'_>,
     start: BundleState,
@@ -94,7 +98,7 @@ pub(crate) fn fit_models(
             Reversals::Late if place + 1 < search.models.len() => f64::INFINITY,
             Reversals::Early | Reversals::Late => SUSPICIOUS,
         };
-        // From no distortion to some the way is long.
+        // The step from no distortion to some is long.
         let is_near = place >= 2 && model.is_near_simpler();
         let how = if is_near { Start::Near } else { Start::Guess };
         let start = (state, how);
@@ -144,7 +148,8 @@ pub(crate) fn fit_models(
 }
 
 impl ModelSearch<'_> {
-    /// The bundle of one model, after reversals of views that improve the fit; sets `reversed` if there was any.
+    /// Bundle of a model, after reversals of views that improve the fit. Sets `reversed` if there
+    /// are any.
     fn fit(
         &self,
         model: LensModel,
@@ -183,10 +188,10 @@ impl ModelChoice {
     /// Covariance of the chosen lens including model uncertainty, by model averaging:
     /// `Σ w_m (C_m + (θ_m − θ̂)(θ_m − θ̂)ᵀ)` over all models at least as rich as the chosen one.
     ///
-    /// Simpler models are left out because they would lower it. Errors that all views share are added, see
-    /// [`SHARED_SD_PX`]. Corners that err alike tell less about the coefficients that the chosen model fixes at zero:
-    /// their information is divided by `overcount`, 1 for independent corners. `covariance` gives `C_m` of a bundle with a
-    /// noise factor. `None` if the result isn't finite.
+    /// Simpler models are left out because they would lower it. Errors shared by all views are
+    /// added, see [`SHARED_SD_PX`]. For the coefficients fixed at zero by the chosen model, the
+    /// information of the corners is divided by `overcount`, 1 for independent errors. `covariance`
+    /// gives `C_m` of a bundle with a noise factor. `None` if the result isn't finite.
     pub(crate) fn averaged_covariance(
         &self,
         noise_floor: f64,
@@ -212,11 +217,11 @@ impl ModelChoice {
         averaged.iter().all(|x| x.is_finite()).then_some(averaged)
     }
 
-    /// Covariance from the coefficients `q` that the chosen model fixes at zero.
+    /// Covariance from the coefficients `q` fixed at zero by the chosen model.
     ///
-    /// With the prior `q ~ N(0, T²)`, the information of the richest model gives the posterior `N(m, V)`, and the chosen
-    /// lens moves by `B q`. Returns `B (V + m mᵀ) Bᵀ` times the weight of the chosen model. `None` if no richer model may
-    /// be chosen.
+    /// With the prior `q ~ N(0, T²)`, the information of the richest model gives the posterior
+    /// `N(m, V)`, and the chosen lens moves by `B q`. Returns `B (V + m mᵀ) Bᵀ` times the weight of
+    /// the chosen model. `None` if no richer model is allowed.
     fn model_truncation_covariance(&self, noise_floor: f64, overcount: f64) -> Option<LensMatrix> {
         let (fit, bundle) = (self.fit(), self.bundle());
         let (richest, full) = (self.fits.last()?, self.bundles.last()?);
@@ -249,7 +254,7 @@ impl ModelChoice {
         let pull = DVector::from_fn(truncated.len(), |i, _| {
             towards[truncated[i].0] + moved_by.column(i).dot(&towards)
         });
-        // Averaged over the widths of the prior, weighted by the evidence for each.
+        // Average over the widths of the prior, weighted by the evidence for each.
         let (mut spread, mut total) = (DMatrix::zeros(truncated.len(), truncated.len()), 0.0);
         for (scale, probability) in TRUNCATED_SCALES {
             let prior = DVector::from_fn(truncated.len(), |i, _| (scale * truncated[i].1).powi(-2));
@@ -270,9 +275,10 @@ impl ModelChoice {
     }
 }
 
-/// Standard deviations of the principal point, and of the focal length relative to itself, from errors that all views
-/// share and that don't average out: edges bent by the lens, pixels that integrate over their area. Measured on rendered
-/// sessions with known truth. Corners err by as much where a picture was interpolated to rectify it.
+/// Standard deviations of the principal point, and relative ones of the focal length, from errors
+/// shared by all views, which don't average out: edges bent by the lens, pixels that integrate over
+/// their area. Measured on rendered sessions with known truth. Interpolation in a rectified picture
+/// adds an error of the same size to the corners.
 pub(super) const SHARED_SD_PX: f64 = 0.009;
 const SHARED_F_SD: f64 = 1.5e-5;
 

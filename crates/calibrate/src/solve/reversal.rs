@@ -1,8 +1,10 @@
-//! The reversed tilt: a small or distant board tilted towards the camera looks nearly like one tilted away.
+//! Reversed tilts: a small or distant board tilted towards the camera looks nearly like one tilted
+//! away.
 //!
-//! Under weak perspective both pictures are the same (Necker's reversal; Collins & Bartoli, "Infinitesimal plane-based
-//! pose estimation", 2014). A bundle that starts with the wrong tilt of a view keeps it: between both lies the board seen
-//! face-on, where the residuals are larger. So each view's reversed tilt is refined by itself, and the better one kept.
+//! Under weak perspective both pictures are the same (Necker's reversal; Collins & Bartoli,
+//! "Infinitesimal plane-based pose estimation", 2014). A bundle that starts with the wrong tilt of
+//! a view keeps it, because the face-on board between the two has larger residuals. So each view's
+//! reversed tilt is refined separately, and the better one kept.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Rotation3, SVector, UnitQuaternion};
 
@@ -15,16 +17,18 @@ use boresight_geometry::{
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
-/// Least drop of a view's cost by a reversal, as a share and as a number: less is rounding or chance.
+/// Least drop of a view's cost by a reversal, as a share and as a number: less is rounding or
+/// chance.
 const LEAST_SHARE: f64 = 1e-3;
 const LEAST_GAIN: f64 = 1.0;
-/// Limits that stop short of the minimum on purpose: the bundle goes on from there.
+/// Limits deliberately short of the minimum: the bundle continues from there.
 const LIMITS: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 1e-4, cost_rounding: 1e-13 };
 
-/// `state` with those views reversed whose corners then fit better, with the lens held. `None` if there are none.
+/// `state` with views reversed if the corners then fit better, with the lens held. `None` if there
+/// are none.
 ///
-/// Tries only views whose cost is at least `suspicious` times the median view's; 0 tries all.
+/// Tries only views with a cost of at least `suspicious` times the median view's; 0 tries all.
 pub(super) fn with_better_tilts(
     observations: &Observations,
     state: &BundleState,
@@ -65,8 +69,9 @@ fn board_centre_m(observations: &Observations) -> Point3<f64> {
     sum / board_m.len().max(1) as f64
 }
 
-/// The pose that looks the same under weak perspective: the board reflected in the plane through `centre_m` (board
-/// coordinates) across the line of sight, and its normal turned over to face the camera again.
+/// Pose with the same image under weak perspective: the board reflected in the plane through
+/// `centre_m` (board coordinates) across the line of sight, and its normal turned over to face the
+/// camera again.
 fn reversed(cam_from_board: &Isometry3<f64>, centre_m: &Point3<f64>) -> Isometry3<f64> {
     let centre = cam_from_board * centre_m;
     let sight = centre.coords.normalize();
@@ -79,7 +84,7 @@ fn reversed(cam_from_board: &Isometry3<f64>, centre_m: &Point3<f64>) -> Isometry
     Isometry3::from_parts(shift.into(), rotation)
 }
 
-/// The corners of one view under a lens that is held.
+/// Corners of a view under a fixed lens.
 struct OneView<'a> {
     camera: &'a Camera,
     corners: &'a [Whitened],
@@ -95,7 +100,7 @@ impl OneView<'_> {
 }
 
 impl Problem<6> for OneView<'_> {
-    /// Board to camera.
+    /// Pose from board to camera.
     type State = Isometry3<f64>;
     type Extra = ();
 

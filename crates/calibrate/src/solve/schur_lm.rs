@@ -1,12 +1,13 @@
 //! Levenberg–Marquardt for parameters shared by all views and parameters of single views.
 //!
-//! The normal matrix has the shape of an arrow, so the parameters of the views are eliminated by a Schur complement
-//! (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The loop and its end test are the same
-//! as in `geometry::least_squares`, whose problems have no views.
+//! The normal matrix has the shape of an arrow, so the parameters of the views are eliminated by a
+//! Schur complement (Triggs et al., "Bundle adjustment – a modern synthesis", 2000, section 6). The
+//! loop and its end test are the same as in `geometry::least_squares`, whose problems have no
+//! views.
 
 use nalgebra::{SMatrix, SVector};
 
-/// Squared length of a step in standard deviations that doesn't matter after the last: 1e-2 of one.
+/// Squared length, in standard deviations, of a negligible step after the last: 1e-2 of one.
 const HIDDEN_STEP: f64 = 1e-4;
 /// First damping of the steps from a guess.
 const GUESS_DAMPING: f64 = 1e-4;
@@ -28,7 +29,7 @@ pub(crate) struct NormalEquations<const S: usize, const L: usize> {
     pub(crate) views: Vec<ViewBlock<S, L>>,
 }
 
-/// Contribution of one view to [`NormalEquations`].
+/// Contribution of a view to [`NormalEquations`].
 #[derive(Clone, Debug)]
 pub(crate) struct ViewBlock<const S: usize, const L: usize> {
     /// Contribution to `U`.
@@ -61,7 +62,8 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
         inverse(&local)
     }
 
-    /// Information and gradient of this view for the shared parameters, its local ones marginalised out.
+    /// Information and gradient of this view for the shared parameters, local parameters
+    /// marginalised out.
     pub(crate) fn reduced(&self) -> Option<(SMatrix<f64, S, S>, SVector<f64, S>)> {
         let gain = self.cross * self.local_inverse(0.0)?;
         Some((
@@ -72,7 +74,7 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
 }
 
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
-    /// Sums up the views, each given with its cost; the second value is the total cost.
+    /// Sums up the views, each given with a cost; the second value is the total cost.
     pub(crate) fn from_views(views: Vec<(f64, ViewBlock<S, L>)>) -> (Self, f64) {
         let mut shared = SMatrix::zeros();
         let mut gradient = SVector::zeros();
@@ -86,7 +88,7 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         (Self { shared, gradient, views }, cost)
     }
 
-    /// The damped step. `None` if the damped matrix isn't positive definite.
+    /// Damped step. `None` if the damped matrix isn't positive definite.
     pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
         let mut reduced = self.shared;
         for i in 0..S {
@@ -116,7 +118,7 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         decrement.is_finite().then_some(Step { shared, views, decrement })
     }
 
-    /// Information about the shared parameters, priors included, local ones marginalised out.
+    /// Information about the shared parameters, priors included, local parameters marginalised out.
     pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
         let mut reduced = self.shared;
         for view in &self.views {
@@ -127,8 +129,8 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
     }
 }
 
-/// Inverse of a symmetric positive definite matrix, computed after scaling to a unit diagonal. `None` if a pivot shows that
-/// it is singular.
+/// Inverse of a symmetric positive definite matrix, computed after scaling to a unit diagonal.
+/// `None` if a pivot shows the matrix to be singular.
 pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
     let mut scale = SVector::<f64, N>::zeros();
     for i in 0..N {
@@ -146,8 +148,8 @@ pub(crate) fn inverse<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMa
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 
-/// Inverse by Cholesky factors. `None` if a pivot is below what rounding alone produces: `nalgebra`'s decomposition only
-/// refuses pivots that aren't positive.
+/// Inverse by Cholesky factors. `None` if a pivot is below the rounding error: `nalgebra`'s
+/// decomposition only refuses pivots that aren't positive.
 fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64, N, N>> {
     let mut lower = SMatrix::<f64, N, N>::zeros();
     for j in 0..N {
@@ -183,7 +185,7 @@ fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64,
     Some(inverse_lower.transpose() * inverse_lower)
 }
 
-/// A sum of squares over views.
+/// Sum of squares over views.
 pub(crate) trait Problem<const S: usize, const L: usize> {
     /// Values of all parameters.
     type State: Clone;
@@ -206,15 +208,16 @@ pub(crate) struct Minimum<State, const S: usize, const L: usize> {
 pub(crate) enum Start {
     /// A rough guess: damped at first.
     Guess,
-    /// The minimum of nearly the same problem: damping would only shorten steps in directions that the corners hardly
-    /// determine.
+    /// The minimum of nearly the same problem: damping would only shorten steps in directions
+    /// hardly determined by the corners.
     Near,
 }
 
-/// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started; deterministic.
+/// Follows the cost downhill from `start`, in at most 100 steps. Never ends higher than it started;
+/// deterministic.
 ///
-/// Converged means that the next step is below 1e-9 standard deviations, or below 1e-2 after the last of them. `None` if
-/// the model is undefined at `start`.
+/// Converged means a next step below 1e-9 standard deviations, or below 1e-2 after the last of the
+/// steps. `None` if the model is undefined at `start`.
 pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
@@ -227,8 +230,8 @@ pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     minimise_from(problem, start, first_damping, 1e-18)
 }
 
-/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard deviations, is at most
-/// `negligible_step`.
+/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard
+/// deviations, is at most `negligible_step`.
 pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
@@ -260,7 +263,8 @@ fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
             break;
         }
         if let Some((state, cost, normal, decrement)) = accepted {
-            // The cost no longer falls measurably, and rounding keeps the steps from shrinking further.
+            // The cost no longer falls measurably, and rounding keeps the steps from shrinking
+            // further.
             let stalled = at.cost - cost <= 1e-13 * at.cost && decrement <= 1e-15;
             at = Minimum { state, cost, normal, converged: stalled };
             damping = if damping > 1e-10 { damping * 0.1 } else { 0.0 };
@@ -273,7 +277,7 @@ fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
             break;
         }
     }
-    // Rounding hides where a valley that the corners hardly determine ends.
+    // Rounding hides the end of a valley hardly determined by the corners.
     let is_hidden = |step: Step<S, L>| step.decrement <= HIDDEN_STEP;
     at.converged = at.converged || at.normal.solve(0.0).is_some_and(is_hidden);
     Some(at)

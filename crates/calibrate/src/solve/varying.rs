@@ -1,7 +1,8 @@
-//! The lens when the focal length differs from view to view.
+//! Lens with a focal length that differs from view to view.
 //!
-//! The principal lines of the free homographies intersect in the principal point at any focal lengths of the views
-//! (Chuang 2021, section 3.4); each line then gives the focal length of its view.
+//! The principal lines of the free homographies intersect in the principal point at any focal
+//! lengths of the views (Chuang 2021, section 3.4); each line then gives the focal length of its
+//! view.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -10,12 +11,13 @@ use boresight_geometry::{
     Camera, Distortion, FocalLength, LensMatrix, LensParameter, LensParts, PrincipalLine,
 };
 
-/// The lens of views that share everything except the focal length.
+/// Lens of views that share everything except the focal length.
 #[derive(Clone, Debug)]
 pub(crate) struct VaryingFocal {
     /// Lens with the mean focal length, and the distortion at that focal length.
     pub(crate) camera: Camera,
-    /// Covariance of the lens parameters; the variance of the focal length is one view's, on average.
+    /// Covariance of the lens parameters; the variance of the focal length is one view's, on
+    /// average.
     pub(crate) covariance: LensMatrix,
     pub(crate) noise_factor: f64,
     /// Sample standard deviation of the focal lengths of the views, in pixels.
@@ -24,14 +26,14 @@ pub(crate) struct VaryingFocal {
     pub(crate) focal: Vec<Option<FocalLength>>,
 }
 
-/// The lens model of [`VaryingFocal`].
+/// Lens model of [`VaryingFocal`].
 pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
 
 /// Derives principal point, focal lengths and distortion from `free`.
 ///
-/// With `g` in units of `S` about the distortion centre DC and `e = (DC − P)/f`, the radial model about DC
-/// is `x + k1 |x−e|² (x−e) + …` with `k1 = K1 (f/S)²`, `k2 = K2 (f/S)⁴`; to first order in `e` that is
-/// OpenCV's model with `(p2, p1) = −k1 e`.
+/// With `g` in units of `S` about the distortion centre DC and `e = (DC − P)/f`, the radial model
+/// about DC is `x + k1 |x−e|² (x−e) + …` with `k1 = K1 (f/S)²`, `k2 = K2 (f/S)⁴`; to first order in
+/// `e` that is OpenCV's model with `(p2, p1) = −k1 e`.
 ///
 /// `None` if fewer than two views have a focal length.
 pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
@@ -86,7 +88,7 @@ pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option
 }
 
 impl VaryingFocal {
-    /// The camera of one view; with the mean focal length where the view has none.
+    /// Camera of a view; with the mean focal length if the view has none.
     pub(crate) fn camera_of(&self, view: usize) -> Camera {
         let f_px = self.focal[view].map_or(self.camera.f_px.x, |focal| focal.f_px);
         Camera { f_px: Vector2::repeat(f_px), ..self.camera }

@@ -1,15 +1,17 @@
-//! Covariance of the lens from how far the views pull it apart, whatever the noise in a view is.
+//! Covariance of the lens from the scatter of the views, for any noise within a view.
 //!
-//! Errors within a view may be alike, larger than in other views, or come from a board that isn't flat: each view then pulls
-//! the lens by more than its corners' noise explains. Views are independent of each other, so the scatter of their pulls
-//! tells the covariance without a model of the noise within them (Liang & Zeger 1986):
+//! Errors within a view may be alike, larger than in other views, or come from a board that isn't
+//! flat: each view then pulls the lens by more than its corners' noise explains. Views are
+//! independent of each other, so the scatter of their pulls gives the covariance without a model of
+//! the noise within them (Liang & Zeger 1986):
 //!
 //! ```text
 //! C = I⁻¹ (Σ g̃ g̃ᵀ) I⁻¹,   g̃ = L (1 − H)^(−1/2) L⁻¹ g,   I = L Lᵀ,   H = L⁻¹ Iᵥ L⁻ᵀ
 //! ```
 //!
-//! with `g` the gradient of a view at the minimum, its pose eliminated, and `Iᵥ` its information. The factor makes up for the
-//! lens having followed the view (MacKinnon & White 1985, HC2): with independent noise, `C` is expected to be `σ² I⁻¹`.
+//! with `g` the gradient of a view at the minimum, its pose eliminated, and `Iᵥ` its information.
+//! The factor compensates for the influence of the view on the lens (MacKinnon & White 1985, HC2):
+//! with independent noise, `C` is expected to be `σ² I⁻¹`.
 
 use std::ops::{Add, Mul};
 
@@ -18,23 +20,24 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::{bundle::Bundle, lens_model::tie_covariance};
 use boresight_geometry::{LensMatrix, LensParts};
 
-/// Least share of its own pull that a view leaves in its residuals: one that decides a parameter alone tells nothing about
-/// its scatter.
+/// Least share of a view's pull left in the residuals: the scatter of a view that decides a
+/// parameter alone is unknown.
 const LEAST_LEFT: f64 = 0.1;
 
-/// The share of errors beyond the bounds that are stated.
+/// Share of errors beyond the stated bounds.
 const BEYOND: f64 = 0.05;
-/// The model of the noise is believed as much as this many views.
+/// Number of views with the same weight as the model of the noise.
 const MODEL_VIEWS: f64 = 10.0;
 
-/// Degrees of freedom with which [`averaged`] knows the noise of `views` different views.
+/// Degrees of freedom of the noise from `views` distinct views in [`averaged`].
 pub(crate) fn freedom(views: usize) -> f64 {
     MODEL_VIEWS + views as f64 - 1.0
 }
 
-/// Covariance by a model of the noise and by the scatter of `views` different views, averaged. They tell it badly, so it's as
-/// much wider as an error in two directions whose size is known with half of their [`freedom`], for the lens follows the
-/// views (Bell & McCaffrey 2002): a normal distribution with it has the 95 % quantile of F. With three views, the model's.
+/// Average of the covariances by a model of the noise and by the scatter of `views` distinct views.
+/// The average is inflated because it is uncertain, as for an error in two directions with half of
+/// their [`freedom`], because the lens follows the views (Bell & McCaffrey 2002): a normal
+/// distribution with it has the 95 % quantile of F. With up to three views, the model's covariance.
 pub(crate) fn averaged<T: Add<Output = T> + Mul<f64, Output = T>>(
     of_model: T,
     of_views: T,
@@ -43,25 +46,25 @@ pub(crate) fn averaged<T: Add<Output = T> + Mul<f64, Output = T>>(
     if views <= 3 {
         return of_model;
     }
-    // Of F with two degrees of freedom and these, over that of half a χ² with two.
+    // Quantile of F with two and these degrees of freedom, over that of half a χ² with two.
     let freedom = 0.5 * freedom(views);
     let quantile = 0.5 * freedom * (libm::pow(BEYOND, -2.0 / freedom) - 1.0);
     let share = quantile / -libm::log(BEYOND) / (MODEL_VIEWS + views as f64);
     of_model * (MODEL_VIEWS * share) + of_views * (views as f64 * share)
 }
 
-/// How far the views pull parameters apart.
+/// Scatter of parameters between the views.
 pub(crate) struct Scatter {
-    /// Of the parameters, for information with a unit diagonal.
+    /// Scale of the parameters, for information with a unit diagonal.
     scale: DVector<f64>,
     lower: DMatrix<f64>,
-    /// `L⁻¹ (Σ g̃ g̃ᵀ) L⁻ᵀ`: with independent noise the identity is expected.
+    /// `L⁻¹ (Σ g̃ g̃ᵀ) L⁻ᵀ`: the identity is expected with independent noise.
     scatter: DMatrix<f64>,
 }
 
 impl Scatter {
-    /// From each view's information and gradient, and the information of a prior, all for the actual noise. `None` if the
-    /// information is singular.
+    /// Scatter from each view's information and gradient, and the information of a prior, all for
+    /// the actual noise. `None` if the information is singular.
     pub(crate) fn of(views: &[(DMatrix<f64>, DVector<f64>)], prior: &DMatrix<f64>) -> Option<Self> {
         let information = views.iter().fold(prior.clone(), |sum, (of_view, _)| sum + of_view);
         let scale = information.diagonal().map(|it| it.max(f64::MIN_POSITIVE).sqrt().recip());
@@ -96,15 +99,16 @@ impl Scatter {
         Some(DMatrix::from_fn(scale.len(), scale.len(), |i, j| whole[(i, j)] * scale[i] * scale[j]))
     }
 
-    /// Factor by which the corners of `views` views overstate what they tell, at least 1: the views pull the parameters
-    /// apart by so much more than independent corners would, on the mean ([`averaged`]).
+    /// Factor by which the corners of `views` views overstate the information, at least 1: the mean
+    /// ratio ([`averaged`]) of the observed scatter to that of independent corners.
     pub(crate) fn overcount(&self, views: usize) -> f64 {
         averaged(1.0, self.scatter.trace() / self.scale.len() as f64, views).max(1.0)
     }
 }
 
 impl Bundle {
-    /// The pulls of the views at the free lens parameters, for corners with `noise_factor` times the stated error.
+    /// Pulls of the views at the free lens parameters, for corners with `noise_factor` times the
+    /// stated error.
     pub(crate) fn scatter(&self, noise_factor: f64) -> Option<Scatter> {
         let free = self.freedom.parameters();
         let variance = noise_factor * noise_factor;
@@ -120,8 +124,9 @@ impl Bundle {
         Scatter::of(&views, &DMatrix::from_diagonal(&DVector::from_fn(free.len(), of_prior)))
     }
 
-    /// Covariance of the lens parameters from the scatter of the views, laid out as [`Self::covariance`]. `noise_factor` only
-    /// weighs a prior against the corners. `None` if the information is singular.
+    /// Covariance of the lens parameters from the scatter of the views, laid out as
+    /// [`Self::covariance`]. `noise_factor` only weighs a prior against the corners. `None` if the
+    /// information is singular.
     pub(crate) fn covariance_by_views(&self, noise_factor: f64) -> Option<LensMatrix> {
         let of_free = self.scatter(noise_factor)?.covariance()?;
         let free = self.freedom.parameters();

@@ -1,13 +1,13 @@
-//! Corners in units of their own error.
+//! Corners in units of the stated error.
 
 use nalgebra::{Matrix2, Point2};
 
 use boresight_geometry::Corner;
 
-/// A corner with the square root of its information matrix.
+/// Corner with the square root of the information matrix.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Whitened {
-    /// Number of the corner on the board.
+    /// Index of the corner on the board.
     pub(crate) place: usize,
     pub(crate) board_m: Point2<f64>,
     pub(crate) px: Point2<f64>,
@@ -17,7 +17,7 @@ pub(crate) struct Whitened {
     pub(crate) common_px: f64,
 }
 
-/// `None` if the corner isn't finite, or its covariance isn't positive definite.
+/// Whitened corner; `None` if the corner isn't finite, or its covariance isn't positive definite.
 pub(super) fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
     let c = &corner.covariance_px2;
     let l11 = c[(0, 0)].sqrt();

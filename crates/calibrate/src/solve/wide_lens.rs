@@ -1,8 +1,8 @@
 //! Wide lenses: their initial guess, and the test against Brown's polynomial.
 //!
-//! Brown's model is a power series of `tan θ`, which no longer converges where the angle θ to the optical axis is large. A
-//! fisheye model is a series of θ itself, a rational one a quotient. Both are tried where the picture is wide, and one is
-//! taken if the corners clearly ask for it.
+//! Brown's model is a power series of `tan θ`, which no longer converges where the angle θ to the
+//! optical axis is large. A fisheye model is a series of θ, a rational one a quotient. Both are
+//! tried for wide pictures, and one is chosen if the corners clearly support it.
 
 use nalgebra::{Isometry3, Matrix6, Point2, Vector3, Vector6};
 
@@ -15,28 +15,30 @@ use super::{
 };
 use boresight_geometry::{Camera, Distortion, LensKind, frame::ImageSize, pose_from_rays};
 
-/// Focal lengths from which a fisheye lens is adjusted, relative to the longer side of the picture: it shows about
-/// `1/share` radians of the world, 48° to 215°.
+/// Initial focal lengths of a fisheye lens, relative to the longer side of the picture: it shows
+/// about `1/share` radians of the world, 48° to 215°.
 const FOCAL_SHARES: [f64; 8] = [1.2, 0.95, 0.75, 0.6, 0.48, 0.38, 0.31, 0.265];
-/// Starts that are adjusted.
+/// Number of adjusted starts.
 const BEST_STARTS: usize = 2;
-/// Rays this far from the optical axis make a picture wide, in radians: 40°. There, `tan θ` is longer than θ by a fifth.
+/// Least angle to the optical axis of a wide picture's rays, in radians: 40°. There, `tan θ` is
+/// longer than θ by a fifth.
 const WIDE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
-/// `tan θ` from which the series of θ in its powers diverges: 45°. Beyond, Brown's polynomial says nothing where no board was.
+/// `tan θ` from which the power series of θ diverges: 45°. Beyond, Brown's polynomial is
+/// undetermined outside the boards' area.
 const DIVERGENT: f64 = 1.0;
 
-/// Lens and poses from which a family of wide lenses is adjusted, under its richest model.
+/// Initial lens and poses of a family of wide lenses, under the richest model.
 #[derive(Clone, Debug)]
 pub(crate) struct WideLens {
     pub(crate) family: LensFamily,
     pub(crate) state: BundleState,
-    /// Twice the logarithm of its odds to Brown's richest model, as causes of a misfit are weighed: as if no error were common
-    /// to all views. Infinite unless Brown's may be the lens.
+    /// Twice the logarithm of the odds to Brown's richest model, weighed like causes of a misfit:
+    /// without errors common to all views. Infinite unless Brown's model is allowed.
     pub(crate) gain: f64,
 }
 
-/// True if the lens sees so much that Brown's model may not hold it: a corner of the picture is more than 40° from the axis,
-/// as a pinhole sees it if it has no ray.
+/// True if the lens may be too wide for Brown's model: a corner of the picture is more than 40°
+/// from the axis, by a pinhole if it has no ray.
 pub(crate) fn is_wide(camera: &Camera, image_size: ImageSize) -> bool {
     let pinhole = Camera { distortion: Distortion::default(), ..*camera };
     corners_px(image_size).iter().any(|px| {
@@ -56,20 +58,20 @@ fn corners_px(image_size: ImageSize) -> [Point2<f64>; 4] {
     [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)].map(|(x, y)| Point2::new(x, y))
 }
 
-/// The arguments of [`better_families`].
+/// Arguments of [`better_families`].
 pub(crate) struct WideSearch<'a> {
     pub(crate) observations: &'a Observations,
     pub(crate) image_size: ImageSize,
     pub(crate) square_pixels: bool,
     pub(crate) prior: Option<&'a LensPrior>,
-    /// Smallest noise factor that is believed.
+    /// Smallest credible noise factor.
     pub(crate) noise_floor: f64,
-    /// Models that may be chosen.
+    /// Allowed models.
     pub(crate) allowed: &'a [LensModel],
 }
 
-/// The families of wide lenses that explain the corners clearly better than `brown`, the fit of the richest of Brown's
-/// models, best first. If no Brown model is allowed, all allowed families.
+/// Families of wide lenses that fit the corners clearly better than `brown`, the fit of the richest
+/// of Brown's models, best first. If no Brown model is allowed, all allowed families.
 pub(crate) fn better_families(
     search: &WideSearch<'_>,
     brown: Option<&BundleState>,
@@ -94,7 +96,7 @@ pub(crate) fn better_families(
             search.bic(LensFamily::Brown, brown, shared) - search.bic(*family, bundle, shared)
         })
     };
-    // What all views share isn't a lens: Brown's stays unless the corners tell more than that.
+    // Errors shared by all views look like a lens: Brown's stays unless the gain exceeds them.
     let shared = search.shared_variance();
     found.retain(|lens| gain(lens, shared) > CLEAR);
     let wide = |lens: (LensFamily, Bundle)| {
@@ -105,7 +107,8 @@ pub(crate) fn better_families(
     found.into_iter().map(wide).collect()
 }
 
-/// False if `brown` folds where its series diverges: it isn't the lens of the picture, whatever else may be wrong.
+/// False if `brown` folds where the series diverges, so that `brown` can't be the lens of the
+/// picture.
 fn reaches(brown: &Bundle, image_size: ImageSize) -> bool {
     let camera = &brown.state.camera;
     corners_px(image_size).iter().all(|px| {
@@ -114,12 +117,12 @@ fn reaches(brown: &Bundle, image_size: ImageSize) -> bool {
     })
 }
 
-/// Adjusted lenses from which those of other families start.
+/// Adjusted lenses used as starts for other families.
 #[derive(Clone, Copy)]
 struct Known<'a> {
-    /// Under the richest of Brown's models.
+    /// Fit under the richest of Brown's models.
     brown: Option<&'a Bundle>,
-    /// Under the richest fisheye model.
+    /// Fit under the richest fisheye model.
     fisheye: Option<&'a Bundle>,
 }
 
@@ -127,7 +130,7 @@ impl WideSearch<'_> {
     /// Lenses of the richest model of `family`, adjusted from different starts.
     fn lenses(&self, family: LensFamily, known: Known<'_>) -> Vec<Bundle> {
         match family {
-            // What the others stand against.
+            // Reference for the other families.
             LensFamily::Brown => Vec::new(),
             LensFamily::Rational => {
                 let starts = [
@@ -154,17 +157,19 @@ impl WideSearch<'_> {
         Some(again.filter(|again| again.cost < bundle.cost).unwrap_or(bundle))
     }
 
-    /// Variance by which errors that all views share add to a coordinate's noise, as a multiple of the stated one.
+    /// Variance added to a coordinate's noise by errors shared by all views, as a multiple of the
+    /// stated variance.
     ///
-    /// A lens is what all views share, and so are those errors. The mean of `N` views tells them apart only as far as it would
-    /// if each view had an error of its own that's `√N` times as large.
+    /// Like the lens, those errors are shared by all views. The mean of `N` views distinguishes
+    /// them only as far as it would if each view had an independent error `√N` times as large.
     fn shared_variance(&self) -> f64 {
         let views = self.observations.view_count() as f64;
         views * self.observations.whitened_square(SHARED_SD_PX)
     }
 
-    /// BIC of the richest lens of `family`, with `shared` added to the variance of the corners, as a multiple of the stated
-    /// one. A lens that a pole keeps from its minimum is taken only where no other is allowed.
+    /// BIC of the richest lens of `family`, with `shared` added to the variance of the corners, as
+    /// a multiple of the stated variance. A lens kept from its minimum by a pole is used only if no
+    /// other is allowed.
     fn bic(&self, family: LensFamily, bundle: &Bundle, shared: f64) -> f64 {
         let n = self.observations.coordinate_count() as f64;
         let variance = (bundle.cost / n).max(self.noise_floor * self.noise_floor) + shared;
@@ -173,7 +178,7 @@ impl WideSearch<'_> {
         n * libm::log(variance) + bundle.freedom.count() as f64 * libm::log(n) + against
     }
 
-    /// The richest fisheye lens, from the best of several focal lengths.
+    /// Richest fisheye lens, from the best of several focal lengths.
     fn fisheye(&self) -> Option<Bundle> {
         let width_px = f64::from(self.image_size.width_px.max(self.image_size.height_px));
         let mut starts: Vec<(f64, BundleState)> = FOCAL_SHARES
@@ -217,10 +222,11 @@ impl WideSearch<'_> {
     }
 }
 
-/// The rational lens nearest to a fisheye one over the picture, with the same poses: its coefficients solve linear equations
-/// `m (1 + k4 r² + k5 r⁴ + k6 r⁶) = 1 + k1 r² + k2 r⁴ + k3 r⁶`. `None` if none is near.
+/// Rational lens nearest to a fisheye lens over the picture, with the same poses. Its coefficients
+/// solve the linear equations `m (1 + k4 r² + k5 r⁴ + k6 r⁶) = 1 + k1 r² + k2 r⁴ + k3 r⁶`. `None`
+/// if none is near.
 fn as_rational(fisheye: &BundleState, image_size: ImageSize) -> Option<BundleState> {
-    /// Angles at which both lenses are compared, and the largest, in radians.
+    /// Number of angles at which both lenses are compared, and the largest, in radians.
     const STEPS: u32 = 40;
     const WIDEST_RAD: f64 = 1.3;
     let camera = &fisheye.camera;

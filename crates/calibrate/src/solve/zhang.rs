@@ -1,5 +1,5 @@
-//! The baseline method: Zhang, "A flexible new technique for camera calibration", IEEE PAMI 2000. Closed form and
-//! refinement.
+//! Baseline method: Zhang, "A flexible new technique for camera calibration", IEEE PAMI 2000.
+//! Closed form and refinement.
 
 use nalgebra::{DMatrix, Isometry3, Matrix3, Point2, Vector2};
 
@@ -10,12 +10,13 @@ use super::{
 };
 use boresight_geometry::{Camera, Distortion, frame::ImageSize};
 
-/// Zhang's closed form with zero skew (section 3.1 and appendix B), from at least two homographies, board → pixels.
+/// Zhang's closed form with zero skew (section 3.1 and appendix B), from at least two homographies,
+/// board → pixels.
 ///
 /// Each `image_from_board = [h₁ h₂ h₃]` gives two linear equations `h₁ᵀ B h₂ = 0` and
 /// `h₁ᵀ B h₁ = h₂ᵀ B h₂` in the image of the absolute conic `B ∝ K⁻ᵀ K⁻¹`. Pixels are centred and
-/// scaled first. `None` with fewer than two homographies, or if the solution isn't a camera: parallel boards, or too much
-/// noise.
+/// scaled first. `None` with fewer than two homographies, or if the solution isn't a camera:
+/// parallel boards, or too much noise.
 pub fn closed_form(image_from_board: &[Matrix3<f64>], image_size: ImageSize) -> Option<Camera> {
     if image_from_board.len() < 2 {
         return None;
@@ -76,10 +77,10 @@ pub fn closed_form(image_from_board: &[Matrix3<f64>], image_size: ImageSize) -> 
     })
 }
 
-/// Zhang's complete method: refines `start` by minimising the reprojection error with free fx, fy and no priors (section
-/// 3.2).
+/// Zhang's complete method: refines `start` by minimising the reprojection error with free fx, fy
+/// and no priors (section 3.2).
 ///
-/// `None` if it doesn't converge to a camera.
+/// `None` if the fit doesn't converge to a camera.
 pub fn refined(
     observations: &Observations,
     model: LensModel,
