@@ -1,13 +1,15 @@
-//! Detects boards in a list of pictures and prints one line for each: what was found or why not, and the processor's time.
+//! Detects boards in a list of pictures and prints a line for each: the corners or the miss, and
+//! the processor time.
 //!
 //! ```text
 //! cargo run --release -p boresight-detect --example look [LOOKS] < list > table
 //! ```
 //!
-//! A line of the list is a board, the time of the frame in nanoseconds, and a picture (binary PGM), parted by tabs:
-//! `9x6<TAB>33000000<TAB>a.pgm`. Frames that follow each other are tracked; a picture without a time (`-`) stands alone and
-//! ends the sequence. A line of the table has the same, then milliseconds, the miss or `found`, and `x,y,sd` of each corner.
-//! `tests/bench/detector_table.py` makes lists, and judges and compares tables.
+//! A line of the list is a board, the time of the frame in nanoseconds, and a picture (binary PGM),
+//! separated by tabs: `9x6<TAB>33000000<TAB>a.pgm`. Consecutive frames are tracked; a picture
+//! without a time (`-`) is single and ends the sequence. A line of the table has the same, then
+//! milliseconds, the miss or `found`, and `x,y,sd` of each corner. `tests/bench/detector_table.py`
+//! makes lists, and judges and compares tables.
 
 use std::{
     fmt::Write,
@@ -24,7 +26,7 @@ use image::GrayImage;
 
 type Failed = Box<dyn std::error::Error>;
 
-/// Looks at each picture, unless the first argument says another number; the shortest time counts.
+/// Default number of looks at each picture; the shortest time counts.
 const LOOKS: usize = 3;
 
 fn main() -> Result<(), Failed> {
@@ -88,7 +90,7 @@ fn board(name: &str) -> Result<Board, Failed> {
     })
 }
 
-/// The processor's time of this thread where the system tells, else the clock's.
+/// Processor time of the current thread if reported by the system, else the clock's.
 fn now_ms() -> f64 {
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let nanos = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());

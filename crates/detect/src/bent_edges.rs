@@ -1,10 +1,11 @@
-//! Corrects corners for edges that the lens bends.
+//! Corrects corners for edges bent by the lens.
 //!
-//! The edge model has straight edges. Fitted to an edge of curvature κ, a straight one passes the corner at a distance of
-//! ½ κ ⟨t²⟩, where ⟨t²⟩ is the mean squared distance along the edge of the pixels that determine it: 0.02 to 0.08 px
-//! near the rim of a wide lens, several times the noise. Perspective keeps lines straight, so the second difference of
-//! three corners in line, across the line, shows κ alone; and as they lie whole squares apart while the patch reaches
-//! less than half a square, the correction adds next to no noise.
+//! The edge model has straight edges. Fitted to an edge of curvature κ, a straight edge passes the
+//! corner at a distance of ½ κ ⟨t²⟩, where ⟨t²⟩ is the mean squared distance along the edge of the
+//! pixels that determine it: 0.02 to 0.08 px near the rim of a wide lens, several times the noise.
+//! Perspective keeps lines straight, so the second difference of three corners in line, across the
+//! line, shows κ alone. The corners lie whole squares apart while the patch reaches less than half
+//! a square, so the correction adds next to no noise.
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
@@ -22,8 +23,8 @@ pub(super) struct BentEdges {
 }
 
 impl BentEdges {
-    /// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each fit. Corners without two
-    /// neighbours in line stay where they are.
+    /// Moves the corners of `fits`, row by row, onto the bent edges. `corners` has one for each
+    /// fit. Corners without two neighbours in line are unchanged.
     pub(super) fn correct(
         &mut self,
         fits: &[Option<EdgeFit>],
@@ -64,20 +65,21 @@ impl BentEdges {
     }
 }
 
-/// Curvature of a row or column of corners per pixel, towards [`normal`] if positive. A lens bends a straight line
-/// about evenly, so the curvature is a line fitted to the curvatures at the inner corners, or their mean if there are
-/// fewer than three. This reduces noise, and gives the ends a curvature, too.
+/// Curvature of a row or column of corners per pixel, towards [`normal`] if positive. A lens bends
+/// a straight line about evenly, so the curvature is a line fitted to the curvatures at the inner
+/// corners, or their mean if there are fewer than three. This reduces noise, and gives the ends a
+/// curvature, too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Curvature {
     /// Curvature at the middle of the board.
     mean: f64,
-    /// Change from one corner to the next.
+    /// Change between adjacent corners.
     slope: f64,
     middle: f64,
 }
 
 impl Curvature {
-    /// `None` without three corners one beside the other.
+    /// Curvature of a row; `None` without three adjacent corners.
     fn along(count: usize, px: impl Fn(usize) -> Option<Point2<f64>>) -> Option<Self> {
         if count < 3 {
             return None;
@@ -112,8 +114,8 @@ impl Curvature {
     }
 }
 
-/// Unit vector across a line of at least three corners at `place`; at the ends, the next corner's. `None` if neighbours
-/// are missing or two coincide.
+/// Unit vector across a line of at least three corners at `place`; at the ends, the next corner's.
+/// `None` if neighbours are missing or two coincide.
 fn normal(
     count: usize,
     place: usize,
@@ -133,7 +135,8 @@ fn across(along: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-along.y, along.x)
 }
 
-/// Curvature of the parabola through three points. `None` if they don't lie one behind the other.
+/// Curvature of the parabola through three points. `None` if the points aren't in order along a
+/// line.
 fn parabola(before: Point2<f64>, at: Point2<f64>, after: Point2<f64>) -> Option<f64> {
     let along = (after - before).try_normalize(1e-9)?;
     let normal = across(along);
@@ -150,7 +153,7 @@ fn parabola(before: Point2<f64>, at: Point2<f64>, after: Point2<f64>) -> Option<
 mod tests {
     use super::*;
 
-    /// Points at −3, −2 … 3 squares on a circle of that radius, seen from outside its centre.
+    /// Points at −3, −2 … 3 squares on a circle of the given radius, from outside the centre.
     fn circle(radius_px: f64, square_px: f64, count: usize) -> Vec<Point2<f64>> {
         let middle = (count as f64 - 1.0) / 2.0;
         let point = |i: usize| {

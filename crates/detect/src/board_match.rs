@@ -1,4 +1,4 @@
-//! Matches a grid to the known board, fills gaps that the picture confirms, and numbers the corners.
+//! Matches a grid to the known board, fills gaps confirmed by the picture, and numbers the corners.
 
 use image::GrayImage;
 
@@ -13,23 +13,25 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// Corners of a board's shorter side, at least: that of the smallest that can be named.
+/// Least number of corners on the shorter side of a named board.
 const LEAST_SIDE: i32 = 3;
-/// A grid with less than one in this many of the board's corners is not worth completing.
+/// Reciprocal of the least share of the board's corners in a grid worth completing.
 const LEAST_SHARE: usize = 4;
-/// Corners beyond the named board that are looked for along a side, to name the larger one.
+/// Largest number of corners searched beyond the named board along a side, to name the larger
+/// board.
 const MOST_BEYOND: i32 = 4;
-/// At most one in this many corners may be interpolated and confirmed by the edge fit.
+/// Reciprocal of the largest share of corners interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
-/// Completes `lattice` to the board and writes its corners to `into`, row by row; `None` where a part of the board isn't
-/// seen.
+/// Completes `lattice` to the board and writes the corners to `into`, row by row; `None` for unseen
+/// corners.
 ///
 /// # Errors
 ///
-/// [`Miss::OtherBoard`] if the grid is larger than the board, a whole smaller one that ends in white on all sides, or as
-/// large as one whose squares were counted; [`Miss::PartialBoard`] if corners are missing,
-/// [`Miss::Glare`] if they are missing where the picture is saturated, [`Miss::NoBoard`] if the colours don't match.
+/// [`Miss::OtherBoard`] if the grid is larger than the board, a whole smaller one with white on all
+/// sides, or the size of a board named by its squares; [`Miss::PartialBoard`] if corners are
+/// missing, [`Miss::Glare`] if they are missing where the picture is saturated, [`Miss::NoBoard`]
+/// if the colours don't match.
 pub(super) fn match_board(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -46,7 +48,7 @@ pub(super) fn match_board(
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     fill(image, lattice, columns.max(rows));
     prune(lattice);
-    // A longer row beyond the board belongs to a larger one.
+    // A longer row beyond the board belongs to a larger board.
     drop_thin_ends(lattice, |(width, height)| {
         (width > columns || height > rows) && (width > rows || height > columns)
     });
@@ -69,10 +71,10 @@ pub(super) fn match_board(
         let found = lattice.len().min(wanted);
         let why = why_missing(image, lattice, Some([columns, rows]), 0.0);
         let cut_off_by = why.cut_off_by();
-        // Cut off, a larger board would be given a wrong number of corners.
+        // If cut off, a larger board would be given a wrong number of corners.
         let is_board = whole && width.min(height) >= LEAST_SIDE;
         let larger = !fits && is_board && width * height > columns * rows;
-        // One row and one column fewer, and neither cut off: whoever named the board has counted its squares.
+        // One row and one column fewer, neither cut off: the board was named by its squares.
         let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
         let miscounted = smaller && is_board && expected.corners.is_empty() && why != Why::Glare;
         if place_part(image, lattice, board, expected, into) {
@@ -93,8 +95,9 @@ pub(super) fn match_board(
     place_whole(image, lattice, board, expected, into).then_some(()).ok_or(Miss::NoBoard)
 }
 
-/// Looks for more squares around a whole board: behind its ends, and corners beyond it, which tell in a picture too small or too
-/// noisy to tell squares from white. Takes corners that are there by chance out of `lattice` again.
+/// Searches for more squares around a whole board: behind its ends, and as corners beyond it, which
+/// are evidence where the picture is too small or noisy to tell squares from white. Removes chance
+/// corners from `lattice` again.
 ///
 /// # Errors
 ///
@@ -119,8 +122,8 @@ pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(),
     Err(other_board((seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1))))
 }
 
-/// Root mean square of the differences between the squares around a corner of a board that should be alike, as a share of the step
-/// from dark to light squares. Corners beyond the board don't count.
+/// Root mean square difference between like squares around a corner of a board, as a share of the
+/// step from dark to light squares. Corners beyond the board don't count.
 fn unevenness(image: &GrayImage, lattice: &Lattice, is_beyond: impl Fn(Node) -> bool) -> f32 {
     let inside = lattice.nodes().iter().filter(|node| !is_beyond(**node));
     let steps = inside.filter_map(|node| colour_step(image, lattice, *node));
@@ -130,7 +133,7 @@ fn unevenness(image: &GrayImage, lattice: &Lattice, is_beyond: impl Fn(Node) -> 
     (sum / f32::max(count, 1.0)).sqrt()
 }
 
-/// Bits for the colours of the squares around a corner, by those around its neighbours.
+/// Bits for the colours of the squares around a corner, relative to the neighbours' squares.
 fn colour_bits(image: &GrayImage, lattice: &Lattice, (i, j): Node, spread: f32) -> f32 {
     let step = |node: Node| colour_step(image, lattice, node);
     let beside = BESIDE.iter().filter_map(|(di, dj)| step((i + di, j + dj)));
@@ -148,12 +151,13 @@ fn other_board(size: (i32, i32)) -> Miss {
     Miss::OtherBoard(OtherBoard::Plain { columns, rows })
 }
 
-/// At least as many columns as rows.
+/// Columns and rows, at least as many columns as rows.
 fn long_by_wide((width, height): (i32, i32)) -> (usize, usize) {
     (width.max(height) as usize, width.min(height) as usize)
 }
 
-/// Width and height of a board that is seen whole, whatever its size: a full rectangle of corners with white all around.
+/// Width and height of a whole board of any size: a full rectangle of corners with white all
+/// around.
 fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     let (low, high) = lattice.extent()?;
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
@@ -162,7 +166,7 @@ fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     (whole && SIDES.into_iter().all(ends)).then_some((width, height))
 }
 
-/// Columns and rows of inner corners of the board that is seen whole in `lattice`, whatever its size up to `longest` a
+/// Columns and rows of inner corners of the whole board in `lattice`, of any size up to `longest` a
 /// side: at least as many columns as rows.
 pub(super) fn count_board(
     image: &GrayImage,
@@ -175,7 +179,7 @@ pub(super) fn count_board(
     whole_board(image, lattice).map(long_by_wide)
 }
 
-/// Completes a grid whose colours alternate, while it stays within `longest` corners a side.
+/// Completes a grid of alternating colours, up to `longest` corners a side.
 fn fill(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
     let Some(typical) = colours(image, lattice, FAR_SQUARES, &alternating) else { return };
     let step = |node: Node| typical * alternating(node);

@@ -1,24 +1,26 @@
-//! Ellipses that are darker or lighter than what's around them: what a circle may look like.
+//! Ellipses darker or lighter than the surroundings: candidates for circles.
 //!
-//! A pixel is dark or light by the midpoint between the darkest and the lightest pixel of the tiles around it (as in
-//! AprilTag 3: Krogius, Haggenmiller, Olson, "Flexible layouts for fiducial tags", 2019). Connected pixels of one kind are
-//! an ellipse if their area is that of the ellipse with their second moments.
+//! A pixel is dark or light by the midpoint between the darkest and the lightest pixel of the tiles
+//! around it (as in AprilTag 3: Krogius, Haggenmiller, Olson, "Flexible layouts for fiducial tags",
+//! 2019). Connected pixels of one kind are an ellipse if their area is that of the ellipse with
+//! their second moments.
 
 use std::f32::consts::PI;
 
 use image::GrayImage;
 
-/// Sides of the tiles in pixels: the larger one shows larger circles, the smaller one ignores shadows.
+/// Sides of the tiles in pixels: the larger tiles show larger circles, the smaller ones ignore
+/// shadows.
 pub(super) const TILES_PX: [usize; 2] = [32, 8];
-/// Least range of brightness around a pixel that is dark or light.
+/// Least range of brightness around a dark or light pixel.
 const LEAST_RANGE: u8 = 16;
-/// Least area of an ellipse in pixels, and the ratio of its axes.
+/// Least area of an ellipse in pixels, and least ratio of the axes.
 const LEAST_AREA_PX2: f32 = 10.0;
 const NARROWEST: f32 = 0.12;
-/// Area of a shape, as a share of that of the ellipse with its moments.
+/// Ratio of a shape's area to the area of the ellipse with the same moments.
 const FILLED: std::ops::Range<f32> = 0.86..1.1;
 
-/// An ellipse, dark or light.
+/// Dark or light ellipse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blob {
     pub(super) at: [f32; 2],
@@ -28,12 +30,13 @@ pub(super) struct Blob {
 }
 
 impl Blob {
-    /// Squared product of both half axes.
+    /// Squared product of the half axes.
     pub(super) fn determinant(&self) -> f32 {
         self.shape[0] * self.shape[2] - self.shape[1] * self.shape[1]
     }
 
-    /// A map in which the ellipse is a circle of radius 1: `[a, b, c]` for `x' = a x`, `y' = b x + c y`.
+    /// Map in which the ellipse is a circle of radius 1: `[a, b, c]` for `x' = a x`,
+    /// `y' = b x + c y`.
     pub(super) fn to_circle(self) -> [f32; 3] {
         // The inverse of the Cholesky factor.
         let first = self.shape[0].sqrt();
@@ -42,7 +45,7 @@ impl Blob {
         [1.0 / first, -across / (first * second), 1.0 / second]
     }
 
-    /// Where `other` is, in radii of this circle.
+    /// Offset to `other`, in radii of this circle.
     pub(super) fn radii_to(&self, other: [f32; 2]) -> [f32; 2] {
         let [a, b, c] = self.to_circle();
         let (dx, dy) = (other[0] - self.at[0], other[1] - self.at[1]);
@@ -50,18 +53,18 @@ impl Blob {
     }
 }
 
-/// Pixels of a row that are connected.
+/// Connected pixels of a row.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     row: u32,
     begin: u32,
     end: u32,
     is_dark: bool,
-    /// Another run of the same shape, or this one.
+    /// Index of another run of the same shape, or own index.
     parent: u32,
 }
 
-/// Number of pixels and sums of their places, squares and products.
+/// Number of pixels and sums of places, squares and products.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     count: f64,
@@ -76,9 +79,9 @@ struct Sums {
 /// Finds blobs. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BlobFinder {
-    /// The darkest and lightest pixel of each tile by itself.
+    /// Darkest and lightest pixel of each single tile.
     tiles: [Vec<u8>; 2],
-    /// The same with the tiles around it.
+    /// Darkest and lightest pixel of each tile and neighbours.
     darkest: Vec<u8>,
     lightest: Vec<u8>,
     runs: Vec<Run>,
@@ -86,7 +89,7 @@ pub(super) struct BlobFinder {
 }
 
 impl BlobFinder {
-    /// Writes the blobs of `picture` to `into`, by tiles with that side.
+    /// Writes the blobs of `picture` to `into`, by tiles with the side `tile_px`.
     pub(super) fn find(&mut self, picture: &GrayImage, tile_px: usize, into: &mut Vec<Blob>) {
         let (width, height) = (picture.width() as usize, picture.height() as usize);
         into.clear();
@@ -111,7 +114,7 @@ impl BlobFinder {
         );
     }
 
-    /// The darkest and lightest pixel of each tile and those around it.
+    /// Measures the darkest and lightest pixel of each tile and neighbours.
     fn measure_tiles(&mut self, picture: &GrayImage, tile_px: usize, [across, down]: [usize; 2]) {
         let width = picture.width() as usize;
         for (tiles, start) in self.tiles.iter_mut().zip([u8::MAX, 0]) {
@@ -179,7 +182,7 @@ impl BlobFinder {
         run
     }
 
-    /// Connects the runs from `begin` on with those of the row above that they touch.
+    /// Connects the runs from `begin` on with adjacent runs of the row above.
     fn connect(&mut self, above: std::ops::Range<usize>, begin: usize) {
         let mut first = above.start;
         for here in begin..self.runs.len() {
@@ -198,7 +201,7 @@ impl BlobFinder {
         }
     }
 
-    /// Sums up the runs of each shape, at its root.
+    /// Sums up the runs of each shape, at the root.
     fn sum_up(&mut self, width: u32, height: u32) {
         self.sums.clear();
         self.sums.resize(self.runs.len(), Sums::default());
@@ -222,7 +225,7 @@ impl BlobFinder {
 }
 
 impl Sums {
-    /// The ellipse with these moments, if it's one.
+    /// Ellipse with the same moments, if the shape is an ellipse.
     fn blob(&self, is_dark: bool) -> Option<Blob> {
         if self.touches_edge || self.count < f64::from(LEAST_AREA_PX2) {
             return None;

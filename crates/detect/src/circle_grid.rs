@@ -1,7 +1,7 @@
 //! Grids of circles: grown from ellipses, and placed on the board by their number.
 //!
-//! Nothing tells one circle from another, so a grid is named only if it is the whole board, or if what is missing can be
-//! nowhere else; and nothing like a circle follows it.
+//! Circles look alike, so a grid is named only if it is the whole board or if the missing circles
+//! have only one possible place, and if nothing like a circle follows it.
 
 use image::GrayImage;
 
@@ -22,24 +22,26 @@ use boresight_geometry::{
 
 /// Distance of neighbours, in radii of the circle.
 const STEP_RADII: std::ops::Range<f32> = 2.04..9.0;
-/// The nearest ellipses that may be neighbours of a seed, and how many of the four must be there.
+/// Number of nearest ellipses considered as neighbours of a seed, and least number of the four
+/// neighbours.
 const NEAREST: usize = 16;
 const LEAST_BESIDE: usize = 3;
-/// Ratio of the distances of nearest neighbours: those across a diagonal are 1.4 times as far.
+/// Largest ratio of the distances of nearest neighbours: diagonal neighbours are 1.4 times as far.
 const EQUAL: f32 = 1.25;
-/// How far a neighbour may be from where it should, in steps.
+/// Largest deviation of a neighbour from the expected place, in steps.
 const OFF_STEPS: f32 = 0.3;
 /// Ratio of the squared areas of neighbouring ellipses.
 const ALIKE: std::ops::Range<f32> = 0.2..5.0;
-/// How far around its centre a circle may reach, in steps: no further than half the way to the next.
+/// Largest reach of a circle around the centre, in steps: half the way to the next.
 const HALF_WAY: f32 = 0.5;
-/// Seeds that are tried in a picture.
+/// Most seeds tried in a picture.
 const SEEDS: usize = 60;
-/// One circle in so many may be missing.
+/// Reciprocal of the largest share of missing circles.
 const MISSING_SHARE: usize = 6;
-/// Shares of the way to the next circle, beyond the last, at which the picture is looked at: before and in its middle.
+/// Sampling places beyond the last circle, as shares of the way to the next: before and in its
+/// middle.
 const BEYOND: [f32; 2] = [Circles::GROUND as f32, 0.95];
-/// How far from the colour between circles is still that colour, as a share of the contrast.
+/// Largest deviation from the colour between circles, as a share of the contrast.
 const SAME: f32 = 0.35;
 
 /// Grows grids from ellipses. Reuses its buffers.
@@ -47,25 +49,26 @@ const SAME: f32 = 0.35;
 pub(super) struct CircleGrower {
     nearby: Nearby,
     taken: Vec<bool>,
-    /// Blobs of the grid, in the order in which they were added to the lattice.
+    /// Blobs of the grid, in the order of addition to the lattice.
     members: Vec<usize>,
-    /// The largest grid.
+    /// Largest grid.
     pub(super) lattice: Lattice,
-    /// The grid that grows.
+    /// Growing grid.
     growing: Lattice,
-    /// Possible neighbours of a seed: their distances and places in its radii.
+    /// Candidate neighbours of a seed: distances and places in its radii.
     near: Vec<(f32, [f32; 2], usize)>,
     frontier: Vec<Node>,
     added: Vec<(Node, usize)>,
 }
 
 impl CircleGrower {
-    /// Starts with the blobs of a picture with this width and height.
+    /// Starts with the blobs of a picture of the given width and height.
     pub(super) fn start(&mut self, blobs: &[Blob], size: [u32; 2]) {
         self.nearby.start(blobs.iter().map(|blob| blob.at), size);
     }
 
-    /// Grows the largest grid of dark or light blobs, for a board whose grid is at most `longest` long.
+    /// Grows the largest grid of dark or light blobs, for a board whose grid is at most `longest`
+    /// long.
     pub(super) fn grow(&mut self, blobs: &[Blob], is_dark: bool, longest: usize) {
         self.lattice.clear(longest);
         self.taken.clear();
@@ -97,11 +100,12 @@ impl CircleGrower {
         }
     }
 
-    /// Begins a grid with a blob that has neighbours on at least three sides, at equal distances in its own radii.
+    /// Begins a grid with a blob with neighbours on at least three sides, at equal distances in
+    /// radii of the blob.
     fn begin(&mut self, blobs: &[Blob], seed: usize) -> bool {
         let blob = blobs[seed];
         let determinant = blob.determinant();
-        // No ellipse further away is within the radii.
+        // Ellipses further away are outside the radii.
         let reach = STEP_RADII.end * (blob.shape[0] + blob.shape[2]).sqrt();
         let possible = self.nearby.near(blob.at, reach).filter_map(|(index, _)| {
             let is_alike = ALIKE.contains(&(blobs[index].determinant() / determinant));
@@ -136,7 +140,7 @@ impl CircleGrower {
         true
     }
 
-    /// Adds the blobs that lie beside members; `false` if there are none.
+    /// Adds the blobs next to members; returns `false` if there are none.
     fn extend(&mut self, blobs: &[Blob]) -> bool {
         self.frontier.clear();
         for (i, j) in self.growing.nodes() {
@@ -175,12 +179,13 @@ impl CircleGrower {
     }
 }
 
-/// A circle's place on the lattice of nearest neighbours, which lies diagonally where every second row is shifted.
+/// Place of a circle on the lattice of nearest neighbours, which lies diagonally if every second
+/// row is shifted.
 fn node_of([x, y]: [i32; 2], circles: &Circles) -> [i32; 2] {
     if circles.step() == 1 { [x, y] } else { [(x + y).div_euclid(2), (y - x).div_euclid(2)] }
 }
 
-/// The inverse of [`node_of`].
+/// Inverse of [`node_of`].
 fn place_of([i, j]: [i32; 2], layout: CircleRows) -> [i32; 2] {
     match layout {
         CircleRows::Symmetric => [i, j],
@@ -194,7 +199,7 @@ pub(super) fn longest(circles: &Circles) -> usize {
     if circles.step() == 1 { across.max(down) + 1 } else { (across + down) / 2 + 1 }
 }
 
-/// A way to lay the board on the lattice: node = turn · node of the board + shift.
+/// Placement of the board on the lattice: node = turn · node of the board + shift.
 #[derive(Clone, Copy)]
 struct Way {
     turn: [[i32; 2]; 2],
@@ -210,11 +215,11 @@ impl Way {
     }
 }
 
-/// Writes where the board's circles are to `into`, row by row; `None` for the few that aren't seen.
+/// Writes the places of the board's circles to `into`, row by row; `None` for the few unseen ones.
 ///
 /// # Errors
 ///
-/// [`Miss`] if the grid isn't the board, or doesn't tell where on the board it lies.
+/// [`Miss`] if the grid isn't the board, or its place on the board is ambiguous.
 pub(super) fn place_circles(
     picture: &GrayImage,
     lattice: &Lattice,
@@ -253,7 +258,7 @@ pub(super) fn place_circles(
         let other = whole_grid(lattice, circles.layout()).filter(|_| !is_cut_off);
         return Err(other.map(Miss::OtherBoard).or(part).unwrap_or(Miss::NoBoard));
     }
-    // Turns that map the board to itself are all there, and no others.
+    // Exactly the turns that map the board to itself must fit.
     let symmetries = match (circles.looks_the_same_upside_down(), circles.grid()) {
         (false, _) => 1,
         (true, [columns, rows]) if circles.step() == 1 && columns == rows => 4,
@@ -262,7 +267,7 @@ pub(super) fn place_circles(
     if found * MISSING_SHARE < wanted * (MISSING_SHARE - 1) || ways.len() != symmetries {
         return Err(partial(found));
     }
-    // The first circle is where it was, or the one nearest to the top left.
+    // The first circle is at its previous place, or nearest to the top left.
     let first = |way: &Way| {
         let off = |index: usize| {
             let (x, y) = way.node(nodes[index]);
@@ -278,7 +283,7 @@ pub(super) fn place_circles(
     let Some(way) = ways.iter().min_by(|a, b| first(a).total_cmp(&first(b))) else {
         return Err(Miss::NoBoard);
     };
-    // A board that was seen whole may come nearer to the edge of the picture.
+    // A board previously seen whole may come nearer to the edge of the picture.
     let is_followed = !expected.corners.is_empty() && is_near(lattice, way, &nodes, expected);
     let needs = (found < wanted, !is_followed);
     check_ends(picture, lattice, circles, way, needs).map_err(|side| match side {
@@ -290,7 +295,7 @@ pub(super) fn place_circles(
     Ok(())
 }
 
-/// Whether the circles are where they were expected, to a third of the distance to their neighbours.
+/// True if the circles are at the expected places, to a third of the distance to the neighbours.
 fn is_near(lattice: &Lattice, way: &Way, nodes: &[[i32; 2]], expected: &Expected) -> bool {
     let off_steps = |(at, to): (&[i32; 2], &[f32; 2])| {
         let here = lattice.get(way.node(*at))?;
@@ -305,7 +310,7 @@ fn is_near(lattice: &Lattice, way: &Way, nodes: &[[i32; 2]], expected: &Expected
     3.0 * off().sum::<f32>() < off().count() as f32
 }
 
-/// The board, of any size, that a grid without gaps is if its rows lie like this.
+/// Board of any size for a grid without gaps of the given layout.
 pub(super) fn whole_grid(lattice: &Lattice, layout: CircleRows) -> Option<OtherBoard> {
     let places = || lattice.nodes().iter().map(|&(i, j)| place_of([i, j], layout));
     let ends = |axis: usize| {
@@ -313,7 +318,7 @@ pub(super) fn whole_grid(lattice: &Lattice, layout: CircleRows) -> Option<OtherB
     };
     let ((left, right), (top, bottom)) = (ends(0)?, ends(1)?);
     let [across, down] = [right - left + 1, bottom - top + 1];
-    // The rows lie along either axis.
+    // Rows may lie along either axis.
     let sizes = match layout {
         CircleRows::Symmetric => [[across.max(down), across.min(down)]; 2],
         CircleRows::Asymmetric => [[across / 2, down], [down / 2, across]],
@@ -325,8 +330,9 @@ pub(super) fn whole_grid(lattice: &Lattice, layout: CircleRows) -> Option<OtherB
     Some(OtherBoard::Circles { columns, rows, layout })
 }
 
-/// Checks that nothing like a circle follows the board on any side, and, if circles are missing, that the ground is seen
-/// there, and that the edge of the picture leaves room to see that. Otherwise the side that cuts the board off, if it's that.
+/// Checks that nothing like a circle follows the board on any side. If circles are missing, the
+/// ground must also be seen there, and the edge of the picture must leave room for it. The error is
+/// the side that cuts the board off, if any.
 fn check_ends(
     picture: &GrayImage,
     lattice: &Lattice,
@@ -335,9 +341,9 @@ fn check_ends(
     (needs_ground, needs_room): (bool, bool),
 ) -> Result<(), Option<Side>> {
     let [across, down] = circles.reach().map(|reach| reach as i32);
-    // By side of the board: places beyond it, those outside of the picture, and those on the ground.
+    // By side of the board: places beyond it, outside of the picture, and on the ground.
     let mut sides = [[0_usize; 3]; 4];
-    // Those that have a circle's colour behind ground, with that of the ground.
+    // Places with a circle's colour behind ground, with the colour of the ground.
     let mut alike: [Vec<([f32; 2], f32, f32)>; 4] = Default::default();
     let mut outside = [[0.0_f32; 2]; 4];
     let inside = |[x, y]: [f32; 2]| {
@@ -409,7 +415,7 @@ fn check_ends(
             (sample(picture, x, y) - ground).abs() < *same
         };
         let like = alike.windows(2).filter(are_apart).count();
-        // A side where nothing can be looked at doesn't show that the board ends there.
+        // A side without visible places doesn't show an end of the board.
         if 3 * like > all || (needs_ground && 3 * ground < all.max(1)) {
             return Err(None);
         }

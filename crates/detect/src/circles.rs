@@ -1,8 +1,10 @@
-//! Finds a grid of circles: the centres of the circles in the picture, which aren't those of the ellipses.
+//! Finds a grid of circles: the images of the circles' centres, which differ from the ellipses'
+//! centres.
 //!
-//! The picture of a circle is an ellipse, but its centre isn't the picture of the circle's: perspective moves it away by some
-//! tenths of a pixel. The map from the board to the picture tells by how much. It is the plane through all centres, bent with
-//! the lens, with a cubic surface through what that leaves of them.
+//! The image of a circle is an ellipse, but its centre isn't the image of the circle's centre:
+//! perspective moves it by some tenths of a pixel, computed from the map from the board to the
+//! picture. The map is the plane through all centres, bent with the lens, plus a cubic surface
+//! through their residuals.
 
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
@@ -23,21 +25,23 @@ use boresight_geometry::{
     target::Circles,
 };
 
-/// Most ellipses of a picture that are looked at.
+/// Most ellipses considered in a picture.
 const MOST_BLOBS: usize = 3000;
-/// Fewest circles, and one in so many of a board that may fail to be fitted.
+/// Least number of circles, and reciprocal of the largest share of failed fits.
 const LEAST_CIRCLES: usize = 9;
 const LOST_SHARE: usize = 8;
-/// How much an ellipse may differ from the picture of the circle, as a share of its axes: it's covered, or something else.
+/// Largest difference between an ellipse and the image of the circle, as a share of the axes:
+/// beyond, the circle is covered, or isn't one.
 const UNLIKE: f64 = 0.3;
 /// Largest fourth harmonic of the outlines, in radii: that of squares is 0.15.
 const MOST_SQUARE: f64 = 0.05;
-/// Rounds in which the map and the centres are made to agree.
+/// Rounds of matching the map and the centres.
 const ROUNDS: usize = 3;
-/// Coefficients of a cubic surface, and what is added to the sums of their squares, so that few circles give a flat one.
+/// Number of coefficients of a cubic surface, and regularisation of the sums of squares, so that
+/// few circles give a flat surface.
 const TERMS: usize = 10;
 const LEAST_SQUARES: f64 = 1e-6;
-/// Points on a circle.
+/// Number of points on a circle's outline.
 const OUTLINE: usize = 16;
 
 /// Finds circles. Reuses its buffers.
@@ -51,9 +55,9 @@ pub(super) struct CircleSearch {
 }
 
 impl CircleSearch {
-    /// Finds the board in `image` by way of `picture`, which is the image, `halved`. Adds the grids that it held against the board
-    /// to `weighed`, if somebody asks. If another board is seen whole, or was the `best_miss` elsewhere, circles of it aren't taken for
-    /// a part of this one.
+    /// Finds the board in `image` by way of `picture`, which is the image, `halved`. Adds the grids
+    /// compared with the board to `weighed`, if present. If another board is seen whole, or was the
+    /// `best_miss` elsewhere, circles of it aren't accepted as a part of this one.
     ///
     /// # Errors
     ///
@@ -105,7 +109,7 @@ impl CircleSearch {
         Err(best_miss)
     }
 
-    /// The grids of circles without gaps in `picture`, whatever their size up to `longest` circles a side.
+    /// Grids of circles without gaps in `picture`, of any size up to `longest` circles a side.
     pub(super) fn whole_grids(&mut self, picture: &GrayImage, longest: usize) -> Vec<OtherBoard> {
         let mut grids = Vec::new();
         for tile_px in TILES_PX {
@@ -125,7 +129,7 @@ impl CircleSearch {
         self.grower.start(&self.blobs, [picture.width(), picture.height()]);
     }
 
-    /// The ellipse and the distance of its nearest neighbour in radii at a place of the grid.
+    /// Ellipse at a place of the grid, with the distance of the nearest neighbour in radii.
     fn start(&self, at: [f32; 2]) -> Option<(&Blob, f32)> {
         let blob = self.blobs.iter().find(|blob| blob.at == at)?;
         let nearest = self.corners.iter().flatten().filter(|other| **other != at).map(|other| {
@@ -164,7 +168,7 @@ impl CircleSearch {
             |found: usize| found >= LEAST_CIRCLES && LOST_SHARE * (tried - found) <= tried;
         let points_m = board.corners_in_board_m();
         let image_size = ImageSize::of(image);
-        // Circles that are covered in part are found by their shape, which the others tell.
+        // Partly covered circles are found by their shape, known from the others.
         let mut centres = Vec::new();
         for _ in 0..2 {
             let found = fits.iter().flatten().count();
@@ -230,17 +234,17 @@ impl CircleSearch {
     }
 }
 
-/// What the map around a circle makes of it.
+/// Centre of a circle in the picture.
 #[derive(Clone, Copy, Debug)]
 struct Centre {
-    /// The ellipse's centre minus the picture of the circle's.
+    /// Offset of the ellipse's centre from the image of the circle's centre.
     bias_px: Vector2<f64>,
-    /// Maps offsets in radii of the circle to pixels.
+    /// Map from offsets in radii of the circle to pixels.
     px_from_circle: Matrix2<f64>,
 }
 
-/// What the map from the board to the picture through the fits makes of each circle. The circles' radius is the one that
-/// fits the ellipses' areas best. `None` if no map goes through them.
+/// Centre of each circle by the map from the board to the picture through the fits. The circles'
+/// radius is the best fit to the ellipses' areas. `None` if no map goes through them.
 fn true_centres(
     points_m: &[Point2<f64>],
     pitch_m: f64,
@@ -255,7 +259,7 @@ fn true_centres(
             Some((points_m[index], fit.as_ref()?.centre.px - centres[index].bias_px))
         });
         let plane = Plane::through(&pairs, image_size)?;
-        // What the plane leaves, by distances of rows on the board.
+        // Residuals of the plane, by distances of rows on the board.
         let left: Vec<(Vector2<f64>, Vector2<f64>)> = pairs
             .clone()
             .filter_map(|(point, px)| Some((point.coords / pitch_m, px - plane.px(&point)?)))
@@ -280,10 +284,10 @@ fn true_centres(
     Some(centres)
 }
 
-/// A cubic surface through what a plane leaves of the centres, in pixels.
+/// Cubic surface through the residuals of a plane's centres, in pixels.
 struct Surface {
     coefficients: [SVector<f64, TERMS>; 2],
-    /// Distances of rows in which the board's middle is far from its ends.
+    /// Distance from the board's middle to the ends, in row distances.
     reach: f64,
 }
 
@@ -317,8 +321,8 @@ impl Surface {
     }
 }
 
-/// What `map`, from offsets in radii to pixels, makes of a circle: an outline that moves by the first harmonic of its
-/// displacement along the normal, in the coordinates in which it's a circle.
+/// Centre of a circle under `map`, from offsets in radii to pixels. The outline moves by the first
+/// harmonic of its displacement along the normal, in the coordinates of the circle.
 fn centre_of(map: &dyn Fn(Vector2<f64>) -> Option<Point2<f64>>) -> Option<Centre> {
     let middle = map(Vector2::zeros())?;
     let mut outline = [(Vector2::zeros(), Vector2::zeros()); OUTLINE];
@@ -343,7 +347,7 @@ mod tests {
 
     use super::*;
 
-    /// The pole of the vanishing line is the picture of the centre: of a circle seen at 60 degrees.
+    /// The pole of the vanishing line is the image of the centre of a circle seen at 60 degrees.
     #[test]
     fn the_centre_of_an_ellipse_is_off_as_its_conic_says() {
         let h = Matrix3::new(400.0, 30.0, 300.0, 20.0, 210.0, 200.0, 0.1, 0.3, 1.0);

@@ -1,4 +1,4 @@
-//! The colours of the squares around the corners of a grid.
+//! Colours of the squares around the corners of a grid.
 
 use image::GrayImage;
 
@@ -8,7 +8,7 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// The squares around a corner.
+/// Colours of the squares around a corner.
 pub(super) struct ColourStep {
     /// Half the brightness difference between the two diagonals' squares.
     pub(super) value: f32,
@@ -26,7 +26,7 @@ pub(super) fn colour_step(image: &GrayImage, lattice: &Lattice, node: Node) -> O
     colour_step_within(image, lattice, node, FAR_SQUARES)
 }
 
-/// Compares the four squares around a member, up to `far` squares from it.
+/// Compares the four squares around a member, up to `far` squares from the corner.
 pub(super) fn colour_step_within(
     image: &GrayImage,
     lattice: &Lattice,
@@ -53,13 +53,13 @@ pub(super) fn colour_step_within(
     Some(ColourStep { value, uneven, clean: uneven < 1.4 * value.abs() })
 }
 
-/// +1 at even nodes, −1 at odd ones.
+/// +1 at even nodes, −1 at odd nodes.
 pub(super) fn alternating((i, j): Node) -> f32 {
     if (i + j) % 2 == 0 { 1.0 } else { -1.0 }
 }
 
-/// Mean colour step of the members, with its sign after multiplying each with its own `sign`; `None` if they disagree. The
-/// picture is looked at up to `far` squares from a corner.
+/// Mean colour step of the members, after multiplication of each by a `sign`; `None` if they
+/// disagree. Samples the picture up to `far` squares from a corner.
 pub(super) fn colours(
     image: &GrayImage,
     lattice: &Lattice,
@@ -82,8 +82,8 @@ pub(super) fn colours(
     (typical > 3.0).then_some(sign * typical)
 }
 
-/// True if the square beyond the corner at `node` towards lower columns and rows is dark, if columns run along the
-/// first axis (`upright`) or the second. `None` if its squares can't be seen.
+/// True if the square beyond the corner at `node` towards lower columns and rows is dark, if
+/// columns run along the first axis (`upright`) or the second. `None` if its squares can't be seen.
 pub(super) fn dark_outside(
     image: &GrayImage,
     lattice: &Lattice,
@@ -95,30 +95,31 @@ pub(super) fn dark_outside(
     Some(if upright { step.value < 0.0 } else { step.value > 0.0 })
 }
 
-/// How far beside the edges of a grid the picture is looked at, and at which places along them, in squares: at both ends
-/// and in the middle.
+/// Sampling distance beside the edges of a grid, and sampling places along the edges, in squares:
+/// at both ends and in the middle.
 const BESIDE_EDGE: f32 = 0.1;
 const ALONG_EDGE: [f32; 3] = [0.1, 0.5, 0.9];
-/// Least step across an edge of squares at its ends and in its middle, as a share of that between squares: a blur that leaves
-/// only the ground wave of their pattern leaves `sin²(0.1 π) / sin²(0.33 π)`, 0.13, and `sin(0.1 π) / sin²(0.33 π)`, 0.42.
+/// Least step across an edge of squares at the ends and in the middle, as a share of the step
+/// between squares. A blur down to the ground wave of their pattern leaves
+/// `sin²(0.1 π) / sin²(0.33 π)`, 0.13, and `sin(0.1 π) / sin²(0.33 π)`, 0.42.
 const LEAST_OF_STEP: [f32; 2] = [0.06, 0.3];
-/// Largest difference of the places on both sides of an edge, taken together, between its ends and its middle, as a share of
-/// the step: edges of squares are straight.
+/// Largest difference of the places on both sides of an edge, taken together, between the ends and
+/// the middle, as a share of the step: edges of squares are straight.
 const MOST_BULGE: f32 = 0.45;
 
-/// What the cells of a grid of corners look like.
+/// Type of the cells in a grid of corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cells {
-    /// Squares, for all that is seen.
+    /// Squares, as far as visible.
     Squares,
     /// Discs, whose gaps look like corners from afar.
     Discs,
-    /// Several smaller squares: the grid has every third of their corners. The colours around those don't show it, because
-    /// they belong to squares further away.
+    /// Several smaller squares: the grid has every third of their corners. The colours around those
+    /// don't show it, because they belong to squares further away.
     Several,
 }
 
-/// What the edges between the corners of a grid make of its cells.
+/// Type of the cells, by the edges between the corners of a grid.
 pub(super) fn cells(image: &GrayImage, lattice: &Lattice) -> Cells {
     let steps = lattice.nodes().iter().filter_map(|node| {
         Some((1.0, 2.0 * alternating(*node) * colour_step(image, lattice, *node)?.value))
@@ -151,8 +152,8 @@ pub(super) fn cells(image: &GrayImage, lattice: &Lattice) -> Cells {
     seen
 }
 
-/// Brightness on both sides of the edge from a member to the next one `along` an axis, at a `share` of its length; first
-/// towards the other axis. `None` at the end of a row.
+/// Brightness on both sides of the edge from a member to the next member `along` an axis, at a
+/// `share` of the edge; first towards the other axis. `None` at the end of a row.
 fn beside_edge(
     image: &GrayImage,
     lattice: &Lattice,
@@ -171,7 +172,8 @@ fn beside_edge(
     }))
 }
 
-/// Whether the squares around every corner of a complete board, numbered from `(0, 0)`, alternate as the board's do.
+/// True if the squares around every corner of a complete board, numbered from `(0, 0)`, alternate
+/// like the board's.
 pub(super) fn all_colours_alternate(
     image: &GrayImage,
     lattice: &Lattice,
@@ -191,7 +193,7 @@ pub(super) fn all_colours_alternate(
         })
 }
 
-/// True if a point is at least this far from the picture's edges.
+/// True if a point is at least `margin_px` from the picture's edges.
 pub(super) fn inside(image: &GrayImage, [x, y]: [f32; 2], margin_px: f32) -> bool {
     let (right, bottom) = (image.width() as f32 - 1.0, image.height() as f32 - 1.0);
     x.min(right - x).min(y).min(bottom - y) >= margin_px
@@ -208,7 +210,7 @@ mod tests {
         })
     }
 
-    /// A grid of every `steps`-th corner along both axes.
+    /// Grid of every `steps`-th corner along both axes.
     fn grid(steps: [i32; 2], turned: bool) -> Lattice {
         let mut lattice = Lattice::default();
         lattice.clear(6);
@@ -232,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Between four discs there's something like a corner in the middle of each two.
+    /// The middle between two adjacent discs of four looks like a corner.
     #[test]
     fn discs_of_any_size_are_no_squares() {
         const PITCH_PX: f32 = 24.0;

@@ -1,4 +1,4 @@
-//! Fills gaps of a grid, and adds corners around it, where the picture confirms them.
+//! Fills gaps of a grid, and adds surrounding corners, if confirmed by the picture.
 
 use image::GrayImage;
 
@@ -8,24 +8,24 @@ use super::{
     saddle::settle,
 };
 
-/// How far a corner that is added may be from its prediction, in squares, if the picture is looked at [`FAR_SQUARES`] around it;
-/// and, however little of it is, in pixels.
+/// Largest distance of an added corner from the prediction, in squares, if the picture is sampled
+/// [`FAR_SQUARES`] around it; and in pixels, for any smaller distance.
 const OFF_SQUARES: f32 = 0.25;
 const OFF_PX: f32 = 1.5;
-/// Least colour step of a corner, as a fraction of its neighbours', and in grey levels.
+/// Least colour step of a corner, as a fraction of the neighbours', and in grey levels.
 const LEAST_OF_NEXT: f32 = 0.35;
 const LEAST_STEP: f32 = 3.0;
 
-/// What is known of the squares around the corners of a grid.
+/// Expected squares around the corners of a grid.
 pub(super) struct Squares<'a> {
-    /// How far around a corner its squares are what they seem, in squares: up to a marker.
+    /// Reach of the plain part of a corner's squares, in squares: up to a marker.
     pub(super) far: f32,
-    /// Colour step of a corner as it should be, with its sign.
+    /// Expected colour step of a corner, with sign.
     pub(super) step: &'a dyn Fn(Node) -> f32,
 }
 
 impl Squares<'_> {
-    /// Whether the squares around a member show that it's a corner.
+    /// True if the squares around a member show a corner.
     pub(super) fn show(&self, image: &GrayImage, lattice: &Lattice, node: Node) -> bool {
         let value = |node: Node| colour_step_within(image, lattice, node, self.far);
         // Light is uneven: neighbours predict the step better than the whole board does.
@@ -40,7 +40,8 @@ impl Squares<'_> {
     }
 }
 
-/// Adds nodes inside the grid and in one row around it where the picture shows the right colours, as long as `may` allows them.
+/// Adds nodes inside the grid and in a row around the grid where the picture shows the right
+/// colours, as long as `may` allows.
 pub(super) fn complete(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -76,8 +77,8 @@ pub(super) fn complete(
     }
 }
 
-/// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and noise can hide a
-/// corner from every stage before the edge fit, which must then confirm it.
+/// Interpolates the last missing corners of an otherwise complete board, at most `most`. Blur and
+/// noise can hide a corner from every stage before the edge fit, which must then confirm it.
 pub(super) fn interpolate_last(
     image: &GrayImage,
     lattice: &mut Lattice,

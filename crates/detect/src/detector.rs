@@ -20,39 +20,40 @@ use boresight_geometry::{
     target::{Circles, PartTells},
 };
 
-/// Wider pictures are halved before the search.
+/// Largest width of a picture searched without halving.
 const SEARCH_WIDTH_PX: u32 = 1000;
-/// Larger pictures aren't doubled.
+/// Largest number of pixels in a doubled picture.
 const MOST_DOUBLED_PX: usize = 2_200_000;
-/// Where a board has smaller squares, those of a larger pattern beyond it may be too small to be seen, in pixels.
+/// Side of squares in pixels below which the squares of a larger pattern beyond the board may be
+/// too small to be seen.
 const SMALL_SQUARE_PX: f64 = 8.0;
 
-/// Where [`Detector::search`] starts, and when it gives up.
+/// Start and limits of a [`Detector::search`].
 #[derive(Clone, Copy)]
 pub struct Search<'a> {
-    /// Where to search first, unless everywhere is wanted; everywhere if the board isn't there. Also says which corners
-    /// a part of the board has.
+    /// Prediction of the first place to search, before the whole picture; also determines the
+    /// corners in a part of the board.
     pub near: Option<&'a Prediction>,
-    /// Called between steps of the work, every few tenths of a millisecond; returning `false` ends the search
-    /// with [`Miss::OutOfTime`].
+    /// Callback between steps of the work, every few tenths of a millisecond; returning `false`
+    /// ends the search with [`Miss::OutOfTime`].
     pub keep_on: &'a dyn Fn() -> bool,
-    /// What is said of other boards if this one isn't seen.
+    /// Handling of other boards if the named board isn't seen.
     pub others: Others,
 }
 
 impl Search<'_> {
-    /// The whole picture, without a time limit.
+    /// Search of the whole picture, without a time limit.
     pub const FULL: Self = Self { near: None, keep_on: &|| true, others: Others::Ignored };
 }
 
-/// What is searched.
+/// Picture to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pass {
-    /// The picture, halved this many times.
+    /// Picture halved the given number of times.
     Level(usize),
-    /// The same, with its dark or light squares grown.
+    /// Halved picture with dark or light squares grown.
     Grown(usize, Grow),
-    /// The picture at twice its size.
+    /// Picture at twice the size.
     Doubled,
 }
 
@@ -73,22 +74,23 @@ impl Pass {
     }
 }
 
-/// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could change a result.
+/// Finds boards in pictures. Reuses its buffers, but keeps nothing between pictures that could
+/// change a result.
 #[derive(Clone, Debug, Default)]
 pub struct Detector {
     pub(super) params: DetectorParams,
-    /// `levels[0]` is half the picture.
+    /// Halved pictures; `levels[0]` is half the picture.
     pub(super) levels: Vec<GrayImage>,
-    /// A level in which dark or light squares were grown, or that was doubled, and a buffer for that.
+    /// Doubled level, or level with dark or light squares grown, and a buffer.
     grown: GrayImage,
     grown_rows: Vec<u8>,
-    /// The picture with black and white exchanged, if the board is printed white on black.
+    /// Picture with black and white exchanged, for a board printed white on black.
     negative: GrayImage,
     pub(super) grids: GridSearch,
     pub(super) circles: CircleSearch,
-    /// Corners in the full picture, as the search found them.
+    /// Corners in the full picture, as found by the search.
     rough: Vec<Option<[f64; 2]>>,
-    /// Corners at search size where they were predicted; none without a prediction.
+    /// Predicted corners at search size; none without a prediction.
     expected: Expected,
     /// Widths of edges in a picture without a board.
     edge_widths: Vec<f32>,
@@ -96,7 +98,7 @@ pub struct Detector {
     refiner: Refiner,
 }
 
-/// Finds `board` anywhere in `image`: its corners, or the reason why not.
+/// Finds `board` anywhere in `image`: the corners, or the reason for their absence.
 ///
 /// Allocates its buffers; for a stream of pictures use a [`Detector`].
 ///
@@ -136,23 +138,23 @@ impl Detector {
         Self { params, ..Self::default() }
     }
 
-    /// Finds `board` anywhere in `image`: its corners, or the reason why not. Corners that are covered or outside of the
-    /// picture are [unseen](boresight_geometry::Corner::unseen).
+    /// Finds `board` anywhere in `image`: the corners, or the reason for their absence. Corners
+    /// that are covered or outside of the picture are [unseen](boresight_geometry::Corner::unseen).
     ///
     /// # Errors
     ///
-    /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the one that came closest to
-    /// the board.
+    /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the grid
+    /// closest to the board.
     pub fn detect(&mut self, image: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
         self.search(image, board, Search::FULL)
     }
 
-    /// As [`detect`](Self::detect), with every grid of corners or circles that was held against the board, in the order in which
-    /// it was weighed. The last ones with corners of the board are those that the result is refined from. Takes longer.
+    /// [`detect`](Self::detect) with every grid of corners or circles compared with the board, in
+    /// order. The result is refined from the last ones with corners of the board. Takes longer.
     ///
     /// # Errors
     ///
-    /// The [`Miss`], beside what was weighed.
+    /// [`Miss`], beside the weighed grids.
     pub fn explain(
         &mut self,
         image: &GrayImage,
@@ -163,7 +165,7 @@ impl Detector {
         (found, self.grids.weighed.take().unwrap_or_default())
     }
 
-    /// Finds `board` in `image`, first where it is predicted, then anywhere.
+    /// Finds `board` in `image`, first at the predicted place, then anywhere.
     ///
     /// The result depends on the arguments alone, not on earlier pictures.
     ///
@@ -209,8 +211,8 @@ impl Detector {
         }
         let is_marked = board.markers().is_some();
         let mut best_miss = Miss::NoBoard;
-        // Around tags there's room for the ring, as on a plain board; far ones are read in the finer picture only, and the
-        // better of two counts.
+        // Around tags there's room for the ring, as on a plain board; far tags are read in the
+        // finer picture only, and the better of two counts.
         let is_tags = board.markers().is_some_and(|markers| markers.tags.is_some());
         let ([primary, coarser, finer], takes_first) = match (is_marked, is_tags) {
             (_, true) => {
@@ -221,8 +223,8 @@ impl Detector {
             (false, _) => (self.search_levels(image), false),
         };
         let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
-        // Squares that don't touch: light has spread on a bright screen or in an overexposed picture, or ink on paper.
-        // Markers don't survive growth.
+        // Squares that don't touch: light has spread on a bright screen or in an overexposed
+        // picture, or ink on paper. Markers don't survive growth.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
         let grown = grown.into_iter().filter(|_| !is_marked);
         let grown = grown.filter_map(|(level, what)| Some(Pass::Grown(level?, what)));
@@ -236,7 +238,7 @@ impl Detector {
             if matches!(pass, Pass::Grown(..)) && !may_be_grown(&best_miss) {
                 break;
             }
-            // A coarser picture would hide the markers that contradict.
+            // A coarser picture would hide the contradicting markers.
             if matches!(best_miss, Miss::OtherSquares { .. }) {
                 break;
             }
@@ -288,8 +290,8 @@ impl Detector {
         Err(clearer.unwrap_or(best_miss))
     }
 
-    /// The board in the first of the pictures that shows it whole: in a finer one if the circles are small, in a coarser one
-    /// if they are large or noisy.
+    /// Board of circles in the first picture with the whole board: a finer picture for small
+    /// circles, a coarser one for large or noisy circles.
     fn search_circles(
         &mut self,
         image: &GrayImage,
@@ -323,8 +325,8 @@ impl Detector {
         Err(clearer.unwrap_or(best_miss))
     }
 
-    /// Looks for more of the pattern in a sharper picture than the one in which the board was found: what is too small for
-    /// a coarse one, or grown together, isn't seen there.
+    /// Searches for more of the pattern in a sharper picture than the board's, because a coarse
+    /// picture hides small or merged squares.
     fn check_whole(
         &mut self,
         image: &GrayImage,
@@ -339,7 +341,7 @@ impl Detector {
         self.grids.check_whole(picture, board, corners)
     }
 
-    /// What the picture says, where no grid says why there is no board.
+    /// Reason from the picture, if no grid gives a reason for the missing board.
     fn clearer_reason(
         &mut self,
         image: &GrayImage,
@@ -360,7 +362,7 @@ impl Detector {
         picture_quality::reason(picture, region, halved.scale, &mut self.edge_widths)
     }
 
-    /// Builds the halved pictures. Returns the levels to search, most promising first.
+    /// Builds the halved pictures, and returns the levels to search, most promising first.
     pub(super) fn search_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let mut primary = 0;
         while image.width() >> primary > SEARCH_WIDTH_PX {
@@ -378,8 +380,8 @@ impl Detector {
         [Some(primary), wide_enough.then_some(coarsest), primary.checked_sub(1)]
     }
 
-    /// As [`search_levels`](Self::search_levels), for boards with markers: the gap between corner and marker should hold
-    /// the search ring, so the finest level comes first.
+    /// Levels of [`search_levels`](Self::search_levels) for boards with markers: the gap between
+    /// corner and marker should hold the search ring, so the finest level comes first.
     fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let [primary, coarser, finer] = self.search_levels(image);
         if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
@@ -415,7 +417,7 @@ impl Detector {
     }
 }
 
-/// A picture, halved as often as `level` says.
+/// Picture halved `level` times.
 pub(super) fn at_level<'a>(
     image: &'a GrayImage,
     levels: &'a [GrayImage],
@@ -424,7 +426,7 @@ pub(super) fn at_level<'a>(
     if level == 0 { image } else { &levels[level - 1] }
 }
 
-/// Whether squares that don't touch may be the reason.
+/// True if squares that don't touch may be the reason.
 fn may_be_grown(miss: &Miss) -> bool {
     match miss {
         Miss::NoBoard => true,

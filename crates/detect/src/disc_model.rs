@@ -3,10 +3,11 @@
 //! ```text
 //! I(v) = (b + a erf(d/s)) (1 + g·v),   d = (ρ − 1)/|∇ρ|,   ρ = |M v|
 //! ```
-//! `v`: offset from the ellipse's centre; `d`: distance from its outline, to first order; ten parameters: centre, three of the
-//! triangular `M`, log of the blur `s`, contrast `a` (positive if the ellipse is dark), mean `b`, gradient of the light.
-//! The model is even about the centre but for the gradient. So what's even of the residuals (halos, the blur of a disc,
-//! an outline more bent than the blur is wide) can't move the centre, and only the odd part counts in its covariance.
+//! `v`: offset from the ellipse's centre; `d`: distance from its outline, to first order; ten
+//! parameters: centre, three of the triangular `M`, log of the blur `s`, contrast `a` (positive if
+//! the ellipse is dark), mean `b`, gradient of the light. Except for the gradient, the model is
+//! even about the centre. So even residuals (halos, the blur of a disc, an outline more bent than
+//! the blur is wide) can't move the centre, and only the odd part counts in its covariance.
 
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
@@ -27,28 +28,30 @@ const LIMITS: Limits =
     Limits { rounds: 25, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-7 };
 /// Limits of `ln s`.
 const LOG_BLUR: (f64, f64) = (-1.05, 2.3);
-/// How far around the ellipse the picture is looked at: in its radii, where neighbours are near; and in pixels.
+/// Sampling distance around the ellipse: as a share of the step to the nearest neighbour, in its
+/// radii, and in pixels; and least number of pixels.
 const REACH_STEPS: f64 = 0.5;
 const REACH_RADII: f64 = 1.9;
 const LEAST_BAND_PX: f64 = 3.0;
 const LEAST_PIXELS: usize = 30;
-/// Pixels that are looked at away from the outline, about.
+/// Approximate number of sampled pixels away from the outline.
 const PLAIN_PIXELS: f64 = 200.0;
 
-/// A fitted ellipse.
+/// Fitted ellipse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DiscFit {
-    /// The ellipse's centre, which isn't the picture of the circle's.
+    /// Centre of the ellipse, not of the circle's image.
     pub(super) centre: Corner,
     at: Vector,
-    /// Variance in squared grey levels of white noise that moves the centre as much as the residuals do.
+    /// Variance in squared grey levels of white noise with the same effect on the centre as the
+    /// residuals.
     pub(super) noise: f64,
     /// Root mean square residual as a fraction of the contrast.
     pub(super) residual: f64,
 }
 
 impl DiscFit {
-    /// The map of offsets in which the ellipse is a circle of radius 1.
+    /// Map of offsets in which the ellipse is a circle of radius 1.
     pub(super) fn to_circle(self) -> Matrix2<f64> {
         Matrix2::new(self.at[2], self.at[3], 0.0, self.at[4])
     }
@@ -67,15 +70,17 @@ impl DiscFit {
         self.at[7] + self.at[6].abs()
     }
 
-    /// With noise of at least this variance: a few hundred pixels tell theirs to a tenth only.
+    /// Fit with noise of at least the variance `least`: a few hundred pixels determine theirs to a
+    /// tenth only.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
         self.centre.covariance_px2 =
             with_least_noise_px2(self.centre.covariance_px2, self.noise, least);
         self
     }
 
-    /// Sums over the pixels near the outline of the product of the residual, as a displacement of the outline in radii, with
-    /// the fourth harmonic of the angle on the board, and of that harmonic's square: a square has one, a circle none.
+    /// Sums, over the pixels near the outline, of the residual times the fourth harmonic of the
+    /// angle on the board, and of that harmonic's square. The residual is a displacement of the
+    /// outline in radii. A square has a fourth harmonic, a circle has none.
     pub(super) fn fourth_harmonic(
         &self,
         image: &GrayImage,
@@ -109,7 +114,7 @@ pub(super) struct Pixels {
 }
 
 impl Pixels {
-    /// All pixels near the outline, and some inside and outside, up to `reach` radii.
+    /// Gathers all pixels near the outline, and some inside and outside, up to `reach` radii.
     fn gather(&mut self, image: &GrayImage, at: [f64; 2], to_circle: &Matrix2<f64>, reach: f64) {
         self.centre = at.map(|at| libm::round(at) as i32);
         self.pixels.clear();
@@ -149,7 +154,7 @@ impl Pixels {
     }
 }
 
-/// The model at one place.
+/// Model at a place.
 struct Model {
     value: f64,
     /// Change per pixel of distance from the outline.
@@ -234,8 +239,9 @@ fn degrees_of_freedom(pixels: &Pixels) -> f64 {
     (pixels.pixels.len() as f64 - PARAMETERS as f64).max(1.0)
 }
 
-/// Fits the ellipse that roughly has this centre and is the circle of radius 1 in the map `to_circle`; the nearest circle is
-/// `step` radii away. `None` if most of it lies outside of the picture, or if the fit diverges or has no contrast.
+/// Fits the ellipse near `start_px` with the approximate map `to_circle` to a circle of radius 1;
+/// the nearest circle is `step` radii away. `None` if most of it lies outside of the picture, or if
+/// the fit diverges or has no contrast.
 pub(super) fn fit(
     image: &GrayImage,
     start_px: [f64; 2],
@@ -252,7 +258,7 @@ pub(super) fn fit(
     let centre = scratch.centre.map(f64::from);
     let mut guess = Vector::zeros();
     (guess[0], guess[1]) = (start_px[0] - centre[0], start_px[1] - centre[1]);
-    // An upper triangle with the same product.
+    // Upper triangle with the same product.
     let upper = (to_circle.transpose() * to_circle).cholesky()?.l().transpose();
     (guess[2], guess[3], guess[4]) = (upper[(0, 0)], upper[(0, 1)], upper[(1, 1)]);
     guess[5] = libm::log(1.5);
@@ -272,7 +278,7 @@ pub(super) fn fit(
     if !(moved_px < radius_px.max(2.0)) || rough[6].abs() < 1.0 {
         return None;
     }
-    // Around the ellipse that was found.
+    // Around the fitted ellipse.
     scratch.gather(image, middle, &m, reach);
     let mut start = rough;
     let centre = scratch.centre.map(f64::from);
@@ -296,8 +302,8 @@ pub(super) fn fit(
     })
 }
 
-/// Variance of white noise that moves the centre as much as the residuals do, of the pixels whose mirror image is in the
-/// picture, too.
+/// Variance of white noise with the same effect on the centre as the residuals, from the pixels
+/// with a mirror image in the picture.
 fn noise(image: &GrayImage, at: &Vector, scratch: &mut Pixels) -> Option<f64> {
     let mut blocks = std::mem::take(&mut scratch.blocks);
     blocks.clear(scratch.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));

@@ -3,11 +3,12 @@
 //! ```text
 //! I(x, y) = (b + a erf(d1/s) erf(d2/s)) (1 + gx dx + gy dy)
 //! ```
-//! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters: corner,
-//! two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light. Levenberg–Marquardt
-//! over a patch that reaches almost halfway into the four (sheared) squares around the corner. The covariance of the
-//! corner is `σ² (JᵀJ)⁻¹` with `σ²` from the part of the residuals that can move the corner (`edge_pixels`), so clutter and
-//! noise both count, but not halos, nor a blur that isn't Gaussian.
+//! `d1`, `d2`: signed distances from the two edge lines through the corner; nine parameters:
+//! corner, two directions, log of the blur `s`, contrast `a`, mean `b`, gradient of the light.
+//! Levenberg–Marquardt over a patch that reaches almost halfway into the four (sheared) squares
+//! around the corner. The covariance of the corner is `σ² (JᵀJ)⁻¹` with `σ²` from the part of the
+//! residuals that can move the corner (`edge_pixels`), so clutter and noise both count, but not
+//! halos or a blur that isn't Gaussian.
 //!
 //! Assumes that edges are straight within the patch and blurred by a Gaussian.
 
@@ -24,59 +25,64 @@ use boresight_geometry::{
     least_squares::{Limits, Linearised, Minimum, Problem, minimise},
 };
 
-/// Limits on the thinned patch: to a third of the standard deviation, which is enough for a start.
+/// Limits on the thinned patch: to a third of the standard deviation, enough for a start.
 const ROUGH: Limits =
     Limits { rounds: 15, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
-/// Limits on the pixels near the edges: to a thirtieth of a standard deviation. Sums are of single precision.
+/// Limits on the pixels near the edges: to a thirtieth of a standard deviation. Sums have single
+/// precision.
 const FINE: Limits =
     Limits { rounds: 8, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-6 };
-/// Limits of `ln s`: a blur of a quarter of a pixel is a step to a camera, one of eight no longer a corner.
+/// Limits of `ln s`: a blur of a quarter of a pixel is a step to a camera; one of eight pixels
+/// hides the corner.
 const LOG_BLUR: (f64, f64) = (-1.05, 2.08);
-/// Gauss–Newton steps that separate the blur of the two edges.
+/// Gauss–Newton steps to separate the blur of the two edges.
 const SPLIT_ROUNDS: usize = 3;
-/// Reach of the patch to each side of the corner, in squares, and its limits in pixels.
+/// Reach of the patch to each side of the corner, in squares, and limits in pixels.
 const REACH_SQUARES: f64 = 0.48;
 const LEAST_REACH_PX: f64 = 3.0;
 const RADIUS_LIMIT_PX: i32 = 24;
-/// Share of the gap between a square's edge and its marker that is used.
+/// Used share of the gap between a square's edge and the marker.
 const BAND_SHARE: f64 = 0.9;
-/// Least fraction of the patch that must lie inside the picture.
+/// Least fraction of the patch inside the picture.
 const LEAST_VISIBLE: f64 = 0.5;
 /// Least distance from the edge of the picture: a closer corner isn't visible from all sides.
 const MARGIN_PX: f64 = 2.0;
-/// Least number of pixels for a rough fit where there are bands.
+/// Least number of pixels for a rough fit of a patch with bands.
 const ROUGH_PIXELS: f64 = 60.0;
 /// Least number of pixels: fewer don't determine nine parameters well.
 const LEAST_PIXELS: usize = 24;
 
-/// A fitted corner.
+/// Fitted corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EdgeFit {
     pub(super) corner: Corner,
     /// Root mean square residual as a fraction of the contrast.
     pub(super) residual: f64,
-    /// Variance in squared grey levels of white noise that moves the corner as much as the residuals do.
+    /// Variance in squared grey levels of white noise with the same effect on the corner as the
+    /// residuals.
     pub(super) noise: f64,
-    /// The nine parameters, and the patch to which they were fitted.
+    /// The nine parameters and the patch.
     at: Vector,
     patch: Patch,
 }
 
 impl EdgeFit {
-    /// Standard deviation of the Gaussian blur: `erf(d/s)` is a step blurred by a Gaussian of `s/√2`.
+    /// Standard deviation of the Gaussian blur: `erf(d/s)` is a step blurred by a Gaussian of
+    /// `s/√2`.
     pub(super) fn blur_px(&self) -> f64 {
         libm::exp(self.at[4]) / std::f64::consts::SQRT_2
     }
 
-    /// With noise of at least this variance. A few hundred pixels tell their noise to a tenth or a fifth only, and what's
-    /// below the board's usual noise is chance.
+    /// Fit with noise of at least the variance `least`. A few hundred pixels determine their noise
+    /// to a tenth or a fifth only, and noise below the board's usual level is chance.
     pub(super) fn with_least_noise(mut self, least: f64) -> Self {
         self.corner.covariance_px2 =
             with_least_noise_px2(self.corner.covariance_px2, self.noise, least);
         self
     }
 
-    /// Half the brightness step in grey levels, positive if the squares between the two axes are light.
+    /// Half the brightness step in grey levels, positive if the squares between the two axes are
+    /// light.
     pub(super) fn step(&self) -> f64 {
         self.at[5]
     }
@@ -86,13 +92,15 @@ impl EdgeFit {
         self.step().abs()
     }
 
-    /// Mean squared distance from the corner, along the first and the second edge, of the pixels that determine the
-    /// edges. Pixels carry less information near the corner, where the other edge hides this one: their weight is
-    /// `erf(t/a)²` at the distance `t`, up to the end of the patch.
+    /// Mean squared distance from the corner, along the first and the second edge, of the pixels
+    /// that determine the edges. Pixels carry less information near the corner, where the other
+    /// edge hides this one: their weight is `erf(t/a)²` at the distance `t`, up to the end of the
+    /// patch.
     pub(super) fn mean_squared_reach_px2(&self) -> [f64; 2] {
         /// `∫(1 − erf²)` and `∫x² (1 − erf²)` from zero to infinity.
         const HIDDEN: (f64, f64) = (0.797_885, 0.332_452);
-        /// Mean squared distance, in squares of the reach, if the other edge's blur hides the whole edge.
+        /// Mean squared distance, in units of the squared reach, if the other edge's blur hides the
+        /// whole edge.
         const ALL_HIDDEN: f64 = 0.6;
         let hidden_px = libm::exp(self.at[4]) / libm::sin(self.at[3] - self.at[2]).abs().max(0.1);
         self.patch.reach_px().map(|reach_px| {
@@ -111,7 +119,7 @@ impl EdgeFit {
     }
 }
 
-/// Variances in px² of the Gaussians that blur the first and the second edge, fitted separately.
+/// Variances in px² of the Gaussian blurs of the first and the second edge, fitted separately.
 pub(super) fn edge_variances_px2(
     image: &GrayImage,
     fit: &EdgeFit,
@@ -129,14 +137,14 @@ pub(super) fn edge_variances_px2(
     log_s.map(|log_s| 0.5 * libm::exp(2.0 * log_s))
 }
 
-/// Knowledge about the rest of the board that a fit may use. Where squares are hardly larger than the blur, their
-/// pixels alone can't separate blur, contrast and directions.
+/// Knowledge about the rest of the board for a fit. If squares are hardly larger than the blur,
+/// their pixels alone can't separate blur, contrast and directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Known {
     Nothing,
     /// Standard deviation of the Gaussian blur in pixels.
     Blur(f64),
-    /// The blur as in [`Self::Blur`], and edges along the board's axes.
+    /// Blur as in [`Self::Blur`], and edges along the board's axes.
     BlurAndEdges(f64),
 }
 
@@ -149,13 +157,16 @@ pub(super) struct Scratch {
 
 /// Fits a corner near `start`, with the board's axes `u` and `v` there in pixels per square.
 ///
-/// If there are markers in the light squares, `gap_squares` away from their edges, only pixels in the gaps are looked at,
-/// without what the blur brings there of the markers' black frames. The gap is infinite on a plain board.
+/// If there are markers in the light squares, `gap_squares` away from their edges, only pixels in
+/// the gaps are used, after removing the blur of the markers' black frames. The gap is infinite on
+/// a plain board.
 ///
-/// First on a quarter or a ninth of the patch's pixels, then on the informative ones: all pixels near the edges, a
-/// quarter of the others. Parameters given by [`Known`] are held fixed, and so is the gradient of the light then.
+/// First uses a quarter or a ninth of the patch's pixels, then the informative ones: all pixels
+/// near the edges, a quarter of the others. Parameters given by [`Known`] are held fixed, together
+/// with the gradient of the light.
 ///
-/// `None` if the corner or most of the patch lies outside the picture, or if the fit diverges or has no contrast.
+/// `None` if the corner or most of the patch lies outside the picture, or if the fit diverges or
+/// has no contrast.
 pub(super) fn fit(
     image: &GrayImage,
     start: [f64; 2],
@@ -204,7 +215,7 @@ pub(super) fn fit(
     if !(moved < 0.5 * patch.half_px && residual.is_finite() && contrast > 1.0) {
         return None;
     }
-    // At its limits, the blur isn't that of the edges, and the fit isn't where the residuals are least.
+    // At its limits, the blur isn't that of the edges, and the fit isn't at the least residuals.
     let is_least = LOG_BLUR.0 < at[4] && at[4] < LOG_BLUR.1;
     let white = linear.cost / degrees_of_freedom(fine);
     let noise = fine.noise(image, &patch, &at, is_least).unwrap_or(white).max(ROUNDING_VARIANCE);
@@ -218,7 +229,8 @@ pub(super) fn fit(
     Some(EdgeFit { corner, residual, noise, at, patch })
 }
 
-/// Step in rows and columns between the pixels of the rough fit. Bands keep at least two pixels across.
+/// Step in rows and columns between the pixels of the rough fit. Bands keep at least two pixels
+/// across.
 fn thinning(patch: &Patch) -> i32 {
     let most = match patch.half_px {
         half if half > 13.0 => 3,
@@ -263,10 +275,10 @@ fn first_guess(pixels: &Pixels, corner: [f64; 2], first_rad: f64, second_rad: f6
     ])
 }
 
-/// The edge model on the pixels of a patch.
+/// Edge model on the pixels of a patch.
 struct EdgeProblem<'a> {
     pixels: &'a Pixels,
-    /// Indices of parameters that are held fixed.
+    /// Indices of fixed parameters.
     held: &'a [usize],
 }
 
@@ -304,7 +316,7 @@ fn degrees_of_freedom(pixels: &Pixels) -> f64 {
 mod tests {
     use super::*;
 
-    /// A blurred corner at (20.3, 19.6) on squares of 12 px, with noise.
+    /// Blurred corner at (20.3, 19.6) on squares of 12 px, with noise.
     fn picture() -> GrayImage {
         GrayImage::from_fn(41, 41, |x, y| {
             let (dx, dy) = (f64::from(x) - 20.3, f64::from(y) - 19.6);
@@ -349,8 +361,8 @@ mod tests {
         }
     }
 
-    /// A picture has halos by sharpening or is blurred by a disc, which isn't the model: both sides of an edge are alike, so
-    /// it doesn't move the corner, and mustn't make it less certain either.
+    /// Halos by sharpening or the blur of a disc are outside the model. Both sides of an edge are
+    /// alike, so they don't move the corner, and mustn't make it less certain.
     #[test]
     fn the_stated_error_is_the_true_one_whatever_the_edges_look_like() {
         let blurred = |d: f64| (0.55 * d).tanh();
@@ -371,7 +383,7 @@ mod tests {
                 let image = GrayImage::from_fn(41, 41, |x, y| {
                     let (dx, dy) = (f64::from(x) - at[0], f64::from(y) - at[1]);
                     let step = edge(dy * 0.98 - dx * 0.2) * edge(dy * 0.29 + dx * 0.957);
-                    // About normal.
+                    // Approximately normal.
                     let noise = 2.5 * (0..12).map(|_| uniform() - 0.5).sum::<f64>();
                     image::Luma([(125.0 + 70.0 * step + noise).round() as u8])
                 });

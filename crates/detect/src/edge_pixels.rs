@@ -1,4 +1,4 @@
-//! The pixels around a corner, and the residuals of the edge model on them.
+//! Pixels around a corner, and the residuals of the edge model.
 
 use image::GrayImage;
 
@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector, Vector2};
 use super::{erf::erf, patch::Patch, simd, stated_noise::Blocks};
 use boresight_geometry::least_squares::Linearised;
 
-/// Parameters of the edge model.
+/// Number of parameters of the edge model.
 pub(super) const PARAMETERS: usize = 9;
 pub(super) type Vector = SVector<f64, PARAMETERS>;
 type Linear = Linearised<PARAMETERS>;
@@ -20,11 +20,11 @@ pub(super) struct Pixels {
     pub(super) y: Vec<f32>,
     pub(super) value: Vec<f32>,
     weight: Vec<f32>,
-    /// Light that was added to the brightness in place of markers' frames.
+    /// Light added to the brightness in place of markers' frames.
     frames: Vec<f32>,
-    /// What the model leaves of the brightness.
+    /// Residuals of the model's brightness.
     residuals: Vec<f32>,
-    /// Change of the model's brightness per pixel of the corner's way.
+    /// Derivative of the model's brightness by the corner's position, per pixel.
     by_x: Vec<f32>,
     by_y: Vec<f32>,
     blocks: Blocks,
@@ -33,12 +33,13 @@ pub(super) struct Pixels {
 
 /// Fixed number of accumulators, so that results don't depend on the vector width.
 const LANES: usize = 8;
-/// Pixels processed together, so that their derivatives stay in the first-level cache.
+/// Pixels processed together, so that the derivatives stay in the first-level cache.
 const CHUNK: usize = 16 * LANES;
 const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
 
 impl Pixels {
-    /// The `wanted` pixels of the patch in every row and column whose offset is a multiple of `step_px`.
+    /// Gathers the `wanted` pixels of the patch in every row and column whose offset is a multiple
+    /// of `step_px`.
     pub(super) fn gather(
         &mut self,
         image: &GrayImage,
@@ -76,7 +77,7 @@ impl Pixels {
         }
     }
 
-    /// All pixels near the edges, and a quarter of the others.
+    /// Gathers all pixels near the edges, and a quarter of the others.
     pub(super) fn gather_informative(&mut self, image: &GrayImage, patch: &Patch, rough: &Vector) {
         let (s1, c1) = (libm::sin(rough[2]) as f32, libm::cos(rough[2]) as f32);
         let (s2, c2) = (libm::sin(rough[3]) as f32, libm::cos(rough[3]) as f32);
@@ -90,8 +91,9 @@ impl Pixels {
         });
     }
 
-    /// Adds the light that the black frames of markers in the two light squares take away, for the edge model at `at`:
-    /// dark beyond `gaps_px` from both edges, with the blur of the edges. Replaces what was added before.
+    /// Adds the light taken away by the black frames of markers in the two light squares, for the
+    /// edge model at `at`: dark beyond `gaps_px` from both edges, with the blur of the edges.
+    /// Replaces earlier additions.
     pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
         self.frames.resize(self.x.len(), 0.0);
         simd::widest(RemovingFrames { pixels: self, at, gaps_px });
@@ -136,8 +138,8 @@ impl Pixels {
         simd::widest(Linearising { pixels: self, at })
     }
 
-    /// Variance of white noise that moves the corner of the model at `at` as much as the residuals do, of the pixels whose
-    /// mirror image is in the patch, too; see [`Blocks::noise`].
+    /// Variance of white noise with the same effect on the corner of the model at `at` as the
+    /// residuals, from the pixels with a mirror image in the patch; see [`Blocks::noise`].
     pub(super) fn noise(
         &mut self,
         image: &GrayImage,
@@ -366,7 +368,7 @@ fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
 mod tests {
     use super::*;
 
-    /// A corner at (20.3, 19.6), blurred, with noise.
+    /// Blurred corner at (20.3, 19.6), with noise.
     fn pixels() -> (Pixels, Vector) {
         let image = GrayImage::from_fn(41, 41, |x, y| {
             let (dx, dy) = (f64::from(x) - 20.3, f64::from(y) - 19.6);

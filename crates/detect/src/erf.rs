@@ -1,4 +1,4 @@
-//! `erf` and `exp` in single precision, by plain operations that vectorise.
+//! Single-precision `erf` and `exp`, by plain operations that vectorise.
 
 /// `erf(x)` to 3e-7 and `exp(−x²)`. Abramowitz & Stegun 7.1.26.
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! What was weighed for a picture: the grids that were held against the board, and the bits that decided.
+//! Weighed grids of a picture: the candidates compared with the board, and the decisive bits.
 
 use image::GrayImage;
 
@@ -12,43 +12,43 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// Most places of a grid that are listed.
+/// Most listed places of a grid.
 pub(super) const PLACES: usize = 3;
 
-/// How a picture was searched.
+/// Search of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Searched {
-    /// Pixels of the picture in each pixel that was searched.
+    /// Pixels of the full picture per searched pixel.
     pub scale: f64,
-    /// Whether dark or light squares were grown first, because they might not touch.
+    /// True if dark or light squares were grown first, in case of gaps between the squares.
     pub grown: bool,
 }
 
-/// A grid of corners, or of circles, that was held against the board.
+/// Grid of corners or circles compared with the board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeighedGrid {
-    /// How the picture was searched.
+    /// Search of the picture.
     pub searched: Searched,
-    /// The grid's corners, or the middles of its ellipses, in pixels of the picture.
+    /// Corners of the grid, or the middles of the ellipses, in pixels of the picture.
     pub corners_px: Vec<[f64; 2]>,
-    /// How many corners it is long and wide, as far as it reaches; not all of them need be seen. If every second row of circles
-    /// is shifted, along the diagonals in which circles are nearest neighbours.
+    /// Length and width of the grid in corners, over the whole extent, missing corners included. If
+    /// every second row of circles is shifted, along the diagonals between nearest neighbours.
     pub size: [usize; 2],
-    /// What lies behind its ends, by where they are in the picture. None for boards with markers, which are named by these, nor
-    /// for circles.
+    /// Evidence behind the ends, by side of the picture. Empty for boards with markers, whose
+    /// markers name them, and for circles.
     pub ends: Vec<WeighedEnd>,
-    /// Where on the board it may lie: the places with most bits, best first. None for boards with markers, nor for circles.
+    /// Likeliest places on the board, best first. Empty for boards with markers, and for circles.
     pub places: Vec<WeighedPlace>,
-    /// What the markers in its squares say. `None` for boards without any.
+    /// Evidence of the markers in the grid's squares. `None` for boards without any.
     pub markers: Option<WeighedMarkers>,
-    /// What came of it.
+    /// Outcome for the grid.
     pub outcome: GridOutcome,
 }
 
-/// What lies behind an end of a grid: bits against anything else that may be there.
+/// Evidence behind an end of a grid: bits against any other content.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeighedEnd {
-    /// Where the end is, seen from the grid's middle.
+    /// Side of the end, from the grid's middle.
     pub side: Side,
     /// Bits for the white around a board.
     pub white_bits: f64,
@@ -56,74 +56,75 @@ pub struct WeighedEnd {
     pub squares_bits: f64,
 }
 
-/// A place where a grid may lie on the board.
+/// Place of a grid on the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WeighedPlace {
     /// Column and row, from 0, of the corner of the grid that's first on the board.
     pub first: [usize; 2],
     /// Quarter turns of the board, clockwise from the grid's own axes.
     pub quarter_turns: usize,
-    /// Bits for it by what lies behind the ends, by the squares' colours, and by where the frames before lead.
+    /// Bits for the place by the ends, by the squares' colours, and by the previous frames.
     pub bits: [f64; 3],
-    /// Whether the code in the board's margin is there.
+    /// True if the code in the board's margin is there.
     pub has_code: bool,
 }
 
-/// What the markers in the squares of a grid say.
+/// Evidence of the markers in the squares of a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WeighedMarkers {
-    /// What was read, square by square.
+    /// Readings, square by square.
     pub read: Vec<ReadMarker>,
-    /// Where on the board they put the grid: the places with most bits, best first.
+    /// Places of the grid on the board by the markers, most bits first.
     pub places: Vec<VotedPlace>,
 }
 
-/// What was read in a square, held against the likeliest place.
+/// Reading of a square, compared with the likeliest place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReadMarker {
-    /// The square's column and row of squares on the board, from 0; beyond the board if the grid is there. `None` if the
-    /// markers speak for no place.
+    /// Column and row of the square on the board, from 0; may lie beyond the board. `None` if the
+    /// markers support no place.
     pub square: Option<[i32; 2]>,
-    /// Number of the marker that the board has there.
+    /// Number of the board's marker in the square.
     pub marker: Option<usize>,
-    /// The cells in the marker's rows, from its top left, without its frame: true where it's white.
+    /// Cells in the marker's rows, from the top left, without the frame: true if white.
     pub is_white: Vec<bool>,
-    /// Cells that differ from that marker's.
+    /// Number of cells different from the marker's.
     pub wrong: usize,
-    /// Bits by which it agrees beyond chance; none if too many cells are wrong.
+    /// Bits of agreement beyond chance; `None` if too many cells are wrong.
     pub bits: Option<f64>,
 }
 
-/// A place where the markers put a grid on the board.
+/// Place of a grid on the board by the markers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VotedPlace {
-    /// Column and row, from 0, of the corner of the grid that's first on the board; negative beyond the board's first.
+    /// Column and row, from 0, of the corner of the grid that's first on the board; negative beyond
+    /// the board's first.
     pub first: [i32; 2],
     /// Quarter turns of the board, clockwise from the grid's own axes.
     pub quarter_turns: usize,
-    /// Bits of all markers that agree.
+    /// Bits of all agreeing markers.
     pub bits: f64,
-    /// How many agree.
+    /// Number of agreeing markers.
     pub agreeing: usize,
-    /// How many don't, of those in squares that are surely the grid's.
+    /// Number of conflicting markers in squares surely of the grid.
     pub conflicts: usize,
-    /// Corners of the grid that it would put beyond the board's ends.
+    /// Number of the grid's corners beyond the board's ends.
     pub outside: usize,
 }
 
-/// What came of a grid.
+/// Outcome for a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GridOutcome {
-    /// So many of its corners are the board's.
+    /// Number of corners named as the board's.
     Named(usize),
-    /// It has round dark shapes: a grid of circles.
+    /// Round dark shapes: a grid of circles.
     Circles,
-    /// It isn't the board, or not clearly.
+    /// Reason for rejecting the grid.
     Missed(Miss),
 }
 
 impl WeighedGrid {
-    /// The grid in `lattice` of a plain board, with what was found out about it in `image`.
+    /// Weighed grid in `lattice` of a plain board, with the evidence in `image`.
     pub(super) fn of(
         image: &GrayImage,
         lattice: &mut Lattice,
@@ -154,12 +155,13 @@ impl WeighedGrid {
         }
     }
 
-    /// The grid in `lattice` of a board with markers.
+    /// Weighed grid in `lattice` of a board with markers.
     pub(super) fn marked(lattice: &Lattice, says: WeighedMarkers, outcome: GridOutcome) -> Self {
         Self { markers: Some(says), ..Self::seen(lattice, outcome) }
     }
 
-    /// Says how the picture was searched in which the grid was found, and takes its corners to the picture's own pixels.
+    /// Records the search of the grid's picture, and converts the corners to the full picture's
+    /// pixels.
     pub(super) fn was_searched(&mut self, searched: Searched, halved: Halved) {
         self.searched = searched;
         for at in &mut self.corners_px {
@@ -167,7 +169,7 @@ impl WeighedGrid {
         }
     }
 
-    /// The grid in `lattice` of nothing but places: what lies behind its ends isn't weighed.
+    /// Weighed grid in `lattice` with places only: its ends aren't weighed.
     pub(super) fn seen(lattice: &Lattice, outcome: GridOutcome) -> Self {
         let seen = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
         let size = lattice.extent().map_or([0; 2], |(low, high)| {
@@ -185,12 +187,12 @@ impl WeighedGrid {
     }
 }
 
-/// Where in the picture the end of a grid in the direction `out` is, seen from its middle.
+/// Side of the picture with the end of a grid in the direction `out`, from the middle.
 fn side_of(lattice: &Lattice, (di, dj): Node) -> Side {
     let along = |(i, j): Node| (i * di + j * dj) as f32;
     let count = lattice.len().max(1) as f32;
     let middle = lattice.nodes().iter().map(|node| along(*node)).sum::<f32>() / count;
-    // The direction in the picture in which the nodes' numbers grow.
+    // Direction in the picture in which the nodes' numbers grow.
     let [x, y] = lattice.nodes().iter().fold([0.0; 2], |sum: [f32; 2], node| {
         let at = lattice.get(*node).unwrap_or_default();
         let far = along(*node) - middle;

@@ -1,4 +1,4 @@
-//! Searches one picture for the board: junctions, grids of them, and the grid that matches.
+//! Searches a picture for the board: junctions, grids of them, and the matching grid.
 
 use image::GrayImage;
 
@@ -20,20 +20,21 @@ use super::{
 };
 use boresight_geometry::{board::Checkerboard, markers::Markers};
 
-/// Smaller grids tried once no grid with most of the board matched, and their least size.
+/// Number of smaller grids tried after no grid with most of the board matched, and least size.
 const GRIDS_KEPT: usize = 4;
 const LEAST_GRID: usize = 6;
-/// Smallest grid whose markers are read.
+/// Least size of a grid for reading markers.
 const LEAST_MARKED_GRID: usize = 4;
-/// Grids with most of the board that are tried; a tiled wall has no end of them.
+/// Most grids tried with most of the board; a tiled wall has no end of them.
 const LARGE_GRIDS: usize = 4;
-/// Markers with smaller cells, in pixels of the full-size picture, aren't read reliably.
+/// Side of a marker's cells, in pixels of the full-size picture, below which readings are
+/// unreliable.
 const LEAST_CELL_PX: f64 = 2.5;
-/// Longest side of a board that is counted, and most corners.
+/// Longest side of a counted board, and most corners.
 const LONGEST_COUNTED: usize = 40;
 const MOST_COUNTED: usize = 1000;
 
-/// Finds the board in one picture, to about a pixel. Reuses its buffers.
+/// Finds the board in a picture, to about a pixel. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GridSearch {
     response: Vec<i16>,
@@ -44,25 +45,26 @@ pub(super) struct GridSearch {
     /// Grids with less than most of the board, largest first.
     kept: Vec<Lattice>,
     corners: Vec<Option<[f32; 2]>>,
-    /// The largest part of the board so far.
+    /// Largest part of the board so far.
     part: Vec<Option<[f32; 2]>>,
-    /// What was weighed since somebody asked.
+    /// Weighed grids, if requested.
     pub(super) weighed: Option<Vec<WeighedGrid>>,
 }
 
 impl GridSearch {
-    /// What [`find`](Self::find) found: the corners of the whole board, or of the largest part, row by row in pixels of
-    /// the picture that was searched; `None` for those that aren't seen.
+    /// Corners found by [`find`](Self::find): of the whole board, or of the largest part, row by
+    /// row in pixels of the searched picture; `None` for unseen corners.
     pub(super) fn corners(&self) -> &[Option<[f32; 2]>] {
         &self.corners
     }
 
-    /// Searches `picture`, made of a `plain` one by growing its dark or light squares or the same, each of whose pixels is `full_px` wide in the full-size picture, for `board`. Where its
-    /// corners are `expected` says which part of a board is seen. Returns the polarity of its markers, if it has some.
+    /// Searches `picture` for `board`. The picture is the `plain` one, perhaps with dark or light
+    /// squares grown; a pixel is `full_px` wide in the full-size picture. The `expected` corners
+    /// identify a part of a board. Returns the polarity of the board's markers, if any.
     ///
     /// # Errors
     ///
-    /// [`Miss`] of the grid that came closest to the board.
+    /// [`Miss`] of the grid closest to the board.
     pub(super) fn find(
         &mut self,
         (picture, plain, full_px): (&GrayImage, &GrayImage, f64),
@@ -86,8 +88,8 @@ impl GridSearch {
         }
     }
 
-    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
-    /// many columns as rows. `None` without such a board.
+    /// Counts the inner corners of any whole board surrounded by white: columns and rows, at least
+    /// as many columns as rows. `None` without such a board.
     pub(super) fn count(
         &mut self,
         picture: &GrayImage,
@@ -105,12 +107,12 @@ impl GridSearch {
         None
     }
 
-    /// Whether the `corners` of a whole board without markers, row by row in pixels of `picture`, are all of the pattern
-    /// there. Corners without a position are left out.
+    /// Checks that the `corners` of a whole board without markers, row by row in pixels of
+    /// `picture`, are all of the pattern. Corners without a position are left out.
     ///
     /// # Errors
     ///
-    /// [`Miss`] if they are a part of a larger one.
+    /// [`Miss`] if they are a part of a larger pattern.
     pub(super) fn check_whole(
         &mut self,
         picture: &GrayImage,
@@ -139,7 +141,7 @@ impl GridSearch {
         self.grower.start(&self.junctions, width, height);
     }
 
-    /// The first grid whose markers say where on the board it lies.
+    /// Finds the first grid placed on the board by markers.
     fn read_grids(
         &mut self,
         (picture, full_px): (&GrayImage, f64),
@@ -169,7 +171,7 @@ impl GridSearch {
             }
             match named {
                 Ok(polarity) => return Ok(polarity),
-                // A smaller piece of that other board may have only those of its markers that ours has there.
+                // A smaller piece of that other board may have only markers shared with ours.
                 Err(miss @ Miss::OtherSquares { .. }) => return Err(miss),
                 Err(miss) => best_miss = best_miss.or_closer(miss),
             }
@@ -177,7 +179,7 @@ impl GridSearch {
         Err(best_miss)
     }
 
-    /// The first grid that is the whole board, or the largest part of one.
+    /// Finds the first grid of the whole board, or the largest part.
     fn match_grids(
         &mut self,
         [picture, plain]: [&GrayImage; 2],
@@ -218,7 +220,7 @@ impl GridSearch {
             if !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            // A grid with most of the board is judged at once; smaller ones wait for a better one.
+            // A grid with most of the board is judged at once; smaller ones wait for a better grid.
             if 4 * lattice.len() >= 3 * wanted && large < LARGE_GRIDS {
                 large += 1;
                 if is_whole(lattice) {
@@ -246,7 +248,7 @@ impl GridSearch {
     }
 }
 
-/// What came of a grid with these corners of the board.
+/// Outcome of a grid with the given corners of the board.
 fn outcome_of(corners: Result<&[Option<[f32; 2]>], Miss>) -> GridOutcome {
     match corners {
         Ok(corners) => GridOutcome::Named(corners.iter().flatten().count()),
@@ -254,7 +256,7 @@ fn outcome_of(corners: Result<&[Option<[f32; 2]>], Miss>) -> GridOutcome {
     }
 }
 
-/// What a grid that may hold `board` can be.
+/// Limits of a grid for `board`.
 fn grid_limits(board: &Checkerboard) -> Limits {
     let [one, other] = board.target().steps_m();
     Limits {
@@ -264,7 +266,7 @@ fn grid_limits(board: &Checkerboard) -> Limits {
     }
 }
 
-/// [`Miss::TooSmall`] instead of other markers than the board's, if they are too small to read.
+/// Replaces [`Miss::OtherMarkers`] by [`Miss::TooSmall`] if the markers are too small to read.
 fn or_too_small(miss: Miss, markers: Markers, square_px: f64) -> Miss {
     let needed_px = LEAST_CELL_PX / (markers.cell_side() * markers.square_steps());
     match miss {

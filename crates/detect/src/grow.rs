@@ -9,22 +9,22 @@ use super::{
 /// Longest side of a square, in pixels of the search level.
 const REACH_PX: f32 = 240.0;
 
-/// What a grid that may hold the board can be.
+/// Limits of a grid for the board.
 #[derive(Clone, Copy)]
 pub(super) struct Limits {
     /// Most corners in a row or column of the board.
     pub(super) longest: usize,
     /// Most corners.
     pub(super) largest: usize,
-    /// Length of its longer steps in that of its shorter ones, 1 if all are equal.
+    /// Ratio of longer to shorter steps, 1 if all are equal.
     pub(super) longer: f32,
 }
 
-/// Grows grids from the junctions of one picture, strongest first. Reuses its buffers.
+/// Grows grids from the junctions of a picture, strongest first. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Grower {
     nearby: Nearby,
-    /// For each junction: true if it belongs to a grid, and the last attempt that used it.
+    /// True for each junction in a grid, and the last attempt to use each junction.
     taken: Vec<bool>,
     used_by: Vec<u32>,
     attempts: u32,
@@ -45,7 +45,7 @@ impl Grower {
         (self.attempts, self.next_seed) = (0, 0);
     }
 
-    /// Grows the next grid from the strongest junction that isn't in an earlier one; `None` after `seeds` attempts.
+    /// Grows the next grid from the strongest unused junction; `None` after `seeds` attempts.
     pub(super) fn next_grid(
         &mut self,
         junctions: &[Junction],
@@ -72,7 +72,7 @@ impl Grower {
         None
     }
 
-    /// The nearest junction to `at` that could be a neighbour with the given edges.
+    /// Nearest junction to `at` with edges close to the given edges.
     fn snap(
         &self,
         junctions: &[Junction],
@@ -87,12 +87,12 @@ impl Grower {
             .map(|(index, _)| index)
     }
 
-    /// The neighbour of `from` in direction `(cos, sin)`: the nearest one within 20° of it.
+    /// Nearest neighbour of `from` within 20° of the direction `(cos, sin)`.
     fn step(&self, junctions: &[Junction], from: usize, towards: [f32; 2]) -> Option<usize> {
         let junction = &junctions[from];
         let [a, b] = junction.edges_rad;
         let mut radius_px = 32.0_f32;
-        // Widening rings, so that the search stays short for small squares.
+        // Widening rings keep the search short for small squares.
         while radius_px <= REACH_PX {
             let found = self
                 .nearby
@@ -115,8 +115,8 @@ impl Grower {
         None
     }
 
-    /// Whether the longer steps along both axes begin at a seed (0) or end there (1). `None` if it has no neighbours on both
-    /// sides, or if they are equally far.
+    /// Start of the longer steps along both axes: at the seed (0) or after it (1). `None` without
+    /// neighbours on both sides; equal distances count as 0.
     fn longer_from(
         &self,
         junctions: &[Junction],
@@ -135,7 +135,8 @@ impl Grower {
         Some(from)
     }
 
-    /// Grows a grid from a square of four junctions around `seed`; its junctions are then in `members`.
+    /// Grows a grid from a square of four junctions around `seed`, and sets `members` to the
+    /// junctions.
     fn grow(
         &mut self,
         junctions: &[Junction],
@@ -201,7 +202,7 @@ impl Grower {
         }
     }
 
-    /// Edges expected at `node`: a neighbour's edges, exchanged as the colours are.
+    /// Expected edges at `node`: a neighbour's edges, exchanged like the colours.
     fn expected_edges(
         &self,
         junctions: &[Junction],

@@ -6,13 +6,13 @@ use image::GrayImage;
 
 use super::{reduce::sample_inside, response::Peak};
 
-/// A corner candidate with its edges.
+/// Corner candidate with edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Junction {
     pub(super) x: f32,
     pub(super) y: f32,
-    /// Directions of the two edges, modulo π. Rotating from the first to the second (clockwise on the screen, `x` right
-    /// and `y` down) sweeps over a light square.
+    /// Directions of the two edges, modulo π. Rotating from the first to the second (clockwise on
+    /// the screen, `x` right and `y` down) sweeps over a light square.
     pub(super) edges_rad: [f32; 2],
     /// Half the brightness step.
     pub(super) contrast: f32,
@@ -29,8 +29,8 @@ static RING: LazyLock<[[f32; 2]; SAMPLES]> = LazyLock::new(|| {
     })
 });
 
-/// Reads the ring around a peak. `None` unless the colour changes exactly four times, opposite changes are in line within
-/// 27°, and the edges cross at more than 30°.
+/// Reads the ring around a peak. `None` unless the colour changes exactly four times, opposite
+/// changes are in line within 27°, and the edges cross at more than 30°.
 pub(super) fn read(image: &GrayImage, peak: &Peak) -> Option<Junction> {
     let ring = RING.each_ref().map(|[dx, dy]| sample_inside(image, peak.x + dx, peak.y + dy));
     let low = ring.iter().copied().fold(f32::MAX, f32::min);
@@ -69,7 +69,7 @@ fn angle_rad(step: f32) -> f32 {
     step * std::f32::consts::TAU / SAMPLES as f32
 }
 
-/// The common direction of two opposite changes, modulo π; `None` if they aren't in line.
+/// Common direction of two opposite changes, modulo π; `None` if they aren't in line.
 fn in_line([a, b]: [f32; 2]) -> Option<f32> {
     let off = libm::sinf(b - a - std::f32::consts::PI);
     let opposite = libm::cosf(b - a) < 0.0;

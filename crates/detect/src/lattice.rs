@@ -1,19 +1,19 @@
-//! A grid of corners by their place on the board.
+//! Grid of corners by place on the board.
 
 /// Position in a grid: steps from the seed along the first and the second axis.
 pub(super) type Node = (i32, i32);
 
-/// Largest excess of a grid over the board's longer side, in steps, so that a larger board is recognised as such.
+/// Largest excess of a grid over the board's longer side, in steps, to recognise a larger board.
 const LARGEST_OVER: i32 = 6;
 /// The four neighbouring nodes.
 pub(super) const BESIDE: [Node; 4] = [(1, 0), (-1, 0), (0, 1), (0, -1)];
 
-/// Lengths of the steps between neighbouring nodes, in those of the shorter ones: all are 1 on a checkerboard; on an
-/// AprilGrid every second one is longer.
+/// Lengths of the steps between neighbouring nodes, in shorter steps: all are 1 on a checkerboard;
+/// on an AprilGrid every second one is longer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Steps {
     pub(super) longer: f32,
-    /// Along both axes, which steps are longer: those from even nodes (0) or from odd ones (1).
+    /// Origin of the longer steps along both axes: even nodes (0) or odd nodes (1).
     pub(super) from: [i32; 2],
 }
 
@@ -24,7 +24,7 @@ impl Default for Steps {
 }
 
 impl Steps {
-    /// Distance along an axis from a node's place to the one `steps` further.
+    /// Distance along an axis from a node to the node `steps` further.
     pub(super) fn between(&self, axis: usize, from: i32, steps: i32) -> f32 {
         if self.longer == 1.0 {
             return steps as f32;
@@ -37,21 +37,21 @@ impl Steps {
         node.div_euclid(2) as f32 * (1.0 + self.longer) + node.rem_euclid(2) as f32 * self.longer
     }
 
-    /// Whether the step from a node along an axis is a longer one; all are where they're equal.
+    /// True if the step from a node along an axis is longer, or all steps are equal.
     pub(super) fn is_longer(&self, axis: usize, from: i32) -> bool {
         self.longer == 1.0 || (from - self.from[axis]).rem_euclid(2) == 0
     }
 }
 
-/// Corners by node. Turning the first axis by +90° (clockwise on the screen) points to the side of the second, so
-/// a grid is never a mirror image.
+/// Corners by node. Turning the first axis by +90° (clockwise on the screen) points to the side of
+/// the second, so a grid is never a mirror image.
 ///
 /// Holds nodes up to `reach` steps from the seed, and keeps its buffers when cleared.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lattice {
     reach: i32,
     pub(super) steps: Steps,
-    /// Position of the corner, and how many were inserted before it.
+    /// Position of the corner, and number of earlier insertions.
     places: Vec<Option<([f32; 2], u32)>>,
     /// Occupied nodes, in order of insertion.
     nodes: Vec<Node>,
@@ -66,7 +66,7 @@ impl Lattice {
         self.places.clear();
         self.places.resize(side * side, None);
         self.nodes.clear();
-        // Grids are swapped; any of them may become the largest.
+        // Grids are swapped; any grid may become the largest.
         self.nodes.reserve(side * side);
     }
 
@@ -80,7 +80,8 @@ impl Lattice {
         self.places[self.index(node)?].map(|(at, _)| at)
     }
 
-    /// Number of corners inserted before the one at `node`; meaningless after [`retain`](Self::retain).
+    /// Number of corners inserted before the corner at `node`; meaningless after
+    /// [`retain`](Self::retain).
     pub(super) fn order(&self, node: Node) -> Option<usize> {
         self.places[self.index(node)?].map(|(_, order)| order as usize)
     }
@@ -89,7 +90,7 @@ impl Lattice {
         self.get(node).is_some()
     }
 
-    /// Inserts a corner at a free node; `false` if the node is taken or out of reach.
+    /// Inserts a corner at a free node; returns `false` if the node is taken or out of reach.
     pub(super) fn insert(&mut self, node: Node, at: [f32; 2]) -> bool {
         match self.index(node) {
             Some(index) if self.places[index].is_none() => {
@@ -136,21 +137,22 @@ impl Lattice {
         }))
     }
 
-    /// Mean width of a square with sides of a shorter step, across the narrower one; NaN without squares.
+    /// Mean width of a square with sides of a shorter step, across the narrower side; NaN without
+    /// squares.
     pub(super) fn mean_height(&self) -> f64 {
         let height = |node: &Node| Some(height(axes(self, *node, self.get(*node)?)?));
         let heights = || self.nodes.iter().filter_map(height);
         f64::from(heights().sum::<f32>()) / heights().count() as f64
     }
 
-    /// Predicts the position of the corner at `node`, and the length of the shortest step used: the mean of linear or
-    /// parabolic extrapolations and completed parallelograms.
+    /// Predicts the position of the corner at `node`, and the length of the shortest step used: the
+    /// mean of linear or parabolic extrapolations and completed parallelograms.
     pub(super) fn predict(&self, (i, j): Node) -> Option<([f32; 2], f32)> {
         let get = |di: i32, dj: i32| self.get((i + di, j + dj));
         let mut sum = [0.0_f32; 2];
         let mut weight = 0.0_f32;
         let mut side = f32::MAX;
-        // Guesses count alike with equal steps, less where a longer step is guessed from shorter ones.
+        // Guesses count alike with equal steps, less for a longer step guessed from shorter ones.
         let mut add = |guess: [f32; 2], from: [f32; 2], share: f32| {
             sum = [sum[0] + share * guess[0], sum[1] + share * guess[1]];
             weight += share;
@@ -162,7 +164,7 @@ impl Lattice {
             let (axis, from) = if dj == 0 { (0, i) } else { (1, j) };
             let at = |steps: i32| self.steps.between(axis, from, steps * (di + dj));
             match get(3 * di, 3 * dj) {
-                // Perspective changes the length of steps; three members show how.
+                // Perspective changes the length of steps; three members show the change.
                 Some(three) => {
                     let [a, b, c] = extrapolating([at(1), at(2), at(3)]);
                     let guess = std::array::from_fn(|k| a * one[k] + b * two[k] + c * three[k]);
@@ -187,7 +189,7 @@ impl Lattice {
     }
 }
 
-/// Whether a node is among the last ones, in the direction `out`, of those from `low` to `high`.
+/// True if a node is among the last ones, in the direction `out`, of those from `low` to `high`.
 pub(super) fn is_at_end((low, high): (Node, Node), out: Node, (i, j): Node) -> bool {
     match out {
         (-1, _) => i == low.0,
@@ -197,13 +199,13 @@ pub(super) fn is_at_end((low, high): (Node, Node), out: Node, (i, j): Node) -> b
     }
 }
 
-/// Weights of the values at three places with which a parabola through them passes 0.
+/// Weights of the values at three places for a parabola's value at 0.
 fn extrapolating([a, b, c]: [f32; 3]) -> [f32; 3] {
     [b * c / ((a - b) * (a - c)), a * c / ((b - a) * (b - c)), a * b / ((c - a) * (c - b))]
 }
 
-/// Shorter steps along both axes at a node, from the neighbours that exist; `here` is the position of the node's corner,
-/// known or predicted.
+/// Shorter steps along both axes at a node, from the existing neighbours; `here` is the position of
+/// the node's corner, known or predicted.
 pub(super) fn axes(
     lattice: &Lattice,
     (i, j): Node,
@@ -222,7 +224,8 @@ pub(super) fn axes(
         let share = 1.0 / steps;
         Some([share * (to[0] - from[0]), share * (to[1] - from[1])])
     };
-    // The first corner of a new row has no neighbour in it; the row before runs in the same direction.
+    // The first corner of a new row has no neighbour in it; the previous row has the same
+    // direction.
     let side = |di: i32, dj: i32| {
         let next = |(i, j): Node| step((i, j), lattice.get((i, j)), di, dj);
         step((i, j), Some(here), di, dj)

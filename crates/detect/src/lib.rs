@@ -1,5 +1,5 @@
-//! Finds a checkerboard, a ChArUco board, an AprilGrid or a grid of circles in a picture: every inner corner or centre with
-//! covariance, or the reason why not.
+//! Finds a checkerboard, a ChArUco board, an AprilGrid or a grid of circles in a picture: every
+//! inner corner or centre with covariance, or the reason for its absence.
 //!
 //! ```
 //! use boresight_detect::{DetectorParams, detect};
@@ -28,54 +28,78 @@
 //! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
 //! ```
 //!
-//! [`detect`] takes one picture. For a stream, a [`Detector`] keeps its buffers and searches near a [`Prediction`]. That
-//! is the only state between frames, and the caller keeps it.
+//! [`detect`] takes one picture. For a stream, a [`Detector`] keeps its buffers and searches near a
+//! [`Prediction`]. That is the only state between frames, and the caller keeps it.
 //!
 //! # Stages
 //!
 //! A picture becomes a [`Detection`] or a [`Miss`]:
 //!
-//! | stage | does | fails when | parameters |
-//! |---|---|---|---|
-//! | `track` | searches near the predicted corners | the board moves suddenly: then everywhere | everywhere on every tenth frame |
-//! | `reduce` | halves the picture until corners match the size of the search ring | squares are under ~6 px at the search level | 1000 px wide, then half of that, then twice |
-//! | `response` | computes a corner response on a ring and its local maxima | edges cross below ~35°, contrast is below ~8 levels | `min_response`, `max_candidates` |
-//! | `junction` | reads the two edge directions and the colours between them | an edge of a neighbouring corner enters the ring | edges in line within 27°, crossing above 30° |
-//! | `grow` | grows grids (`lattice`) of junctions with alternating colours | several neighbouring corners are missing | `max_seeds` |
-//! | `colours` | refuses a grid whose cells aren't squares, by the edges between its corners: discs, or several smaller squares | blur leaves no edges in the middle of a square's side | – |
-//! | `board_match` | matches a grid to the known board, fills gaps it can verify (`saddle`), refuses a part of a larger pattern, numbers the corners | the board is cut off, covered or overexposed; `missing` says which | a third of the neighbours' contrast |
-//! | `placement` | says where on the board a part of it lies, by its track or its printed code | fewer than twelve corners are seen, or neither tells | – |
-//! | `marked_board` | instead of `board_match`: says where a grid lies on a board with markers or tags (`marker_cells`, `marker_votes`) | fewer than two markers of 4x4 cells are seen, or one of 6x6 | a seventh of a marker's cells |
-//! | `refine` | fits the `edge_model` to every corner of the full-size picture: position and covariance; drops corners that contradict their neighbours | a corner is covered, or blurred by more than a quarter of a square | `max_residual`, `max_blur_px`, `min_contrast` |
-//! | `bent_edges` | moves the corners onto edges that the lens bends | the board has fewer than three corners in a row | – |
-//! | `circle_blobs`, `circle_grid` | instead of all these, for circles: finds ellipses, grows a grid of them, and says where on the board it lies | part of the board is missing, or more of it may follow | – |
-//! | `disc_model`, `circles` | fits an ellipse to every circle of the full-size picture, and tells the picture of the circle's centre from the ellipse's | circles are under ~3 px wide | `max_residual`, `max_blur_px`, `min_contrast` |
-//! | `picture_quality` | says whether the picture is too dark or blurred, if no board is found | something else in it is light and sharp | – |
-//! | `printed_code` | reads the code in the margin of a printed board, for a part or if the caller asks | there is none | – |
-//! | `explain` | lists what was weighed, if somebody asks why a picture was refused | – | – |
-//! | `motion` | estimates how far the board moved during the exposure | motion is along a diagonal of the squares | – |
+//! | stage | does |
+//! |---|---|
+//! | `track` | searches near the predicted corners |
+//! | `reduce` | halves the picture until corners match the size of the search ring |
+//! | `response` | computes a corner response on a ring and its local maxima |
+//! | `junction` | reads the two edge directions and the colours between them |
+//! | `grow` | grows grids (`lattice`) of junctions with alternating colours |
+//! | `colours` | refuses a grid of discs or of several smaller squares, by its edges |
+//! | `board_match` | matches a grid to the board, fills gaps (`saddle`), numbers the corners |
+//! | `placement` | places a part of the board by its track or its printed code |
+//! | `marked_board` | places a grid by markers or tags (`marker_cells`, `marker_votes`) instead |
+//! | `refine` | fits the `edge_model` to every corner; drops corners that contradict others |
+//! | `bent_edges` | moves the corners onto edges bent by the lens |
+//! | `circle_blobs`, `circle_grid` | finds ellipses, and grows and places a grid of them instead |
+//! | `disc_model`, `circles` | fits an ellipse to every circle, and derives the circle's centre |
+//! | `picture_quality` | recognises a dark or blurred picture, if no board is found |
+//! | `printed_code` | reads the code in the margin, for a part of a board or on request |
+//! | `explain` | lists the weighed grids, on request |
+//! | `motion` | estimates the motion of the board during the exposure |
 //!
-//! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates, and each
-//! interpolated corner (at most one in eighteen) must be confirmed by its own fit.
-//! Work is bounded by counts ([`DetectorParams`]), so that equal pictures give equal results; a caller short of time
-//! can stop the search ([`Search::keep_on`]). Results are identical for every vector width (`simd`).
+//! | stage | fails when | parameters |
+//! |---|---|---|
+//! | `track` | the board moves suddenly: then everywhere | everywhere on every tenth frame |
+//! | `reduce` | squares are under ~6 px at the search level | 1000 px wide, then half, then twice |
+//! | `response` | edges cross below ~35° | `max_candidates` |
+//! | `response` | contrast is below ~8 levels | `min_response` |
+//! | `junction` | an edge of another corner enters the ring | in line to 27°, crossing above 30° |
+//! | `grow` | several neighbouring corners are missing | `max_seeds` |
+//! | `colours` | blur leaves no edges in the middle of a square's side | – |
+//! | `board_match` | the board is cut off, covered or overexposed | a third of the contrast |
+//! | `placement` | under twelve corners are seen, or neither track nor code decides | – |
+//! | `marked_board` | under two markers of 4x4 cells are seen, or one of 6x6 | a seventh of cells |
+//! | `refine` | a corner is covered | `max_residual` |
+//! | `refine` | blur exceeds a quarter of a square | `max_blur_px`, `min_contrast` |
+//! | `bent_edges` | the board has fewer than three corners in a row | – |
+//! | `circle_grid` | part of the board is missing, or more of it may follow | – |
+//! | `circles` | circles are under ~3 px wide | `max_residual`, `max_blur_px`, `min_contrast` |
+//! | `picture_quality` | another object is light and sharp | – |
+//! | `printed_code` | there is none | – |
+//! | `motion` | motion is along a diagonal of the squares | – |
+//!
+//! A missed board costs a second, a wrong corner a calibration. So every stage may drop candidates,
+//! and each interpolated corner (at most one in eighteen) must be confirmed by its own fit. Work is
+//! bounded by counts ([`DetectorParams`]), so that equal pictures give equal results; a caller
+//! short of time can stop the search ([`Search::keep_on`]). Results are identical for every vector
+//! width (`simd`).
 //!
 //! # Features
 //!
 //! None of its own.
 //!
-//! # What it needs
+//! # Requirements
 //!
-//! A picture in memory: no files, clocks, chance, threads or unsafe code. It compiles for `wasm32-unknown-unknown`.
+//! A picture in memory: no files, clocks, chance, threads or unsafe code. The crate compiles for
+//! `wasm32-unknown-unknown`.
 //!
-//! # What isn't promised
+//! # Limitations
 //!
-//! - One board in a picture of 8-bit brightness, with columns and rows that the caller knows; [`Detector::count`] reads
-//!   them from a picture.
-//! - Some boards are missed: the column "fails when" says which.
-//! - A covariance is that of the fit to the picture. A print that isn't flat or true to size isn't part of it.
-//! - Another version may find other boards, and corners elsewhere within their covariance. `docs/versioning.md` says
-//!   what stays.
+//! - One board in a picture of 8-bit brightness, with known columns and rows; [`Detector::count`]
+//!   reads them from a picture.
+//! - Some boards are missed: see the column "fails when".
+//! - A covariance is that of the fit to the picture. A print that isn't flat or true to size isn't
+//!   part of it.
+//! - Another version may find other boards, and corners elsewhere within their covariance.
+//!   `docs/versioning.md` lists the stable parts.
 
 #![forbid(unsafe_code)]
 

@@ -1,6 +1,6 @@
-//! Which corners of a board with markers a grid has, by the markers in its squares.
+//! Names the corners of a grid on a board with markers, by the markers in the grid's squares.
 //!
-//! Corners that contradict the markers are dropped, and those beside that the picture shows are added.
+//! Corners that contradict the markers are dropped, and visible corners beside them are added.
 
 use image::GrayImage;
 
@@ -15,22 +15,25 @@ use super::{
 };
 use boresight_geometry::{board::Checkerboard, markers::Markers};
 
-/// It's another board if at least this many markers don't match, or if this many corners have no marker beside them.
+/// Least number of mismatched markers, and of corners without an adjacent marker, for another
+/// board.
 const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
-/// How far a corner may be from where its neighbours put it, in squares.
+/// Largest deviation of a corner from the neighbours' prediction, in squares.
 const OFF_SQUARES: f32 = 0.4;
-/// Share of the gap between a square's edge and its marker in which colours are compared.
+/// Share of the gap between a square's edge and the marker used to compare colours.
 const GAP_SHARE: f32 = 0.9;
 const LEAST_CORNERS: usize = 4;
 
-/// Writes the grid's corners to `into`, by the `readings` of its squares, row by row in the board's numbering, with those beside them that the picture
-/// shows; `None` for those that aren't seen. Returns the polarity of the board.
+/// Writes the grid's corners to `into`, by the `readings` of the squares, row by row in the board's
+/// numbering, with adjacent visible corners; `None` for unseen corners. Returns the polarity of the
+/// board.
 ///
 /// # Errors
 ///
-/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or none; [`Miss::OtherSquares`] if they are the
-/// board's, but elsewhere; [`Miss::PartialBoard`] if too few are seen.
+/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or none;
+/// [`Miss::OtherSquares`] if they are the board's, but elsewhere; [`Miss::PartialBoard`] if too few
+/// are seen.
 pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -81,7 +84,8 @@ pub(super) fn name_corners(
     Ok(best.polarity)
 }
 
-/// Drops corners outside of the board, and those that touch only squares with other markers than the board's.
+/// Drops corners outside of the board, and corners that touch only squares with other markers than
+/// the board's.
 fn keep_agreeing(
     lattice: &mut Lattice,
     readings: &[Reading],
@@ -105,8 +109,8 @@ fn keep_agreeing(
     });
 }
 
-/// Drops corners that aren't where the others put them, the farthest off first: without a marker beside it, a corner of
-/// something else can be in a corner's place.
+/// Drops corners away from the others' prediction, the farthest off first. Without a marker beside
+/// it, a corner of another object can take a corner's place.
 fn keep_in_line(lattice: &mut Lattice) {
     for _ in 0..lattice.len() {
         let off_squares = |node: &Node| {

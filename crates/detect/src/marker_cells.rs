@@ -5,30 +5,34 @@ use image::GrayImage;
 use super::reduce::sample;
 use boresight_geometry::markers::Markers;
 
-/// Least difference between the white around a marker and its black frame, in grey levels.
+/// Least difference between the white around a marker and the black frame, in grey levels.
 const LEAST_CONTRAST: f32 = 10.0;
-/// Largest share of the frame's cells that may look white: one in this many.
+/// Reciprocal of the largest share of the frame's cells that may look white.
 const FRAME_SHARE: usize = 8;
-/// Most cells along a side of a marker, with its frame.
+/// Most cells along a side of a marker, with the frame.
 const MOST_CELLS: usize = 10;
-/// Share of a cell's difference from its neighbours that is added: blur as wide as half a cell hides single cells.
+/// Added share of a cell's difference from the neighbours: blur as wide as half a cell hides single
+/// cells.
 const SHARPENING: f32 = 2.0;
-/// Sampling places in a cell, in cells from its middle.
+/// Sampling places in a cell, in cells from the middle.
 const WITHIN_CELL: [[f32; 2]; 5] = [[0.0, 0.0], [-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]];
-/// Places along a side of the square, where it's white around the marker.
+/// Sampling places along a side of the square, in the white around the marker.
 const ALONG_SIDE: [f32; 4] = [0.2, 0.4, 0.6, 0.8];
 
-/// Colour of the squares around markers: light (positive), or dark on a board that is printed white on black.
+/// Colour of the squares around markers: light (positive), or dark on a board printed white on
+/// black.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Polarity {
     Positive,
     Negative,
 }
 
-/// The white cells of the marker in a square whose corners are `quad_px`, clockwise from the first: row by row from the
-/// highest bit, without the frame, rows along the first side. In a negative, the black cells.
+/// White cells of the marker in a square with the corners `quad_px`, clockwise from the first: row
+/// by row from the highest bit, without the frame, rows along the first side. In a negative, the
+/// black cells.
 ///
-/// `None` if the square isn't white around a black frame, nor black around a white one, or isn't seen whole.
+/// `None` if the square isn't white around a black frame, nor black around a white one, or isn't
+/// seen whole.
 pub(super) fn read_cells(
     image: &GrayImage,
     quad_px: [[f32; 2]; 4],
@@ -93,7 +97,7 @@ pub(super) fn read_cells(
         let sharp = value + SHARPENING * (value - 0.25 * beside);
         code = code << 1 | u64::from(is_white(sharp));
     }
-    // Beside light squares, a dark one looks framed. No marker is all black.
+    // Beside light squares, a dark square looks framed. No marker is all black.
     (code != 0).then_some((polarity, code))
 }
 
@@ -103,7 +107,7 @@ struct Square {
 }
 
 impl Square {
-    /// `None` if three corners are in line.
+    /// Map to the given quadrilateral; `None` if three corners are in line.
     fn new([p, q, r, s]: [[f32; 2]; 4]) -> Option<Self> {
         let (ax, ay) = (q[0] - r[0], q[1] - r[1]);
         let (bx, by) = (s[0] - r[0], s[1] - r[1]);

@@ -1,8 +1,9 @@
-//! Which placement of a grid on a board the markers in its light squares speak for.
+//! Chooses the placement of a grid on a board by the markers in the light squares.
 //!
-//! Every marker that is read votes for the turns and shifts of the grid that put a similar marker there. What was read is weighed
-//! in bits for each of them, for a board with such markers in other places, and for anything else; the one that leads is taken. So
-//! a few squares anywhere on the board are enough, turned in any way, and a wrong cell here and there does no harm.
+//! Every reading votes for the turns and shifts of the grid that put a similar marker there. The
+//! readings are weighed in bits for each placement, for a board with such markers in other places,
+//! and for any other cells; the leading placement is chosen. A few squares anywhere on the board
+//! are therefore enough, turned in any way, and single wrong cells do no harm.
 
 use image::GrayImage;
 
@@ -18,25 +19,26 @@ use boresight_geometry::{
     markers::{Layout, Markers},
 };
 
-/// One cell in this many is read wrongly.
+/// Reciprocal of the share of misread cells.
 const ONE_IS_MISREAD: f64 = 32.0;
-/// One picture without the board in two to this power has as many markers of the board where the board has them.
+/// Binary logarithm of the number of pictures without the board per picture with as many matching
+/// markers.
 const BY_CHANCE_BITS: f64 = 14.0;
-/// Placements with most votes that are looked at.
+/// Most placements weighed, by votes.
 const MOST_PLACEMENTS: usize = 8;
 
-/// A marker that was read in a square of the grid.
+/// Marker read in a square of the grid.
 pub(super) struct Reading {
-    /// The square's node with the lowest steps along both axes.
+    /// Node of the square with the lowest steps along both axes.
     pub(super) node: Node,
     polarity: Polarity,
-    /// White cells in the grid's axes, and in those turned by each of [`TURNS`].
+    /// White cells in the grid's axes, and in axes turned by each of [`TURNS`].
     codes: [u64; 4],
-    /// Whether the grid has at least three of the square's corners.
+    /// True if the grid has at least three of the square's corners.
     pub(super) is_sure: bool,
 }
 
-/// A placement, and how well it explains what was read.
+/// Placement with evidence from the readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) polarity: Polarity,
@@ -44,26 +46,27 @@ pub(super) struct Candidate {
     pub(super) placement: Placement,
     layout: Layout,
     votes: usize,
-    /// Bits for the board in this place, compared with any cells.
+    /// Bits for the board in the given place, compared with any cells.
     bits: f64,
     /// Bits by which a board with such markers in other places explains more.
     elsewhere: f64,
 }
 
 impl Candidate {
-    /// Whether what was read is the board's marker rather than any cells.
+    /// True if the reading is the board's marker rather than any cells.
     pub(super) fn agrees(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> bool {
         self.bits_of(reading, board, markers) > 0.0
     }
 
-    /// Bits for the marker that the board has where one was read.
+    /// Bits for the board's marker at a reading.
     fn bits_of(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> f64 {
         let cells = markers.dictionary.side_cells().pow(2);
         let wrong = self.wrong_cells(reading, board, markers);
         wrong.map_or(-libm::log2(ONE_IS_OTHER.into()), |wrong| bits_of(cells, wrong))
     }
 
-    /// Cells in which a reading differs from the marker that should be there; `None` if there should be none.
+    /// Number of cells that differ between a reading and the expected marker; `None` if none is
+    /// expected.
     fn wrong_cells(
         &self,
         reading: &Reading,
@@ -75,19 +78,19 @@ impl Candidate {
         Some((reading.codes[self.turn] ^ code).count_ones() as usize)
     }
 
-    /// The square in which a marker was read, in columns and rows of squares; `None` before the board's first.
+    /// Square of a reading, in columns and rows of squares; `None` before the board's first.
     fn square_of(&self, reading: &Reading) -> Option<[usize; 2]> {
         let [column, row] = square_at(&self.placement, reading.node);
         Some([usize::try_from(column).ok()?, usize::try_from(row).ok()?])
     }
 
-    /// Whether the square towards higher steps along both axes is light in the picture.
+    /// True if the square towards higher steps along both axes is light in the picture.
     pub(super) fn is_light(&self, node: Node, board: &Checkerboard) -> bool {
         let has_marker = self.layout.is_light(square_at(&self.placement, node), board.squares()[1]);
         has_marker == (self.polarity == Polarity::Positive)
     }
 
-    /// How many corners of the grid it puts beyond the board's ends.
+    /// Number of the grid's corners beyond the board's ends.
     fn outside(&self, lattice: &Lattice, board: &Checkerboard) -> usize {
         let size = [board.columns() as i32, board.rows() as i32];
         let is_outside = |node: &&Node| {
@@ -98,18 +101,18 @@ impl Candidate {
     }
 }
 
-/// Whether one placement explains what was read.
+/// Result of weighing the placements.
 pub(super) enum Verdict {
     Clear(Candidate),
-    /// Several explain it as well: with an even number of rows, both layouts have the same markers but for the first and
-    /// last columns.
+    /// Several equally good placements: with an even number of rows, both layouts have the same
+    /// markers except for the first and last columns.
     Ambiguous,
-    /// Some markers are where the board has them, but others aren't.
+    /// Some markers are in the board's places, but others aren't.
     OtherSquares,
     Unexplained,
 }
 
-/// Reads the squares inside the grid and those around it: those of the polarity that most of them have.
+/// Reads the squares inside and around the grid, and keeps the majority's polarity.
 pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Markers) -> Vec<Reading> {
     let Some((low, high)) = lattice.extent() else { return Vec::new() };
     let side = markers.dictionary.side_cells();
@@ -137,7 +140,7 @@ pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Marker
     readings
 }
 
-/// The cells of a marker seen along axes that `turn` maps the grid's axes to.
+/// Cells of a marker along axes turned from the grid's axes by `turn`.
 fn turned(code: u64, side: usize, turn: [[i32; 2]; 2]) -> u64 {
     let (count, last) = (side * side, side as i32 - 1);
     let mut result = 0;
@@ -145,7 +148,7 @@ fn turned(code: u64, side: usize, turn: [[i32; 2]; 2]) -> u64 {
         if code >> (count - 1 - place) & 1 == 0 {
             continue;
         }
-        // From the middle, in half cells.
+        // Offset from the middle, in half cells.
         let from = [2 * (place % side) as i32 - last, 2 * (place / side) as i32 - last];
         let [column, row] = turn.map(|[a, b]| ((a * from[0] + b * from[1] + last) / 2) as usize);
         result |= 1 << (count - 1 - (row * side + column));
@@ -153,14 +156,14 @@ fn turned(code: u64, side: usize, turn: [[i32; 2]; 2]) -> u64 {
     result
 }
 
-/// The square of the board, in columns and rows of squares, at a square of the grid.
+/// Square of the board, in columns and rows of squares, at a square of the grid.
 fn square_at(placement: &Placement, (i, j): Node) -> [i32; 2] {
     let ends = [placement.place((i, j)), placement.place((i + 1, j + 1))];
     // Inner corner (0, 0) is the far corner of square (0, 0).
     std::array::from_fn(|k| ends[0][k].min(ends[1][k]) + 1)
 }
 
-/// The placement that explains the readings and has the grid's corners on the board.
+/// Placement that explains the readings and has the grid's corners on the board.
 pub(super) fn place(
     readings: &[Reading],
     lattice: &Lattice,
@@ -182,7 +185,7 @@ pub(super) fn place(
     if is_near { Verdict::Ambiguous } else { Verdict::Clear(*best) }
 }
 
-/// The placements with most votes, best first, and how many have some.
+/// Placements with most votes, best first, and the number of placements with votes.
 fn weighed(
     readings: &[Reading],
     lattice: &Lattice,
@@ -198,7 +201,8 @@ fn weighed(
     for candidate in &mut candidates {
         for reading in readings {
             let bits = candidate.bits_of(reading, board, markers);
-            // Where a square is only guessed, what is read may be beside it, but no marker of the dictionary's.
+            // At a guessed square, the reading may lie beside it, but no marker of the
+            // dictionary's.
             candidate.bits += if reading.is_sure { bits } else { bits.max(0.0) };
             if markers.knows(reading.codes[candidate.turn]) {
                 candidate.elsewhere += (known_bits - bits).max(0.0);
@@ -210,7 +214,7 @@ fn weighed(
     (candidates, searched)
 }
 
-/// What [`place`] weighs, for whoever asks why.
+/// Evidence weighed by [`place`], for explanations.
 pub(super) fn votes(
     readings: &[Reading],
     lattice: &Lattice,
@@ -252,7 +256,7 @@ pub(super) fn votes(
     }
 }
 
-/// Every placement for which a reading speaks.
+/// Placements with a vote of a reading.
 fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Candidate> {
     let [columns, rows] = board.squares();
     let layouts = markers.layouts(rows);
@@ -295,7 +299,7 @@ fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Can
     candidates
 }
 
-/// Bits for a marker of which `wrong` cells were read otherwise, compared with any cells.
+/// Bits for a marker with `wrong` misread cells, compared with any cells.
 fn bits_of(cells: usize, wrong: usize) -> f64 {
     let (right, wrong) = ((cells - wrong) as f64, wrong as f64);
     let as_read =

@@ -1,4 +1,4 @@
-//! Why corners of a board are missing, and what lies behind the ends of a grid.
+//! Reasons for missing corners of a board, and evidence behind the ends of a grid.
 
 use image::GrayImage;
 
@@ -14,19 +14,19 @@ const LEAST_STEP: f32 = 8.0;
 /// Brightness from which a square counts as saturated, in grey levels.
 const SATURATED: f32 = 248.0;
 
-/// Why corners of a board are missing.
+/// Reason for missing corners of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Why {
-    /// They lie beyond this edge of the picture.
+    /// Corners beyond the given edge of the picture.
     CutOff(Side),
-    /// The picture is saturated there.
+    /// Saturated picture.
     Glare,
-    /// Something is in front of them, for all that is seen.
+    /// Corners apparently covered.
     Covered,
 }
 
 impl Why {
-    /// The edge of the picture, if it's that.
+    /// Edge of the picture, if the board is cut off.
     pub(super) fn cut_off_by(self) -> Option<Side> {
         match self {
             Self::CutOff(side) => Some(side),
@@ -35,15 +35,17 @@ impl Why {
     }
 }
 
-/// How near to the edge of the picture no corner is found, in pixels.
+/// Distance from the edge of the picture within which no corner is found, in pixels.
 const MARGIN_PX: f32 = 6.0;
-/// A single place may be there by chance.
+/// Least number of places for a reason, as a single place may be chance.
 const LEAST_PLACES: usize = 2;
-/// Places ahead of the last corner at which glare may be, in squares: it hides corners around the place that's saturated.
+/// Places of possible glare ahead of the last corner, in squares: it also hides corners around the
+/// saturated place.
 const AHEAD: [f32; 2] = [1.0, 2.0];
 
-/// What explains most of the places beside a grid that miss a corner. A board of `size`, if that's known, has none beyond those
-/// ends of the grid between which it's as long as the board. What is missing reaches `reach` squares around its place.
+/// Reason for most of the missing places beside a grid. A board of known `size` has none beyond
+/// those ends of the grid between which it's as long as the board. A missing corner needs `reach`
+/// squares around its place.
 pub(super) fn why_missing(
     image: &GrayImage,
     lattice: &Lattice,
@@ -89,7 +91,7 @@ pub(super) fn why_missing(
     most.filter(|(_, count)| *count >= LEAST_PLACES).map_or(Why::Covered, |(why, _)| why)
 }
 
-/// Whether the picture is saturated ahead of a corner.
+/// True if the picture is saturated ahead of a corner.
 fn glares(image: &GrayImage, lattice: &Lattice, node: Node, (di, dj): Node) -> bool {
     let axes = lattice.get(node).and_then(|here| Some((here, axes(lattice, node, here)?)));
     let Some((here, (u, v))) = axes else { return false };
@@ -103,33 +105,34 @@ fn glares(image: &GrayImage, lattice: &Lattice, node: Node, (di, dj): Node) -> b
     })
 }
 
-/// Steps out of a grid, through each of its sides.
+/// Outward steps through each side of a grid.
 pub(super) const SIDES: [Node; 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
-/// Sampling distances beyond a corner of the rim, in squares: in the outer square, and behind it, before a printed
-/// code.
+/// Sampling distances beyond a corner of the rim, in squares: in the outer square, and behind it,
+/// before a printed code.
 const IN_OUTER: [f32; 2] = [0.4, 0.75];
 const BEHIND: [f32; 2] = [1.18, 1.34];
 /// Sampling places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
-/// Largest difference between an outer square and the nearest inner one of its colour, as a share of the step from dark to
-/// light squares.
+/// Largest difference between an outer square and the nearest inner square of the same colour, as a
+/// share of the step from dark to light squares.
 const UNEVEN_TO: f32 = 0.35;
 
-/// Bits by which an explanation must lead all others to be taken.
+/// Least lead of an accepted explanation over all others, in bits.
 pub(super) const LEAD: f32 = 8.0;
-/// Bits for more squares by a corner beyond a board: one place in three beside a board has something like a corner.
+/// Bits for more squares by a corner beyond a board: one place in three beside a board resembles a
+/// corner.
 pub(super) const CORNER_BITS: f32 = 1.6;
-/// Standard deviation of a place's brightness, as a share of the step from dark to light squares, and the range of what
-/// anything else may have.
+/// Standard deviation of a place's brightness, as a share of the step from dark to light squares,
+/// and range of any other content's brightness.
 const SPREAD: f32 = 0.15;
 const RANGE: f32 = 2.5;
-/// One place, square or side in this many shows something else.
+/// Reciprocal of the share of places, squares or sides with other content.
 pub(super) const ONE_IS_OTHER: f32 = 16.0;
-/// Places behind a square that tell as much as independent ones.
+/// Effective number of independent places behind a square.
 const INDEPENDENT: f32 = 2.0;
 
-/// What lies behind the outer squares on one side of a grid: bits for the white around the board, and for more squares,
-/// compared with anything else that may be there.
+/// Evidence behind the outer squares on a side of a grid: bits for the white around the board, and
+/// for more squares, compared with any other content.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Behind {
     pub(super) white: f32,
@@ -137,19 +140,19 @@ pub(super) struct Behind {
 }
 
 impl Behind {
-    /// Whether it's white.
+    /// True if white follows.
     pub(super) fn ends(self) -> bool {
         self.white >= LEAD + self.squares.max(0.0)
     }
 
-    /// Whether there are more squares.
+    /// True if more squares follow.
     pub(super) fn goes_on(self) -> bool {
         self.squares >= LEAD + self.white.max(0.0)
     }
 }
 
-/// What lies behind the outer squares in the direction `out`. A dark square is followed by light in either case; behind a
-/// light one, white or a dark square decides.
+/// Evidence behind the outer squares in the direction `out`. A dark square is followed by light in
+/// either case; behind a light one, white or a dark square decides.
 pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind {
     let mut bits = Behind::default();
     let Some(extent) = lattice.extent() else { return bits };
@@ -173,8 +176,8 @@ pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind 
     bits
 }
 
-/// Bits for a place `off` the brightness that it should have, as a share of the step from dark to light squares; `spread` is its
-/// standard deviation if that's more than the usual one.
+/// Bits for a place `off` the expected brightness, as a share of the step from dark to light
+/// squares; `spread` is its standard deviation, if larger than the usual.
 pub(super) fn log2_likelihood(off: f32, spread: f32) -> f32 {
     let spread = spread.max(SPREAD);
     let peak = RANGE / (spread * std::f32::consts::TAU.sqrt());
@@ -182,8 +185,9 @@ pub(super) fn log2_likelihood(off: f32, spread: f32) -> f32 {
     libm::log2f(likely * (1.0 - 1.0 / ONE_IS_OTHER) + 1.0 / ONE_IS_OTHER)
 }
 
-/// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and the brightness of places
-/// behind it, from 0 for dark squares to 1 for light ones. `None` outside of the picture, or without a square.
+/// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and the
+/// brightness of places behind it, from 0 for dark squares to 1 for light ones. `None` outside of
+/// the picture, or without a square.
 fn outer_square(
     image: &GrayImage,
     lattice: &Lattice,

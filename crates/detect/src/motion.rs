@@ -1,19 +1,21 @@
-//! Estimates how far the board moved during the exposure.
+//! Estimates the motion of the board during the exposure.
 //!
-//! Defocus blurs all edges equally, motion only the edges across it, so the two families of edges on the board differ.
-//! Uniform motion by `m` px adds `m²/12` to the variance of the blur: the variance of a box of width `m`. Motion along
-//! a diagonal of the squares blurs both families equally and remains invisible, so the estimate is a lower bound.
+//! Defocus blurs all edges equally, motion only the edges across it, so the two families of edges
+//! on the board differ. Uniform motion by `m` px adds `m²/12` to the variance of the blur: the
+//! variance of a box of width `m`. Motion along a diagonal of the squares blurs both families
+//! equally and remains invisible, so the estimate is a lower bound.
 
 use image::GrayImage;
 
 use super::edge_model::{EdgeFit, Scratch, edge_variances_px2};
 
-/// Corners sampled, to bound the work.
+/// Number of sampled corners, to bound the work.
 const SAMPLED_CORNERS: usize = 10;
 /// Significance threshold in standard errors of the mean.
 const SIGNIFICANT: f64 = 3.0;
 
-/// Motion in pixels; 0 if both families of edges are equally sharp, or fewer than four corners were fitted.
+/// Motion in pixels; 0 if both families of edges are equally sharp, or fewer than four corners were
+/// fitted.
 pub(super) fn motion_px(image: &GrayImage, fits: &[Option<EdgeFit>], scratch: &mut Scratch) -> f64 {
     let stride = fits.len().div_ceil(SAMPLED_CORNERS).max(1);
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);

@@ -1,21 +1,21 @@
-//! Sorts places of a picture into cells, so that those near a place are found quickly.
+//! Sorts places of a picture into cells for fast lookup of neighbours.
 
 /// Side of the cells, in pixels.
 const CELL_PX: f32 = 24.0;
 
-/// Places, by number. Reuses its buffers.
+/// Places by index. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Nearby {
     columns: usize,
     rows: usize,
     places: Vec<[f32; 2]>,
-    /// Numbers of the places sorted by cell, and the start of each cell.
+    /// Indices of the places sorted by cell, and the start of each cell.
     sorted: Vec<u32>,
     begins: Vec<u32>,
 }
 
 impl Nearby {
-    /// Starts with the places in a picture of this width and height.
+    /// Starts with the places in a picture of the given width and height.
     pub(super) fn start(
         &mut self,
         places: impl Iterator<Item = [f32; 2]>,
@@ -51,7 +51,7 @@ impl Nearby {
         }
     }
 
-    /// Places within `radius_px` of a place, with their distances.
+    /// Places within `radius_px` of a place, with distances.
     pub(super) fn near(
         &self,
         at: [f32; 2],
@@ -63,7 +63,7 @@ impl Nearby {
         let rows = cell(at[1] - radius_px, self.rows)..=cell(at[1] + radius_px, self.rows);
         rows.flat_map(move |row| {
             let row = row * self.columns;
-            // Cells of a row follow each other.
+            // Cells of a row are adjacent.
             let (begin, end) = (self.begins[row + first], self.begins[row + last + 1]);
             &self.sorted[begin as usize..end as usize]
         })

@@ -1,14 +1,14 @@
-//! Prediction of a fitted corner from its neighbours.
+//! Prediction of a fitted corner from the neighbours.
 
 use super::edge_model::EdgeFit;
 use boresight_geometry::board::Checkerboard;
 
-/// The rows and columns of a board's points.
+/// Rows and columns of a board's points.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lines {
-    /// Points in a row.
+    /// Number of points in a row.
     pub(super) columns: usize,
-    /// Length of the first, third, fifth step in a row or column in that of the others, at least 1.
+    /// Ratio of the first, third, fifth step in a row or column to the others, at least 1.
     longer: f64,
 }
 
@@ -23,7 +23,8 @@ impl Lines {
         (place / 2) as f64 * (1.0 + self.longer) + (place % 2) as f64 * self.longer
     }
 
-    /// Weights with which the values at `places` give that at `place`: of the polynomial through them (Lagrange).
+    /// Weights of the values at `places` for the value at `place`: of the polynomial through them
+    /// (Lagrange).
     fn weights<const N: usize>(&self, place: usize, places: [usize; N]) -> [f64; N] {
         let (here, at) = (self.at(place), places.map(|place| self.at(place)));
         std::array::from_fn(|k| {
@@ -35,7 +36,8 @@ impl Lines {
     }
 }
 
-/// Position of a corner predicted by the fitted neighbours in its row and column; `None` if there are too few.
+/// Position of a corner predicted by the fitted neighbours in row and column; `None` if there are
+/// too few.
 pub(super) fn expected_px(
     fits: &[Option<EdgeFit>],
     lines: Lines,
@@ -43,7 +45,8 @@ pub(super) fn expected_px(
 ) -> Option<[f64; 2]> {
     let columns = lines.columns;
     let rows = fits.len() / columns;
-    // Cubic interpolation between neighbours, parabolic extrapolation beyond them; linear where there are too few.
+    // Cubic interpolation between neighbours, parabolic extrapolation beyond them; linear if there
+    // are too few.
     let along = |place: usize, count: usize, stride: usize| -> Option<([f64; 2], f64)> {
         let at = |other: usize| {
             let fit = fits[index + other * stride - place * stride].as_ref()?;
@@ -85,8 +88,8 @@ pub(super) fn expected_px(
     })
 }
 
-/// True if all rows and columns are smooth: of any four corners in line that are seen, the last is within 0.45 of the step
-/// between the middle two, plus half a pixel, of the parabola through the others.
+/// True if all rows and columns are smooth: of any four seen corners in line, the last is within
+/// 0.45 of the step between the middle two, plus half a pixel, of the parabola through the others.
 pub(super) fn smooth(fits: &[Option<EdgeFit>], lines: Lines) -> bool {
     let columns = lines.columns;
     let at = |index: usize| fits[index].as_ref().map(|fit| fit.corner.px.coords);

@@ -1,4 +1,4 @@
-//! The detector's answer: the board's corners, or the reason why not.
+//! Result of the detector: the board's corners, or the reason for their absence.
 
 use boresight_geometry::{
     Corner,
@@ -6,31 +6,33 @@ use boresight_geometry::{
     target::{Board, BoardChoice},
 };
 
-/// A board, found in a picture.
+/// Board found in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// Every inner corner, row by row in the board's numbering, in pixels with covariance. A covered or cut-off corner
-    /// is [unseen](Corner::unseen).
+    /// Every inner corner, row by row in the board's numbering, in pixels with covariance. A
+    /// covered or cut-off corner is [unseen](Corner::unseen).
     pub corners: Vec<Corner>,
     /// Sharpness, contrast, glare and motion.
     pub quality: Quality,
 }
 
-/// Image quality of the board, measured on its edges.
+/// Image quality of the board, measured on the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quality {
-    /// Standard deviation in pixels of the Gaussian that blurs the edges, median over the corners.
+    /// Standard deviation in pixels of the Gaussian blur of the edges, median over the corners.
     pub blur_px: f64,
-    /// Half the brightness step between dark and light squares in grey levels (0 to 127.5), median over the corners.
+    /// Half the brightness step between dark and light squares in grey levels (0 to 127.5), median
+    /// over the corners.
     pub contrast: f64,
-    /// Fraction of the corners whose light squares are saturated, 0 to 1.
+    /// Fraction of the corners with saturated light squares, 0 to 1.
     pub glare: f64,
-    /// Motion in pixels during the exposure, estimated from the difference in blur between edges across and along
-    /// the motion; 0 if both are equally sharp. A lower bound, see the `motion` stage.
+    /// Motion in pixels during the exposure, estimated from the difference in blur between edges
+    /// across and along the motion; 0 if both are equally sharp. A lower bound, see the `motion`
+    /// stage.
     pub motion_px: f64,
 }
 
-/// A side of the picture.
+/// Side of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Left edge of the picture.
@@ -43,45 +45,46 @@ pub enum Side {
     Bottom,
 }
 
-/// A board that is seen instead of the named one.
+/// Another board than the named board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OtherBoard {
-    /// A board without markers, of so many inner corners.
+    /// Board without markers.
     Plain {
         /// Inner corners in a row.
         columns: usize,
         /// Inner corners in a column.
         rows: usize,
     },
-    /// A board with markers in its light squares.
+    /// Board with markers in the light squares.
     Charuco {
-        /// The largest dictionary of their family stands for those that begin like it.
+        /// Dictionary of the markers; the largest of a family represents all that begin like it.
         dictionary: Dictionary,
-        /// Whether their side is about the usual share of a square's, so that nobody needs to measure it.
+        /// True if the markers' side is about the usual share of a square's, so that nobody needs
+        /// to measure.
         is_usual_side: bool,
     },
-    /// A board without markers that's larger than the named one, but isn't seen whole.
+    /// Board without markers larger than the named board, but not seen whole.
     Larger {
-        /// Corners in a row, at least.
+        /// Least number of corners in a row.
         columns: usize,
-        /// Rows of corners, at least.
+        /// Least number of rows of corners.
         rows: usize,
     },
-    /// Tags with small squares between their corners, as far apart as usual.
+    /// Tags with small squares between the corners, at the usual distance.
     AprilGrid,
-    /// A grid of circles.
+    /// Grid of circles.
     Circles {
-        /// Circles in a row.
+        /// Number of circles in a row.
         columns: usize,
-        /// Rows of circles.
+        /// Number of rows.
         rows: usize,
-        /// How the rows lie.
+        /// Layout of the rows.
         layout: CircleRows,
     },
 }
 
 impl OtherBoard {
-    /// How a person would choose it; `None` if too little of it is known, or if no such board can be chosen.
+    /// Choice of the board; `None` if too little of it is known, or if no such board can be chosen.
     pub fn choice(self) -> Option<BoardChoice> {
         let (columns, rows, markers) = match self {
             Self::Plain { columns, rows } => (columns, rows, None),
@@ -97,28 +100,28 @@ impl OtherBoard {
     }
 }
 
-/// What a search says of other boards where it doesn't find the named one and has no clear reason.
+/// Treatment of other boards by a search without the named board or a clear reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Others {
-    /// Nothing but what it sees of them anyway.
+    /// Reports other boards only if seen in passing.
     #[default]
     Ignored,
-    /// They're [looked for](super::Detector::recognise), which takes several times as long.
+    /// [Searches](super::Detector::recognise) for other boards, which takes several times as long.
     Sought,
-    /// This one was seen lately.
+    /// Reports the given board, seen lately.
     Known(OtherBoard),
 }
 
-/// Why there is no [`Detection`]. An ordinary result, not an error of the program.
+/// Reason for a missing [`Detection`]. An ordinary result, not an error of the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Miss {
-    /// Nothing that looks like a checkerboard.
+    /// No checkerboard-like pattern.
     NoBoard,
-    /// Only part of the board is visible: too little, or an unidentified part.
+    /// Part of the board is visible: too little, or an unidentified part.
     PartialBoard {
         /// Number of inner corners found.
         found: usize,
-        /// Corners of the whole board.
+        /// Number of corners of the whole board.
         wanted: usize,
         /// Side of the picture at which the board is cut off, if any.
         cut_off_by: Option<Side>,
@@ -127,17 +130,18 @@ pub enum Miss {
     Glare {
         /// Number of inner corners found.
         found: usize,
-        /// Corners of the whole board.
+        /// Number of corners of the whole board.
         wanted: usize,
     },
     /// Another board, of another size or kind.
     OtherBoard(OtherBoard),
-    /// A board whose light squares don't have the markers of the named one.
+    /// Board without the named board's markers in the light squares.
     OtherMarkers {
         /// Number of markers seen, from any dictionary.
         markers: usize,
     },
-    /// A board with markers of the named one, but not in the same places: it has another number of columns or rows.
+    /// Board with the named board's markers in other places: it has another number of columns or
+    /// rows.
     OtherSquares {
         /// Number of markers seen.
         markers: usize,
@@ -168,7 +172,7 @@ pub enum Miss {
 }
 
 impl Miss {
-    /// Whether it leaves open what is seen: a board of another kind, perhaps.
+    /// True if the picture may show a board of another kind.
     pub fn leaves_open(&self) -> bool {
         match self {
             Self::NoBoard
@@ -176,7 +180,7 @@ impl Miss {
             | Self::Glare { .. }
             | Self::Blurred { .. }
             | Self::OtherMarkers { .. }
-            // Some of the corners of a board with markers can look like that.
+            // Some corners of a board with markers can look like this.
             | Self::OtherBoard(OtherBoard::Plain { .. } | OtherBoard::Larger { .. }) => true,
             Self::OtherBoard(_)
             | Self::OtherSquares { .. }
@@ -192,7 +196,7 @@ impl Miss {
         if other.closeness() > self.closeness() { other } else { self }
     }
 
-    /// Rank of a miss by how much it tells.
+    /// Rank of a miss by information.
     fn closeness(&self) -> usize {
         match *self {
             Self::NoBoard | Self::OutOfTime => 0,
@@ -204,7 +208,7 @@ impl Miss {
                 | OtherBoard::Larger { columns, rows }
                 | OtherBoard::Circles { columns, rows, .. },
             ) => columns * rows,
-            // Recognised when no other reason is clear.
+            // Recognised if no other reason is clear.
             Self::OtherBoard(OtherBoard::Charuco { .. } | OtherBoard::AprilGrid) => 0,
             Self::OtherMarkers { markers } => 10 + markers,
             Self::OtherSquares { .. }

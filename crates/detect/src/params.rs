@@ -1,12 +1,12 @@
 /// Bounds and thresholds of the detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectorParams {
-    /// Least corner response, in grey levels summed over the ring. A corner with a brightness step of 20 levels
-    /// has about 200.
+    /// Least corner response, in grey levels summed over the ring. A corner with a brightness step
+    /// of 20 levels has about 200.
     pub min_response: i16,
-    /// Most corner candidates kept at one level of the search, strongest first.
+    /// Most corner candidates kept at a level of the search, strongest first.
     pub max_candidates: usize,
-    /// Most grids started at one level of the search.
+    /// Most grids started at a level of the search.
     pub max_seeds: usize,
     /// Least contrast, [`Quality::contrast`](super::Quality::contrast), in grey levels.
     pub min_contrast: f64,

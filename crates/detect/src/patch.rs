@@ -1,28 +1,29 @@
-//! The pixels around a corner to which the edge model is fitted.
+//! Pixels around a corner for the fit of the edge model.
 
 use image::GrayImage;
 
-/// A neighbourhood of a corner: the intersection of a parallelogram along the board's axes and a circle, or of bands along
-/// the axes if something else is drawn in the squares.
+/// Neighbourhood of a corner: the intersection of a parallelogram along the board's axes and a
+/// circle, or of bands along the axes if there are markers in the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Patch {
     /// Central pixel of the patch: column, row.
     pub(super) centre_px: (i32, i32),
     pub(super) radius_px: i32,
-    /// Maps an offset in pixels to squares along both axes.
+    /// Map from an offset in pixels to squares along both axes.
     board_from_px: [[f32; 2]; 2],
     /// Half the extent of the parallelogram in squares.
     reach_squares: f32,
-    /// Half the width of the bands along both axes in squares; infinite for the whole parallelogram.
+    /// Half the width of the bands along both axes in squares; infinite for the whole
+    /// parallelogram.
     band_squares: f32,
-    /// Half the width of the parallelogram across its narrower axis, in pixels.
+    /// Half the width of the parallelogram across the narrower axis, in pixels.
     pub(super) half_px: f64,
 }
 
 impl Patch {
-    /// The pixels within `reach_squares` of `start` along the axes `u`, `v` (pixels per square), but at least
-    /// `least_px` and at most `radius_px` away; of these, only pixels within `band_squares` of one of the axes.
-    /// `None` if the axes are parallel or not finite.
+    /// Patch of the pixels within `reach_squares` of `start` along the axes `u`, `v` (pixels per
+    /// square), but at least `least_px` and at most `radius_px` away; of these, only pixels within
+    /// `band_squares` of one of the axes. `None` if the axes are parallel or not finite.
     pub(super) fn around(
         start: [f64; 2],
         [u, v]: [[f64; 2]; 2],
@@ -66,7 +67,7 @@ impl Patch {
         self.half_px * f64::from(self.band_squares / self.reach_squares)
     }
 
-    /// Whether this offset from the centre lies in the patch and in the picture.
+    /// True if an offset from the centre lies in the patch and in the picture.
     pub(super) fn holds(&self, image: &GrayImage, [x, y]: [f32; 2]) -> bool {
         let [one, other] = self.board_from_px.map(|[a, b]| (a * x + b * y).abs());
         let radius_px = self.radius_px as f32;
@@ -78,7 +79,7 @@ impl Patch {
             && is_inside(self.centre_px.1 as f32 + y, image.height())
     }
 
-    /// Reach of the whole patch from its centre along both axes, in pixels.
+    /// Reach of the whole patch from the centre along both axes, in pixels.
     pub(super) fn reach_px(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let px2_per_square = 1.0 / (a * d - b * c).abs();
@@ -87,8 +88,8 @@ impl Patch {
             .map(|side_px| (f64::from(self.reach_squares) * side_px).min(f64::from(self.radius_px)))
     }
 
-    /// First and last offsets of the pixels in a row, clipped to the picture: one run, or two where the bands are apart.
-    /// A run whose last offset is smaller is empty.
+    /// First and last offsets of the pixels in a row, clipped to the picture: one run, or two where
+    /// the bands are apart. A run is empty if its last offset is smaller.
     pub(super) fn runs(&self, image: &GrayImage, dy: i32) -> [(i32, i32); 2] {
         let (cx, radius_px) = (self.centre_px.0, self.radius_px);
         let round = ((radius_px * radius_px - dy * dy) as f32).sqrt();
@@ -118,8 +119,8 @@ impl Patch {
     }
 }
 
-/// Interval of `dx` in which `|a dx + b dy|` is at most `squares` in the row `dy`; the lower end is above the upper if
-/// there is none.
+/// Interval of `dx` in which `|a dx + b dy|` is at most `squares` in the row `dy`; the lower end is
+/// above the upper if there is none.
 fn within([a, b]: [f32; 2], dy: i32, squares: f32) -> (f32, f32) {
     let across = b * dy as f32;
     let half = (squares / a).abs();

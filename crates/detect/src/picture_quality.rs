@@ -1,7 +1,8 @@
-//! Why no board could be found: the picture is too dark, or blurred.
+//! Reasons in the picture for a missing board: too dark, or blurred.
 //!
-//! Where corners have no response, the grids can't give the reason. Two measures of the picture, or of the part in
-//! which the board was expected, then do: the brightness of its lightest places, and the width of its steepest edges.
+//! If corners have no response, the grids can't give the reason. Two measures of the picture, or of
+//! the board's expected part of it, then do: the brightness of its lightest places, and the width
+//! of its steepest edges.
 
 use image::GrayImage;
 
@@ -11,25 +12,25 @@ use super::outcome::Miss;
 const STRIDE: usize = 12;
 /// Largest brightness of the lightest hundredth of a picture that is too dark, in grey levels.
 const DARK_TO: f64 = 40.0;
-/// Half the step from dark to light that corners need, in grey levels.
+/// Half the step from dark to light needed by corners, in grey levels.
 const NEEDED_CONTRAST: f64 = 20.0;
-/// Pixels along which an edge is searched, and its least step in grey levels.
+/// Search length of an edge in pixels, and least step in grey levels.
 const SPAN_PX: usize = 40;
 const LEAST_STEP: u8 = 50;
-/// Number of edges that a measure of sharpness needs, and its rank, one in this many: the sharpest tenth counts,
-/// because some edges are soft in any picture.
+/// Least number of edges for a measure of sharpness, and the reciprocal of the measure's rank: the
+/// sharpest tenth counts, because some edges are soft in any picture.
 const LEAST_EDGES: usize = 30;
 const SHARPEST: usize = 10;
-/// Standard deviation of the blur, in pixels, beyond which corners have no response: the ring around them has a radius
-/// of five.
+/// Standard deviation of the blur, in pixels, beyond which corners have no response: the ring
+/// around them has a radius of five.
 const LIMIT_PX: f64 = 2.8;
-/// Slope of a step of height one after a blur with a standard deviation of one.
+/// Slope of a step of height 1 after a blur with a standard deviation of 1.
 const SLOPE: f64 = 0.398_942;
 
-/// A rectangle: left, top, right, bottom.
+/// Rectangle: left, top, right, bottom.
 pub(super) type Region = [usize; 4];
 
-/// The reason why no board is found in `picture`, if the picture shows one. `scale` is full-size pixels per pixel.
+/// Reason for a missing board in `picture`, if visible. `scale` is full-size pixels per pixel.
 /// `widths` is a buffer.
 pub(super) fn reason(
     picture: &GrayImage,
@@ -64,7 +65,7 @@ pub(super) fn reason(
     if light <= DARK_TO && contrast < NEEDED_CONTRAST {
         return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
     }
-    // Motion smears the edges across it only.
+    // Motion smears only the edges across it.
     let size = [right - left, bottom - top];
     let across = blur_px(size, widths, |x, y| at(left + x, top + y));
     let down = blur_px([size[1], size[0]], widths, |y, x| at(left + x, top + y));
@@ -73,8 +74,8 @@ pub(super) fn reason(
     is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
 }
 
-/// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough edges; `value` is the
-/// brightness at a place along a line.
+/// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough
+/// edges; `value` is the brightness at a place along a line.
 fn blur_px(
     [along, across]: [usize; 2],
     widths: &mut Vec<f32>,
@@ -89,7 +90,7 @@ fn blur_px(
                 let here = next[0];
                 next = [next[1], value(place + 2, line)];
                 (low, high) = (low.min(here), high.max(here));
-                // Over two pixels, too: noise counts less.
+                // Over two pixels, too, to reduce noise.
                 steepest = steepest.max(here.abs_diff(next[0]) / 2 + here.abs_diff(next[1]) / 4);
             }
             if high - low >= LEAST_STEP {
@@ -128,7 +129,7 @@ mod tests {
             panic!("not blurred")
         };
         assert!((8.0..18.0).contains(&blur_px), "{blur_px}");
-        // The left half is sharp, and the board was in the other one.
+        // The left half is sharp; the board was in the right half.
         let mut half = blurred;
         imageops::replace(
             &mut half,

@@ -1,9 +1,10 @@
-//! Where a part of a board lies on it, weighed in bits.
+//! Places a part of a board on the whole, weighed in bits.
 //!
-//! Every turn and shift that puts the part inside the board is a hypothesis. What is seen behind the part's ends speaks for
-//! white or for more squares there, colours for the turn, and the track, or the printed code that names the board, for the
-//! place. A place is taken if it leads all others by [`LEAD`] bits, and only with a witness that the part is of this board:
-//! the track or the code; others may have such squares and ends.
+//! Every turn and shift that puts the part inside the board is a hypothesis. The evidence behind
+//! the part's ends supports white or more squares there, colours support the turn, and the track,
+//! or the board's printed code, supports the place. A place is accepted if it leads all others by
+//! [`LEAD`] bits, and only if the track or the code shows that the part is of this board, because
+//! other boards may have such squares and ends.
 
 use image::GrayImage;
 use nalgebra::Point2;
@@ -18,21 +19,23 @@ use super::{
 };
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
-/// Corners of a part, and its rows and columns, that tell enough.
+/// Least number of corners of a part, and of rows and columns.
 const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
-/// A row or column at the end of a part with fewer corners may be chance corners beside the board.
+/// Least number of corners in a row or column at the end of a part: fewer may be chance corners
+/// beside the board.
 const LEAST_IN_LINE: usize = 3;
-/// One frame in two to this power isn't where its track leads: the board was moved while it wasn't seen, or this is
-/// something else.
+/// Binary logarithm of the number of frames per frame away from the track, if the board was moved
+/// while unseen, or another object is seen.
 const ASTRAY_BITS: f32 = 14.0;
-/// What it counts against a track if all corners that it leads to vanish at once. Hands cover a board little by little; a cut
-/// or a jump takes many corners in one frame.
+/// Bits against a track if all tracked corners vanish at once. Hands cover a board little by
+/// little; a cut or a jump takes many corners in one frame.
 const VANISHED_BITS: f32 = 28.0;
-/// A corner nearer to the edge of the picture, in squares, may be lost to it.
+/// Distance from the edge of the picture, in squares, within which a corner may be lost.
 const LOST_TO_EDGE: f32 = 0.75;
 
-/// Maps a node `(i, j)` to column and row: `[column, row] = turn · [i, j] + shift`. Never a mirror image.
+/// Map from a node `(i, j)` to column and row: `[column, row] = turn · [i, j] + shift`. Never a
+/// mirror image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Placement {
     pub(super) turn: [[i32; 2]; 2],
@@ -48,7 +51,7 @@ impl Placement {
         std::array::from_fn(|k| self.turn[k][0] * i + self.turn[k][1] * j + self.shift[k])
     }
 
-    /// The node of a column and row.
+    /// Node of a column and row.
     pub(super) fn node(&self, place: [i32; 2]) -> Node {
         let off: [i32; 2] = std::array::from_fn(|k| place[k] - self.shift[k]);
         // The inverse of a turn is its transpose.
@@ -56,7 +59,7 @@ impl Placement {
         (along(0), along(1))
     }
 
-    /// The node, between nodes, of a place in squares from the board's top-left corner.
+    /// Fractional node of a place in squares from the board's top-left corner.
     fn node_at(&self, (x, y): (f64, f64)) -> Point2<f64> {
         let off = [x - 1.0 - f64::from(self.shift[0]), y - 1.0 - f64::from(self.shift[1])];
         let along =
@@ -64,7 +67,7 @@ impl Placement {
         Point2::new(along(0), along(1))
     }
 
-    /// Writes the board's corners to `into`, row by row; `None` for those that the grid doesn't have.
+    /// Writes the board's corners to `into`, row by row; `None` for corners missing from the grid.
     pub(super) fn write(
         &self,
         lattice: &Lattice,
@@ -87,8 +90,9 @@ impl Placement {
     }
 }
 
-/// Writes the part's corners by their numbers on `board` to `into`, `None` for those that aren't seen. `false` if the part
-/// is too small, or if neither a prediction nor the board's code says clearly where on the board it is.
+/// Writes the part's corners by index on `board` to `into`, `None` for unseen corners. Returns
+/// `false` if the part is too small, or if neither a prediction nor the board's code clearly
+/// determines its place on the board.
 pub(super) fn place_part(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -116,9 +120,9 @@ pub(super) fn place_part(
     true
 }
 
-/// Writes the corners of a grid that is as large as `board`, so that its ends are the same in each place. The colours tell which
-/// way up it is. Where they can't, the track does, or else its first corner is the one nearest to the picture's top left.
-/// `false` if the colours aren't the board's.
+/// Writes the corners of a grid as large as `board`, with the same ends in each place. The colours
+/// determine the turn. If they can't, the track does, or else the first corner is the nearest to
+/// the picture's top left. Returns `false` if the colours aren't the board's.
 pub(super) fn place_whole(
     image: &GrayImage,
     lattice: &Lattice,
@@ -138,14 +142,14 @@ pub(super) fn place_whole(
     true
 }
 
-/// A place of a grid on the board, with the bits for it: by what lies behind the ends, by the colours, and by the track.
+/// Place of a grid on the board, with bits: by the ends, by the colours, and by the track.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Weighed {
     pub(super) placement: Placement,
     pub(super) ends: f32,
     pub(super) colours: f32,
     pub(super) track: f32,
-    /// Whether the track leads here, so that it's a witness.
+    /// True if the track leads here, and so identifies the board.
     is_tracked: bool,
 }
 
@@ -159,7 +163,7 @@ impl Weighed {
     }
 }
 
-/// Every place where a grid with these `ends` may lie on `board`.
+/// Possible places on `board` of a grid with the given `ends`.
 fn weigh<'a>(
     image: &'a GrayImage,
     lattice: &'a Lattice,
@@ -182,7 +186,7 @@ fn weigh<'a>(
     })
 }
 
-/// What [`place_part`] weighs, best first, each with true if the code is there.
+/// Places weighed by [`place_part`], best first, each with true if the code is there.
 pub(super) fn places(
     image: &GrayImage,
     lattice: &Lattice,
@@ -198,7 +202,7 @@ pub(super) fn places(
     places
 }
 
-/// The placement that leads all others, if it has a witness.
+/// Placement that leads all others, if the board is identified.
 fn leading(weighed: impl Iterator<Item = (Placement, f32, bool)>) -> Option<Placement> {
     let mut best: Option<(Placement, f32, bool)> = None;
     let mut second = f32::NEG_INFINITY;
@@ -221,7 +225,7 @@ fn either(one: f32, other: f32) -> f32 {
     most + libm::log2f(libm::exp2f(one - most) + libm::exp2f(other - most))
 }
 
-/// The turns and shifts that put the part inside the board.
+/// Turns and shifts that put the part inside the board.
 fn inside_board(
     (low, high): (Node, Node),
     board: &Checkerboard,
@@ -238,7 +242,7 @@ fn inside_board(
     })
 }
 
-/// For a place, by what is behind the ends of the part: white where the board ends, squares where it goes on.
+/// Bits for a place by the part's ends: white where the board ends, squares where it continues.
 fn of_ends(
     placement: &Placement,
     (low, high): (Node, Node),
@@ -256,8 +260,8 @@ fn of_ends(
     SIDES.into_iter().zip(ends).map(of_side).sum()
 }
 
-/// For a place, by its colours: a bit for each corner that has them, as boards of mixed parity have a dark outer square at
-/// their first corner.
+/// Bits for a place by the colours: one for each corner with matching colours, as boards of mixed
+/// parity have a dark outer square at their first corner.
 fn of_colours(
     image: &GrayImage,
     lattice: &Lattice,
@@ -275,8 +279,8 @@ fn of_colours(
     lattice.nodes().iter().filter_map(of_corner).sum()
 }
 
-/// How well a place agrees with the track: bits by which the corners are near where it leads, at most 0, and the share of the
-/// corners that were seen before and that it leads to inside the picture, but that aren't there.
+/// Log-likelihood of the track for a place, in bits, at most 0, and the share of tracked corners
+/// inside the picture that are now missing.
 fn track(
     image: &GrayImage,
     lattice: &Lattice,
@@ -312,7 +316,8 @@ fn track(
     (-0.5 * std::f32::consts::LOG2_E * off_spreads, vanished / seen.max(1.0))
 }
 
-/// Whether the board's printed code is beside a placement. `None` if no plane goes through the corners.
+/// True for placements with the board's printed code alongside. `None` if no plane goes through the
+/// corners.
 fn by_code<'a>(
     image: &'a GrayImage,
     lattice: &Lattice,
@@ -329,8 +334,8 @@ fn by_code<'a>(
     })
 }
 
-/// Drops rows and columns at the ends that have few corners, the one with fewest first, as long as `may` says of the grid's
-/// width and height that it may.
+/// Drops rows and columns at the ends with few corners, fewest first, as long as `may` allows for
+/// the grid's width and height.
 pub(super) fn drop_thin_ends(lattice: &mut Lattice, may: impl Fn((i32, i32)) -> bool) {
     while let Some((low, high)) = lattice.extent() {
         let is_at = |out: Node, node: Node| is_at_end((low, high), out, node);

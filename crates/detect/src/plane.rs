@@ -1,4 +1,4 @@
-//! A board's plane in a picture, bent as the lens bends lines.
+//! Plane of a board in a picture, bent as the lens bends lines.
 
 use boresight_geometry::{Homography, frame::ImageSize};
 use nalgebra::Point2;
@@ -7,8 +7,8 @@ use nalgebra::Point2;
 const LENS: (f64, f64) = (-0.9, 0.4);
 const LENS_STEPS: usize = 11;
 
-/// The board's plane in a picture of a lens that bends lines: a homography after Fitzgibbon's division model
-/// (2001) about the middle of the picture.
+/// Plane of a board in a picture of a lens that bends lines: a homography with Fitzgibbon's
+/// division model (2001) about the middle of the picture.
 pub(super) struct Plane {
     homography: Homography,
     bend: f64,
@@ -17,8 +17,8 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The plane whose points, in any unit, are seen at these pixels; their origin is in front of the camera. Allocates
-    /// nothing. `None` if the pairs don't determine it.
+    /// Plane through pairs of points, in any unit, and pixels; the origin of the points is in front
+    /// of the camera. Allocates nothing. `None` if the pairs don't determine it.
     pub(super) fn through(
         pairs: &(impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone),
         image_size: ImageSize,

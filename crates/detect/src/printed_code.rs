@@ -1,7 +1,8 @@
-//! The code in the margin of a printed board.
+//! Reads the code in the margin of a printed board.
 //!
-//! The corners say where the strip is: a homography, and one coefficient of the lens, carry the board's plane a little
-//! beyond them. Each cell is compared with the white margin and the nearest dark square beside it.
+//! The corners locate the strip: a homography, and one coefficient of the lens, extend the board's
+//! plane a little beyond them. Each cell is compared with the white margin and the nearest dark
+//! square beside it.
 
 use image::GrayImage;
 use nalgebra::{Point2, Vector2};
@@ -16,12 +17,14 @@ use boresight_geometry::{
 
 /// Least readable difference between white and black, in grey levels.
 const MIN_CONTRAST: f64 = 24.0;
-/// Distance from the middle between black and white, as a share of their difference, below which a cell is unclear.
+/// Distance from the middle between black and white, as a share of the difference, below which a
+/// cell is unclear.
 const UNCLEAR: f64 = 0.04;
 
-/// The code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't be read.
+/// Code beside a board whose `corners` were found in `image`; `None` if there is none, or it can't
+/// be read.
 ///
-/// It names a board of as many corners as `board`, whose size of squares doesn't matter.
+/// The code names a board of as many corners as `board`; the size of squares doesn't matter.
 pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) -> Option<BoardCode> {
     if corners.len() != board.corner_count() {
         return None;
@@ -38,18 +41,19 @@ pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) ->
     codes(image, size, &px_of).map(|(code, _)| code).next()
 }
 
-/// True if the code of `board` is seen beside it, and the right way round if nothing else tells. `px_of` is where a
-/// place is in the picture, in squares from the board's top-left corner.
+/// True if the code of `board` is seen, and runs forwards if the turn is otherwise unknown. `px_of`
+/// maps a place, in squares from the board's top-left corner, to the picture.
 pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &PxOf<'_>) -> bool {
     let size = (board.columns(), board.rows());
     let either_way = !board.looks_the_same_upside_down();
     codes(image, size, px_of).any(|(_, forwards)| forwards || either_way)
 }
 
-/// Maps a place on the board to a pixel; `None` if the lens has none for it.
+/// Map from a place on the board to a pixel; `None` if the lens has none for it.
 type PxOf<'a> = dyn Fn((f64, f64)) -> Option<Point2<f64>> + 'a;
 
-/// The codes of a board of this size, each with true if it runs along the board's columns or rows, not against them.
+/// Codes of a board of the given size, each with true if running along the board's columns or rows,
+/// not against them.
 fn codes(
     image: &GrayImage,
     size: (usize, usize),
@@ -76,7 +80,7 @@ fn strip(
     edge: Edge,
 ) -> Option<[bool; CELLS]> {
     let level = |along: f64, outside: f64| grey(image, &px_of(edge.place(size, along, outside))?);
-    // Look here first: a strip whose end lies outside the picture is rejected cheaply.
+    // Sample here first: a strip whose end lies outside the picture is rejected cheaply.
     level(1.0, FAR)?;
     let squares = match edge {
         Edge::Top | Edge::Bottom => size.0 + 1,

@@ -1,4 +1,4 @@
-//! Recognises a board, whatever its size or kind.
+//! Recognises a board of any size or kind.
 
 use image::GrayImage;
 
@@ -11,17 +11,17 @@ use boresight_geometry::{
     markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags},
 };
 
-/// Sides of markers that are tried beside the usual one, in squares.
+/// Sides of markers tried after the usual side, in squares.
 const OTHER_SIDES: [f64; 3] = [0.5, 0.6, 0.9];
-/// Longest side of a grid of circles that is counted.
+/// Longest side of a counted grid of circles.
 const LONGEST_COUNTED: usize = 20;
-/// Squares less one, or tags, of the boards with markers that are held against a picture. Another one of their kind shows such
-/// markers in other places.
+/// Squares less one, or tags, of the boards with markers compared with a picture. Another board of
+/// the kind shows such markers in other places.
 const USUAL: [u16; 2] = [7, 10];
 
 impl Detector {
-    /// Counts the inner corners of any board that is seen whole, with white around it: columns and rows, at least as
-    /// many columns as rows. `None` without such a board.
+    /// Counts the inner corners of any whole board surrounded by white: columns and rows, at least
+    /// as many columns as rows. `None` without such a board.
     pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);
@@ -29,10 +29,10 @@ impl Detector {
         })
     }
 
-    /// What `image` shows if it isn't a board of the kind of `named`, or whatever it shows without that: a board with markers of
-    /// another family or side, an AprilGrid as Kalibr's, squares with white around them, or circles of another layout that are a
-    /// whole board. `None` if it's none of these, or if `keep_on` says that there is no more time. Takes as long as several
-    /// searches.
+    /// Recognises a board of another kind than `named`, or of any kind without `named`: a board
+    /// with markers of another family or side, an AprilGrid like Kalibr's, squares with white
+    /// around them, or a whole grid of circles of another layout. `None` if the picture shows none
+    /// of these, or if `keep_on` ends the search. Takes as long as several searches.
     pub fn recognise(
         &mut self,
         image: &GrayImage,
@@ -48,7 +48,7 @@ impl Detector {
         let is_named = named_markers.and_then(|markers| markers.tags) == Some(usual);
         let tags = Some(MarkerChoice::tags(usual));
         if !is_named {
-            // Two corners a tag.
+            // Two corners per tag.
             match self.look(image, USUAL.map(|tags| 2 * tags), tags, keep_on) {
                 Ok(_) | Err(Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: 1.. }) => {
                     return Some(OtherBoard::AprilGrid);
@@ -64,7 +64,8 @@ impl Detector {
         self.whole_circles(image, named.and_then(Checkerboard::circles), keep_on)
     }
 
-    /// A board with markers in its light squares, if they are of another family than the named ones, or of another side.
+    /// Board with markers in the light squares, if of another family or side than the named
+    /// markers.
     fn charuco(
         &mut self,
         image: &GrayImage,
@@ -83,7 +84,7 @@ impl Detector {
                         let is_usual_side = side.is_none();
                         return Some(OtherBoard::Charuco { dictionary, is_usual_side });
                     }
-                    // Other families' markers have a dark frame, too.
+                    // Markers of other families have a dark frame, too.
                     Err(Miss::OtherMarkers { markers: 1.. }) => {}
                     // Without a grid of squares, there's none for other sides, either.
                     Err(Miss::NoBoard) => return None,
@@ -94,7 +95,7 @@ impl Detector {
         None
     }
 
-    /// A grid of circles that is seen whole, if its rows don't lie like these.
+    /// Whole grid of circles with another layout than `named`.
     fn whole_circles(
         &mut self,
         image: &GrayImage,
@@ -106,7 +107,7 @@ impl Detector {
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;
                 let layout = choice.markers.and_then(|markers| markers.circles);
-                // Squares can look like that until their outlines are measured.
+                // Squares can look like circles until their outlines are measured.
                 let is_other = layout != named;
                 let counts = [choice.columns, choice.rows];
                 if is_other && self.look(image, counts, choice.markers, keep_on).is_ok() {
@@ -117,7 +118,7 @@ impl Detector {
         None
     }
 
-    /// Searches a picture for a board of so many columns and rows.
+    /// Searches a picture for a board of the given columns and rows.
     fn look(
         &mut self,
         image: &GrayImage,

@@ -1,10 +1,11 @@
-//! Halves pictures, and interpolates between pixels.
+//! Halves and doubles pictures, and interpolates between pixels.
 
 use image::GrayImage;
 
 use super::simd;
 
-/// Doubles a picture: pixels between others are their means. Pixel `p` of the result lies at `p / 2 − 0.25` in the source.
+/// Doubles a picture by linear interpolation. Pixel `p` of the result lies at `p / 2 − 0.25` in the
+/// source.
 pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
     let mut raw = std::mem::take(into).into_raw();
@@ -12,7 +13,7 @@ pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
     if !raw.is_empty() {
         simd::widest(Doubling { raw: source.as_raw(), width: width as usize, into: &mut raw });
     }
-    // As many pixels as it has room for.
+    // The buffer has exactly this size.
     *into = GrayImage::from_raw(2 * width, 2 * height, raw).unwrap_or_default();
 }
 
@@ -49,13 +50,14 @@ impl simd::Loop for Doubling<'_> {
     }
 }
 
-/// Halves a picture by averaging 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` in the source.
+/// Halves a picture by averaging 2×2 pixels. Pixel `p` of the result lies at `2p + 0.5` in the
+/// source.
 pub(super) fn halve(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
     halve_part(source, &Part { left: 0, top: 0, width, height }, into);
 }
 
-/// A rectangle of a picture's pixels.
+/// Rectangle of a picture's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Part {
     pub(super) left: u32,
@@ -65,8 +67,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    /// The part of `image` that contains `points` with a margin of `margin_px`, aligned to multiples of `step` pixels;
-    /// `None` if it lies outside the picture.
+    /// Part of `image` that contains `points` with a margin of `margin_px`, aligned to multiples of
+    /// `step` pixels; `None` if it lies outside the picture.
     pub(super) fn around(
         points: &[[f64; 2]],
         margin_px: f64,
@@ -88,22 +90,22 @@ impl Part {
     }
 }
 
-/// Maps pixels between a picture that was halved several times and the full-size one.
+/// Map between the pixels of a halved and of the full-size picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Halved {
     /// Full-size pixels per pixel.
     pub(super) scale: f64,
-    /// Top-left pixel, in the full-size picture, of the part that was halved.
+    /// Top-left pixel, in the full-size picture, of the halved part.
     pub(super) origin_px: [f64; 2],
 }
 
 impl Halved {
-    /// The whole picture, [doubled](double).
+    /// Map of the whole picture, [doubled](double).
     pub(super) fn doubled() -> Self {
         Self { scale: 0.5, origin_px: [0.0, 0.0] }
     }
 
-    /// The whole picture, halved `times` times.
+    /// Map of the whole picture, halved `times` times.
     pub(super) fn whole(times: usize) -> Self {
         Self { scale: f64::from(1_u32 << times), origin_px: [0.0, 0.0] }
     }
@@ -142,7 +144,7 @@ pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) 
 }
 
 struct Halving<'a> {
-    /// Starts at the part's first pixel.
+    /// Raw pixels from the part's first pixel on.
     raw: &'a [u8],
     row_bytes: usize,
     width: usize,
@@ -166,7 +168,7 @@ impl simd::Loop for Halving<'_> {
     }
 }
 
-/// Colour that an erosion grows by a pixel on every side.
+/// Colour grown by a pixel on every side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Grow {
     Dark,
@@ -179,8 +181,9 @@ pub(super) fn negate(source: &GrayImage, into: &mut GrayImage) {
     into.iter_mut().for_each(|level| *level = !*level);
 }
 
-/// Replaces every pixel by the darkest or the lightest one of the 3×3 around it. This joins squares of one colour again
-/// where light has spread into the dark squares, or dark into the light ones.
+/// Replaces every pixel by the darkest or the lightest pixel of the surrounding 3×3. This joins
+/// squares of one colour again where light has spread into the dark squares, or dark into the light
+/// ones.
 pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {
     let (width, height) = (source.width() as usize, source.height() as usize);
     let mut pixels = std::mem::take(into).into_raw();

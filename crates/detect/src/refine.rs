@@ -1,4 +1,5 @@
-//! Fits the edge model to every corner of the full-size picture, and checks that the corners form one board.
+//! Fits the edge model to every corner of the full-size picture, and checks the consistency of the
+//! board.
 
 use image::GrayImage;
 use nalgebra::Point2;
@@ -13,29 +14,33 @@ use super::{
 };
 use boresight_geometry::{Corner, board::Checkerboard, expect_unseen};
 
-/// Blur above this fraction of a square leaves no plateau between its edges.
+/// Blur, as a fraction of a square, above which there is no plateau between the edges.
 const BLUR_LIMIT_SQUARES: f64 = 0.25;
-/// Least brightness step of a corner, as a fraction of the board's median; small, because light is uneven.
+/// Least brightness step of a corner, as a fraction of the board's median; small, because light is
+/// uneven.
 const LEAST_OF_MEDIAN: f64 = 0.04;
-/// Corners whose residual exceeds this multiple of the board's median are dropped: noise affects all corners, clutter
+/// Largest ratio of a corner's residual to the board's median: noise affects all corners, clutter
 /// only some.
 const RESIDUAL_OVER_MEDIAN: f64 = 1.6;
 
-/// A corner tells nothing if its standard deviation exceeds this multiple of the board's median, and this many pixels.
+/// Ratio of a corner's standard deviation to the board's median above which the corner carries no
+/// information, and least such standard deviation in pixels.
 const VAGUE_OVER_MEDIAN: f64 = 20.0;
 const VAGUE_FROM_PX: f64 = 0.3;
-/// How far a corner may be off the place between its neighbours: in squares, or in standard deviations.
+/// Largest distance of a corner from the neighbours' prediction: in squares, or in standard
+/// deviations.
 const OFF_SQUARES: f64 = 0.1;
 const OFF_SIGMAS: f64 = 5.0;
-/// A corner beside one that isn't seen may fit so much worse than the median, in residual and standard deviation.
+/// Largest ratios to the medians of residual and standard deviation for a corner beside an unseen
+/// corner.
 const TOUCHED_RESIDUAL: f64 = 1.5;
 const TOUCHED_SIGMA: f64 = 3.0;
-/// Minimum corners of a board; at most one in `LOST_SHARE` of those tried may fail, or one in `LOST_SHARE_OF_PART` on a
-/// board that is seen in part.
+/// Least number of corners of a board, and reciprocal of the largest share of failed fits:
+/// `LOST_SHARE`, or `LOST_SHARE_OF_PART` on a partly seen board.
 const LEAST_CORNERS: usize = 12;
 const LOST_SHARE: usize = 8;
 const LOST_SHARE_OF_PART: usize = 3;
-/// Both limits where markers say which corners are seen.
+/// Both limits if markers identify the seen corners.
 const LEAST_CORNERS_WITH_MARKERS: usize = 6;
 const LOST_SHARE_WITH_MARKERS: usize = 2;
 
@@ -48,21 +53,23 @@ pub(super) struct Refiner {
     bent_edges: BentEdges,
 }
 
-/// Where the corners roughly are.
+/// Approximate corners.
 #[derive(Clone, Copy)]
 struct Rough<'a> {
-    /// Pixels of the full-size picture, row by row; `None` where a corner isn't seen.
+    /// Positions in pixels of the full-size picture, row by row; `None` for unseen corners.
     corners_px: &'a [Option<[f64; 2]>],
     lines: Lines,
-    /// Distance of markers from the edges of their squares; infinite without markers in light squares.
+    /// Distance of markers from the edges of the squares; infinite without markers in light
+    /// squares.
     gap_squares: f64,
-    /// Share of a shorter step that is looked at around a corner: the frame of a tag ends sooner if it's narrow.
+    /// Sampled share of a shorter step around a corner: the frame of a tag ends sooner if it's
+    /// narrow.
     share: f64,
 }
 
 impl Refiner {
-    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by row; `None` where a
-    /// corner isn't seen). Corners that can't be measured well are unseen, too.
+    /// Measures the board whose corners are near `rough` (pixels of the full-size picture, row by
+    /// row; `None` for unseen corners). Corners without a good measurement become unseen, too.
     ///
     /// # Errors
     ///
@@ -129,7 +136,7 @@ impl Refiner {
         if blur_px > params.max_blur_px || (found < tried && blur_px > limit_px) {
             return Err(Miss::Blurred { blur_px, limit_px });
         }
-        // At the rim of what covers a part, more are lost.
+        // More corners are lost at the rim of a covered part.
         let (share, least) = match (board.markers().is_some(), tried < wanted) {
             (true, _) => (LOST_SHARE_WITH_MARKERS, LEAST_CORNERS_WITH_MARKERS),
             (false, true) => (LOST_SHARE_OF_PART, LEAST_CORNERS),
@@ -163,8 +170,8 @@ impl Refiner {
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px } })
     }
 
-    /// Repeats failed fits at the position that the neighbours predict: blur can hide the edges of a small square
-    /// from a fit that starts elsewhere.
+    /// Repeats failed fits at the position predicted by the neighbours: blur can hide the edges of
+    /// a small square from a fit that starts elsewhere.
     fn retry(
         &mut self,
         image: &GrayImage,
@@ -199,8 +206,8 @@ impl Refiner {
         }
     }
 
-    /// Drops corners beside unseen ones that fit worse than the others: what covers those, or the edge of the picture, reaches
-    /// into the squares of these.
+    /// Drops poorly fitted corners beside unseen corners, because a cover or the edge of the
+    /// picture reaches into the same squares.
     fn drop_touched(&mut self, columns: usize, median_residual: f64) {
         let Some(median_sigma_px) = self.median(|_, fit| fit.corner.sigma_px()) else { return };
         let rows = self.fits.len() / columns;
@@ -224,8 +231,8 @@ impl Refiner {
         }
     }
 
-    /// Drops corners of a part that stray from where the corners in their row and column put them, or that none of these
-    /// checks: something in front of the board may have such a corner.
+    /// Drops corners of a part away from the prediction by row and column, and corners without a
+    /// prediction: an object in front of the board may have such a corner.
     fn drop_strays(&mut self, rough: Rough<'_>) {
         let strays = |index: &usize| {
             let Some(fit) = &self.fits[*index] else { return false };
@@ -250,12 +257,12 @@ impl Refiner {
     }
 }
 
-/// +1 or −1: the colours around corners alternate.
+/// Sign of a corner, +1 or −1: the colours around corners alternate.
 fn sign(index: usize, columns: usize) -> f64 {
     if (index % columns + index / columns).is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
-/// Whether a corner has the sign of `step` and enough of its contrast not to be a reflection of a corner.
+/// True if a corner has the sign of `step` and enough contrast, unlike a reflection of a corner.
 fn agrees(fit: &EdgeFit, step: f64) -> bool {
     fit.step() * step > 0.0 && fit.contrast() > LEAST_OF_MEDIAN * step.abs()
 }
@@ -268,8 +275,8 @@ struct Window {
 }
 
 impl Window {
-    /// Local axes, in pixels per square (a shorter step), and the side of the squares around a corner of the rough grid. `None` if no
-    /// neighbour is seen along an axis.
+    /// Neighbourhood of a corner of the rough grid: local axes, in pixels per square (a shorter
+    /// step), and the side of the squares. `None` if no neighbour is seen along an axis.
     fn around(rough: Rough<'_>, index: usize) -> Option<Self> {
         let Rough { corners_px, lines, gap_squares, share } = rough;
         let columns = lines.columns;
@@ -277,7 +284,7 @@ impl Window {
         let (column, row) = (index % columns, index / columns);
         let at = |column: usize, row: usize| corners_px[row * columns + column];
         let here = at(column, row);
-        // From the neighbour before to the one after, or from or to the corner itself.
+        // From the previous neighbour to the next, or from or to the corner.
         let per_square = |place: usize, before: Option<[f64; 2]>, after: Option<[f64; 2]>| {
             let (from, to, ends) = match (before, after) {
                 (Some(before), Some(after)) => (before, after, (place - 1, place + 1)),

@@ -1,8 +1,9 @@
-//! Computes the corner response on a ring of 16 pixels, and its local maxima.
+//! Computes the corner response on a ring of 16 pixels, and local maxima.
 //!
-//! On a circle around a checkerboard corner opposite samples agree and samples a quarter turn apart
-//! differ; on an edge opposite samples differ; on a thin line the mean of the ring differs from that of the centre.
-//! Source: Bennett & Lasenby, "ChESS – Quick and robust detection of chess-board features", 2014.
+//! On a circle around a checkerboard corner, opposite samples agree, and samples a quarter turn
+//! apart differ; on an edge, opposite samples differ; on a thin line, the mean of the ring differs
+//! from that of the centre. Source: Bennett & Lasenby, "ChESS – Quick and robust detection of
+//! chess-board features", 2014.
 
 use std::num::Wrapping;
 
@@ -32,7 +33,7 @@ const RING: [(isize, isize); 16] = [
     (-2, -5),
 ];
 
-/// A local maximum of the response.
+/// Local maximum of the response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Peak {
     pub(super) x: f32,
@@ -40,8 +41,8 @@ pub(super) struct Peak {
     pub(super) strength: i16,
 }
 
-/// Writes the response of every pixel to `into`. Values within the ring's radius of the edge are stale and must not be
-/// read.
+/// Writes the response of every pixel to `into`. Values within the ring's radius of the edge are
+/// stale and must not be read.
 pub(super) fn respond(image: &GrayImage, into: &mut Vec<i16>) {
     let (width, height) = (image.width() as usize, image.height() as usize);
     into.resize(width * height, 0);
@@ -106,7 +107,7 @@ fn respond_row(raw: &[u8], width: usize, y: usize, out: &mut [i16]) {
     }
 }
 
-/// Pixels skipped at once if none of them exceeds the threshold.
+/// Pixels skipped at once if none exceeds the threshold.
 const STRIDE_PX: usize = 32;
 
 /// Local maxima of 5×5 pixels above `threshold`, strongest first, at most `limit`.
@@ -164,7 +165,7 @@ impl simd::Loop for Scanning<'_> {
     }
 }
 
-/// The maximum at a pixel, refined to subpixel position by parabolas through its neighbours.
+/// The maximum at a pixel, refined to subpixel position by parabolas through the neighbours.
 fn peak(response: &[i16], width: usize, x: usize, y: usize) -> Peak {
     let at = |x: usize, y: usize| f32::from(response[y * width + x]);
     let here = at(x, y);

@@ -2,9 +2,10 @@
 
 use image::GrayImage;
 
-/// The saddle point of brightness nearest to `guess`, for squares with sides of about `side` pixels.
+/// Saddle point of brightness nearest to `guess`, for squares with sides of about `side` pixels.
 ///
-/// At a corner, the gradient at every pixel is perpendicular to the line to the corner (Förstner & Gülch 1987).
+/// At a corner, the gradient at every pixel is perpendicular to the line to the corner (Förstner &
+/// Gülch 1987).
 pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
     let reach = (0.3 * side).clamp(2.0, 8.0) as isize;
     let (width, height) = (image.width() as isize, image.height() as isize);

@@ -1,18 +1,19 @@
 //! Selects the vector width at run time.
 
-/// A plain loop that gains from wide vectors.
+/// Plain loop that gains from wide vectors.
 ///
-/// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline processor. That is why
-/// this is a trait: closures can't be marked.
+/// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline
+/// processor. Hence the trait: closures can't be marked.
 pub(super) trait Loop {
     type Output;
 
     fn run(self) -> Self::Output;
 }
 
-/// Runs `work`, compiled for the widest vectors that this processor supports.
+/// Runs `work`, compiled for the widest vectors of the processor.
 ///
-/// The compiler neither fuses nor reorders floating-point operations, so every width gives identical results.
+/// The compiler neither fuses nor reorders floating-point operations, so every width gives
+/// identical results.
 pub(super) fn widest<W: Loop>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(Widened(work))
 }

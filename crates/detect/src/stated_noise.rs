@@ -1,30 +1,32 @@
-//! The stated covariance of a fitted point: what the noise of its pixels makes of it, above a floor.
+//! Stated covariance of a fitted point from pixel noise, above a floor.
 
 use nalgebra::{Matrix2, SMatrix, Vector2};
 
-/// Variance of a grey level that's rounded to a whole number.
+/// Variance of a grey level rounded to a whole number.
 pub(super) const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
-/// Floor of the stated error: pixels integrate over their area, and what's printed is imperfect.
+/// Floor of the stated error: pixels integrate over their area, and prints are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.004;
-/// Side of a block of pixels: sharpening, the interpolation of colours and compression make pixels err alike, or against each
-/// other, that are so near.
+/// Side of a block of pixels with correlated errors, by sharpening, the interpolation of colours
+/// and compression.
 const BLOCK_PX: f64 = 5.0;
-/// Least degrees of freedom, of a position's two, that the fit leaves the residuals: fewer tell no noise.
+/// Least degrees of freedom, of a position's two, left to the residuals by the fit: fewer determine
+/// no noise.
 const LEAST_FREEDOM: f64 = 0.5;
 
-/// What the residuals around a point move it by, block by block.
+/// Shifts of a point by the surrounding residuals, block by block.
 ///
-/// A least-squares position is moved by the sum of the residuals, each times the change of the brightness there per pixel of
-/// the point's way. Sums over blocks that know nothing of each other show how much the whole sum varies, however pixels err
-/// within a block: the robust variance of clustered data.
+/// The shift of a least-squares position is the sum of the residuals, each times the derivative of
+/// the brightness by the position. Sums over independent blocks show the variance of the whole sum,
+/// for any correlation within a block: the robust variance of clustered data.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Blocks {
-    /// Row by row, with the point in the middle of the middle one.
+    /// Blocks, row by row, with the point in the middle of the middle block.
     sums: Vec<Block>,
     half: i32,
 }
 
-/// Sums over a block of each change times the residual, and of the change's products with itself.
+/// Sums over a block of each derivative times the residual, and of the derivative's square
+/// products.
 #[derive(Clone, Copy, Debug, Default)]
 struct Block {
     moves: Vector2<f64>,
@@ -32,7 +34,7 @@ struct Block {
 }
 
 impl Blocks {
-    /// Forgets all, for pixels up to `reach_px` away.
+    /// Clears all sums, for pixels up to `reach_px` away.
     pub(super) fn clear(&mut self, reach_px: f64) {
         self.half = libm::round(reach_px / BLOCK_PX) as i32;
         let side = 2 * self.half + 1;
@@ -40,7 +42,8 @@ impl Blocks {
         self.sums.resize((side * side) as usize, Block::default());
     }
 
-    /// Adds a pixel at an offset from the point, with its change per pixel of the point's way and its residual.
+    /// Adds a pixel at an offset from the point, with residual and derivative of the brightness by
+    /// the position.
     pub(super) fn add(&mut self, offset_px: Vector2<f64>, change: Vector2<f64>, residual: f64) {
         let place =
             |px: f64| (libm::round(px / BLOCK_PX) as i32).clamp(-self.half, self.half) + self.half;
@@ -50,10 +53,12 @@ impl Blocks {
         block.information += change * change.transpose();
     }
 
-    /// Variance of white noise that moves the point as much as the residuals do. `None` if they tell none.
+    /// Variance of white noise with the same effect on the point as the residuals. `None` if
+    /// undetermined.
     ///
-    /// The models of corners and discs are even about the point. So if a fit `is_even`, a block and its mirror image are
-    /// one: what's even of the residuals, as halos or the blur of a disc, can't move the point.
+    /// The models of corners and discs are even about the point. So if a fit `is_even`, a block and
+    /// its mirror image are merged: even residuals, such as halos or the blur of a disc, can't move
+    /// the point.
     pub(super) fn noise(&self, is_even: bool) -> Option<f64> {
         let middle = self.sums.len() / 2;
         let blocks = match is_even {
@@ -88,7 +93,8 @@ pub(super) fn position_px2<const N: usize>(covariance: &SMatrix<f64, N, N>) -> M
     Matrix2::new(xx, xy, xy, yy) + floor_px2()
 }
 
-/// `covariance_px2` of pixels with `noise`, if it is at least `least`: the floor stays.
+/// Covariance of a position with pixel noise of at least `least`, from `covariance_px2` of pixels
+/// with `noise`; the floor stays.
 pub(super) fn with_least_noise_px2(
     covariance_px2: Matrix2<f64>,
     noise: f64,

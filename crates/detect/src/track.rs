@@ -1,9 +1,10 @@
 //! Follows the board from frame to frame.
 //!
-//! Hands move boards by many pixels between frames but change speed slowly, so each corner is predicted at constant
-//! speed. (Predicting it at rest fails on every frame of a moving board.) The saddle point nearest to the prediction
-//! must lie within half a square of it, and the colours of all squares must alternate as on the board. After a sudden
-//! move this fails, and the whole picture is searched.
+//! Hands move boards by many pixels between frames but change speed slowly, so each corner is
+//! predicted at constant speed. (Predicting it at rest fails on every frame of a moving board.) The
+//! saddle point nearest to the prediction must lie within half a square of it, and the colours of
+//! all squares must alternate as on the board. After a sudden move this fails, and the whole
+//! picture is searched.
 
 use image::GrayImage;
 
@@ -20,17 +21,18 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameKind},
 };
 
-/// Size of squares down to which pictures are halved: enough to follow corners.
+/// Size of squares down to which pictures are halved, enough to follow corners.
 const FOLLOWED_SQUARE_PX: f32 = 12.0;
-/// Frames from one search of the whole picture to the next, even if the board could be followed.
+/// Number of frames between searches of the whole picture, even if the board can be followed.
 const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
-/// Seconds from one look at which other board is shown to the next.
+/// Seconds between searches for other boards.
 const OTHERS_EVERY_SECS: f64 = 1.0;
-/// How much the speed of a board in hands changes from frame to frame, in squares per second: standard deviation.
+/// Standard deviation of the change of a hand-held board's speed from frame to frame, in squares
+/// per second.
 const SPEED_CHANGE: f64 = 7.5;
-/// And how far off a corner is found in a blurred or noisy picture, in squares.
+/// Standard deviation of a corner in a blurred or noisy picture, in squares.
 const ROUGHLY_SQUARES: f64 = 0.1;
 
 /// Predicted positions of the board's corners.
@@ -38,29 +40,31 @@ const ROUGHLY_SQUARES: f64 = 0.1;
 pub struct Prediction {
     /// Every inner corner in the board's numbering, in pixels `[x, y]`.
     pub corners_px: Vec<[f64; 2]>,
-    /// For each corner, true if it was seen when the board was last found.
+    /// True for each corner seen when the board was last found.
     pub seen: Vec<bool>,
-    /// How far off the corners may be, in squares: standard deviation.
+    /// Standard deviation of the corners, in squares.
     pub spread_squares: f64,
-    /// True if the whole picture should be searched, nevertheless.
+    /// True if the whole picture should be searched nevertheless.
     pub everywhere: bool,
 }
 
-/// Recent detections, from which [`Prediction`]s are made. Depends on nothing else.
+/// Recent detections, the only source of [`Prediction`]s.
 #[derive(Clone, Debug, Default)]
 pub struct Track {
-    /// The last two detections. They outlast a miss: the worth of a prediction from them depends on their age.
+    /// Last two detections. They outlast a miss: the worth of a prediction from them depends on
+    /// their age.
     newest: Option<(CaptureTime, Vec<[f64; 2]>)>,
-    /// Which corners the newest has.
+    /// True for each corner seen in the newest detection.
     seen: Vec<bool>,
     before: Option<(CaptureTime, Vec<[f64; 2]>)>,
     followed: u32,
-    /// When the board was seen, or other boards were looked for, and the one that was seen.
+    /// Time of the last detection or search for other boards, and the other board seen.
     sought: Option<(CaptureTime, Option<OtherBoard>)>,
 }
 
 impl Track {
-    /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track: photographs aren't a sequence.
+    /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track:
+    /// photographs aren't a sequence.
     pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
         if seen.is_ok() || self.others(kind, at) == Others::Sought {
             let other = match seen {
@@ -85,13 +89,14 @@ impl Track {
         }
     }
 
-    /// True if a prediction that far ahead can identify the corners of a part of the board with white at one of its ends.
+    /// True if a prediction that far ahead can identify the corners of a part of the board with
+    /// white at an end.
     pub fn names_corners_after(gap_secs: f64) -> bool {
         gap_secs < LONGEST_GAP_SECS
     }
 
-    /// What is said of other boards at time `now`: they are looked for in each photograph, and once a second in frames without the
-    /// board.
+    /// Treatment of other boards at time `now`: searched in each photograph, and once a second in
+    /// frames without the board.
     pub fn others(&self, kind: FrameKind, now: CaptureTime) -> Others {
         match self.sought {
             Some((then, other))
@@ -104,8 +109,8 @@ impl Track {
         }
     }
 
-    /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole picture should be
-    /// searched.
+    /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole
+    /// picture should be searched.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
         let (then, newest) = self.newest.as_ref().filter(|_| kind == FrameKind::Video)?;
         let ahead_secs = now.secs_since(*then);
@@ -134,17 +139,17 @@ impl Track {
     }
 }
 
-/// A [`Prediction`] at search size.
+/// [`Prediction`] at search size.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Expected {
-    /// All corners of the board, or none without a prediction.
+    /// Corners of the board; empty without a prediction.
     pub(super) corners: Vec<[f32; 2]>,
     pub(super) seen: Vec<bool>,
     pub(super) spread_squares: f32,
 }
 
 impl Expected {
-    /// Takes the prediction's corners to where `at` maps them.
+    /// Sets the expected corners to the prediction's, mapped by `at`.
     pub(super) fn set(&mut self, near: Option<&Prediction>, at: impl Fn([f64; 2]) -> [f32; 2]) {
         self.corners.clear();
         self.seen.clear();
@@ -164,7 +169,8 @@ pub(super) struct Tracker {
 }
 
 impl Tracker {
-    /// Writes the corners to `into`, accurate to about half a pixel; `false` if the board isn't there.
+    /// Writes the corners to `into`, accurate to about half a pixel; returns `false` if the board
+    /// isn't there.
     pub(super) fn follow(
         &mut self,
         image: &GrayImage,
@@ -224,8 +230,8 @@ impl Tracker {
     }
 }
 
-/// Shortest distance between neighbours in the rows and columns of a whole board whose corners lie at `px`. Distances that
-/// aren't finite are left out.
+/// Shortest distance between neighbours in the rows and columns of a whole board with corners at
+/// `px`. Distances that aren't finite are left out.
 pub(super) fn shortest_side_px(board: &Checkerboard, px: impl Fn(usize) -> [f64; 2]) -> f64 {
     let apart = |one: usize, other: usize| {
         let ([x, y], [to_x, to_y]) = (px(one), px(other));
