@@ -1,3 +1,3 @@
-//! The calibration board, by the name of its usual kind.
+//! Calibration board, under the name of its usual kind.
 
 pub use crate::target::{Board as Checkerboard, InvalidBoard};

@@ -8,7 +8,7 @@ use super::{
 /// `tan 80°`: limit beyond which rays of a fisheye lens, close to its plane, aren't straightened.
 const STEEPEST: f64 = 5.67;
 
-/// A camera: maps points in its own frame (metres, `z` forward) to distorted pixels.
+/// Camera model: maps points in the camera frame (metres, `z` forward) to distorted pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Focal length along x and y, in pixels; equal for square pixels.
@@ -19,22 +19,23 @@ pub struct Camera {
     pub distortion: Distortion,
 }
 
-/// The image of a board point, with derivatives by lens and pose.
+/// Image of a board point, with derivatives by lens and pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projection {
     /// Image point, distorted, in pixels.
     pub px: Point2<f64>,
     /// d px / d lens, columns in the order of [`LENS_PARAMETERS`].
     pub jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
-    /// d px / d pose, columns `ω` then `τ` of `R ← exp([ω]×) R`, `t ← t + τ` (see [`Camera::moved`]).
+    /// d px / d pose, columns `ω` then `τ` of `R ← exp([ω]×) R`, `t ← t + τ` (see
+    /// [`Camera::moved`]).
     pub jac_pose: SMatrix<f64, 2, 6>,
-    /// The point before the lens bends it: see [`LensKind::flat`].
+    /// Point before distortion: see [`LensKind::flat`].
     pub flat: Point2<f64>,
-    /// d flat / d pose, columns as of `jac_pose`.
+    /// d flat / d pose, columns as in `jac_pose`.
     pub flat_by_pose: SMatrix<f64, 2, 6>,
 }
 
-/// The image of a ray, with derivatives by lens and rotation of the camera.
+/// Image of a ray, with derivatives by lens and rotation of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayProjection {
     /// Image point, distorted, in pixels.
@@ -45,7 +46,7 @@ pub struct RayProjection {
     pub jac_rotation: SMatrix<f64, 2, 3>,
 }
 
-/// The image of a point, with derivatives by lens and point.
+/// Image of a point, with derivatives by lens and point.
 struct Sighting {
     px: Point2<f64>,
     jac_lens: SMatrix<f64, 2, LENS_PARAMETERS>,
@@ -55,19 +56,21 @@ struct Sighting {
 }
 
 impl Camera {
-    /// A pinhole with square pixels.
+    /// Pinhole camera with square pixels.
     pub fn pinhole(f_px: f64, pp_px: Point2<f64>) -> Self {
         Self { f_px: Vector2::new(f_px, f_px), pp_px, distortion: Distortion::default() }
     }
 
-    /// Pixel of a point in camera coordinates. `None` outside the field: behind the camera or on its plane, more than 110° from
-    /// the axis of a fisheye lens, or at a pole of the rational model and beyond.
+    /// Pixel of a point in camera coordinates. `None` outside the field: behind the camera or on
+    /// its plane, more than 110° from the axis of a fisheye lens, or at a pole of the rational
+    /// model and beyond.
     pub fn project(&self, point_in_cam: &Point3<f64>) -> Option<Point2<f64>> {
         let flat = self.distortion.kind.flat(&point_in_cam.coords)?;
         self.distortion.reaches(&flat).then(|| self.px_from_flat(&flat))
     }
 
-    /// Pixel of a point on the board (metres, `z = 0`). `None` outside the field, see [`Self::project`].
+    /// Pixel of a point on the board (metres, `z = 0`). `None` outside the field, see
+    /// [`Self::project`].
     pub fn px_from_board(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -99,38 +102,41 @@ impl Camera {
         Some(by_cam.fixed_columns::<2>(0).into_owned())
     }
 
-    /// Flat coordinates of the ray that is seen at a pixel, see [`LensKind`]. `None` outside the field of the lens model.
+    /// Flat coordinates of the ray at a pixel, see [`LensKind`]. `None` outside the field of the
+    /// lens model.
     pub fn flat_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         self.distortion.invert(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }
 
-    /// True if a pixel lies outside the round picture of a fisheye lens, where it sees nothing: more than 110° from its
+    /// True if a pixel lies outside the round picture of a fisheye lens: more than 110° from the
     /// axis.
     pub fn is_outside_field(&self, px: &Point2<f64>) -> bool {
         self.distortion.is_outside(&Point2::from((px - self.pp_px).component_div(&self.f_px)))
     }
 
-    /// Undistorts a pixel to normalised coordinates `(X/Z, Y/Z)`. `None` outside the field of the lens model, see
-    /// [`Distortion::invert`], and for rays more than 89° from the axis of a fisheye lens: [`Self::ray_from_px`] has those.
+    /// Undistorts a pixel to normalised coordinates `(X/Z, Y/Z)`. `None` outside the field of the
+    /// lens model, see [`Distortion::invert`], and for rays more than 89° from the axis of a
+    /// fisheye lens, for which see [`Self::ray_from_px`].
     pub fn normalized_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         self.distortion.kind.normalized(&self.flat_from_px(px)?)
     }
 
-    /// Direction of the ray that is seen at a pixel, in camera coordinates; not of unit length. `None` outside the field of
-    /// the lens model, see [`Distortion::invert`], and beyond 110° of a fisheye lens.
+    /// Direction of the ray at a pixel, in camera coordinates; not of unit length. `None` outside
+    /// the field of the lens model, see [`Distortion::invert`], and beyond 110° of a fisheye lens.
     pub fn ray_from_px(&self, px: &Point2<f64>) -> Option<Vector3<f64>> {
         self.distortion.kind.ray(&self.flat_from_px(px)?)
     }
 
-    /// Pixel at which a pinhole camera with the same `f_px` and `pp_px` sees what this camera sees at `px`. `None`
-    /// where [`Self::normalized_from_px`] has none.
+    /// Pixel in a pinhole camera with the same `f_px` and `pp_px` for the ray at `px`. `None` where
+    /// [`Self::normalized_from_px`] has none.
     pub fn undistort_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         self.normalized_from_px(px)
             .map(|normalized| self.pp_px + normalized.coords.component_mul(&self.f_px))
     }
 
-    /// The corner as a pinhole camera with the same `f_px` and `pp_px` sees it, see [`Self::undistort_px`], with its covariance.
-    /// `None` where that has none, and more than 80° from the axis, where a wide lens's errors grow thirtyfold.
+    /// Corner in a pinhole camera with the same `f_px` and `pp_px`, see [`Self::undistort_px`],
+    /// with covariance. `None` where that has none, and more than 80° from the axis, where a wide
+    /// lens's errors grow thirtyfold.
     pub fn straighten_corner(&self, corner: &Corner) -> Option<Corner> {
         let normalized = self.normalized_from_px(&corner.px)?;
         if normalized.coords.norm() > STEEPEST {
@@ -143,9 +149,9 @@ impl Camera {
         Some(Corner { px, covariance_px2, ..*corner })
     }
 
-    /// [`Self::straighten_corner`] of a fisheye lens. A perspective one changes scale little over a board: the covariance stays,
-    /// so that none of its corners dominates.
-    /// An unseen corner stays as it is.
+    /// Corner without distortion: [`Self::straighten_corner`] for a fisheye lens. A perspective
+    /// lens changes scale little over a board: the covariance is kept, so that none of its corners
+    /// dominates. An unseen corner is unchanged.
     pub fn undistort_corner(&self, corner: &Corner) -> Option<Corner> {
         if !corner.is_seen() {
             return Some(*corner);
@@ -168,8 +174,8 @@ impl Camera {
         self.project_body_point(cam_from_board, &point_m)
     }
 
-    /// The image of a point of a body at a pose, in metres, with derivatives; a flat board's has z = 0. `None` outside the
-    /// field, see [`Self::project`].
+    /// Image of a point of a body at a pose, in metres, with derivatives; z = 0 for a flat board.
+    /// `None` outside the field, see [`Self::project`].
     #[inline(always)]
     pub fn project_body_point(
         &self,
@@ -189,8 +195,8 @@ impl Camera {
         })
     }
 
-    /// Projects a ray, a direction of any length in camera coordinates, with derivatives. `None` outside the field, see
-    /// [`Self::project`].
+    /// Projects a ray, a direction of any length in camera coordinates, with derivatives. `None`
+    /// outside the field, see [`Self::project`].
     ///
     /// A small rotation ω of the camera moves the ray `r` by `ω × r = −[r]× ω`.
     pub fn project_ray(&self, ray: &Vector3<f64>) -> Option<RayProjection> {
@@ -212,7 +218,8 @@ impl Camera {
         Some(Sighting { px, jac_lens, by_cam: px_by_flat * flat_by_cam, flat, flat_by_cam })
     }
 
-    /// Moves `cam_from_board` by the small step `(ω, τ)`, radians and metres, of [`Projection::jac_pose`].
+    /// Moves `cam_from_board` by the small step `(ω, τ)`, radians and metres, of
+    /// [`Projection::jac_pose`].
     pub fn moved(
         cam_from_board: &Isometry3<f64>,
         turn_rad: &Vector3<f64>,
@@ -224,13 +231,13 @@ impl Camera {
         )
     }
 
-    /// The lens parameters in the order of [`LENS_PARAMETERS`].
+    /// Lens parameters in the order of [`LENS_PARAMETERS`].
     pub fn lens_parameters(&self) -> [f64; LENS_PARAMETERS] {
         let Distortion { k1, k2, p1, p2, k3, k4, k5, k6, .. } = self.distortion;
         [self.f_px.x, self.f_px.y, self.pp_px.x, self.pp_px.y, k1, k2, p1, p2, k3, k4, k5, k6]
     }
 
-    /// The camera of that kind with the given [`Self::lens_parameters`].
+    /// Camera of the given kind with the given [`Self::lens_parameters`].
     pub fn from_lens_parameters(kind: LensKind, parameters: &[f64; LENS_PARAMETERS]) -> Self {
         let [fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6] = *parameters;
         Self {
@@ -240,13 +247,14 @@ impl Camera {
         }
     }
 
-    /// The camera of the same kind with the given [`Self::lens_parameters`].
+    /// Camera of the same kind with the given [`Self::lens_parameters`].
     pub fn with_lens_parameters(&self, parameters: &[f64; LENS_PARAMETERS]) -> Self {
         Self::from_lens_parameters(self.distortion.kind, parameters)
     }
 }
 
-/// Derivatives by a pose from those by a point in camera coordinates, which is `turned` from the middle of the body.
+/// Converts derivatives by a point in camera coordinates, at the offset `turned` from the middle of
+/// the body, to derivatives by the pose.
 #[inline(always)]
 fn by_pose(turned: &Vector3<f64>, by_cam: &SMatrix<f64, 2, 3>) -> SMatrix<f64, 2, 6> {
     // ω × t moves the pixel by b·(ω × t) = (t × b)·ω, for each row b of `by_cam`.

@@ -2,41 +2,43 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix2, Point2, Vector2};
 
-/// A measured board corner with the covariance of its error, or the expected place of an unseen one.
+/// Measured board corner with the covariance of the error, or the expected place of an unseen
+/// corner.
 ///
-/// The corners of a view fill the whole board, in its order. One that is covered, or outside of the picture, is
-/// [`unseen`](Self::unseen): fits leave it out.
+/// The corners of a view fill the whole board, in its order. A corner covered or outside of the
+/// picture is [`unseen`](Self::unseen): fits leave it out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Position in distorted pixels, as the camera delivers them. For an unseen corner, the expected position; NaN if
-    /// there is none.
+    /// Position in distorted pixels, as delivered by the camera. For an unseen corner, the expected
+    /// position; NaN if there is none.
     pub px: Point2<f64>,
     /// Covariance of the position error, px². Positive definite; infinite for an unseen corner.
     pub covariance_px2: Matrix2<f64>,
-    /// Standard deviation, per axis, of an error that all corners of a view share in proportion to this number, beside their
-    /// own: what a rolling shutter leaves of a moving board. It changes its sign at the middle row; 0 without such an error.
+    /// Standard deviation, per axis, of an additional error common to all corners of a view in
+    /// proportion to this number, as by a rolling shutter and a moving board. It changes its sign
+    /// at the middle row; 0 without such an error.
     pub common_px: f64,
 }
 
-/// Steps of a position in few digits, per pixel: a hundredth of the smallest error that a detector reaches.
+/// Rounding steps of a position, per pixel: a hundredth of the smallest error of a detector.
 const STEPS_PER_PX: f64 = 1e5;
-/// Digits of a covariance in few digits.
+/// Number of digits of a rounded covariance.
 const COVARIANCE_DIGITS: i32 = 4;
-/// Share by which few digits may change the determinant of a covariance.
+/// Largest relative change of a covariance's determinant by rounding.
 const DETERMINANT_CHANGE: f64 = 0.02;
 
 impl Corner {
-    /// A corner with that covariance, and no error in common with others.
+    /// Corner with the given covariance, and no common error.
     pub fn new(px: Point2<f64>, covariance_px2: Matrix2<f64>) -> Self {
         Self { px, covariance_px2, common_px: 0.0 }
     }
 
-    /// A corner with independent errors of standard deviation `sigma_px` along both axes.
+    /// Corner with independent errors of standard deviation `sigma_px` along both axes.
     pub fn isotropic(px: Point2<f64>, sigma_px: f64) -> Self {
         Self::new(px, Matrix2::from_diagonal_element(sigma_px * sigma_px))
     }
 
-    /// A corner that isn't seen, expected at `px`, which may lie outside of the picture.
+    /// Unseen corner, expected at `px`, which may lie outside of the picture.
     pub fn unseen(px: Point2<f64>) -> Self {
         Self::new(px, Matrix2::from_diagonal_element(f64::INFINITY))
     }
@@ -46,12 +48,12 @@ impl Corner {
         self.covariance_px2[(0, 0)] != f64::INFINITY
     }
 
-    /// Standard deviation of the error along one axis, root mean square over directions.
+    /// Standard deviation of the error along an axis, root mean square over directions.
     pub fn sigma_px(&self) -> f64 {
         (self.covariance_px2.trace() / 2.0).sqrt()
     }
 
-    /// The corner in a picture whose rows are scaled by `factor`.
+    /// Corner in a picture with rows scaled by `factor`.
     pub fn with_rows_scaled(&self, factor: f64) -> Self {
         let px = Point2::new(self.px.x, self.px.y * factor);
         if !self.is_seen() {
@@ -61,9 +63,9 @@ impl Corner {
         Self { px, covariance_px2: scale * self.covariance_px2 * scale, ..*self }
     }
 
-    /// The corner in few decimal digits, far below its error, which keeps recordings short: positions to 10⁻⁵ px,
-    /// covariances to four digits of the larger variance. A covariance so narrow that this would change its determinant
-    /// by more than 2 % stays as it is.
+    /// Corner rounded to few decimal digits, far below the error, for short recordings: positions
+    /// to 10⁻⁵ px, covariances to four digits of the larger variance. A covariance so narrow that
+    /// rounding would change its determinant by more than 2 % is unchanged.
     pub fn in_few_digits(&self) -> Self {
         let covariance = self.covariance_px2;
         // If the covariance is no number, the magnitude doesn't matter: nothing is rounded then.
@@ -91,12 +93,12 @@ pub fn mean_px(corners: &[Corner]) -> Point2<f64> {
     Point2::from(sum / seen().count().max(1) as f64)
 }
 
-/// Number of corners that are seen.
+/// Number of seen corners.
 pub fn seen_count(corners: &[Corner]) -> usize {
     corners.iter().filter(|corner| corner.is_seen()).count()
 }
 
-/// The seen corners, with their board points; the same slices if all are seen.
+/// Seen corners with board points; the same slices if all are seen.
 pub(super) fn seen<'a>(
     board_points_m: &'a [Point2<f64>],
     corners: &'a [Corner],

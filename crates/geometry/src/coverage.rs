@@ -6,19 +6,19 @@ use crate::frame::ImageSize;
 
 /// Columns of the grid over the picture, for coverage and for projection uncertainty.
 pub const GRID_COLUMNS: u32 = 12;
-/// Rows of that grid.
+/// Rows of the grid.
 pub const GRID_ROWS: u32 = 8;
 
-/// The four outermost points of a board that are seen in one view, in order around it.
+/// The four outermost seen points of a board in a view, in order around the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardOutline {
     corners_px: [Point2<f64>; 4],
 }
 
 impl BoardOutline {
-    /// The outline of what is seen of points that lie at a `place` each, column and row in any unit: between those nearest to
-    /// the corners of all places. Of a flat board in perspective it's convex, because these are extreme in four directions of
-    /// the board.
+    /// Outline of the seen points, each at a `place`, column and row in any unit: between the
+    /// points nearest to the corners of all places. For a flat board in perspective, the outline is
+    /// convex, because these points are extreme in four directions of the board.
     ///
     /// `None` if fewer than two are seen, or if one of the four isn't finite.
     pub(crate) fn of_seen(
@@ -47,7 +47,7 @@ impl BoardOutline {
         }))
     }
 
-    /// The outline with these corners, in order around the board. `None` unless all are finite.
+    /// Outline with the given corners, in order around the board. `None` unless all are finite.
     pub fn around(corners_px: [Point2<f64>; 4]) -> Option<Self> {
         corners_px
             .iter()
@@ -55,12 +55,12 @@ impl BoardOutline {
             .then_some(Self { corners_px })
     }
 
-    /// The corners, in order around the board.
+    /// Corners in order around the board.
     pub fn corners_px(&self) -> &[Point2<f64>; 4] {
         &self.corners_px
     }
 
-    /// True if `px` lies inside the outline or at most `reach_px` pixels outside it.
+    /// True if `px` lies inside the outline or at most `reach_px` pixels outside.
     pub fn reaches(&self, px: &Point2<f64>, reach_px: f64) -> bool {
         self.covers(px)
             || (0..4).any(|i| {
@@ -81,7 +81,7 @@ impl BoardOutline {
     }
 }
 
-/// Fraction of the grid's cells whose centre lies in at least one of `outlines`, 0 to 1.
+/// Fraction of the grid's cells with centres covered by `outlines`, 0 to 1.
 pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     let covered = cell_centres_px(image_size)
         .filter(|px| outlines.iter().any(|outline| outline.covers(px)))
@@ -89,13 +89,13 @@ pub fn coverage(outlines: &[BoardOutline], image_size: ImageSize) -> f64 {
     covered as f64 / f64::from(GRID_COLUMNS * GRID_ROWS)
 }
 
-/// Columns and rows of cells that make a corner of the picture.
+/// Columns and rows of cells in a corner of the picture.
 const CORNER_CELLS: (u32, u32) = (3, 2);
-/// Share of a corner's cells below which boards have hardly reached it.
+/// Share of a corner's cells below which the corner counts as open.
 const HARDLY: f64 = 0.34;
 
-/// Share of the cells in each corner of the picture that `outlines` cover, 0 to 1: top left, top right, bottom right,
-/// bottom left.
+/// Share of the cells in each corner of the picture covered by `outlines`, 0 to 1: top left, top
+/// right, bottom right, bottom left.
 pub fn corner_coverage(outlines: &[BoardOutline], image_size: ImageSize) -> [f64; 4] {
     let (columns, rows) = CORNER_CELLS;
     let (right, bottom) = (GRID_COLUMNS - columns, GRID_ROWS - rows);
@@ -110,8 +110,8 @@ pub fn corner_coverage(outlines: &[BoardOutline], image_size: ImageSize) -> [f64
     })
 }
 
-/// Corners of the picture that `outlines` hardly reach, covering less than about a third of their cells. In the order
-/// of [`corner_coverage`].
+/// Corners of the picture hardly reached by `outlines`, with less than about a third of the cells
+/// covered. In the order of [`corner_coverage`].
 pub fn open_corners(outlines: &[BoardOutline], image_size: ImageSize) -> [bool; 4] {
     corner_coverage(outlines, image_size).map(|share| share < HARDLY)
 }

@@ -1,34 +1,37 @@
 use nalgebra::{Matrix2, Matrix2x3, Point2, SMatrix, Vector3};
 
-/// Number of lens parameters: `fx, fy, cx, cy` in pixels, then `k1, k2, p1, p2, k3, k4, k5, k6` without unit, always in
-/// this order, which is OpenCV's.
+/// Number of lens parameters: `fx, fy, cx, cy` in pixels, then `k1, k2, p1, p2, k3, k4, k5, k6`
+/// without unit, always in OpenCV's order.
 pub const LENS_PARAMETERS: usize = 12;
 /// Number of parameters in Brown's model: up to `k3`.
 pub const BROWN_PARAMETERS: usize = 9;
 
-/// Largest angle between the optical axis and a ray that a fisheye lens may see, in radians: 110°.
+/// Largest angle between the optical axis and a ray in a fisheye lens, in radians: 110°.
 const FISHEYE_FIELD_RAD: f64 = 110.0 * std::f64::consts::PI / 180.0;
-/// `sin` of the angle to the optical axis below which a fisheye lens is a perspective one, to double precision.
+/// `sin` of the angle to the optical axis below which a fisheye lens is a perspective lens, to
+/// double precision.
 const PARAXIAL: f64 = 1e-4;
 /// Least `cos` of the angle to the optical axis for which a ray has normalised coordinates: 89.4°.
 const LEAST_COS: f64 = 1e-2;
-/// Denominator of the rational model at which a ray counts as at a pole: no lens enlarges so much there, and what shows a
-/// ray is rounding.
+/// Denominator of the rational model at which a ray counts as at a pole: no lens enlarges so much,
+/// so a ray there is due to rounding.
 const AT_POLE: f64 = 0.02;
 
-/// Projection of a ray onto a plane before the polynomial distorts it.
+/// Projection of a ray onto a plane before polynomial distortion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensKind {
     /// Projects by normalised coordinates `(X/Z, Y/Z)`. Reaches rays in front of the camera.
     #[default]
     Perspective,
-    /// Projects by the angle θ to the optical axis: `θ (X, Y) / √(X² + Y²)`. Reaches rays up to 110° from the axis.
+    /// Projects by the angle θ to the optical axis: `θ (X, Y) / √(X² + Y²)`. Reaches rays up to
+    /// 110° from the axis.
     Fisheye,
 }
 
 /// Radial and tangential distortion, in the models and sign conventions of OpenCV.
 ///
-/// Coefficients act on the flat coordinates `g = (x, y)` that [`LensKind`] gives a ray, and have no unit. With `r² = x² + y²`:
+/// Coefficients act on the flat coordinates `g = (x, y)` of a ray by [`LensKind`], and have no
+/// unit. With `r² = x² + y²`:
 /// ```text
 /// x_d = x m + 2 p1 x y + p2 (r² + 2 x²)
 /// y_d = y m + p1 (r² + 2 y²) + 2 p2 x y
@@ -39,7 +42,7 @@ pub enum LensKind {
 /// Tangential coefficients, `k5` and `k6` of a fisheye lens are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Distortion {
-    /// Kind of lens, which gives the coefficients their meaning.
+    /// Kind of lens, which defines the coefficients.
     pub kind: LensKind,
     /// Radial coefficient of r².
     pub k1: f64,
@@ -59,7 +62,7 @@ pub struct Distortion {
     pub k6: f64,
 }
 
-/// The radial factor `m` at one radius.
+/// Radial factor `m` at a radius.
 struct Radial {
     factor: f64,
     /// d factor / d r².
@@ -72,17 +75,18 @@ pub(super) struct Bent {
     pub(super) at: Point2<f64>,
     /// Derivatives by the flat coordinates.
     pub(super) by_flat: Matrix2<f64>,
-    /// Derivatives by the lens parameters, for focal lengths of 1: columns in the order of [`LENS_PARAMETERS`].
+    /// Derivatives by the lens parameters, for focal lengths of 1: columns in the order of
+    /// [`LENS_PARAMETERS`].
     pub(super) by_parameters: SMatrix<f64, 2, LENS_PARAMETERS>,
 }
 
 impl LensKind {
-    /// The kind that a file means by whether its lens is a fisheye's.
+    /// Kind of lens for a file's `is_fisheye`.
     pub const fn of_fisheye(is_fisheye: bool) -> Self {
         if is_fisheye { Self::Fisheye } else { Self::Perspective }
     }
 
-    /// Whether it's a fisheye's, as files state it: the kind is lost in them unless [`Self::of_fisheye`] gives it back.
+    /// True for a fisheye lens, as stored in files and restored by [`Self::of_fisheye`].
     pub const fn is_fisheye(self) -> bool {
         match self {
             Self::Perspective => false,
@@ -98,7 +102,7 @@ impl LensKind {
         }
     }
 
-    /// Power of r² of the first radial term that the richest polynomial leaves out.
+    /// Power of r² of the first radial term beyond the richest polynomial.
     pub const fn next_radial_power(self) -> i32 {
         match self {
             Self::Perspective => 4,
@@ -106,7 +110,8 @@ impl LensKind {
         }
     }
 
-    /// Whether k4, k5 and k6 are coefficients of a denominator; else k4 is that of the fourth radial term.
+    /// True if k4, k5 and k6 are coefficients of a denominator; else k4 is that of the fourth
+    /// radial term.
     const fn has_denominator(self) -> bool {
         match self {
             Self::Perspective => true,
@@ -114,7 +119,7 @@ impl LensKind {
         }
     }
 
-    /// Whether straight lines stay straight where the coefficients are zero.
+    /// True if straight lines stay straight with zero coefficients.
     pub const fn keeps_lines(self) -> bool {
         match self {
             Self::Perspective => true,
@@ -122,8 +127,8 @@ impl LensKind {
         }
     }
 
-    /// Flat coordinates of a point in camera coordinates. `None` if it lies outside the field: behind a perspective camera,
-    /// or beyond 110° of a fisheye lens.
+    /// Flat coordinates of a point in camera coordinates. `None` outside the field: behind a
+    /// perspective camera, or beyond 110° of a fisheye lens.
     pub fn flat(self, in_cam: &Vector3<f64>) -> Option<Point2<f64>> {
         match self {
             Self::Perspective => {
@@ -133,7 +138,7 @@ impl LensKind {
         }
     }
 
-    /// [`Self::flat`] with its derivative by the point, 2×3.
+    /// [`Self::flat`] with the derivative by the point, 2×3.
     pub(super) fn flat_with_derivative(
         self,
         in_cam: &Vector3<f64>,
@@ -161,7 +166,8 @@ impl LensKind {
         Some((flat, by_point))
     }
 
-    /// The ray with the given flat coordinates: a direction, not of unit length. `None` outside the field.
+    /// Ray with the given flat coordinates: a direction, not of unit length. `None` outside the
+    /// field.
     pub(super) fn ray(self, flat: &Point2<f64>) -> Option<Vector3<f64>> {
         match self {
             Self::Perspective => Some(Vector3::new(flat.x, flat.y, 1.0)),
@@ -177,8 +183,8 @@ impl LensKind {
         }
     }
 
-    /// Normalised coordinates `(X/Z, Y/Z)` of the ray with the given flat ones. `None` for rays more than 89° from the axis of
-    /// a fisheye lens.
+    /// Normalised coordinates `(X/Z, Y/Z)` of the ray with the given flat coordinates. `None` for
+    /// rays more than 89° from the axis of a fisheye lens.
     pub(super) fn normalized(self, flat: &Point2<f64>) -> Option<Point2<f64>> {
         match self {
             Self::Perspective => Some(*flat),
@@ -190,7 +196,7 @@ impl LensKind {
     }
 }
 
-/// `θ / √(X² + Y²)`. `None` beyond the field of a fisheye lens, and for the camera's centre.
+/// Ratio `θ / √(X² + Y²)`. `None` beyond the field of a fisheye lens, and for the camera's centre.
 fn angle_over_radius(in_cam: &Vector3<f64>) -> Option<f64> {
     let radius = in_cam.xy().norm();
     if in_cam.z > 0.0 && radius < PARAXIAL * in_cam.z {
@@ -207,7 +213,8 @@ impl Distortion {
         *self == Self::default()
     }
 
-    /// True if a ray with the given flat coordinates is seen at all: at a pole of the rational model and beyond it isn't.
+    /// True if a ray with the given flat coordinates is visible, unlike at a pole of the rational
+    /// model and beyond.
     pub(super) fn reaches(&self, flat: &Point2<f64>) -> bool {
         self.is_polynomial() || self.radial(flat.coords.norm_squared()).denominator > AT_POLE
     }
@@ -217,8 +224,8 @@ impl Distortion {
         is_undivided || !self.kind.has_denominator()
     }
 
-    /// True if distorted coordinates lie outside the picture that a fisheye lens throws on the sensor: farther from its
-    /// centre than the rays at 110° from the axis. Never if the polynomial folds over before.
+    /// True if distorted coordinates lie outside the round picture of a fisheye lens: farther from
+    /// the centre than the rays at 110° from the axis. False if the polynomial folds over before.
     pub(super) fn is_outside(&self, distorted: &Point2<f64>) -> bool {
         const STEPS: u32 = 110;
         if self.kind.keeps_lines() {
@@ -287,8 +294,8 @@ impl Distortion {
         (radial.denominator > AT_POLE).then(|| self.bent(flat, &radial))
     }
 
-    /// [`Self::apply`] differentiated by the lens parameters, for focal lengths of 1: 2 rows, columns in the order of
-    /// [`LENS_PARAMETERS`].
+    /// Derivative of [`Self::apply`] by the lens parameters, for focal lengths of 1: 2 rows,
+    /// columns in the order of [`LENS_PARAMETERS`].
     pub fn by_parameters(&self, flat: &Point2<f64>) -> SMatrix<f64, 2, LENS_PARAMETERS> {
         self.bent(flat, &self.radial(flat.coords.norm_squared())).by_parameters
     }
@@ -335,8 +342,8 @@ impl Distortion {
 
     /// Undistorts to flat coordinates, by Newton's method.
     ///
-    /// `None` where the model folds over: no point with a positive Jacobian maps to `distorted`, which therefore
-    /// lies outside the field that the model describes. Also `None` for NaN.
+    /// `None` where the model folds over: no point with a positive Jacobian maps to `distorted`, so
+    /// it lies outside the field of the model. Also `None` for NaN.
     pub fn invert(&self, distorted: &Point2<f64>) -> Option<Point2<f64>> {
         if self.is_none() {
             return Some(*distorted);
@@ -351,7 +358,7 @@ impl Distortion {
                 return None;
             }
             let mut step = derivative.try_inverse()? * residual;
-            // A long step would jump across the fold that bounds the valid field.
+            // A long step would jump across the fold at the edge of the valid field.
             let longest = 0.3 * (1.0 + flat.coords.norm());
             let length = step.norm();
             if length > longest {

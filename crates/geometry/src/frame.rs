@@ -1,11 +1,11 @@
-//! A picture from a source, with its number and capture time.
+//! Picture from a source, with number and capture time.
 
 use std::fmt;
 
 use image::GrayImage;
 use nalgebra::Point2;
 
-/// Number of a frame within its source, in capture order. Gaps are lost frames.
+/// Number of a frame within a source, in capture order. Gaps are lost frames.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FrameId(pub u64);
 
@@ -16,7 +16,7 @@ impl FrameId {
     }
 }
 
-/// Capture time by the driver's monotonic clock, whose zero is arbitrary.
+/// Capture time by the driver's monotonic clock, with an arbitrary zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CaptureTime {
     /// Nanoseconds since the clock's zero.
@@ -34,7 +34,7 @@ impl CaptureTime {
     }
 }
 
-/// Kind of source: a stream, or pictures that stand alone.
+/// Kind of source: a stream, or single pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameKind {
     /// A frame of a stream: the board may be moving, and stillness is judged over several frames.
@@ -58,7 +58,7 @@ impl ImageSize {
         Point2::new((f64::from(self.width_px) - 1.0) / 2.0, (f64::from(self.height_px) - 1.0) / 2.0)
     }
 
-    /// True if `px` lies in the picture, up to the centres of its outermost pixels.
+    /// True if `px` lies in the picture, up to the centres of the outermost pixels.
     pub fn contains(self, px: &Point2<f64>) -> bool {
         (0.0..=f64::from(self.width_px) - 1.0).contains(&px.x)
             && (0.0..=f64::from(self.height_px) - 1.0).contains(&px.y)
@@ -70,14 +70,14 @@ impl ImageSize {
     }
 }
 
-/// `1280x720`.
+/// Formats the size as `1280x720`.
 impl fmt::Display for ImageSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}x{}", self.width_px, self.height_px)
     }
 }
 
-/// A picture with its number, time and kind.
+/// Picture with number, time and kind.
 #[derive(Clone, Debug)]
 pub struct Frame {
     /// Number within the source.

@@ -8,19 +8,20 @@ use super::{
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
-/// A homography's nine numbers, row by row.
+/// Nine entries of a homography, row by row.
 type Nine = SVector<f64, 9>;
 type NineByNine = SMatrix<f64, 9, 9>;
 
-/// Ratio of minor to major extent below which points count as collinear; rounding alone makes about 1e-8.
+/// Ratio of minor to major extent below which points count as collinear; rounding alone makes about
+/// 1e-8.
 const COLLINEAR: f64 = 1e-6;
-/// Rounds of [`Homography::fit_unweighted`]: more change nothing that a cell or a corner would show.
+/// Rounds of [`Homography::fit_unweighted`]: more change nothing visible in a cell or a corner.
 const UNWEIGHTED_ROUNDS: usize = 3;
 
-/// The map from the board plane (metres) to pixels in one view, with covariance.
+/// Map from the board plane (metres) to pixels in a view, with covariance.
 ///
-/// Scaled so that `h33 = 1`. This is always possible for a visible board: `h33` is proportional to the depth of the
-/// board's origin, which is its centre.
+/// Scaled so that `h33 = 1`. This is always possible for a visible board: `h33` is proportional to
+/// the depth of the board's origin, which is its centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Homography {
     image_from_board: Matrix3<f64>,
@@ -29,15 +30,15 @@ pub struct Homography {
     chi2: f64,
 }
 
-/// Why corners give no homography.
+/// Reason why corners give no homography.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoHomography {
-    /// Fewer than four corners, or not one board point per corner.
+    /// Fewer than four corners, or not as many board points as corners.
     #[error("{corners} corners for {points} board points: needs the same number, at least 4")]
     TooFewPoints {
-        /// Number of corners given.
+        /// Number of given corners.
         corners: usize,
-        /// Board points given.
+        /// Number of given board points.
         points: usize,
     },
     /// The corners, or the board points, are collinear or coincide.
@@ -49,19 +50,20 @@ pub enum NoHomography {
 }
 
 impl Homography {
-    /// Fits by maximum likelihood: minimises the reprojection error, each corner weighted by its covariance.
+    /// Fits by maximum likelihood: minimises the reprojection error, each corner weighted by the
+    /// inverse covariance.
     ///
-    /// `board_points_m[i]` is the board point, in metres, of `corners[i]`; at least four of each are seen. The corners
-    /// should be undistorted: a homography can't describe distortion.
+    /// `board_points_m[i]` is the board point, in metres, of `corners[i]`; at least four corners
+    /// must be seen. The corners should be undistorted: a homography can't describe distortion.
     ///
-    /// Isotropic normalisation on both sides (unequal scaling would lose perpendicularity), direct linear
-    /// transform (Hartley & Zisserman, *Multiple View Geometry*, algorithm 4.2), then Levenberg–Marquardt.
-    /// See `docs/method.md`, section 1.
+    /// Isotropic normalisation on both sides (unequal scaling would lose perpendicularity), direct
+    /// linear transform (Hartley & Zisserman, *Multiple View Geometry*, algorithm 4.2), then
+    /// Levenberg–Marquardt. See `docs/method.md`, section 1.
     ///
     /// # Errors
     ///
-    /// [`NoHomography`] if there are fewer than four corners, if they or the board points are collinear, or if a
-    /// number is not finite.
+    /// [`NoHomography`] if there are fewer than four corners, if they or the board points are
+    /// collinear, or if a number is not finite.
     pub fn fit(board_points_m: &[Point2<f64>], corners: &[Corner]) -> Result<Self, NoHomography> {
         let (points, seen_corners) = seen(board_points_m, corners);
         let (board_points_m, corners) = (points.as_ref(), seen_corners.as_ref());
@@ -108,14 +110,17 @@ impl Homography {
         Ok(Self { image_from_board, covariance, rms_px, chi2: minimum.at.cost })
     }
 
-    /// Fits by least squares of distances, every pixel alike: no covariance, no χ², and nothing is allocated.
+    /// Fits by least squares of distances, with equal weights: no covariance, no χ², and no
+    /// allocation.
     ///
-    /// Pairs of a board point and its pixel, at least four of them; `rms_px` has the unit of the pixels. The direct linear
-    /// transform with `h33 = 1` in the middle of the board, whose equations are divided by the depth of the round before.
+    /// Takes at least four pairs of a board point and its pixel; `rms_px` has the unit of the
+    /// pixels. The direct linear transform with `h33 = 1` in the middle of the board, whose
+    /// equations are divided by the depth of the previous round.
     ///
     /// # Errors
     ///
-    /// [`NoHomography::Degenerate`] for fewer than four pairs and for collinear ones, [`NoHomography::NotFinite`].
+    /// [`NoHomography::Degenerate`] for fewer than four pairs and for collinear ones,
+    /// [`NoHomography::NotFinite`].
     pub fn fit_unweighted(
         pairs: impl Iterator<Item = (Point2<f64>, Point2<f64>)> + Clone,
     ) -> Result<Self, NoHomography> {
@@ -148,8 +153,8 @@ impl Homography {
         Ok(Self { rms_px, ..fitted })
     }
 
-    /// An exact homography, with zero covariance. `None` if the matrix isn't finite or invertible, or puts the
-    /// board's origin on the camera's plane.
+    /// Exact homography, with zero covariance. `None` if the matrix isn't finite or invertible, or
+    /// puts the board's origin on the camera's plane.
     pub fn from_matrix(image_from_board: &Matrix3<f64>) -> Option<Self> {
         let scaled = image_from_board / image_from_board[(2, 2)];
         let finite = scaled.iter().all(|value| value.is_finite());
@@ -161,13 +166,13 @@ impl Homography {
         })
     }
 
-    /// The 3×3 matrix from board points (metres, homogeneous) to pixels, `h33 = 1`.
+    /// 3×3 matrix from board points (metres, homogeneous) to pixels, `h33 = 1`.
     pub fn image_from_board(&self) -> &Matrix3<f64> {
         &self.image_from_board
     }
 
-    /// Covariance of the nine entries, row by row, for the stated corner covariances; in the gauge `h·dh = 0`,
-    /// therefore of rank 8.
+    /// Covariance of the nine entries, row by row, for the stated corner covariances; in the gauge
+    /// `h·dh = 0`, therefore of rank 8.
     pub fn covariance(&self) -> &NineByNine {
         &self.covariance
     }
@@ -177,7 +182,8 @@ impl Homography {
         self.rms_px
     }
 
-    /// Sum of squared residuals weighted by the corner covariances; expected value `2n − 8` for `n` corners.
+    /// Sum of squared residuals weighted by the corner covariances; expected value `2n − 8` for `n`
+    /// corners.
     pub fn chi2(&self) -> f64 {
         self.chi2
     }
@@ -189,7 +195,7 @@ impl Homography {
     }
 }
 
-/// Root mean square distance of the mapped points from their pixels.
+/// Root mean square distance of the mapped points from the pixels.
 fn rms_px(
     image_from_board: &Matrix3<f64>,
     pairs: impl Iterator<Item = (Point2<f64>, Point2<f64>)>,
@@ -218,7 +224,8 @@ fn normalisation(
     if !spread.is_finite() {
         return Err(NoHomography::NotFinite);
     }
-    // For small ratios, determinant over squared trace is the squared ratio of minor to major extent.
+    // For small ratios, determinant over squared trace is the squared ratio of minor to major
+    // extent.
     if !(scatter.determinant() > COLLINEAR * COLLINEAR * spread * spread) {
         return Err(NoHomography::Degenerate);
     }
@@ -249,8 +256,8 @@ fn direct_linear_transform(
             rows[(2 * i + 1, 6 + k)] = -p.y * x[k];
         }
     }
-    // The right null vector of `rows`, from the eigenvectors of the normal matrix: accurate enough as an initial
-    // guess, and of fixed size.
+    // The right null vector of `rows`, from the eigenvectors of the normal matrix: accurate enough
+    // as an initial guess, and of fixed size.
     let normal_matrix: NineByNine =
         (rows.transpose() * &rows).fixed_view::<9, 9>(0, 0).into_owned();
     let eigen = SymmetricEigen::new(normal_matrix);
@@ -258,7 +265,7 @@ fn direct_linear_transform(
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
     let (least, next, largest) =
         (order[0], eigen.eigenvalues[order[1]], eigen.eigenvalues[order[8]]);
-    // A second null direction means that the points are collinear.
+    // A second null direction means collinear points.
     if !(next > 1e-12 * largest) {
         return Err(NoHomography::Degenerate);
     }
@@ -274,11 +281,11 @@ struct Reprojection<'a> {
 }
 
 impl Problem<9> for Reprojection<'_> {
-    /// The nine entries row by row, of unit length.
+    /// Nine entries row by row, of unit length.
     type State = Nine;
     type Extra = ();
 
-    /// `None` if a point falls on the camera's plane.
+    /// Linearises the problem; `None` if a point falls on the camera's plane.
     fn linearise(&self, h: &Nine) -> Option<Linearised<9>> {
         let mut cost = 0.0;
         let mut gradient = Nine::zeros();
@@ -305,7 +312,7 @@ impl Problem<9> for Reprojection<'_> {
             gradient += jacobian.transpose() * weighted;
             normal_matrix += jacobian.transpose() * weight * jacobian;
         }
-        // Fixes the free scale of h and leaves the other eight directions alone.
+        // Fixes the free scale of h without affecting the other eight directions.
         normal_matrix += h * h.transpose() * (normal_matrix.trace() / 9.0);
         cost.is_finite().then_some(Linearised { cost, gradient, normal_matrix, extra: () })
     }
@@ -315,8 +322,8 @@ impl Problem<9> for Reprojection<'_> {
     }
 }
 
-/// Puts the unseen corners where the plane through the seen ones has them. They stay as they are if fewer than four are
-/// seen, or if those span no area.
+/// Moves the unseen corners to the expected places on the plane through the seen corners. Leaves
+/// them unchanged if fewer than four are seen, or if those span no area.
 pub fn expect_unseen(board_points_m: &[Point2<f64>], corners: &mut [Corner]) {
     if corners.iter().all(Corner::is_seen) {
         return;
@@ -329,7 +336,7 @@ pub fn expect_unseen(board_points_m: &[Point2<f64>], corners: &mut [Corner]) {
     }
 }
 
-/// Projects a covariance onto the changes that keep the length of `h`.
+/// Projects a covariance onto the changes at constant length of `h`.
 fn in_gauge(covariance: &NineByNine, matrix: &Matrix3<f64>) -> NineByNine {
     let h = Nine::from_row_slice(matrix.transpose().as_slice()).normalize();
     let projection = NineByNine::identity() - h * h.transpose();

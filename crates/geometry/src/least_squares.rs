@@ -1,27 +1,30 @@
 //! Levenberg–Marquardt for a fixed, small number of parameters.
 //!
-//! Minimises `F(x) = Σ rᵀ W r`, `r` observed minus predicted. With `J` the prediction's Jacobian, `H = Jᵀ W J` and
-//! `g = Jᵀ W r`, each round solves `(H + λ diag H) δ = g` and keeps the step only if `F` does not grow. `λ` falls
-//! after a step that is kept and rises after one that is not, or where `H + λ diag H` is not positive definite
-//! (Marquardt 1963; Nocedal & Wright, *Numerical Optimization*, section 10.3).
+//! Minimises `F(x) = Σ rᵀ W r`, `r` observed minus predicted. With `J` the prediction's Jacobian,
+//! `H = Jᵀ W J` and `g = Jᵀ W r`, each round solves `(H + λ diag H) δ = g` and keeps the step only
+//! if `F` does not grow. `λ` falls after a kept step and rises after a rejected one, or where
+//! `H + λ diag H` is not positive definite (Marquardt 1963; Nocedal & Wright, *Numerical
+//! Optimization*, section 10.3).
 //!
-//! The end test is the same for every problem: `δᵀ g`, the squared length of the step in standard deviations
-//! of the parameters. It has no unit, so that one limit fits pixels, radians and metres.
+//! The end test is the same for every problem: `δᵀ g`, the squared length of the step in standard
+//! deviations of the parameters. It has no unit, so that one limit fits pixels, radians and metres.
 //!
-//! `calibration::solve::schur_lm` has the same loop for problems with parameters per view.
+//! `boresight_calibrate`'s `solve::schur_lm` has the same loop for problems with parameters per
+//! view.
 
 use nalgebra::{SMatrix, SVector};
 
-/// λ after the first step that is not kept.
+/// λ after the first rejected step.
 const LEAST_DAMPING: f64 = 1e-6;
-/// λ below which it makes no difference to a step and becomes zero.
+/// λ below which steps don't change, and λ becomes zero.
 const NEGLIGIBLE_DAMPING: f64 = 1e-10;
-/// λ above which no step can be found that lowers the cost.
+/// λ above which no step can lower the cost.
 const MAX_DAMPING: f64 = 1e9;
-/// Largest λ at the end: a step under more damping is short because it is damped, not because the minimum is near.
+/// Largest λ at the end: a step under more damping is short because of the damping, not because the
+/// minimum is near.
 const MAX_DAMPING_AT_END: f64 = 0.1;
 
-/// Cost and normal equations of a [`Problem`] at one state.
+/// Cost and normal equations of a [`Problem`] at a state.
 #[derive(Clone, Debug)]
 pub struct Linearised<const N: usize, Extra = ()> {
     /// `F`.
@@ -30,11 +33,11 @@ pub struct Linearised<const N: usize, Extra = ()> {
     pub gradient: SVector<f64, N>,
     /// `H`, the information about the parameters.
     pub normal_matrix: SMatrix<f64, N, N>,
-    /// Further sums of the problem over its residuals.
+    /// Further sums of the problem over the residuals.
     pub extra: Extra,
 }
 
-/// A weighted sum of squares of `N` parameters.
+/// Weighted sum of squares of `N` parameters.
 pub trait Problem<const N: usize> {
     /// Values of the parameters.
     type State;
@@ -47,8 +50,8 @@ pub trait Problem<const N: usize> {
     /// `state` moved by `step`.
     fn moved(&self, state: &Self::State, step: &SVector<f64, N>) -> Self::State;
 
-    /// Variance of a residual whose weight is 1: the unit in which `δᵀ g` is measured. 1 if residuals are
-    /// weighted by their covariances.
+    /// Variance of a residual with weight 1: the unit of `δᵀ g`. 1 if residuals are weighted by
+    /// their covariances.
     fn noise_variance(&self, _cost: f64) -> f64 {
         1.0
     }
@@ -57,13 +60,13 @@ pub trait Problem<const N: usize> {
 /// Start and stop settings of [`minimise`].
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Most steps tried.
+    /// Most steps.
     pub rounds: usize,
     /// First `λ`; 0 for a start near the minimum.
     pub first_damping: f64,
-    /// `δᵀ g` in units of [`Problem::noise_variance`] at which the next step is too short to matter.
+    /// Negligible `δᵀ g` of the next step, in units of [`Problem::noise_variance`].
     pub negligible_step: f64,
-    /// Relative rounding error of the cost: a step may seem to raise it by this much.
+    /// Relative rounding error of the cost: a step may seem to raise the cost by this much.
     pub cost_rounding: f64,
 }
 
@@ -76,9 +79,9 @@ impl Limits {
 /// Final state of [`minimise`]. `at` always belongs to `state`.
 #[derive(Clone, Debug)]
 pub struct Minimum<State, const N: usize, Extra = ()> {
-    /// The best state found.
+    /// Best state found.
     pub state: State,
-    /// Cost and normal equations there.
+    /// Cost and normal equations at the state.
     pub at: Linearised<N, Extra>,
     /// True if the next step is negligible.
     pub converged: bool,
@@ -86,8 +89,8 @@ pub struct Minimum<State, const N: usize, Extra = ()> {
 
 /// Follows the cost downhill from `start`.
 ///
-/// Never ends higher than it started, apart from [`Limits::cost_rounding`]; deterministic. `None` if the model is
-/// undefined at `start`.
+/// Never ends higher than it started, apart from [`Limits::cost_rounding`]; deterministic. `None`
+/// if the model is undefined at `start`.
 pub fn minimise<P: Problem<N>, const N: usize>(
     problem: &P,
     start: P::State,
@@ -115,7 +118,8 @@ pub fn minimise<P: Problem<N>, const N: usize>(
                 break;
             }
             Some(Some((state, next, decrement))) => {
-                // The cost no longer falls measurably, and rounding keeps the steps from shrinking further.
+                // The cost no longer falls measurably, and rounding keeps the steps from shrinking
+                // further.
                 let rounded = at.cost - next.cost <= limits.cost_rounding * at.cost;
                 let stalled = rounded && decrement <= 1e3 * limits.negligible_step;
                 minimum = Minimum { state, at: next, converged: stalled };
@@ -131,14 +135,15 @@ pub fn minimise<P: Problem<N>, const N: usize>(
     Some(minimum)
 }
 
-/// `δ`. `None` if the damped matrix is not positive definite.
+/// Damped step `δ`. `None` if the damped matrix is not positive definite.
 fn damped_step<const N: usize, Extra>(
     at: &Linearised<N, Extra>,
     damping: f64,
 ) -> Option<SVector<f64, N>> {
     let mut damped = at.normal_matrix;
     if damping > 0.0 {
-        // A parameter without any information gets some, or no damping would make the matrix definite.
+        // A parameter without any information gets some, or no damping would make the matrix
+        // definite.
         let least = f64::EPSILON * at.normal_matrix.diagonal().amax();
         for i in 0..N {
             damped[(i, i)] += damping * at.normal_matrix[(i, i)].max(least);
@@ -178,7 +183,7 @@ mod tests {
         }
     }
 
-    /// Residuals `1 − x` and `2 − x y`: at `x = 0` nothing is known about `y`.
+    /// Residuals `1 − x` and `2 − x y`: at `x = 0`, `y` is undetermined.
     struct Product;
 
     impl Problem<2> for Product {

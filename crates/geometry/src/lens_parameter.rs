@@ -1,20 +1,20 @@
-//! Lens parameters by name, and the parts of vectors and matrices that belong to them.
+//! Lens parameters by name, and the corresponding parts of vectors and matrices.
 
 use nalgebra::{DMatrix, Matrix2, SMatrix};
 
 use super::distortion::{BROWN_PARAMETERS, LENS_PARAMETERS};
 
-/// Covariance or information of all lens parameters, rows and columns in the order of [`LENS_PARAMETERS`]. Its parts are read
-/// through [`LensParts`].
+/// Covariance or information of all lens parameters, rows and columns in the order of
+/// [`LENS_PARAMETERS`]. Its parts are read through [`LensParts`].
 pub type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-/// Number of the lens parameters that are coefficients of the distortion.
+/// Number of distortion coefficients.
 pub const DISTORTION_PARAMETERS: usize = LENS_PARAMETERS - 4;
 
-/// One number of a lens, in the order of [`LENS_PARAMETERS`].
+/// Lens parameter, in the order of [`LENS_PARAMETERS`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LensParameter {
-    /// Focal length along x, in pixels. With square pixels, that along y follows it.
+    /// Focal length along x, in pixels; with square pixels, also along y.
     Fx,
     /// Focal length along y, in pixels.
     Fy,
@@ -41,7 +41,7 @@ pub enum LensParameter {
 }
 
 impl LensParameter {
-    /// All of them, in order.
+    /// All parameters, in order.
     pub const ALL: [Self; LENS_PARAMETERS] = [
         Self::Fx,
         Self::Fy,
@@ -60,15 +60,15 @@ impl LensParameter {
     pub const F: [Self; 2] = [Self::Fx, Self::Fy];
     /// Principal point along both axes.
     pub const PP: [Self; 2] = [Self::Cx, Self::Cy];
-    /// What a pinhole has, in order.
+    /// Parameters of a pinhole, in order.
     pub const F_THEN_PP: [Self; 4] = [Self::Fx, Self::Fy, Self::Cx, Self::Cy];
-    /// The coefficients of the distortion, in order, which is OpenCV's.
+    /// Distortion coefficients, in OpenCV's order.
     pub const DISTORTION: [Self; DISTORTION_PARAMETERS] =
         [Self::K1, Self::K2, Self::P1, Self::P2, Self::K3, Self::K4, Self::K5, Self::K6];
-    /// What a pinhole with square pixels has.
+    /// Parameters of a pinhole with square pixels.
     pub const F_AND_PP: [Self; 3] = [Self::Fx, Self::Cx, Self::Cy];
 
-    /// Place in vectors and matrices of [`LENS_PARAMETERS`].
+    /// Index in vectors and matrices of [`LENS_PARAMETERS`].
     pub const fn index(self) -> usize {
         self as usize
     }
@@ -96,12 +96,12 @@ impl LensParameter {
         self.index() < BROWN_PARAMETERS
     }
 
-    /// True if the parameter is a coefficient of the distortion.
+    /// True for a distortion coefficient.
     pub const fn is_distortion(self) -> bool {
         !matches!(self, Self::Fx | Self::Fy | Self::Cx | Self::Cy)
     }
 
-    /// Whether the parameter is a coefficient of the distortion that moves points across the radius, too.
+    /// True for a distortion coefficient that moves points across the radius, too.
     pub const fn is_tangential(self) -> bool {
         matches!(self, Self::P1 | Self::P2)
     }
@@ -109,7 +109,7 @@ impl LensParameter {
 
 /// Values of all lens parameters, in the order of [`LENS_PARAMETERS`], read by name.
 pub trait LensValues {
-    /// The values of these parameters.
+    /// Values of `parameters`.
     fn of<const N: usize>(&self, parameters: [LensParameter; N]) -> [f64; N];
 }
 
@@ -121,17 +121,17 @@ impl LensValues for [f64; LENS_PARAMETERS] {
 
 /// Parts of a [`LensMatrix`] by parameter.
 pub trait LensParts {
-    /// The rows and columns of these parameters.
+    /// Block of the given rows and columns.
     fn block<const R: usize, const C: usize>(
         &self,
         rows: [LensParameter; R],
         columns: [LensParameter; C],
     ) -> SMatrix<f64, R, C>;
 
-    /// [`Self::block`] of as many parameters as a lens model has.
+    /// [`Self::block`] for a variable number of parameters.
     fn part(&self, rows: &[LensParameter], columns: &[LensParameter]) -> DMatrix<f64>;
 
-    /// Replaces that block.
+    /// Replaces the block of the given rows and columns.
     fn set_block<const R: usize, const C: usize>(
         &mut self,
         rows: [LensParameter; R],
@@ -139,7 +139,7 @@ pub trait LensParts {
         block: &SMatrix<f64, R, C>,
     );
 
-    /// The variance of one parameter.
+    /// Variance of a parameter.
     fn variance_of(&self, parameter: LensParameter) -> f64 {
         self.block([parameter], [parameter]).x
     }
@@ -154,7 +154,7 @@ pub trait LensParts {
         self.block(LensParameter::PP, LensParameter::PP)
     }
 
-    /// Block of the coefficients of the distortion, which have no unit. Zero for those that a lens model holds fixed.
+    /// Block of the distortion coefficients, which have no unit. Zero for fixed coefficients.
     fn distortion(&self) -> SMatrix<f64, DISTORTION_PARAMETERS, DISTORTION_PARAMETERS> {
         self.block(LensParameter::DISTORTION, LensParameter::DISTORTION)
     }

@@ -1,6 +1,7 @@
-//! Geometry of one camera that looks at one flat board: homography, principal line and point, lens, pose.
+//! Geometry of a camera and a flat board: homography, principal line and point, lens, pose.
 //!
-//! Two tilted views determine the principal point, because the principal line of each passes through it:
+//! Two tilted views determine the principal point, because the principal line of each passes
+//! through it:
 //!
 //! ```
 //! use boresight_geometry::{
@@ -31,23 +32,25 @@
 //!
 //! # Conventions
 //!
-//! - Pixels: `x` right, `y` down, `(0, 0)` at the centre of the top-left pixel. Camera: `z` forward.
+//! - Pixels: `x` right, `y` down, `(0, 0)` at the centre of the top-left pixel. Camera: `z`
+//!   forward.
 //! - Board: metres on the plane `z = 0`, origin at the centre of the grid of inner corners.
 //! - Transforms read right to left: `corner_in_image = image_from_board * corner_in_board`.
 //! - Angles are radians; a name carries `_deg` only where a person reads or writes it.
-//! - Directions of lines are modulo π, tilt azimuths (the direction in which a board recedes) modulo 2π.
+//! - Directions of lines are modulo π, tilt azimuths (the direction in which a board recedes)
+//!   modulo 2π.
 //!
 //! # Modules
 //!
 //! | module | holds |
 //! |---|---|
-//! | `camera`, `distortion`, `corner` | the lens model; a measured corner with covariance |
-//! | `lens_parameter` | the lens model's parameters by name, and their parts of a covariance |
-//! | `homography`, `pose` | board plane → picture, and the rigid motion behind it; both by [`least_squares`] |
-//! | `principal_line` | the line through the principal point that one view determines |
-//! | `principal_point`, `ring`, `outlier` | what several lines determine, and lines that don't fit |
-//! | `coverage` | which parts of the picture the boards have covered |
-//! | `target` | what a board looks like, whatever its kind; the kinds |
+//! | `camera`, `distortion`, `corner` | lens model; measured corner with covariance |
+//! | `lens_parameter` | lens parameters by name, and their parts of a covariance |
+//! | `homography`, `pose` | board plane → picture, and its rigid motion; by [`least_squares`] |
+//! | `principal_line` | line through the principal point, determined by a view |
+//! | `principal_point`, `ring`, `outlier` | intersection of several lines, and outliers |
+//! | `coverage` | coverage of the picture by boards |
+//! | `target` | kinds of boards and their common interface |
 
 pub mod board;
 pub mod board_code;

@@ -1,33 +1,35 @@
-//! Principal lines that miss the point where the others meet. Deterministic: every pair is tried, or an even sample.
+//! Outliers among principal lines: lines that miss the intersection of the others. Deterministic:
+//! every pair is tried, or an even sample.
 
 use super::{PrincipalLine, PrincipalPoint, intersect_weighted};
 
-/// Fewest lines among which an outlier can be identified: with two pairs, either could be the wrong one.
+/// Fewest lines to identify an outlier: with two pairs, either could be wrong.
 pub const LINES_TO_TELL_OUTLIERS: usize = 5;
-/// Least angle between lines whose crossing gives a useful point.
+/// Least angle between lines for a useful crossing.
 const LEAST_CROSSING_RAD: f64 = 10.0 * std::f64::consts::PI / 180.0;
-/// Twice the 0.999 quantile of χ² with 1 degree of freedom: the point itself is uncertain, too.
+/// Twice the 0.999 quantile of χ² with 1 degree of freedom: the point is uncertain, too.
 /// `docs/method.md`, section 2.
 const REJECTED: f64 = 2.0 * 10.828;
 
-/// Most pairs tried: all of 45 lines. As more than half of the lines meet, one pair in four consists of such lines.
+/// Most pairs tried: all of 45 lines. More than half of the lines meet, so one pair in four
+/// consists of such lines.
 const MOST_PAIRS: usize = 1000;
 
-/// Principal lines that meet, and those that miss their point.
+/// Consistent principal lines and outliers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConsistentLines {
     /// Intersection of the consistent lines.
     pub pp: PrincipalPoint,
-    /// Factor by which the stated variances must grow to explain the spread of the lines, at least 1.
+    /// Factor on the stated variances to explain the spread of the lines, at least 1.
     pub variance_scale: f64,
-    /// The other lines, in the order given.
+    /// Outliers, in the given order.
     pub outliers: Vec<OutlierLine>,
 }
 
-/// A line that misses the point where the others meet.
+/// Line that misses the intersection of the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutlierLine {
-    /// Index of the line in the order given.
+    /// Index of the line in the given order.
     pub index: usize,
     /// Distance from the point in pixels, signed.
     pub distance_px: f64,
@@ -36,20 +38,20 @@ pub struct OutlierLine {
 }
 
 impl OutlierLine {
-    /// The outlier, if its distance varies `times` as much. `None` if it then may be a good line.
+    /// Outlier with `times` the variance of the distance. `None` if the line then may be good.
     pub fn with_variance(self, times: f64) -> Option<Self> {
         let sigmas = self.sigmas / times.sqrt();
         (sigmas * sigmas > REJECTED).then_some(Self { sigmas, ..self })
     }
 }
 
-/// Why outliers can't be identified.
+/// Reason why outliers can't be identified.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OutliersUnknown {
     /// Too few lines; repeat a doubtful pose instead.
     #[error("{have} principal lines, telling outliers needs 5")]
     TooFewLines {
-        /// Number of lines given.
+        /// Number of given lines.
         have: usize,
     },
     /// The lines are nearly parallel, or have no variance.
@@ -57,20 +59,21 @@ pub enum OutliersUnknown {
     NoPoint,
 }
 
-/// Finds the lines that miss the point where most lines meet.
+/// Finds outliers from the intersection of most lines.
 ///
-/// Every pair that crosses at more than 10° gives a point; of more than 1000 pairs, an even sample does. Its score is an order statistic,
-/// `⌈(N + 3)/2⌉` of N, of the squared distances over their variances: a point where more than half of
-/// the lines meet scores low whatever the others do. The best score, over the χ² quantile expected of it,
-/// scales the variances (at least 1). Lines with `r²/(var s²) > 2 χ²₁(0.999)` are rejected, the rest
-/// intersected again, until nothing changes. See `docs/method.md`, section 2.
+/// Every pair crossing at more than 10° gives a point; of more than 1000 pairs, an even sample
+/// does. Its score is an order statistic, `⌈(N + 3)/2⌉` of N, of the squared distances over their
+/// variances: an intersection of more than half of the lines scores low regardless of the others.
+/// The best score, divided by its expected χ² quantile, scales the variances (at least 1). Lines
+/// with `r²/(var s²) > 2 χ²₁(0.999)` are rejected, and the rest intersected again, until nothing
+/// changes. See `docs/method.md`, section 2.
 ///
 /// The lines should be of undistorted corners: distortion moves good lines off the principal point.
 ///
 /// # Errors
 ///
-/// [`OutliersUnknown::TooFewLines`] below five lines, where an outlier and the lines that contradict it look alike;
-/// [`OutliersUnknown::NoPoint`] if no pair crosses.
+/// [`OutliersUnknown::TooFewLines`] below five lines, where an outlier and the lines that
+/// contradict it look alike; [`OutliersUnknown::NoPoint`] if no pair crosses.
 pub fn consistent_lines(lines: &[PrincipalLine]) -> Result<ConsistentLines, OutliersUnknown> {
     let have = lines.len();
     if have < LINES_TO_TELL_OUTLIERS {
@@ -126,7 +129,7 @@ pub fn consistent_lines(lines: &[PrincipalLine]) -> Result<ConsistentLines, Outl
     Ok(ConsistentLines { pp, variance_scale, outliers })
 }
 
-/// Squared distance from the point in units of the line's variance there.
+/// Squared distance from the point in units of the line's variance at the point.
 fn square(line: &PrincipalLine, point: &PrincipalPoint) -> f64 {
     line.distance_px(&point.px).powi(2) / line.variance_of_distance(&point.px)
 }
@@ -153,7 +156,7 @@ mod tests {
 
     const PP: Point2<f64> = Point2::new(650.0, 350.0);
 
-    /// A line through PP and off by `off_px`, of the stated variance.
+    /// Line through PP, moved by `off_px`, of the stated variance.
     fn line(phi_rad: f64, off_px: f64, sigma_px: f64) -> PrincipalLine {
         let origin_px = Point2::new(639.5, 359.5);
         let n = Vector2::new(phi_rad.cos(), phi_rad.sin());

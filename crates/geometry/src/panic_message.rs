@@ -1,4 +1,4 @@
-//! Panics of other people's code, caught and in words.
+//! Catches panics of third-party code, with messages.
 
 use std::{
     any::Any,
@@ -7,7 +7,7 @@ use std::{
 };
 
 thread_local! {
-    /// Whether [`caught`] is at work on this thread.
+    /// True while [`caught`] runs on this thread.
     static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -17,12 +17,12 @@ pub fn panic_message(payload: &(dyn Any + Send)) -> Option<String> {
     fixed.or_else(|| payload.downcast_ref::<String>().cloned())
 }
 
-/// Does `work`, which no panic leaves: for decoders, which hostile files make panic. What `work` changes must be thrown away
-/// after an error.
+/// Runs `work` and catches panics, for decoders that panic on hostile files. State changed by
+/// `work` must be discarded after an error.
 ///
 /// # Errors
 ///
-/// The message of the panic.
+/// Message of the panic.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     let before = IS_CAUGHT.replace(true);
     let result = catch_unwind(AssertUnwindSafe(work));
@@ -30,7 +30,7 @@ pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     result.map_err(|payload| panic_message(&*payload).unwrap_or_default())
 }
 
-/// Lets the program write nothing about panics that [`caught`] catches. For a program to call once, at its start.
+/// Silences the messages of panics caught by [`caught`]. A program calls this once, at its start.
 pub fn caught_in_silence() {
     let before = take_hook();
     set_hook(Box::new(move |panic| {

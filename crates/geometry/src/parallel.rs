@@ -1,10 +1,11 @@
-//! Independent work on several threads, with the feature of that name. The result doesn't depend on their number.
+//! Independent work on several threads, with the feature `threads`. The result doesn't depend on
+//! their number.
 
-/// Computes `work(0), work(1), … work(count − 1)` in this order, on this thread and up to `threads − 1` others, which
-/// end before the call returns.
+/// Computes `work(0), work(1), … work(count − 1)` in this order, on this thread and up to
+/// `threads − 1` others, which end before the call returns.
 ///
-/// Threads that the system refuses to start are done without, as are all without the feature `threads`. A panic of `work`
-/// continues in the caller.
+/// Threads refused by the system are skipped, as are all without the feature `threads`. A panic of
+/// `work` continues in the caller.
 pub fn map<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "threads")]
     if threads > 1 && count > 1 {

@@ -8,19 +8,19 @@ use super::{
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
-/// The pose of a board seen by a known camera.
+/// Pose of a board in a known camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseFit {
     /// Rigid motion from board to camera, in metres.
     pub cam_from_board: Isometry3<f64>,
     /// Root mean square distance between corners and projected board points, in pixels.
     pub rms_px: f64,
-    /// Covariance of the small step `(ω, τ)`, radians and metres, see [`Camera::moved`]; for the stated corner
-    /// covariances.
+    /// Covariance of the small step `(ω, τ)`, radians and metres, see [`Camera::moved`]; for the
+    /// stated corner covariances.
     pub covariance: Matrix6<f64>,
 }
 
-/// Why corners give no pose.
+/// Reason why corners give no pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoPose {
     /// The corners fit no homography, or lie outside the field of the lens model.
@@ -31,11 +31,11 @@ pub enum NoPose {
     Diverged,
 }
 
-/// Decomposes a homography of *undistorted* pixels: `K⁻¹H ∝ (r1 r2 t)`, the closest rotation by singular values, and
-/// the sign for which the board is in front. Zhang 2000, section 3.1.
+/// Decomposes a homography of *undistorted* pixels: `K⁻¹H ∝ (r1 r2 t)`, the closest rotation by
+/// singular values, and the sign for which the board is in front. Zhang 2000, section 3.1.
 ///
-/// Board points are in metres, and so is the translation. `None` if the matrix isn't finite or puts the board's
-/// origin on the camera's plane.
+/// Board points are in metres, and so is the translation. `None` if the matrix isn't finite or puts
+/// the board's origin on the camera's plane.
 pub fn pose_from_homography(
     image_from_board: &Matrix3<f64>,
     camera: &Camera,
@@ -46,11 +46,12 @@ pub fn pose_from_homography(
     rigid_from_columns(&(normalized_from_image * image_from_board))
 }
 
-/// Pose of a board whose points (metres) are seen along `rays`, directions in camera coordinates, at any angle to the optical
-/// axis: `ray × (r1 r2 t) X = 0`, solved by its singular vector.
+/// Pose of a board from the `rays` to the board's points (metres), directions in camera
+/// coordinates, at any angle to the optical axis: `ray × (r1 r2 t) X = 0`, solved by its singular
+/// vector.
 ///
-/// `None` with fewer than four points, if the equations don't determine the matrix, or if most of the board is seen against
-/// the direction of its rays.
+/// `None` with fewer than four points, if the equations don't determine the matrix, or if most of
+/// the board lies against the direction of its rays.
 pub fn pose_from_rays(
     board_points_m: &[Point2<f64>],
     rays: &[Vector3<f64>],
@@ -85,18 +86,18 @@ pub fn pose_from_rays(
     closest_rigid(&m)
 }
 
-/// [`closest_rigid`] with the sign for which the board's origin is in front of the camera.
+/// [`closest_rigid`] with the sign that puts the board's origin in front of the camera.
 fn rigid_from_columns(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
     let m = if m[(2, 2)] < 0.0 { -m } else { *m };
     closest_rigid(&m).filter(|pose| pose.translation.z > 1e-9)
 }
 
-/// The pose closest to a positive multiple of `(r1 r2 t)`.
+/// Pose closest to a positive multiple of `(r1 r2 t)`.
 fn closest_rigid(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
     let (mut first, mut second, mut shift) =
         (m.column(0).into_owned(), m.column(1).into_owned(), m.column(2).into_owned());
-    // Both columns should be unit vectors; the geometric mean of their lengths is the scale least sensitive to
-    // noise.
+    // Both columns should be unit vectors; the geometric mean of their lengths is the scale least
+    // sensitive to noise.
     let scale = 1.0 / (first.norm() * second.norm()).sqrt();
     if !scale.is_finite() {
         return None;
@@ -116,11 +117,11 @@ fn closest_rigid(m: &Matrix3<f64>) -> Option<Isometry3<f64>> {
     Some(Isometry3::from_parts(shift.into(), rotation))
 }
 
-/// Fits the pose that minimises the reprojection error, each corner weighted by its covariance.
+/// Fits the pose by the least reprojection error, each corner weighted by the inverse covariance.
 ///
-/// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels); unseen corners are left out.
-/// Undistorts the corners, fits and decomposes a homography (of rays, if the lens is a fisheye), then refines by
-/// Levenberg–Marquardt on the distorted pixels.
+/// `board_points_m[i]` is the board point, in metres, of `corners[i]` (distorted pixels); unseen
+/// corners are left out. Undistorts the corners, fits and decomposes a homography (of rays, if the
+/// lens is a fisheye), then refines by Levenberg–Marquardt on the distorted pixels.
 ///
 /// # Errors
 ///
@@ -151,7 +152,7 @@ pub fn fit_pose(
     })
 }
 
-/// The pose that a homography of the undistorted corners gives.
+/// Pose by a homography of the undistorted corners.
 fn pose_through_pinhole(
     camera: &Camera,
     board_points_m: &[Point2<f64>],
@@ -163,7 +164,7 @@ fn pose_through_pinhole(
     pose_from_homography(homography.image_from_board(), camera)
 }
 
-/// Corners of one view under a known camera.
+/// Corners of a view under a known camera.
 struct Reprojection<'a> {
     camera: &'a Camera,
     board_points_m: &'a [Point2<f64>],
@@ -171,7 +172,7 @@ struct Reprojection<'a> {
 }
 
 impl Problem<6> for Reprojection<'_> {
-    /// Board to camera.
+    /// Pose from board to camera.
     type State = Isometry3<f64>;
     /// Sum of squared pixel distances.
     type Extra = f64;

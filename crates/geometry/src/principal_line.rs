@@ -4,15 +4,17 @@ use nalgebra::{Matrix2, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector4};
 
 use super::Homography;
 
-/// Largest standard deviation of the direction at which a view still has a principal line.
+/// Largest standard deviation of the direction of a principal line.
 const MAX_SIGMA_PHI_RAD: f64 = 2.0 * PI / 180.0;
-/// Least foreshortening in units of its standard deviation.
+/// Least foreshortening in standard deviations.
 const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 
-/// The principal line of one view: the image line in which the plane through the optical axis parallel to the board's
-/// normal meets the picture. It passes through the principal point and is the board's axis of symmetry in the image.
+/// Principal line of a view: the image line in which the plane through the optical axis parallel to
+/// the board's normal meets the picture. It passes through the principal point and is the board's
+/// axis of symmetry in the image.
 ///
-/// With `H = image_from_board`, pixels counted from [`Self::origin_px`], `a = h31`, `b = h32`, `ρ² = a² + b²`:
+/// With `H = image_from_board`, pixels counted from [`Self::origin_px`], `a = h31`, `b = h32`,
+/// `ρ² = a² + b²`:
 /// ```text
 /// V = ((a h11 + b h12)/ρ², (a h21 + b h22)/ρ²)    vanishing point of the direction in which the board recedes
 /// u = (a h12 − b h11, a h22 − b h21)              image direction of the horizon
@@ -20,16 +22,17 @@ const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 /// D = |u|/ρ²                                      from V to the ±45° vanishing points on the horizon
 /// ```
 /// Assumes square pixels, no skew and undistorted corners; with `fy/fx = 1 + ε` the line misses the
-/// principal point by up to `f ε / tan(tilt)`. The sign of `n` is arbitrary, so directions of lines are compared
-/// modulo π; the direction in which the board recedes has a sign.
+/// principal point by up to `f ε / tan(tilt)`. The sign of `n` is arbitrary, so directions of lines
+/// are compared modulo π; the direction in which the board recedes has a sign.
 ///
-/// Source: Chuang et al., "Geometry-based camera calibration using closed-form solution of principal
-/// line", IEEE TIP 2021. D, the covariance and the tilt azimuth are derived in `docs/method.md`, section 1.
+/// Source: Chuang et al., "Geometry-based camera calibration using closed-form solution of
+/// principal line", IEEE TIP 2021. D, the covariance and the tilt azimuth are derived in
+/// `docs/method.md`, section 1.
 ///
 /// # Examples
 ///
-/// A board tilted by 40° about its vertical axis recedes to the right, so its line is horizontal and passes through
-/// the principal point:
+/// A board tilted by 40° about its vertical axis recedes to the right, so its line is horizontal
+/// and passes through the principal point:
 ///
 /// ```
 /// use boresight_geometry::{Camera, Corner, Homography, PrincipalLine, mean_px, board::Checkerboard};
@@ -64,11 +67,12 @@ pub struct PrincipalLine {
     pub c_px: f64,
     /// Coordinate `v` of the vanishing point along the line.
     pub v_px: f64,
-    /// `D`: distance on the horizon from the vanishing point to those at ±45°; equals `f / sin(tilt)`.
+    /// `D`: distance on the horizon from the vanishing point to those at ±45°; equals
+    /// `f / sin(tilt)`.
     pub d_px: f64,
     /// Vanishing point of the direction in which the board recedes, in pixels of the picture.
     pub vanishing_point_px: Point2<f64>,
-    /// Point from which `c` and `v` are measured, in pixels of the picture.
+    /// Origin of `c` and `v`, in pixels of the picture.
     pub origin_px: Point2<f64>,
     /// Direction in the image in which the board recedes, `[0, 2π)`.
     pub tilt_azimuth_rad: f64,
@@ -76,7 +80,7 @@ pub struct PrincipalLine {
     pub covariance: Matrix4<f64>,
 }
 
-/// Why a view has no principal line.
+/// Reason why a view has no principal line.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoPrincipalLine {
     /// The board faces the camera: every line through the principal point fits.
@@ -84,7 +88,7 @@ pub enum NoPrincipalLine {
         "the board faces the camera: its foreshortening is {sigmas:.1} sd, its direction known to {sigma_phi_rad:.3} rad"
     )]
     FrontoParallel {
-        /// Foreshortening in units of its standard deviation; at least 5 is required.
+        /// Foreshortening in standard deviations; at least 5 is required.
         sigmas: f64,
         /// Standard deviation of the direction; at most 2° is allowed.
         sigma_phi_rad: f64,
@@ -94,7 +98,7 @@ pub enum NoPrincipalLine {
     NotFinite,
 }
 
-/// The focal length of a single view, from that view alone.
+/// Focal length from a single view.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FocalLength {
     /// Focal length in pixels.
@@ -103,7 +107,7 @@ pub struct FocalLength {
     pub sigma_px: f64,
 }
 
-/// Why a single view gives no focal length.
+/// Reason why a single view gives no focal length.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoFocalLength {
     /// `D² ≤ d²`: no focal length is consistent with this principal point.
@@ -119,17 +123,18 @@ pub enum NoFocalLength {
 }
 
 impl PrincipalLine {
-    /// The principal line of a view.
+    /// Principal line of a view.
     ///
-    /// `homography` should be of undistorted corners. `c` and `v` are measured from `origin_px`, usually the image
-    /// centre; lines that are to be intersected may have different origins. `mean_corner_px` is the mean of the
-    /// view's corners and decides the sign of the tilt azimuth.
+    /// `homography` should be of undistorted corners. `c` and `v` are measured from `origin_px`,
+    /// usually the image centre; lines to be intersected may have different origins.
+    /// `mean_corner_px` is the mean of the view's corners and decides the sign of the tilt azimuth.
     ///
     /// # Errors
     ///
-    /// [`NoPrincipalLine::FrontoParallel`] if the foreshortening is below five times its standard deviation or the
-    /// direction is uncertain by more than 2°; for an exact homography, only if there is no foreshortening at all.
-    /// [`NoPrincipalLine::NotFinite`] if the homography isn't finite.
+    /// [`NoPrincipalLine::FrontoParallel`] if the foreshortening is below five times its standard
+    /// deviation or the direction is uncertain by more than 2°; for an exact homography, only if
+    /// there is no foreshortening at all. [`NoPrincipalLine::NotFinite`] if the homography isn't
+    /// finite.
     pub fn of(
         homography: &Homography,
         origin_px: Point2<f64>,
@@ -254,14 +259,15 @@ impl PrincipalLine {
         self.direction().dot(&(pp - self.origin_px)) - self.v_px
     }
 
-    /// Tilt of the board in radians for the principal point `pp`, from `cos θ = |t·P − v| / D`. `None` if the cosine
-    /// would exceed 1.
+    /// Tilt of the board in radians for the principal point `pp`, from `cos θ = |t·P − v| / D`.
+    /// `None` if the cosine would exceed 1.
     pub fn tilt_rad(&self, pp: &Point2<f64>) -> Option<f64> {
         let cosine = self.along_px(pp).abs() / self.d_px;
         (cosine <= 1.0).then(|| libm::acos(cosine))
     }
 
-    /// Focal length of this view alone for the principal point `pp`: `f² = D² − δ²` with `δ = t·P − v`.
+    /// Focal length of this view alone for the principal point `pp`: `f² = D² − δ²` with
+    /// `δ = t·P − v`.
     ///
     /// `df = (δ n·P, 0, δ, D)/f` over `(φ, c, v, D)` and `−δ t/f` over `P`.
     ///

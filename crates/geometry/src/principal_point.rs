@@ -2,24 +2,25 @@ use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::PrincipalLine;
 
-/// The intersection of the principal lines of several views.
+/// Intersection of the principal lines of several views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalPoint {
-    /// The intersection, in pixels of the picture.
+    /// Intersection, in pixels of the picture.
     pub px: Point2<f64>,
     /// Covariance in px², propagated from the lines' covariances.
     pub covariance_px2: Matrix2<f64>,
-    /// Sum of squared distances of the lines from the point over their variances; expected value `n − 2`.
+    /// Sum of squared distances of the lines from the point over the variances; expected value
+    /// `n − 2`.
     pub chi2: f64,
 }
 
-/// Why principal lines don't determine a point.
+/// Reason why principal lines don't determine a point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoPrincipalPoint {
     /// Fewer than two lines.
     #[error("{have} principal lines, needs 2")]
     TooFewLines {
-        /// Number of lines given.
+        /// Number of given lines.
         have: usize,
     },
     /// All lines are nearly parallel.
@@ -35,25 +36,26 @@ pub enum NoPrincipalPoint {
     NoVariance,
 }
 
-/// Smallest eigenvalue of the mean of `n nᵀ` below which lines count as parallel: their directions scatter by less
-/// than 0.06°.
+/// Smallest eigenvalue of the mean of `n nᵀ` below which lines count as parallel: the directions
+/// scatter by less than 0.06°.
 const PARALLEL_SPREAD: f64 = 1e-6;
 
 /// Intersects lines with equal weights: minimises `Σ (nᵢ·P − cᵢ)²` over unit normals.
 ///
-/// Chuang 2021 intersects the lines as they come from the homography, with normals that aren't of unit length; their
-/// length acts as a hidden weight there.
+/// Chuang 2021 intersects the lines with the homography's normals, which aren't of unit length;
+/// their length acts as a hidden weight there.
 ///
 /// # Errors
 ///
-/// [`NoPrincipalPoint::TooFewLines`] below two lines, [`NoPrincipalPoint::Parallel`] if they are nearly parallel.
+/// [`NoPrincipalPoint::TooFewLines`] below two lines, [`NoPrincipalPoint::Parallel`] if they are
+/// nearly parallel.
 pub fn intersect_unweighted(lines: &[PrincipalLine]) -> Result<PrincipalPoint, NoPrincipalPoint> {
     let weights = vec![1.0; lines.len()];
     let (px, inverse) = intersect(lines, &weights)?;
     let mut spread = Matrix2::zeros();
     for line in lines {
         let n = line.normal();
-        // dP/d(distance) = N⁻¹ n, at the point where the lines meet.
+        // dP/d(distance) = N⁻¹ n, at the intersection.
         spread += n * n.transpose() * line.variance_of_distance(&px);
     }
     Ok(PrincipalPoint { px, covariance_px2: inverse * spread * inverse, chi2: chi2(lines, &px) })

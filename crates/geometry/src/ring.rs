@@ -2,7 +2,7 @@ use nalgebra::{Matrix2, Matrix3, Matrix4, Point2, SMatrix, Vector2, Vector3};
 
 use super::PrincipalLine;
 
-/// Principal point and common focal length from principal lines and their vanishing points.
+/// Principal point and common focal length from principal lines and vanishing points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingEstimate {
     /// Principal point in pixels.
@@ -13,13 +13,13 @@ pub struct RingEstimate {
     pub covariance: Matrix3<f64>,
 }
 
-/// Why there is no [`RingEstimate`].
+/// Reason for a missing [`RingEstimate`].
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoRing {
     /// Fewer than two views.
     #[error("{have} views, needs 2")]
     TooFewLines {
-        /// Number of views given.
+        /// Number of given views.
         have: usize,
     },
     /// The views don't determine the three unknowns.
@@ -30,18 +30,20 @@ pub enum NoRing {
     Imaginary,
 }
 
-/// Estimates principal point and focal length in closed form, with both of Zhang's constraints per view.
+/// Estimates principal point and focal length in closed form, with both of Zhang's constraints per
+/// view.
 ///
-/// One opposed pair is enough. Assumes a focal length that all views share, square pixels and undistorted corners.
+/// One opposed pair is enough. Assumes a focal length common to all views, square pixels and
+/// undistorted corners.
 ///
-/// Unknowns `(Px, Py, s = f² + |P|²)`, counted from the lines' origin; per view the rows `n·P = c` and
-/// `2V·P − s = |V|² − D²`, weighted by the 2×2 covariance of their residuals, iterated; `f = √(s − |P|²)`.
-/// See `docs/method.md`, section 2.
+/// Unknowns `(Px, Py, s = f² + |P|²)`, counted from the lines' origin; per view the rows `n·P = c`
+/// and `2V·P − s = |V|² − D²`, weighted by the 2×2 covariance of their residuals, iterated;
+/// `f = √(s − |P|²)`. See `docs/method.md`, section 2.
 ///
 /// # Errors
 ///
-/// [`NoRing::TooFewLines`] below two lines, [`NoRing::Degenerate`] if the views don't differ enough,
-/// [`NoRing::Imaginary`] if the best fit has `f² ≤ 0`.
+/// [`NoRing::TooFewLines`] below two lines, [`NoRing::Degenerate`] if the views don't differ
+/// enough, [`NoRing::Imaginary`] if the best fit has `f² ≤ 0`.
 pub fn principal_line_and_ring(lines: &[PrincipalLine]) -> Result<RingEstimate, NoRing> {
     let have = lines.len();
     let origin_px = match lines.first() {
@@ -146,8 +148,8 @@ impl View {
             -2.0 * dv,
             2.0 * self.d_px,
         );
-        // Residuals as observed minus predicted: r1 = c − n·P, r2 = (|V|² − D²) − (2V·P − s) with the
-        // sign of the second row turned to match.
+        // Residuals as observed minus predicted: r1 = c − n·P, r2 = (|V|² − D²) − (2V·P − s) with
+        // the sign of the second row turned to match.
         let sign = Matrix2::new(1.0, 0.0, 0.0, -1.0);
         let covariance = sign * partials * self.covariance * partials.transpose() * sign;
         covariance.try_inverse().ok_or(NoRing::Degenerate)

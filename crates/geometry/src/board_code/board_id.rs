@@ -1,6 +1,6 @@
 use std::{fmt, str::FromStr};
 
-/// Digits and letters that aren't mistaken for each other.
+/// Digits and letters not mistaken for each other.
 const ALPHABET: &[u8; 32] = b"0123456789ABCDEFGHJKMNPQRSTVWXYZ";
 const LETTERS: usize = 4;
 const BITS_OF_LETTER: u32 = 5;
@@ -9,13 +9,13 @@ const BITS_OF_LETTER: u32 = 5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BoardId(u32);
 
-/// Why a text is no [`BoardId`].
+/// Error of a text that isn't a [`BoardId`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected four digits or letters other than U, for example K7Q2")]
 pub struct NotAnId;
 
 impl BoardId {
-    /// Bits of an ID.
+    /// Number of bits in an ID.
     pub const BITS: u32 = LETTERS as u32 * BITS_OF_LETTER;
 
     /// Makes an ID from the last bits of a number.
@@ -23,7 +23,7 @@ impl BoardId {
         Self(number & ((1 << Self::BITS) - 1))
     }
 
-    /// The ID as a number below 2²⁰.
+    /// Value of the ID, below 2²⁰.
     pub fn number(self) -> u32 {
         self.0
     }

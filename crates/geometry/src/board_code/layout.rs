@@ -1,15 +1,15 @@
-//! Layout of the strip. Places are in squares from the board's top-left corner (the outer corner of its outermost
-//! square), `x` along a row and `y` down.
+//! Layout of the strip. Places are in squares from the board's top-left corner (the outer corner of
+//! the outermost square), `x` along a row and `y` down.
 
 use super::CELLS;
 
-/// Near and far side of the strip, in squares outside of the board's edge. The white before it keeps the outer squares
-/// as they are.
+/// Near side of the strip, in squares outside of the board's edge. The white before the strip keeps
+/// the outer squares unchanged.
 pub const NEAR: f64 = 0.42;
-/// See [`NEAR`].
+/// Far side of the strip, as [`NEAR`].
 pub const FAR: f64 = 0.66;
 
-/// A side of the board.
+/// Side of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the words say it")]
 pub enum Edge {
@@ -20,11 +20,11 @@ pub enum Edge {
 }
 
 impl Edge {
-    /// All of them.
+    /// All edges.
     pub const ALL: [Self; 4] = [Self::Top, Self::Bottom, Self::Left, Self::Right];
 
-    /// Place on this edge of a board with `columns` × `rows` inner corners: `along` it, 0 to 1, and `outside` it, in
-    /// squares.
+    /// Place on an edge of a board with `columns` × `rows` inner corners: `along` the edge, 0 to 1,
+    /// and `outside` it, in squares.
     pub fn place(self, (columns, rows): (usize, usize), along: f64, outside: f64) -> (f64, f64) {
         let (width, height) = ((columns + 1) as f64, (rows + 1) as f64);
         match self {
@@ -41,7 +41,7 @@ pub fn place_in_cell(index: usize, within: f64) -> f64 {
     (index as f64 + within) / CELLS as f64
 }
 
-/// The black bars of a strip: top-left and bottom-right corner of each.
+/// Black bars of a strip: top-left and bottom-right corner of each.
 pub fn bars(edge: Edge, size: (usize, usize), cells: &[bool; CELLS]) -> Vec<[(f64, f64); 2]> {
     let mut bars = Vec::new();
     let mut begin = None;

@@ -1,6 +1,6 @@
-//! The code in a printed board's margin: which board this is, so that nobody types it.
+//! Code in a printed board's margin, which identifies the board without typing.
 //!
-//! A strip of black and white cells runs along the whole side of the board, outside of it:
+//! A strip of black and white cells runs along a whole side of the board, outside of it:
 //!
 //! ```text
 //!  ██ ▌▐█ ▌▌██▐ …   guard 110, 86 bits, guard 101
@@ -8,9 +8,10 @@
 //! │████    ████     the board's outer squares
 //! ```
 //!
-//! The bits are columns and rows (7 each), the side of a square in micrometres (20), the board's ID (20), and a
-//! CRC-32 over them. The reader knows where the strip is from the corners that it has found, and columns and rows
-//! must be those of the board that it sees, so that a strip of chance passes about once in 2⁴⁰ attempts.
+//! The bits are columns and rows (7 each), the side of a square in micrometres (20), the board's ID
+//! (20), and a CRC-32 over them. The reader locates the strip from the corners found, and columns
+//! and rows must match the observed board, so that a chance strip passes about once in 2⁴⁰
+//! attempts.
 
 mod board_id;
 mod layout;
@@ -25,9 +26,9 @@ const END: [bool; 3] = [true, false, true];
 const COUNT_BITS: u32 = 7;
 const SQUARE_BITS: u32 = 20;
 const SUM_BITS: u32 = 32;
-/// Cells of a strip.
+/// Number of cells in a strip.
 pub const CELLS: usize = 3 + (2 * COUNT_BITS + SQUARE_BITS + BoardId::BITS + SUM_BITS) as usize + 3;
-/// Enters the checksum, so that strips of a different layout are rejected.
+/// Layout version, part of the checksum, so that strips of a different layout are rejected.
 const LAYOUT: &[u8] = b"boresight/1";
 
 /// Contents of the strip.
@@ -40,12 +41,12 @@ pub struct BoardCode {
 }
 
 impl BoardCode {
-    /// The code of a board. `None` if its squares are a metre or larger, or smaller than a micrometre.
+    /// Code of a board. `None` if its squares are a metre or larger, or smaller than a micrometre.
     pub fn new(board: &Checkerboard, id: BoardId) -> Option<Self> {
         let square_um = (board.square_m() * 1e6).round();
         let fits = (1.0..f64::from(1_u32 << SQUARE_BITS)).contains(&square_um);
         fits.then_some(Self {
-            // Both are at most 99.
+            // At most 99 each.
             columns: board.columns() as u16,
             rows: board.rows() as u16,
             square_um: square_um as u32,
@@ -53,7 +54,7 @@ impl BoardCode {
         })
     }
 
-    /// The board, with the squares that it was printed with.
+    /// Board with the printed squares.
     pub fn board(&self) -> Option<Checkerboard> {
         Checkerboard::new(self.columns, self.rows, f64::from(self.square_um) * 1e-6).ok()
     }
@@ -63,7 +64,7 @@ impl BoardCode {
         self.id
     }
 
-    /// The strip's cells, true where it's black.
+    /// Cells of the strip, true if black.
     pub fn cells(&self) -> [bool; CELLS] {
         let mut bits = START.to_vec();
         for (value, count) in self.fields() {
@@ -73,7 +74,7 @@ impl BoardCode {
         std::array::from_fn(|i| bits[i])
     }
 
-    /// Decodes cells; `None` if they aren't a whole strip.
+    /// Decodes cells; `None` if the cells aren't a whole strip.
     pub fn read(cells: &[bool; CELLS]) -> Option<Self> {
         if cells[..START.len()] != START || cells[CELLS - END.len()..] != END {
             return None;
@@ -94,7 +95,7 @@ impl BoardCode {
         (sum == code.sum() && code.board().is_some()).then_some(code)
     }
 
-    /// Values with their numbers of bits, in the strip's order.
+    /// Values with numbers of bits, in the strip's order.
     fn fields(&self) -> [(u32, u32); 5] {
         [
             (self.columns.into(), COUNT_BITS),

@@ -23,7 +23,7 @@ pub enum CameraEvent {
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
-    /// Something is doubtful although pictures come.
+    /// The pictures come, but are doubtful.
     Doubtful {
         /// The camera's fault.
         fault: Fault,
@@ -40,47 +40,47 @@ pub enum CameraEvent {
         /// State of each control.
         locks: Locks,
     },
-    /// A locked control is not what it was.
+    /// A locked control changed.
     ControlChanged(ControlChange),
-    /// A control that had changed is back where it was, and the picture has settled.
+    /// A changed control is back at the locked value, and the picture has settled.
     ControlRestored {
         /// The control concerned.
         control: Control,
         /// Pictures from then on are good.
         good_from: CaptureTime,
     },
-    /// A control was set because the person asked for it, and the picture has settled.
+    /// A control was set at the person's request, and the picture has settled.
     ControlSet {
         /// The control concerned.
         control: Control,
-        /// State of the control now, as read back.
+        /// State of the control as read back.
         lock: Lock,
-        /// Pictures from then on are with it.
+        /// Pictures from then on have the new value.
         good_from: CaptureTime,
     },
-    /// Frames that did not reach the detector, since the start of this run.
+    /// Frames lost before the detector, since the start of this run.
     Counted {
-        /// Lost by the driver or skipped for a newer one.
+        /// Number lost by the driver or skipped for a newer frame.
         dropped: u64,
-        /// Damaged, and for that reason not looked at.
+        /// Number damaged, and therefore skipped.
         rejected: u64,
     },
 }
 
-/// A change of a control, seen at a read-back.
+/// Change of a control, seen at a read-back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlChange {
     /// The control concerned.
     pub control: Control,
-    /// The locked value, in the driver's unit.
+    /// Locked value, in the driver's unit.
     pub from: i64,
-    /// The value read now, in the driver's unit.
+    /// Value read now, in the driver's unit.
     pub to: i64,
-    /// Time at which the value was last right: pictures taken later may be with another lens.
+    /// Time at which the value was last right: later pictures may have another lens.
     pub good_until: CaptureTime,
 }
 
-/// A control that is locked in a session.
+/// Control locked in a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Control {
     /// Distance at which the lens is sharp.
@@ -100,13 +100,13 @@ impl Control {
     pub const ALL: [Self; 5] =
         [Self::Focus, Self::Zoom, Self::Exposure, Self::Gain, Self::WhiteBalance];
 
-    /// True if the calibration depends on it.
+    /// True if the calibration depends on the control.
     pub fn moves_geometry(self) -> bool {
         matches!(self, Self::Focus | Self::Zoom)
     }
 }
 
-/// A control that can be set, and its values in the driver's unit.
+/// Adjustable control, with values in the driver's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Adjustable {
     /// The control concerned.
@@ -122,23 +122,23 @@ pub struct Adjustable {
 /// State of a control.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lock {
-    /// Nothing is known yet.
+    /// Unknown so far.
     #[default]
     Unknown,
     /// The camera has no such control.
     Absent,
-    /// The control cannot be locked, or the person asked to leave it free.
+    /// The control cannot be locked, or is left free as requested.
     Free,
     /// The control is set and reads back as set.
     Locked {
         /// Value, in the driver's unit.
         value: i64,
     },
-    /// The control was set and reads back as something else.
+    /// The control was set and reads back another value.
     Ignored {
-        /// The value that was set, in the driver's unit.
+        /// Set value, in the driver's unit.
         set: i64,
-        /// The value that is read, in the driver's unit.
+        /// Read value, in the driver's unit.
         read: i64,
     },
 }
@@ -159,7 +159,7 @@ pub struct Locks {
 }
 
 impl Lock {
-    /// The value that is read from the camera, if one is.
+    /// Value read from the camera, if any.
     pub fn value(self) -> Option<i64> {
         match self {
             Self::Locked { value } | Self::Ignored { read: value, .. } => Some(value),
@@ -180,7 +180,7 @@ impl Locks {
         }
     }
 
-    /// Says how `control` stands.
+    /// Records the state of `control`.
     pub fn note(&mut self, control: Control, lock: Lock) {
         let place = match control {
             Control::Focus => &mut self.focus,
@@ -202,26 +202,26 @@ pub enum PixelLayout {
     Yuyv,
     /// Brightness, then colour.
     Nv12,
-    /// Ten bits a pixel, in two bytes, the lower one first.
+    /// Ten bits per pixel, in two bytes, the lower byte first.
     Y10,
-    /// Twelve bits a pixel, likewise.
+    /// Twelve bits per pixel, likewise.
     Y12,
-    /// Sixteen bits a pixel, likewise.
+    /// Sixteen bits per pixel, likewise.
     Y16,
     /// Red, green and blue, a byte each.
     Rgb,
     /// Blue, green and red, a byte each.
     Bgr,
-    /// A byte per pixel behind a filter of red, green and blue squares, whichever is first.
+    /// A byte per pixel behind a filter of red, green and blue squares, in any order.
     Bayer,
     /// A JPEG per frame.
     Mjpeg,
-    /// Grey picture as the reading program delivers it.
+    /// Grey picture as delivered by the reading program.
     Decoded,
 }
 
 impl PixelLayout {
-    /// Layouts that cameras offer.
+    /// Layouts offered by cameras.
     pub const OF_CAMERAS: [Self; 10] = [
         Self::Grey,
         Self::Yuyv,
@@ -235,7 +235,7 @@ impl PixelLayout {
         Self::Mjpeg,
     ];
 
-    /// Bytes from a pixel's brightness to the next one's in a row; 1 in a JPEG, which has no rows.
+    /// Bytes between the brightness of adjacent pixels in a row; 1 in a JPEG, which has no rows.
     pub fn bytes_per_pixel(self) -> usize {
         match self {
             Self::Grey | Self::Nv12 | Self::Bayer | Self::Mjpeg | Self::Decoded => 1,
@@ -244,7 +244,7 @@ impl PixelLayout {
         }
     }
 
-    /// Name of the layout in a mode: its four-character code, if it has only one.
+    /// Name of the layout in a mode: the four-character code, if unique.
     pub fn name(self) -> &'static str {
         match self {
             Self::Grey => "GREY",
@@ -269,12 +269,12 @@ pub struct Mode {
     pub size: ImageSize,
     /// Format of the pictures.
     pub layout: PixelLayout,
-    /// Time from one picture to the next as a fraction of a second; `None` if the driver does not say.
+    /// Interval between pictures as a fraction of a second; `None` if the driver does not say.
     pub interval_secs: Option<(u32, u32)>,
 }
 
 impl Mode {
-    /// Pictures per second, if the driver says.
+    /// Pictures per second, if stated by the driver.
     pub fn rate_hz(&self) -> Option<f64> {
         self.interval_secs
             .filter(|(numerator, denominator)| *numerator > 0 && *denominator > 0)
@@ -282,13 +282,13 @@ impl Mode {
     }
 }
 
-/// The mode that a person wants.
+/// Mode requested by a person.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Wanted {
-    /// Size; by default the largest that is fast enough.
+    /// Size; by default the largest fast enough.
     pub size: Option<ImageSize>,
     /// Pictures per second; by default about 30.
     pub rate_hz: Option<f64>,
-    /// Format; by default an uncompressed one if it is fast enough.
+    /// Format; by default an uncompressed one if fast enough.
     pub layout: Option<PixelLayout>,
 }

@@ -1,41 +1,41 @@
-//! Everything that can go wrong with a camera, each with a stable code.
+//! Faults of a camera, each with a stable code.
 
-/// Fault of a camera. The words for it are in `text`.
+/// Fault of a camera. The messages are in `text`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Fault {
-    /// There is no camera of that name, or none at all.
+    /// There is no camera with the given name, or none at all.
     NotFound,
-    /// The system does not let this user open it.
+    /// The system does not let this user open the camera.
     NotPermitted,
-    /// Another program has it.
+    /// Another program uses the camera.
     Busy,
     /// The node takes no pictures: it is for metadata or output.
     NotACamera,
     /// The camera is virtual: another program feeds it.
     Virtual,
-    /// The camera is an infrared one, or its pictures are alternately lit and dark.
+    /// The camera is an infrared camera, or the pictures are alternately lit and dark.
     Infrared,
-    /// Another camera is where this one was.
+    /// Another camera is in the expected camera's place.
     OtherCamera,
     /// Two cameras cannot be told apart.
     Twin,
-    /// The camera offers no picture format or size that can be used.
+    /// The camera offers no usable picture format or size.
     NoFormat,
-    /// The driver grants another mode than the requested one.
+    /// The driver grants another mode than the requested mode.
     OtherMode,
-    /// The USB bus has no bandwidth left for it.
+    /// The USB bus has no bandwidth left for the camera.
     NoBandwidth,
     /// Transfers fail: cable, hub or power.
     Transfer,
     /// No first picture came.
     NoFirstFrame,
-    /// Pictures came, and then no more.
+    /// Pictures came, then stopped.
     Stalled,
     /// The camera was unplugged.
     Unplugged,
     /// The host was suspended.
     Suspended,
-    /// The driver does what no driver may do.
+    /// The driver breaks the interface's rules.
     DriverBroken,
     /// Most pictures arrive damaged.
     DamagedFrames,
@@ -47,35 +47,35 @@ pub enum Fault {
     Slow,
     /// A control was set, but reads another value.
     ControlIgnored,
-    /// Focus or zoom moved by itself.
+    /// Focus or zoom moved without a command.
     GeometryMoved,
-    /// Nobody locks focus, zoom and exposure, or would notice that they moved.
+    /// Focus, zoom and exposure are neither locked nor watched.
     Unwatched,
-    /// The program that reads the stream is not installed.
+    /// The program for reading the stream is not installed.
     NoReader,
-    /// The program that reads the stream ended or could not read it.
+    /// The program for reading the stream ended or failed.
     ReaderFailed,
     /// A network stream ended or went silent.
     StreamLost,
-    /// The network camera wants another user name or password.
+    /// The network camera requires another user name or password.
     NotLoggedIn,
     /// The network camera has no stream at this address.
     NoSuchStream,
     /// Nothing answers at the address.
     Unreachable,
-    /// The command that is to send the pictures can't be started.
+    /// The command for sending the pictures can't be started.
     NoCommand,
-    /// The command that sends the pictures ended or failed.
+    /// The command for sending the pictures ended or failed.
     CommandEnded,
     /// No picture comes through a pipe.
     NoPictures,
-    /// What comes through a pipe can't be read as pictures.
+    /// Data from a pipe can't be read as pictures.
     NotPictures,
     /// The pictures have another size than the session's.
     OtherSize,
     /// A picture of a folder can't be read, and is left out.
     BrokenPicture,
-    /// Nobody publishes pictures on this topic of ROS 2.
+    /// There is no publisher of pictures on this topic of ROS 2.
     NoSuchTopic,
 }
 
@@ -164,7 +164,7 @@ impl Fault {
         }
     }
 
-    /// The fault of a stable name.
+    /// Fault with a stable name.
     pub fn from_code(code: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.code() == code)
     }

@@ -1,7 +1,7 @@
-//! Facts about a live camera, and its events: plain data.
+//! Facts about a live camera, and events: plain data.
 //!
-//! [`Fault`] has a stable code for everything that goes wrong with a camera. [`CameraEvent`]s tell the session about
-//! the camera, in order; they are recorded and replayed like every other input.
+//! [`Fault`] has a stable code for every fault of a camera. [`CameraEvent`]s inform the session
+//! about the camera, in order; they are recorded and replayed like every other input.
 
 mod event;
 mod fault;

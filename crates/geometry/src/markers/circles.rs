@@ -1,23 +1,23 @@
-//! The rows of a circle grid.
+//! Rows of a circle grid.
 
 use serde::{Deserialize, Serialize};
 
-/// How the rows of a circle grid lie, in OpenCV's words.
+/// Layout of the rows of a circle grid, in OpenCV's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CircleRows {
-    /// Below each other (`cv2.CALIB_CB_SYMMETRIC_GRID`).
+    /// Rows below each other (`cv2.CALIB_CB_SYMMETRIC_GRID`).
     Symmetric,
-    /// Every second one is shifted by half the distance of its circles, and rows are that half apart
-    /// (`cv2.CALIB_CB_ASYMMETRIC_GRID`).
+    /// Every second row shifted by half the distance of the circles, and rows half that distance
+    /// apart (`cv2.CALIB_CB_ASYMMETRIC_GRID`).
     Asymmetric,
 }
 
 impl CircleRows {
-    /// Both ways.
+    /// Both layouts.
     pub const ALL: [Self; 2] = [Self::Symmetric, Self::Asymmetric];
 
-    /// The name in files and settings.
+    /// Name in files and settings.
     pub fn name(self) -> &'static str {
         match self {
             Self::Symmetric => "symmetric",
@@ -25,7 +25,7 @@ impl CircleRows {
         }
     }
 
-    /// The one of that name.
+    /// Layout with the given name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|rows| rows.name() == name)
     }

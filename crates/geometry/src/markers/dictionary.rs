@@ -1,29 +1,30 @@
-//! The common dictionaries of ArUco markers.
+//! Common dictionaries of ArUco markers.
 
 use std::{fmt, str::FromStr};
 
 use serde::{Deserialize, Serialize};
 
-/// A dictionary of markers, by the name that OpenCV gives it. The default is `DICT_4X4_50`.
+/// Dictionary of markers, by OpenCV's name. The default is `DICT_4X4_50`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&str")]
 pub struct Dictionary {
-    /// Place in [`TABLE`].
+    /// Index in [`TABLE`].
     index: u8,
 }
 
 struct Entry {
     name: &'static str,
-    /// Cells along a side, without the frame.
+    /// Number of cells along a side, without the frame.
     side: usize,
     count: usize,
-    /// First byte in [`CODES`].
+    /// Index of the first byte in [`CODES`].
     start: usize,
 }
 
-/// The cells of every marker, row by row, 1 for white: right-aligned in the fewest whole bytes, the highest byte first.
-/// The small dictionaries of a family are the beginning of the large one. Made by OpenCV's authors (Apache-2.0), the
-/// `APRILTAG` ones by the April Robotics Laboratory (BSD-2-Clause).
+/// Cells of every marker, row by row, 1 for white: right-aligned in the fewest whole bytes, the
+/// highest byte first. The small dictionaries of a family are the beginning of the large one. Made
+/// by OpenCV's authors (Apache-2.0), the `APRILTAG` ones by the April Robotics Laboratory
+/// (BSD-2-Clause).
 static CODES: &[u8] = include_bytes!("dictionaries.bin");
 
 const fn entry(name: &'static str, side: usize, count: usize, start: usize) -> Entry {
@@ -55,7 +56,7 @@ const TABLE: [Entry; 22] = [
     entry("DICT_ARUCO_MIP_36h12", 6, 250, 36_831),
 ];
 
-/// A name that isn't a dictionary's.
+/// Error of a name that isn't a dictionary's.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no dictionary of markers: {name:?}; there are {}", list())]
 pub struct NoDictionary {
@@ -68,24 +69,24 @@ fn list() -> String {
 }
 
 impl Dictionary {
-    /// The largest of each family.
+    /// Largest dictionary of each family.
     pub fn families() -> impl Iterator<Item = Self> {
         Self::all().filter(|dictionary| dictionary.family() == *dictionary)
     }
 
-    /// The largest of its family, which has its markers under the same numbers.
+    /// Largest dictionary of the family, with the same markers under the same numbers.
     #[must_use]
     pub fn family(self) -> Self {
         let start = |dictionary: Self| TABLE[usize::from(dictionary.index)].start;
         Self::all().filter(|other| start(*other) == start(self)).last().unwrap_or(self)
     }
 
-    /// All of them.
+    /// All dictionaries.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..TABLE.len() as u8).map(|index| Self { index })
     }
 
-    /// The family 36h11 of AprilTag.
+    /// AprilTag's family 36h11.
     pub(super) fn of_tags() -> Self {
         const TAGS: usize = 20;
         Self { index: TAGS as u8 }
@@ -95,12 +96,12 @@ impl Dictionary {
         &TABLE[usize::from(self.index)]
     }
 
-    /// OpenCV's name.
+    /// Name in OpenCV.
     pub fn name(self) -> &'static str {
         self.entry().name
     }
 
-    /// Cells along a marker's side, without the frame.
+    /// Number of cells along a marker's side, without the frame.
     pub fn side_cells(self) -> usize {
         self.entry().side
     }
@@ -110,8 +111,8 @@ impl Dictionary {
         self.entry().count
     }
 
-    /// The cells of a marker, row by row from the highest of [`side_cells`](Self::side_cells)² bits, 1 for white;
-    /// `None` without such a marker.
+    /// Cells of a marker, row by row from the highest of [`side_cells`](Self::side_cells)² bits, 1
+    /// for white; `None` without such a marker.
     pub fn code(self, number: usize) -> Option<u64> {
         let Entry { side, count, start, .. } = self.entry();
         let length = (side * side).div_ceil(8);
@@ -120,18 +121,19 @@ impl Dictionary {
         Some(bytes.iter().fold(0, |code, byte| code << 8 | u64::from(*byte)))
     }
 
-    /// Whether one of the markers has this [code](Self::code).
+    /// True if a marker has this [code](Self::code).
     pub fn has(self, code: u64) -> bool {
         (0..self.count()).any(|number| self.code(number) == Some(code))
     }
 
-    /// Whether a cell of a marker is black, as all cells of its frame are. Rows and columns count the frame. `None`
-    /// without such a marker.
+    /// True if a cell of a marker is black, like all cells of the frame. Rows and columns count the
+    /// frame. `None` without such a marker.
     pub fn is_black(self, number: usize, cell: [usize; 2]) -> Option<bool> {
         Some(self.is_black_in(self.code(number)?, 1, cell))
     }
 
-    /// Whether a cell of a marker with this code is black, inside of a frame of so many cells.
+    /// True if a cell of a marker with this code is black, inside a frame of the given number of
+    /// cells.
     pub(super) fn is_black_in(self, code: u64, frame: usize, [column, row]: [usize; 2]) -> bool {
         let side = self.side_cells();
         let inside = frame..frame + side;
@@ -166,7 +168,7 @@ impl TryFrom<String> for Dictionary {
 impl FromStr for Dictionary {
     type Err = NoDictionary;
 
-    /// Reads a name in capitals or small letters, with or without `DICT_`.
+    /// Parses a name in capitals or small letters, with or without `DICT_`.
     fn from_str(text: &str) -> Result<Self, NoDictionary> {
         let bare = |name: &str| {
             let name = name.trim().to_ascii_uppercase();
@@ -215,7 +217,7 @@ mod tests {
         assert_eq!(ends.max(), Some(CODES.len()));
     }
 
-    /// The first marker of the smallest dictionary, as printed everywhere.
+    /// First marker of the smallest dictionary, as printed everywhere.
     #[test]
     fn the_first_marker_has_its_known_cells() {
         let dictionary: Dictionary = "DICT_4X4_50".parse().expect("known");

@@ -1,8 +1,8 @@
-//! Which markers a board can have.
+//! Checks of markers for a board.
 
 use super::{Dictionary, Markers, Tags, marker_count};
 
-/// Why a board can't have these markers.
+/// Reason why a board can't have the given markers.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMarkers {
     /// The markers are too small or too large for the squares.
@@ -16,23 +16,23 @@ pub enum InvalidMarkers {
         "a board of {columns}x{rows} inner corners has {needed} markers; {dictionary} has only {count}"
     )]
     Count {
-        /// Inner corners in a row.
+        /// Number of inner corners in a row.
         columns: u16,
-        /// Inner corners in a column.
+        /// Number of inner corners in a column.
         rows: u16,
-        /// Markers on the board.
+        /// Number of markers on the board.
         needed: usize,
-        /// The dictionary's name.
+        /// Name of the dictionary.
         dictionary: &'static str,
-        /// Its markers.
+        /// Number of markers in the dictionary.
         count: usize,
     },
-    /// Tags have four corners each, so there are an even number of points in a row and in a column.
+    /// Tags have four corners each, so rows and columns must have an even number of points.
     #[error("{columns}x{rows} points aren't the corners of tags: both must be even, 4 or more")]
     Tags {
-        /// Points in a row.
+        /// Number of points in a row.
         columns: u16,
-        /// Points in a column.
+        /// Number of points in a column.
         rows: u16,
     },
     /// The tags are too close, or too far apart.
@@ -48,9 +48,9 @@ pub enum InvalidMarkers {
         first: u16,
         /// Last tag on the board.
         last: usize,
-        /// The family's name.
+        /// Name of the family.
         dictionary: &'static str,
-        /// Its last tag.
+        /// Last tag of the family.
         highest: usize,
     },
 }
@@ -58,17 +58,18 @@ pub enum InvalidMarkers {
 impl InvalidMarkers {
     /// Least and largest side of a marker, as a share of a square's.
     pub const SIDES_SQUARES: [f64; 2] = [0.3, 0.95];
-    /// Least and largest space between tags, as a share of their side: nearly equal steps can't be told apart when tilted.
+    /// Least and largest space between tags, as a share of a tag's side: nearly equal steps can't
+    /// be told apart when tilted.
     pub const SPACINGS: [f64; 2] = [0.1, 0.6];
 }
 
 impl Markers {
-    /// Whether a board of `columns` × `rows` points can have these markers.
+    /// Checks that a board of `columns` × `rows` points can have the markers.
     ///
     /// # Errors
     ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags outside 0.1..=0.6, or if the
-    /// dictionary has too few.
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags
+    /// outside 0.1..=0.6, or if the dictionary has too few.
     pub fn check(&self, [columns, rows]: [u16; 2]) -> Result<(), InvalidMarkers> {
         let Self { dictionary, side_squares, tags, circles } = *self;
         if circles.is_some() {

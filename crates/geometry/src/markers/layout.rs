@@ -1,6 +1,6 @@
-//! Where the markers of a board are, and their numbers.
+//! Places and numbers of the markers of a board.
 
-/// Where the light squares and the markers are.
+/// Places of the light squares and the markers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
     /// The square in the top-left corner is dark.
@@ -11,16 +11,17 @@ pub enum Layout {
     Tags {
         /// The first tag is in the top row, not in the bottom row.
         from_top: bool,
-        /// The tags are those of the dictionary after a half turn.
+        /// The tags are turned by half from the dictionary's.
         half_turned: bool,
     },
 }
 
 impl Layout {
-    /// Both of a ChArUco board, the present one first.
+    /// Both layouts of a ChArUco board, the present layout first.
     pub const ALL: [Self; 2] = [Self::Present, Self::Legacy];
-    /// Those of an AprilGrid: Kalibr's first, in which tags are numbered from the bottom and stand as in AprilTag's own
-    /// pictures, a half turn from OpenCV's. Other programs number from the top, or draw OpenCV's.
+    /// Layouts of an AprilGrid: first Kalibr's, with tags numbered from the bottom and turned as in
+    /// AprilTag's own pictures, a half turn from OpenCV's. Other programs number from the top, or
+    /// draw OpenCV's.
     pub const TAGS: [Self; 4] = [
         Self::Tags { from_top: false, half_turned: true },
         Self::Tags { from_top: true, half_turned: true },
@@ -28,13 +29,13 @@ impl Layout {
         Self::Tags { from_top: true, half_turned: false },
     ];
 
-    /// Whether the markers stand a half turn from the dictionary's.
+    /// True if the markers are turned by half from the dictionary's.
     pub(super) fn is_half_turned(self) -> bool {
         matches!(self, Self::Tags { half_turned: true, .. })
     }
 
-    /// The number of the marker in a square of a board of `columns` × `rows` *squares*; `None` in a square without one and
-    /// outside of the board.
+    /// Number of the marker in a square of a board of `columns` × `rows` *squares*; `None` in a
+    /// square without a marker and outside of the board.
     pub fn marker_at(
         self,
         [column, row]: [usize; 2],
@@ -48,21 +49,24 @@ impl Layout {
         if column >= columns || row >= rows || !self.is_light([column as i32, row as i32], rows) {
             return None;
         }
-        // Light squares in the first columns of a row: one more if the row begins with a light one.
+        // Light squares in the first columns of a row: one more if the row begins with a light
+        // square.
         let first_is_light = usize::from(self.is_light([0, 0], rows));
         let before = |row: usize, columns: usize| (columns + (row + first_is_light) % 2) / 2;
         let above = row / 2 * columns + if row % 2 == 1 { before(0, columns) } else { 0 };
         Some(above + before(row, column))
     }
 
-    /// Whether a square is light on a board with `rows` rows of squares. The pattern continues outside of the board.
+    /// True if a square is light on a board with `rows` rows of squares. The pattern continues
+    /// outside of the board.
     pub fn is_light(self, [column, row]: [i32; 2], rows: usize) -> bool {
         let first_is_light = self == Self::Legacy && rows.is_multiple_of(2);
         (column + row).rem_euclid(2) == i32::from(!first_is_light)
     }
 }
 
-/// Markers on a board of `columns` × `rows` squares in the present layout, which has the fewer.
+/// Number of markers on a board of `columns` × `rows` squares in the present layout, which has
+/// fewer.
 pub fn marker_count([columns, rows]: [usize; 2]) -> usize {
     columns * rows / 2
 }
@@ -71,7 +75,7 @@ pub fn marker_count([columns, rows]: [usize; 2]) -> usize {
 mod tests {
     use super::*;
 
-    /// Kalibr's numbers are in its documentation of a grid of 2 x 2 tags.
+    /// Kalibr's documentation has the numbers of a grid of 2 x 2 tags.
     #[test]
     fn tags_are_numbered_from_the_bottom_or_the_top() {
         let numbers = |layout: Layout| {

@@ -1,14 +1,16 @@
-//! Markers on a board: which corner is which, however little of the board is seen.
+//! Markers on a board, which identify the corners in any part of it.
 //!
-//! A ChArUco board is a checkerboard with a square ArUco marker in the middle of each light square: a black frame one
-//! cell wide around black and white cells, which name the marker. Markers are numbered row by row. In OpenCV's layout
-//! since 4.6 the square in the top-left corner is dark; in the older one ("legacy") it's light if the number of rows is
-//! even. Which of the two a board has shows in its picture, so nobody needs to know.
+//! A ChArUco board is a checkerboard with a square ArUco marker in the middle of each light square:
+//! a black frame one cell wide around black and white cells, which name the marker. Markers are
+//! numbered row by row. In OpenCV's layout since 4.6, the square in the top-left corner is dark; in
+//! the older layout ("legacy"), it's light if the number of rows is even. The picture shows the
+//! layout of a board, so it needn't be stated.
 //!
-//! Source: Garrido-Jurado et al., "Automatic generation and detection of highly reliable fiducial markers under
-//! occlusion", 2014.
+//! Source: Garrido-Jurado et al., "Automatic generation and detection of highly reliable fiducial
+//! markers under occlusion", 2014.
 //!
-//! An AprilGrid is made of [`Tags`]: they fill their squares, and smaller dark squares touch their corners.
+//! An AprilGrid is made of [`Tags`]: they fill their squares, and smaller dark squares touch their
+//! corners.
 
 mod choice;
 mod circles;
@@ -24,30 +26,31 @@ pub use invalid::InvalidMarkers;
 pub use layout::{Layout, marker_count};
 pub use tags::Tags;
 
-/// The markers of a board.
+/// Markers of a board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Markers {
-    /// What the markers look like.
+    /// Dictionary of the markers.
     pub dictionary: Dictionary,
-    /// Side of a marker with its black frame, as a share of a square's side. Tags fill theirs, whatever this is.
+    /// Side of a marker with the black frame, as a share of a square's side. Ignored for tags,
+    /// which fill their squares.
     pub side_squares: f64,
-    /// How they're laid out as an AprilGrid; `None` in the light squares of a ChArUco board.
+    /// Layout of an AprilGrid; `None` for the light squares of a ChArUco board.
     pub tags: Option<Tags>,
-    /// Circles instead of squares and markers; `None` on other boards.
+    /// Layout of circles instead of squares and markers; `None` on other boards.
     pub circles: Option<CircleRows>,
 }
 
 impl Markers {
-    /// Side of a marker, in squares, if none is given.
+    /// Default side of a marker, in squares.
     const USUAL_SIDE_SQUARES: f64 = 0.75;
 
-    /// Markers with this side, or the usual one.
+    /// Markers with the given or the usual side.
     pub fn sized(dictionary: Dictionary, side_squares: Option<f64>) -> Self {
         let side_squares = side_squares.unwrap_or(Self::USUAL_SIDE_SQUARES);
         Self { dictionary, side_squares, tags: None, circles: None }
     }
 
-    /// Whether they are in the light squares of a ChArUco board.
+    /// True if the markers are in the light squares of a ChArUco board.
     pub fn are_in_squares(&self) -> bool {
         self.tags.is_none() && self.circles.is_none()
     }
@@ -57,17 +60,17 @@ impl Markers {
         if self.tags.is_some() { Tags::FRAME_CELLS } else { 1 }
     }
 
-    /// Cells along a marker's side, with the frame.
+    /// Number of cells along a marker's side, with the frame.
     pub fn cells(&self) -> usize {
         self.dictionary.side_cells() + 2 * self.frame_cells()
     }
 
-    /// Side of a marker, as a share of its square's.
+    /// Side of a marker, as a share of the square's.
     pub fn share(&self) -> f64 {
         if self.tags.is_some() { 1.0 } else { self.side_squares }
     }
 
-    /// Distance of a marker from the edges of its square, as a share of the square's side.
+    /// Distance of a marker from the edges of the square, as a share of the square's side.
     pub fn inset(&self) -> f64 {
         (1.0 - self.share()) / 2.0
     }
@@ -77,8 +80,8 @@ impl Markers {
         self.share() / self.cells() as f64
     }
 
-    /// How far from the edges of its square a marker is surrounded by white, as a share of the square's side: inside of
-    /// them, or outside if it's negative.
+    /// Distance from the edges of a marker's square at which the marker is surrounded by white, as
+    /// a share of the square's side: inside the edges, or outside if negative.
     pub fn white_at(&self) -> f64 {
         self.tags.map_or(0.5 * self.inset(), |tags| -0.5 * tags.spacing)
     }
@@ -88,7 +91,8 @@ impl Markers {
         self.tags.map_or(1.0, |tags| 1.0 / tags.spacing)
     }
 
-    /// How far from the edges between squares only their colours are seen, in shorter steps between points.
+    /// Distance from the edges between squares with only the squares' colours, in shorter steps
+    /// between points.
     pub fn gap_steps(&self) -> f64 {
         match self.tags {
             None => self.inset(),
@@ -96,18 +100,18 @@ impl Markers {
         }
     }
 
-    /// The ways in which the markers may lie on a board with so many rows of squares, as [`code_at`](Self::code_at) knows
-    /// them. The first is the one that's drawn.
+    /// Possible layouts of the markers on a board with `rows` rows of squares, for
+    /// [`code_at`](Self::code_at). The first is the drawn one.
     pub fn layouts(&self, rows: usize) -> &'static [Layout] {
         match self.tags {
             Some(_) => &Layout::TAGS,
-            // With an odd number of rows, both layouts are one.
+            // With an odd number of rows, both layouts are the same.
             None => &Layout::ALL[..if rows.is_multiple_of(2) { 2 } else { 1 }],
         }
     }
 
-    /// The [code](Dictionary::code) of the marker in a square of a board of `columns` × `rows` squares; `None` where there
-    /// is none.
+    /// [Code](Dictionary::code) of the marker in a square of a board of `columns` × `rows` squares;
+    /// `None` in a square without a marker.
     pub fn code_at(&self, layout: Layout, square: [usize; 2], size: [usize; 2]) -> Option<u64> {
         let number = layout.marker_at(square, size)?;
         let Some(tags) = self.tags else { return self.dictionary.code(number) };
@@ -115,7 +119,7 @@ impl Markers {
         Some(if layout.is_half_turned() { self.half_turned(code) } else { code })
     }
 
-    /// Whether one of the markers has this code, whichever way round.
+    /// True if a marker has this code, either way round.
     pub fn knows(&self, code: u64) -> bool {
         let turned = || self.tags.is_some() && self.dictionary.has(self.half_turned(code));
         self.dictionary.has(code) || turned()
@@ -126,8 +130,8 @@ impl Markers {
         code.reverse_bits() >> (u64::BITS - cells)
     }
 
-    /// Whether a cell of the marker with this code is black, as all cells of its frame are. Rows and columns count the
-    /// frame.
+    /// True if a cell of the marker with this code is black, like all cells of the frame. Rows and
+    /// columns count the frame.
     pub fn is_black(&self, code: u64, cell: [usize; 2]) -> bool {
         self.dictionary.is_black_in(code, self.frame_cells(), cell)
     }

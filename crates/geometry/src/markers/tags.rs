@@ -1,15 +1,15 @@
-//! The tags of an AprilGrid.
+//! Tags of an AprilGrid.
 
 use serde::{Deserialize, Serialize};
 
 use super::Dictionary;
 
-/// How the tags of an AprilGrid are laid out.
+/// Layout of the tags of an AprilGrid.
 ///
-/// Rows of AprilTags of the family 36h11 with a black frame two cells wide. A dark square as wide as the white between
-/// them touches each corner of a tag, so that the corners are saddle points, as on a checkerboard. Made by Kalibr
-/// (Furgale, Rehder, Siegwart: "Unified temporal and spatial calibration for multi-sensor systems", 2013); the tags by
-/// the April Robotics Laboratory.
+/// Rows of AprilTags of the family 36h11 with a black frame two cells wide. A dark square as wide
+/// as the white between them touches each corner of a tag, so that the corners are saddle points,
+/// as on a checkerboard. Made by Kalibr (Furgale, Rehder, Siegwart: "Unified temporal and spatial
+/// calibration for multi-sensor systems", 2013); the tags by the April Robotics Laboratory.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tags {
@@ -21,7 +21,7 @@ pub struct Tags {
 }
 
 impl Default for Tags {
-    /// Kalibr's.
+    /// Layout of Kalibr's default grid.
     fn default() -> Self {
         Self { spacing: 0.3, first: 0 }
     }
@@ -31,7 +31,7 @@ impl Tags {
     /// Width of a tag's black frame, in cells.
     pub const FRAME_CELLS: usize = 2;
 
-    /// What the tags look like.
+    /// Dictionary of the tags.
     pub fn dictionary() -> Dictionary {
         Dictionary::of_tags()
     }

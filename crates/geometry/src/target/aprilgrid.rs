@@ -1,4 +1,4 @@
-//! Kalibr's AprilGrid: rows of tags, with dark squares that touch their corners.
+//! Kalibr's AprilGrid: rows of tags, with dark squares touching their corners.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::markers::{MarkerChoice, Markers, Tags};
 
-/// What an AprilGrid is called.
+/// Name and text form of an AprilGrid.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "aprilgrid",
     example: "aprilgrid:6x6",
@@ -42,29 +42,30 @@ pub(super) const KIND: BoardKind = BoardKind {
     },
 };
 
-/// The number in a part of the argument, or the usual one without that part.
+/// Number in a part of the argument, or the usual number without the part.
 fn number<T: FromStr>(text: Option<&str>, usual: T) -> Result<T, InvalidChoice> {
     let read = |text: &str| text.trim().parse().map_err(|_| InvalidChoice::NotAprilGrid);
     text.map_or(Ok(usual), read)
 }
 
-/// Tags with white between them, and dark squares at their corners, which are the points. It is a checkerboard whose
-/// columns and rows are by turns as wide as a tag and as the white between tags; the tags are its larger dark squares.
+/// Tags with white between them, and dark squares at the tags' corners, which are the points. The
+/// grid is a checkerboard whose columns and rows are by turns as wide as a tag and as the white
+/// between tags; the tags are its larger dark squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AprilGrid {
-    /// Points in a row, two for each tag.
+    /// Number of points in a row, two for each tag.
     pub(super) columns: u16,
-    /// Points in a column.
+    /// Number of points in a column.
     pub(super) rows: u16,
-    /// Side of a tag.
+    /// Side of a tag, in metres.
     pub(super) tag_m: f64,
     pub(super) markers: Markers,
     pub(super) tags: Tags,
 }
 
 impl AprilGrid {
-    /// Where the line between two columns or rows of squares lies, from the middle of the board; −1 is the pattern's
-    /// edge, and 0 the first point's.
+    /// Position of the line between two columns or rows of squares, from the middle of the board;
+    /// −1 is the pattern's edge, and 0 the first point's line.
     fn line_m(&self, points: u16, line: i32) -> f64 {
         let [tag_m, white_m] = self.steps_m();
         let half_m = (f64::from(points / 2) * (tag_m + white_m) - white_m) / 2.0;
@@ -72,7 +73,7 @@ impl AprilGrid {
         before + f64::from(line.rem_euclid(2)) * tag_m - half_m
     }
 
-    /// A rectangle that begins and ends at these shares of the square in a column and row of squares.
+    /// Rectangle between these shares of the square in a column and row of squares.
     fn within(&self, square: [i32; 2], from: [f64; 2], to: [f64; 2]) -> Shape {
         let points = [self.columns, self.rows];
         let place = |axis: usize, share: f64| {
@@ -86,7 +87,7 @@ impl AprilGrid {
         }
     }
 
-    /// The squares whose columns and rows are even or odd, as told.
+    /// Squares with even (0) or odd (1) columns and rows.
     fn squares(&self, odd: i32) -> impl Iterator<Item = [i32; 2]> + use<> {
         let [across, down] = self.grid().map(|points| points as i32);
         let step = move |end: i32| (odd..=end).step_by(2);
@@ -125,7 +126,7 @@ impl Target for AprilGrid {
         PartTells::EachPoint
     }
 
-    /// The squares at the corners and the tags' frames are seen from afar.
+    /// Shapes of the board. The squares at the corners and the tags' frames are visible from afar.
     fn dark_shapes(&self) -> DarkShapes {
         let mut large: Vec<Shape> =
             self.squares(0).map(|square| self.within(square, [0.0; 2], [1.0; 2])).collect();
@@ -150,7 +151,7 @@ impl Target for AprilGrid {
                 let share = |cells: [usize; 2]| cells.map(|cells| cells as f64 * cell);
                 fine.push(self.within(square, share(from), share(to)));
             };
-            // Cells next to the frame run on beneath it, so that no seam shows.
+            // Cells next to the frame continue beneath it, so that no seam shows.
             for line in self.markers.frame_cells()..side - self.markers.frame_cells() {
                 for [from, to] in runs(side, |at| is_black([at, line])) {
                     push([from, line], [to, line + 1]);
@@ -168,8 +169,8 @@ impl Target for AprilGrid {
 mod tests {
     use super::{super::Board, *};
 
-    /// As `GridCalibrationTargetAprilgrid` of Kalibr has them, whose `y` points up and whose origin is the corner at the
-    /// lower left.
+    /// Points by Kalibr's `GridCalibrationTargetAprilgrid`, whose `y` points up and whose origin is
+    /// the corner at the lower left.
     #[test]
     fn points_lie_where_kalibr_has_them() {
         let tags = Tags { spacing: 0.25, first: 0 };

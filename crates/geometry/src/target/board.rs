@@ -1,26 +1,26 @@
-//! The board that travels: one value for every kind.
+//! Board of any kind, as a value.
 
 use nalgebra::Point2;
 
 use super::{AprilGrid, Charuco, Circles, InvalidBoard, Squares, Target};
 use crate::markers::{CircleRows, InvalidMarkers, Markers};
 
-/// A board of any kind, in the frame that [`target`](super) describes. Also known as
+/// Board of any kind, in the frame of [`target`](super). Also known as
 /// [`Checkerboard`](crate::board::Checkerboard).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Board {
     /// A plain checkerboard.
     Checkerboard(Squares),
-    /// A checkerboard with markers in its light squares.
+    /// A checkerboard with markers in the light squares.
     Charuco(Charuco),
-    /// Rows of tags with dark squares at their corners.
+    /// Rows of tags with dark squares at the tags' corners.
     AprilGrid(AprilGrid),
     /// Rows of circles.
     Circles(Circles),
 }
 
 impl Board {
-    /// A plain board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
+    /// Plain board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
     ///
     /// # Errors
     ///
@@ -35,21 +35,22 @@ impl Board {
         Ok(Self::Checkerboard(Squares { columns, rows, square_m }))
     }
 
-    /// The board's squares with `markers` in the light ones; or, of tags, an AprilGrid with as many points, its tags as
-    /// large as the squares; or as many circles, as far apart as the squares are wide.
+    /// Board of the same squares with `markers` in the light squares. For tags, an AprilGrid with
+    /// as many points, its tags as large as the squares; for circles, as many circles, as far apart
+    /// as the squares are wide.
     ///
     /// # Errors
     ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags outside 0.1..=0.6, or if the
-    /// dictionary has too few.
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags
+    /// outside 0.1..=0.6, or if the dictionary has too few.
     pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
         let Squares { columns, rows, .. } = self.as_squares();
         markers.check([columns, rows])?;
         Ok(self.drawn_with(markers))
     }
 
-    /// The board with markers that needn't fit it, only to draw what somebody is about to choose: those that its dictionary
-    /// lacks are left out.
+    /// Board with markers unchecked, only to draw a pending choice: markers missing from the
+    /// dictionary are left out.
     #[must_use]
     pub fn drawn_with(self, markers: Markers) -> Self {
         let squares = self.as_squares();
@@ -62,7 +63,7 @@ impl Board {
         Self::AprilGrid(AprilGrid { columns, rows, tag_m, markers, tags })
     }
 
-    /// A plain board with as many points and as large squares.
+    /// Plain board with as many points and as large squares.
     fn as_squares(self) -> Squares {
         match self {
             Self::Checkerboard(squares)
@@ -74,7 +75,7 @@ impl Board {
         }
     }
 
-    /// What it looks like, whatever its kind.
+    /// Common interface of all kinds.
     pub fn target(&self) -> &dyn Target {
         match self {
             Self::Checkerboard(squares) => squares,
@@ -84,7 +85,7 @@ impl Board {
         }
     }
 
-    /// The markers in the light squares, or the tags; `None` on a plain board and on circles.
+    /// Markers in the light squares, or tags; `None` on a plain board and on circles.
     pub fn markers(&self) -> Option<Markers> {
         match self {
             Self::Checkerboard(_) | Self::Circles(_) => None,
@@ -93,7 +94,7 @@ impl Board {
         }
     }
 
-    /// How the rows of circles lie; `None` on other boards.
+    /// Layout of the rows of circles; `None` on other boards.
     pub fn circles(&self) -> Option<CircleRows> {
         match self {
             Self::Circles(circles) => Some(circles.layout),
@@ -101,32 +102,33 @@ impl Board {
         }
     }
 
-    /// Squares in a row and in a column.
+    /// Numbers of squares in a row and in a column.
     pub fn squares(&self) -> [usize; 2] {
         self.target().grid().map(|corners| corners + 1)
     }
 
-    /// Points in a row.
+    /// Number of points in a row.
     pub fn columns(&self) -> usize {
         self.target().grid()[0]
     }
 
-    /// Points in a column.
+    /// Number of points in a column.
     pub fn rows(&self) -> usize {
         self.target().grid()[1]
     }
 
-    /// Side of a square, in metres. An AprilGrid has none: the mean distance of neighbouring points.
+    /// Side of a square, in metres. For an AprilGrid, the mean distance of neighbouring points.
     pub fn square_m(&self) -> f64 {
         self.target().pitch_m()
     }
 
-    /// What a person measures, in metres: side of a square, or of a tag; of circles the distance of rows.
+    /// Length to measure with a ruler, in metres: side of a square, or of a tag; for circles, the
+    /// distance of rows.
     pub fn measured_m(&self) -> f64 {
         self.target().steps_m()[0]
     }
 
-    /// How far the outermost points are from the middle along both axes, in metres.
+    /// Largest distance of the points from the middle along both axes, in metres.
     pub fn reach_m(&self) -> [f64; 2] {
         self.target().reach_m()
     }
@@ -136,7 +138,7 @@ impl Board {
         self.target().point_count()
     }
 
-    /// Whether a half turn maps the pattern to itself.
+    /// True if a half turn leaves the pattern unchanged.
     pub fn looks_the_same_upside_down(&self) -> bool {
         self.target().looks_the_same_upside_down()
     }

@@ -1,4 +1,4 @@
-//! The ChArUco board: a checkerboard with markers in its light squares.
+//! The ChArUco board: a checkerboard with markers in the light squares.
 
 use nalgebra::Point2;
 
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::markers::{Layout, MarkerChoice, Markers};
 
-/// What a ChArUco board is called.
+/// Name and text form of a ChArUco board.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "charuco",
     example: "charuco:8x11:DICT_4X4_50:15mm",
@@ -35,7 +35,7 @@ pub(super) const KIND: BoardKind = BoardKind {
     },
 };
 
-/// A checkerboard with a marker in each light square.
+/// Checkerboard with a marker in each light square.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charuco {
     pub(super) squares: Squares,
@@ -43,7 +43,8 @@ pub struct Charuco {
 }
 
 impl Charuco {
-    /// The black cells of the markers, in rows and in columns: each is covered twice, so that no seam shows between them.
+    /// Black cells of the markers, in rows and in columns: each is covered twice, so that no seam
+    /// shows between them.
     fn black_cells(&self) -> Vec<Shape> {
         let Markers { dictionary, side_squares, .. } = self.markers;
         let (size, side) = (self.squares.count(), dictionary.side_cells() + 2);
@@ -102,7 +103,7 @@ impl Target for Charuco {
     }
 }
 
-/// The runs of places below `count` that are `black`: where each begins, and where it has ended.
+/// Runs of `black` places below `count`, each with begin and end.
 pub(super) fn runs(count: usize, black: impl Fn(usize) -> bool) -> Vec<[usize; 2]> {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for place in (0..count).filter(|place| black(*place)) {

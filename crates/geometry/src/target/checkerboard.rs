@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use super::{BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape, Target, choice};
 
-/// What a checkerboard is called.
+/// Name and text form of a checkerboard.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "checkerboard",
     example: "9x6",
@@ -16,7 +16,8 @@ pub(super) const KIND: BoardKind = BoardKind {
     write: |named| format!("{}x{}", named.columns, named.rows),
 };
 
-/// Dark and light squares, described by their inner corners, which are the points. The outermost squares are whole.
+/// Dark and light squares, described by the inner corners, which are the points. The outermost
+/// squares are whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Squares {
     pub(super) columns: u16,
@@ -25,12 +26,12 @@ pub struct Squares {
 }
 
 impl Squares {
-    /// Squares in a row and in a column.
+    /// Numbers of squares in a row and in a column.
     pub(super) fn count(&self) -> [usize; 2] {
         self.grid().map(|corners| corners + 1)
     }
 
-    /// A rectangle between two places, in squares from the upper left corner of the pattern.
+    /// Rectangle between two places, in squares from the upper left corner of the pattern.
     pub(super) fn rectangle(&self, low: [f64; 2], high: [f64; 2]) -> Shape {
         let size_m = self.size_m();
         let in_board_m = |place: [f64; 2]| {
@@ -67,7 +68,7 @@ impl Target for Squares {
         self.count().map(|squares| squares as f64 * self.square_m)
     }
 
-    /// Both counts odd or both even.
+    /// True if both counts are odd or both even.
     fn looks_the_same_upside_down(&self) -> bool {
         self.columns % 2 == self.rows % 2
     }
@@ -76,7 +77,7 @@ impl Target for Squares {
         PartTells::WhenFollowed
     }
 
-    /// The dark squares, of which that in the upper left corner is one.
+    /// Dark squares, including the upper left corner's.
     fn dark_shapes(&self) -> DarkShapes {
         let [across, down] = self.count();
         let dark = (0..down).flat_map(|row| (row % 2..across).step_by(2).map(move |at| [at, row]));

@@ -1,105 +1,106 @@
-//! What a kind of board is called, and a board as a person names it.
+//! Names of the kinds of boards, and text form of a board.
 
 use crate::markers::{InvalidMarkers, MarkerChoice, NoDictionary};
 
-/// What a kind of board is called, and how it is written as one argument.
+/// Name and text form of a kind of board.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardKind {
-    /// Stands before the first colon of the argument, which the plain kind goes without, and begins names of files.
+    /// Name before the first colon of the argument, left out for the plain kind; also the start of
+    /// file names.
     pub name: &'static str,
-    /// An argument that names a board of this kind.
+    /// Example argument for this kind.
     pub example: &'static str,
-    /// What people count along a side with so many points: inner corners, squares or tags.
+    /// Number counted by people along a side with the given points: inner corners, squares or tags.
     pub counted: fn(u16) -> u16,
-    /// Reads the argument, without the name and its colon.
+    /// Parses the argument, without the name and the colon.
     pub(super) read: fn(&str) -> Result<BoardChoice, InvalidChoice>,
     /// Writes the argument.
     pub(super) write: fn(&BoardChoice) -> String,
 }
 
-/// A board as it's chosen before the side of its squares is settled: `9x6`, or `charuco:8x11:DICT_4X4_50:15mm`, or
-/// `aprilgrid:6x6`, or `circles:7x5`, or `acircles:4x11`.
+/// Board chosen before the side of the squares is settled: `9x6`, or
+/// `charuco:8x11:DICT_4X4_50:15mm`, or `aprilgrid:6x6`, or `circles:7x5`, or `acircles:4x11`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoardChoice {
-    /// Points in a row.
+    /// Number of points in a row.
     pub columns: u16,
-    /// Points in a column.
+    /// Number of points in a column.
     pub rows: u16,
-    /// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
+    /// Markers of a ChArUco board, tags of an AprilGrid, or circles.
     pub markers: Option<MarkerChoice>,
 }
 
-/// Why words don't name a board.
+/// Reason why a text doesn't name a board.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidChoice {
-    /// Not two numbers.
+    /// The text isn't two numbers.
     #[error("expected inner corners, columns x rows, for example 9x6")]
     NotCounts,
-    /// Something before a colon, but no ChArUco board.
+    /// There is a name before a colon, but no ChArUco board.
     #[error(
         "expected squares, dictionary and marker size, for example charuco:8x11:DICT_4X4_50:15mm; the size can be left out if it's 0.75 of a square"
     )]
     NotCharuco,
-    /// Tags that aren't named as an AprilGrid's.
+    /// The tags aren't named as an AprilGrid's.
     #[error(
         "expected tags, columns x rows, for example aprilgrid:6x6; if they aren't 0.3 of their side apart or the first isn't 0, then also that share and that number: aprilgrid:6x6:0.25:100"
     )]
     NotAprilGrid,
-    /// Circles that aren't counted.
+    /// The circles aren't counted.
     #[error(
         "expected circles in a row and rows, for example circles:7x5, or acircles:4x11 if every second row is shifted"
     )]
     NotCircles,
-    /// A name before the colon that no kind of board has.
+    /// The name before the colon is of no kind of board.
     #[error(
         "expected inner corners (9x6), charuco:8x11:DICT_4X4_50:15mm, aprilgrid:6x6, circles:7x5 or acircles:4x11"
     )]
     NoKind,
-    /// The marker's size.
+    /// The marker's size isn't a length.
     #[error("expected a length with its unit, for example 25mm")]
     NotALength,
-    /// A dictionary that nobody knows.
+    /// The dictionary is unknown.
     #[error(transparent)]
     Dictionary(#[from] NoDictionary),
-    /// Counts that no board has.
+    /// No board has these counts.
     #[error(transparent)]
     Board(#[from] InvalidBoard),
-    /// Markers that no board of this size can have.
+    /// No board of this size can have the markers.
     #[error(transparent)]
     Markers(#[from] InvalidMarkers),
 }
 
-/// Why numbers do not describe a usable board.
+/// Reason why numbers do not describe a usable board.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidBoard {
     /// Fewer than 3 or more than 99 inner corners on a side.
     #[error("a board of {columns}x{rows} inner corners: each side needs 3 to 99")]
     Count {
-        /// Inner corners in a row.
+        /// Number of inner corners in a row.
         columns: u16,
-        /// Inner corners in a column.
+        /// Number of inner corners in a column.
         rows: u16,
     },
     /// The side of a square isn't a positive length below 10 m.
     #[error("a square of {square_m} m: needs a positive length below 10 m")]
     Square {
-        /// The length given.
+        /// Given length.
         square_m: f64,
     },
 }
 
-/// `8x11` as two numbers.
+/// Parses `8x11` as two numbers.
 pub(super) fn counts(text: &str) -> Option<[u16; 2]> {
     let (columns, rows) = text.split_once(['x', 'X', '×'])?;
     Some([columns.trim().parse().ok()?, rows.trim().parse().ok()?])
 }
 
-/// A length in millimetres, to a nanometre, so that the rounding of metres doesn't show.
+/// Length in millimetres, to a nanometre, so that the rounding of metres doesn't show.
 pub fn millimetres(length_m: f64) -> f64 {
     (length_m * 1e9).round() / 1e6
 }
 
-/// A length with its unit (mm, cm, m or in), in metres.
+/// Parses a length with a unit (mm, cm, m or in), in metres.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Grids of circles, as OpenCV's `findCirclesGrid` knows them.
+//! Grids of circles, as in OpenCV's `findCirclesGrid`.
 
 use nalgebra::{Point2, Vector2};
 
@@ -7,7 +7,7 @@ use super::{
 };
 use crate::markers::{CircleRows, MarkerChoice};
 
-/// What a grid with its rows below each other is called.
+/// Name and text form of a grid with rows below each other.
 pub(super) const SYMMETRIC: BoardKind = BoardKind {
     name: "circles",
     example: "circles:7x5",
@@ -16,7 +16,7 @@ pub(super) const SYMMETRIC: BoardKind = BoardKind {
     write: |named| format!("circles:{}x{}", named.columns, named.rows),
 };
 
-/// What a grid with every second row shifted is called.
+/// Name and text form of a grid with every second row shifted.
 pub(super) const ASYMMETRIC: BoardKind = BoardKind {
     name: "acircles",
     example: "acircles:4x11",
@@ -30,27 +30,27 @@ fn read(text: &str, layout: CircleRows) -> Result<BoardChoice, InvalidChoice> {
     Ok(BoardChoice { columns, rows, markers: Some(MarkerChoice::circles(layout)) })
 }
 
-/// Dark circles on white, whose centres are the points.
+/// Dark circles on white; the centres are the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Circles {
-    /// A square for each circle; their side is the distance of rows.
+    /// Squares, one for each circle; their side is the distance of rows.
     pub(super) squares: Squares,
     pub(super) layout: CircleRows,
 }
 
 impl Circles {
-    /// Diameter of the circles that are printed, in distances of rows. Others are found, too.
+    /// Diameter of printed circles, in distances of rows. Others are found, too.
     pub const DIAMETER: f64 = 0.5;
 
-    /// How far around the outermost centres the ground has to be seen, in distances of rows.
+    /// Reach of the necessary ground around the outermost centres, in distances of rows.
     pub const GROUND: f64 = 0.85;
 
-    /// How the rows lie.
+    /// Layout of the rows.
     pub fn layout(&self) -> CircleRows {
         self.layout
     }
 
-    /// Distances of rows from one circle of a row to the next.
+    /// Distance between adjacent circles of a row, in distances of rows.
     pub fn step(&self) -> usize {
         match self.layout {
             CircleRows::Symmetric => 1,
@@ -58,7 +58,7 @@ impl Circles {
         }
     }
 
-    /// The place of a circle in distances of rows, from the upper left corner.
+    /// Place of a circle in distances of rows, from the upper left corner.
     pub fn at(&self, index: usize) -> [usize; 2] {
         let [column, row] = self.place(index);
         [self.step() * column + row % self.step(), row]
@@ -92,7 +92,7 @@ impl Target for Circles {
         self.reach().map(|reach| (reach as f64 + Self::DIAMETER) * self.squares.square_m)
     }
 
-    /// With the ground around it, which shows that it ends.
+    /// Reach including the surrounding ground, which shows the end of the grid.
     fn needed_m(&self) -> [f64; 2] {
         self.reach().map(|reach| (0.5 * reach as f64 + Self::GROUND) * self.squares.square_m)
     }
@@ -106,7 +106,8 @@ impl Target for Circles {
         across.max(down) as f64 * self.squares.square_m
     }
 
-    /// With an odd number of rows, the shifted ones tell up from down.
+    /// True for unshifted rows, or an even number of rows: of an odd number, the shifted ones tell
+    /// up from down.
     fn looks_the_same_upside_down(&self) -> bool {
         self.step() == 1 || self.grid()[1].is_multiple_of(2)
     }
@@ -115,7 +116,7 @@ impl Target for Circles {
         self.looks_the_same_upside_down().then(|| self.point_count() - 1 - index)
     }
 
-    /// Circles look all alike.
+    /// Nothing, as all circles look alike.
     fn part_tells(&self) -> PartTells {
         PartTells::Nothing
     }
@@ -126,7 +127,7 @@ impl Target for Circles {
         DarkShapes { large: self.points_m().into_iter().map(disc).collect(), fine: Vec::new() }
     }
 
-    /// The nearest ones, and those of its row.
+    /// Nearest points, and the adjacent points of the row.
     fn neighbours(&self, index: usize) -> Vec<usize> {
         let place = |index: usize| Vector2::from(self.place_in_steps(index));
         let here = place(index);

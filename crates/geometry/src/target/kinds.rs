@@ -1,4 +1,4 @@
-//! The kinds of boards, and how a person names one.
+//! Kinds of boards, and parsing of names.
 
 use std::{fmt, str::FromStr};
 
@@ -7,12 +7,12 @@ use super::{
 };
 use crate::markers::{CircleRows, MarkerChoice};
 
-/// Every kind of board, the plain one first.
+/// Every kind of board, the plain kind first.
 pub static BOARD_KINDS: [BoardKind; 5] =
     [checkerboard::KIND, charuco::KIND, aprilgrid::KIND, circles::SYMMETRIC, circles::ASYMMETRIC];
 
 impl BoardChoice {
-    /// The kind of board.
+    /// Kind of the board.
     pub fn kind(&self) -> &'static BoardKind {
         let [plain, charuco, aprilgrid, symmetric, asymmetric] = &BOARD_KINDS;
         match self.markers {
@@ -24,8 +24,8 @@ impl BoardChoice {
         }
     }
 
-    /// What a person counts in a row and in a column: inner corners of a plain board, squares of a ChArUco board, tags of
-    /// an AprilGrid, circles.
+    /// Counts named by people in a row and in a column: inner corners of a plain board, squares of
+    /// a ChArUco board, tags of an AprilGrid, circles.
     pub fn counted(&self) -> [u16; 2] {
         [self.columns, self.rows].map(self.kind().counted)
     }
@@ -40,8 +40,8 @@ impl fmt::Display for BoardChoice {
 impl FromStr for BoardChoice {
     type Err = InvalidChoice;
 
-    /// Reads what [`Display`](fmt::Display) writes, in either case, the marker's side in any unit of [`length_m`](super::length_m).
-    /// Its share of a square isn't checked.
+    /// Parses the output of [`Display`](fmt::Display), in either case, the marker's side in any
+    /// unit of [`length_m`](super::length_m). Its share of a square isn't checked.
     fn from_str(text: &str) -> Result<Self, InvalidChoice> {
         let (kind, rest) = match text.split_once(':') {
             None => (Some(&BOARD_KINDS[0]), text),
@@ -51,7 +51,7 @@ impl FromStr for BoardChoice {
             }
         };
         let choice = (kind.ok_or(InvalidChoice::NoKind)?.read)(rest)?;
-        // The counts must be possible whatever the squares are.
+        // The counts must be possible for any squares.
         let board = Board::new(choice.columns, choice.rows, 1.0)?;
         if let Some(markers) = choice.markers {
             board.with_markers(MarkerChoice { side_m: None, ..markers }.in_squares_of(1.0))?;

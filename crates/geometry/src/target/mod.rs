@@ -1,11 +1,11 @@
-//! Calibration targets: what each room may know of a board without knowing its kind.
+//! Calibration targets: the interface to a board of any kind.
 //!
-//! [`Board`] is the value that travels; [`Board::target`] gives what it looks like as a [`Target`]. A kind of board is a
-//! file here that implements [`Target`], and a line in [`BOARD_KINDS`].
+//! [`Board`] is a value for any kind of board; [`Board::target`] gives its pattern as a [`Target`].
+//! A kind of board is a file here that implements [`Target`], and a line in [`BOARD_KINDS`].
 //!
-//! The board frame has its origin midway between the outermost points, `x` along a row (towards higher columns), `y` along a
-//! column (towards higher rows) and `z = 0` on the paper, in metres. Points are numbered row by row, all rows equally
-//! long: `index = row * columns + column`.
+//! The board frame has its origin midway between the outermost points, `x` along a row (towards
+//! higher columns), `y` along a column (towards higher rows) and `z = 0` on the paper, in metres.
+//! Points are numbered row by row, all rows equally long: `index = row * columns + column`.
 
 mod aprilgrid;
 mod board;
@@ -27,13 +27,14 @@ use nalgebra::Point2;
 
 use crate::coverage::BoardOutline;
 
-/// A flat board with points that are found in pictures.
+/// Flat board with points to be found in pictures.
 pub trait Target {
-    /// Points in a row, and rows; at least 3 each.
+    /// Numbers of points in a row and in a column; at least 3 each.
     fn grid(&self) -> [usize; 2];
 
-    /// Distances of neighbouring points of a row or column, in metres: from the first point to the second, from the third
-    /// to the fourth and so on; and those between. Where every second row is shifted: half of a row's, and that of rows.
+    /// Distances of neighbouring points of a row or column, in metres: from the first point to the
+    /// second, from the third to the fourth and so on; and the ones between. If every second row is
+    /// shifted: half of a row's distance, and that of rows.
     fn steps_m(&self) -> [f64; 2];
 
     /// Mean distance of neighbouring points of a row, in metres.
@@ -45,28 +46,29 @@ pub trait Target {
     /// Positions of all points in the board frame, in metres and in numbering order.
     fn points_m(&self) -> Vec<Point2<f64>>;
 
-    /// Width and height of the printed pattern, in metres, with what's printed outside of the outermost points. Its centre
-    /// is the origin.
+    /// Width and height of the printed pattern, in metres, including any print outside of the
+    /// outermost points. Its centre is the origin.
     fn size_m(&self) -> [f64; 2];
 
-    /// How far the outermost points are from the middle along both axes, in metres.
+    /// Largest distance of the points from the middle along both axes, in metres.
     fn reach_m(&self) -> [f64; 2] {
         self.points_m().iter().fold([0.0; 2], |[x, y], point| [point.x.max(x), point.y.max(y)])
     }
 
-    /// How far what has to be in the picture reaches from the middle along both axes, in metres, if all points are measured.
+    /// Reach from the middle along both axes of the part needed in the picture, in metres, to
+    /// measure all points.
     fn needed_m(&self) -> [f64; 2] {
         self.reach_m()
     }
 
-    /// Whether a half turn maps the pattern to itself, so that the numbers of the points are known only up to
-    /// [`half_turn`](Self::half_turn). Harmless when calibrating a single camera.
+    /// True if a half turn leaves the pattern unchanged, so that the numbers of the points are
+    /// known only up to [`half_turn`](Self::half_turn). Harmless when calibrating a single camera.
     fn looks_the_same_upside_down(&self) -> bool;
 
-    /// What a part of the board tells of the numbers of its points.
+    /// Information in a part of the board about the numbers of the points.
     fn part_tells(&self) -> PartTells;
 
-    /// What is printed, on white.
+    /// Dark shapes of the print, on white.
     fn dark_shapes(&self) -> DarkShapes;
 
     /// Number of points.
@@ -75,14 +77,15 @@ pub trait Target {
         columns * rows
     }
 
-    /// Column and row of a point in the first of [`steps_m`](Self::steps_m), from the upper left corner of the points.
+    /// Column and row of a point in the first of [`steps_m`](Self::steps_m), from the upper left
+    /// corner of the points.
     fn place_in_steps(&self, index: usize) -> [f64; 2] {
         let [one, other] = self.steps_m();
-        // Whole numbers where all steps are equal.
+        // Whole numbers if all steps are equal.
         self.place(index).map(|at| (at / 2) as f64 * (1.0 + other / one) + (at % 2) as f64)
     }
 
-    /// The longer side, in metres, with a pitch for each point.
+    /// Longer side, in metres, with a pitch for each point.
     fn length_m(&self) -> f64 {
         let [columns, rows] = self.grid();
         columns.max(rows) as f64 * self.pitch_m()
@@ -94,8 +97,8 @@ pub trait Target {
         [index % columns, index / columns]
     }
 
-    /// The point where `index` lies after a half turn of the board about its centre. Two half turns lead back. `None` if the
-    /// turned points lie elsewhere.
+    /// Point at the place of `index` after a half turn of the board about the centre. Two half
+    /// turns lead back. `None` if the turned points lie elsewhere.
     ///
     /// # Panics
     ///
@@ -104,7 +107,7 @@ pub trait Target {
         Some(self.point_count() - 1 - index)
     }
 
-    /// The points next to `index` in its row, its column and the diagonals: eight, or fewer at the rim.
+    /// Points next to `index` in row, column and diagonals: eight, or fewer at the rim.
     fn neighbours(&self, index: usize) -> Vec<usize> {
         let [columns, rows] = self.grid();
         let [column, row] = self.place(index);
@@ -115,8 +118,9 @@ pub trait Target {
             .collect()
     }
 
-    /// Shows three points at a time that follow each other in a row or in a column, and the share of the way from the first
-    /// to the last at which the middle one lies. Each two neighbours of a row or column are among at least one three.
+    /// Calls `see` with three consecutive points in a row or column, and the position of the middle
+    /// point as a share of the way from the first to the last. Each two neighbours of a row or
+    /// column are in at least one triple.
     fn each_three_in_line(&self, see: &mut dyn FnMut([usize; 3], f64)) {
         let [columns, rows] = self.grid();
         let steps_m = self.steps_m();
@@ -132,17 +136,18 @@ pub trait Target {
         }
     }
 
-    /// The four outermost points, in order around the board from the first one.
+    /// The four outermost points, in order around the board from the first point.
     fn rim(&self) -> [usize; 4] {
         let [columns, rows] = self.grid();
         let last = columns * rows - 1;
         [0, columns - 1, last, last + 1 - columns]
     }
 
-    /// The outline of what is seen of a board whose points lie at `points_px`, in numbering order; `is_seen` says which are
-    /// seen, by index.
+    /// Outline of the seen part of a board with points at `points_px`, in numbering order;
+    /// `is_seen` is true for the indices of seen points.
     ///
-    /// `None` with another number of points, if fewer than two are seen, or if the outermost seen ones aren't finite.
+    /// `None` with another number of points, if fewer than two are seen, or if the outermost seen
+    /// ones aren't finite.
     fn outline(
         &self,
         points_px: &[Point2<f64>],
@@ -155,42 +160,43 @@ pub trait Target {
     }
 }
 
-/// What a part of a board tells of the numbers of its points.
+/// Information in a part of a board about the numbers of the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartTells {
-    /// Each point is named by what is printed beside it.
+    /// Every point, named by the print beside it.
     EachPoint,
-    /// Only where the rest of the board is: a part counts if it's followed from a whole board, or if a code in the margin
-    /// is seen beside it.
+    /// Every point, if the rest of the board is located: a part counts if followed from a whole
+    /// board, or if a code is seen in the margin beside it.
     WhenFollowed,
-    /// Nothing: a board counts if so little of it is missing that it can be nowhere else.
+    /// Nothing: a board counts only if the missing part is so small that it has only one possible
+    /// place.
     Nothing,
 }
 
-/// What is printed of a board, on white. Shapes may overlap.
+/// Print of a board, on white. Shapes may overlap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DarkShapes {
-    /// What is seen from afar and makes the board look like itself, row by row.
+    /// Shapes visible from afar that make up the pattern, row by row.
     pub large: Vec<Shape>,
-    /// What is seen from near, such as cells of markers.
+    /// Shapes visible from near, such as cells of markers.
     pub fine: Vec<Shape>,
 }
 
-/// A dark shape in the board frame.
+/// Dark shape in the board frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// Sides along `x` and `y`.
+    /// Rectangle with sides along `x` and `y`.
     Rectangle {
-        /// The corner with the lowest `x` and `y`, in metres.
+        /// Corner with the lowest `x` and `y`, in metres.
         low_m: [f64; 2],
-        /// The opposite corner, in metres.
+        /// Opposite corner, in metres.
         high_m: [f64; 2],
     },
-    /// A disc.
+    /// Disc.
     Disc {
-        /// Its centre, in metres.
+        /// Centre, in metres.
         centre_m: [f64; 2],
-        /// Its radius, in metres.
+        /// Radius, in metres.
         radius_m: f64,
     },
 }
@@ -203,7 +209,7 @@ mod tests {
     use super::*;
     use crate::markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags};
 
-    /// A board of every kind with this many points.
+    /// Boards of every kind with this many points.
     fn boards(columns: u16, rows: u16, square_m: f64) -> Vec<Board> {
         let plain = Board::new(columns, rows, square_m).expect("a board");
         let dictionary: Dictionary = "DICT_5X5_1000".parse().expect("known");
