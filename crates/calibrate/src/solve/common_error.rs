@@ -26,9 +26,9 @@ pub(crate) struct CommonError {
     variances: SVector<f64, COLUMNS>,
 }
 
-/// Derivative of a corner's error by the parameters of the view, each with a standard deviation
-/// of 1. `off` is the corner's offset from the middle of the board in the picture, as a share of half
-/// the board's size there.
+/// Derivative of a corner's error by the parameters of the view, all with unit standard deviation.
+/// `off` is the corner's offset from the middle of the board in the picture, as a share of half the
+/// board's size there.
 pub fn error_by_numbers(common_px: f64, off: &Vector2<f64>) -> SMatrix<f64, 2, COLUMNS> {
     let by = [1.0, TURNING * off.x, TURNING * off.y].map(|share| common_px * share);
     SMatrix::from_fn(|axis, column| if column % 2 == axis { by[column / 2] } else { 0.0 })
