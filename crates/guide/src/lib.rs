@@ -1,6 +1,7 @@
-//! A calibration session as a fold: what a view is worth, which pose comes next, when to stop.
+//! A calibration session as a fold over its inputs: gain of a view, next pose, stop rule.
 //!
-//! A board is held where the session asks for it. Photographs are still by definition, so the first one is taken:
+//! A board is held where the session asks for it. Photographs are still by definition, so the first
+//! one is taken:
 //!
 //! ```
 //! use boresight_calibrate::CalibrationParams;
@@ -38,26 +39,27 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`guidance`] | what a view measures and is worth, which pose comes next, when it's enough: pure functions |
-//! | [`session`] | the state of one session, and the only code that changes it |
+//! | [`guidance`] | measurements and gain of a view, next pose, stop rule: pure functions |
+//! | [`session`] | the state of one session, and the only code to change it |
 //!
 //! # Features
 //!
-//! None of its own. With `threads` of `boresight-calibrate`, calibrations of many views use the threads that
-//! `CalibrationParams::threads` asks for.
+//! None of its own. With `threads` of `boresight-calibrate`, calibrations of many views use up to
+//! `CalibrationParams::threads` threads.
 //!
-//! # What it needs
+//! # Environment
 //!
-//! Time comes with each input: no files, clocks, chance, threads or unsafe code. It compiles for
-//! `wasm32-unknown-unknown`.
+//! Time comes with each input: no files, clocks, random numbers, threads or unsafe code. Compiles
+//! for `wasm32-unknown-unknown`.
 //!
-//! # What isn't promised
+//! # Limitations
 //!
 //! - One camera, one board, one person.
-//! - Corners may come from any detector, but their covariances must be true: noise and worth are judged by them.
-//! - Another version may ask for other poses and decide otherwise. One version decides the same inputs alike, bit for
-//!   bit, on every processor.
-//! - `docs/versioning.md` says what stays.
+//! - Corners may come from any detector, but their covariances must be true: noise and gain are
+//!   judged by them.
+//! - Another version may ask for other poses and decide otherwise. One version decides the same
+//!   inputs alike, bit for bit, on every processor.
+//! - `docs/versioning.md` lists the stable parts.
 
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! The one thing the person should do now.
+//! Advice: the next action for the person.
 
 use nalgebra::Vector2;
 use serde::Serialize;
@@ -6,39 +6,39 @@ use serde::Serialize;
 use super::{refusal::Refusal, slots::direction_difference_rad, target::Target, view::View};
 use boresight_geometry::Corner;
 
-/// The next action, as data; the room `text` has the sentences.
+/// The next action, as data; module `text` has the sentences.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "do")]
 pub enum Advice {
     /// Bring the whole board into the picture.
     ShowBoard,
-    /// Bring the whole board into the picture first. The pose asked for leaves the picture, and a part of a board can
-    /// be identified only by following the board there.
+    /// Bring the whole board into the picture first. The requested pose leaves the picture, and a
+    /// part of a board can be identified only by following the board there.
     ShowWholeFirst,
     /// Make the board recede towards another direction.
     TipTowards {
         /// Direction in which the board recedes now; `None` if it faces the camera.
         #[serde(rename = "slot_rad")]
         tilt_azimuth_rad: Option<f64>,
-        /// Direction in which it should recede.
+        /// Requested direction.
         wanted_rad: f64,
     },
     /// Change the tilt.
     Tilt {
         /// Tilt of the newest frame.
         tilt_rad: f64,
-        /// Tilt of the pose asked for.
+        /// Tilt of the requested pose.
         wanted_rad: f64,
-        /// Direction in which the board should recede.
+        /// Requested direction of receding.
         #[serde(rename = "slot_rad")]
         tilt_azimuth_rad: f64,
     },
     /// Change the distance.
     Distance {
-        /// Share of the picture that the corners span now.
+        /// Share of the picture spanned by the corners now.
         #[serde(rename = "fill")]
         span_fraction: f64,
-        /// Share of the pose asked for.
+        /// Share of the picture spanned by the requested pose.
         wanted: f64,
     },
     /// Shift the board in the picture.
@@ -52,49 +52,52 @@ pub enum Advice {
     HoldStill {
         /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
-        /// Highest speed accepted.
+        /// Highest accepted speed.
         wanted_px_per_s: f64,
     },
-    /// Rest the arms or lean the board on something: holding it freely hasn't been steady enough for a while.
+    /// Rest the arms or lean the board on something: holding it freely hasn't been steady enough
+    /// for a while.
     SteadyTheBoard,
     /// Keep still until the view is taken.
     Holding {
-        /// Share of the hold that has passed.
+        /// Share of the hold passed.
         progress: f64,
     },
-    /// Put right what the refusal says.
+    /// Remove the cause of the refusal.
     Mend {
-        /// The refusal to mend.
+        /// The refusal.
         refusal: Refusal,
     },
-    /// Nothing: no further view is asked for.
+    /// Nothing: no further view is requested.
     Finished,
 }
 
-/// A board tilted less than this share of what is asked for counts as flat: it has no edge that is away. That lacks as much
-/// as this many times what is worth a word.
+/// Share of the requested tilt below which a board counts as flat, without an edge away from the
+/// camera; and the lack of a flat board, as a multiple of the least notable one.
 const FLAT: (f64, f64) = (0.25, 2.0);
-/// Differences from the pose asked for that are worth a word: of direction, of tilt and of size as factors, and of place, as a
-/// share of the board's own size.
+/// Least notable differences from the requested pose: of direction, of tilt and of size as factors,
+/// and of place, as a share of the board's own size.
 const OFF_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
 const TILTED: f64 = 1.4;
 const SIZED: f64 = 1.3;
 const SHIFTED: f64 = 0.2;
-/// A pose that lacks less than this share of any of them is shown: what the refusal says remains.
+/// Share of the least notable difference below which the pose counts as shown: only the refusal
+/// remains.
 const SHOWN: f64 = 0.5;
 
-/// What a person's hand does, as far as advice depends on it.
+/// State of a person's hand, as far as advice depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hand {
-    /// True if the board moves no more than in a calm hand: the person has arrived, or means to have.
+    /// True if the board moves no more than in a calm hand: the person has arrived, or believes so.
     pub has_stopped: bool,
-    /// True after a long time in a good pose without holding it steadily.
+    /// True after a long time in a good pose without holding steadily.
     pub needs_support: bool,
 }
 
-/// What to do about a frame that was refused for `refusal`, on the way to `target`. `view` is what the frame
-/// measures, if anything. Of direction, tilt, size and place, the one that lacks most is named, also while a hold goes on:
-/// only in the pose asked for, or a `hand` that has stopped, is asked to hold still. [`Advice::Finished`] without a target.
+/// Advice about a frame refused for `refusal`, on the way to `target`. `view` is the frame's
+/// measurement, if any. Of direction, tilt, size and place, the largest lack is named, also during
+/// a hold: only the requested pose, or a `hand` at rest, is asked to hold still.
+/// [`Advice::Finished`] without a target.
 pub(crate) fn advise(
     view: Option<&View>,
     refusal: &Refusal,
@@ -140,7 +143,7 @@ pub(crate) fn advise(
             Advice::Holding { progress }
         }
         _ if most > SHOWN => advice,
-        // A hand on its way isn't stopped.
+        // Don't stop a hand on its way.
         Refusal::Moving { speed_px_per_s, wanted_px_per_s } => {
             Advice::HoldStill { speed_px_per_s, wanted_px_per_s }
         }
@@ -148,19 +151,19 @@ pub(crate) fn advise(
     }
 }
 
-/// How a board is held, beside the pose asked for.
+/// Difference of a held board from the requested pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Difference {
-    /// Turn from the direction in which it recedes to the one asked for.
+    /// Turn from the board's direction to the requested direction.
     pub(crate) turn_rad: f64,
-    /// Its tilt, and the one asked for.
+    /// Tilt of the board, and the requested tilt.
     pub(crate) tilt_rad: f64,
     pub(crate) wanted_tilt_rad: f64,
-    /// Size asked for over its size.
+    /// Requested size over the board's size.
     pub(crate) size_ratio: f64,
-    /// Way to the place asked for.
+    /// Shift to the requested place.
     pub(crate) shift_px: Vector2<f64>,
-    /// Root mean square distance of its corners from their middle.
+    /// Root mean square distance of the corners from their middle.
     radius_px: f64,
 }
 
@@ -181,7 +184,7 @@ impl Difference {
         }
     }
 
-    /// True if no edge is away to speak of.
+    /// True if no edge is notably away.
     pub(crate) fn is_flat(&self) -> bool {
         self.tilt_rad < FLAT.0 * self.wanted_tilt_rad
     }

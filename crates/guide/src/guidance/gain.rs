@@ -1,9 +1,9 @@
-//! What does a view tell that the accepted ones don't, and how much of it is enough after this long?
+//! Gain of a view beside the accepted views, and the least gain to accept over time.
 //!
-//! The gain of a view is the precision that it adds to what the person wants to know: projection over the picture, in its
-//! corners, and the principal point, each in units of its goal, under the richest of the usual lens models, from the corners
-//! that are seen, with the errors that they have. Tilt, size, place, blur and motion have no limits: they are prices
-//! inside the gain. Source: `docs/method.md`, section 3.1.
+//! The gain of a view is the precision added to the requested quantities: projection over the
+//! picture, in its corners, and the principal point, each in units of its goal, under the richest
+//! of the usual lens models, from the seen corners with their errors. Tilt, size, place, blur and
+//! motion have no limits: they are prices inside the gain. Source: `docs/method.md`, section 3.1.
 
 use nalgebra::{Isometry3, Point2};
 
@@ -19,27 +19,29 @@ use super::{
 use boresight_calibrate::solve::common_error::places_on_board;
 use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
 
-/// Share of the best pose's gain that a frame needs at first …
+/// Share of the best pose's gain needed by a frame at first …
 const FIRST_SHARE: f64 = 0.6;
-/// … or this many times what the view before told, if that is less …
+/// … or this many times the share of the view before, if less …
 const TIMES_SHOWN: f64 = 4.0;
-/// … and time with a board in the picture after which whatever tells something is taken.
+/// … and time with a board in the picture after which any positive gain is accepted.
 const SERVED_AFTER_SECS: f64 = 5.0;
-/// What a corner errs by beside its stated covariance: prints, lens models and compression aren't perfect.
+/// Error of a corner beside its stated covariance: prints, lens models and compression aren't
+/// perfect.
 const UNSTATED_PX: f64 = 0.05;
 
-/// Least share of the best pose's gain at which a frame is taken, after a board has been in the picture for `waited_secs`
-/// since the last view, which told the share `shown`. Whoever has shown less is asked for less.
+/// Least share of the best pose's gain to accept a frame, after a board has been in the picture for
+/// `waited_secs` since the last view, which had the share `shown`. Decreases with `shown`.
 pub fn wanted_share(waited_secs: f64, shown: Option<f64>) -> f64 {
     let first = shown.map_or(FIRST_SHARE, |shown| (TIMES_SHOWN * shown).min(FIRST_SHARE));
     first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(4)
 }
 
-/// Corners that are this far from where an accepted view shows them, in picture widths, tell mostly what it doesn't.
+/// Distance of corners from an accepted view's, in picture widths, above which most of their
+/// information is new.
 const NEW_WIDTHS: f64 = 0.03;
 
-/// Share of what a view tells that the `accepted` ones don't tell already: what boards and lenses do beside their models, a bend
-/// or a fold, is the same in views that look alike. 1 without any.
+/// Share of new information in a view beside the `accepted` views. Errors of board and lens outside
+/// the models, such as a bend or a fold, are the same in similar views. 1 without any.
 pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
     let apart_widths2 = |other: &View| {
         let pairs = view.corners.iter().zip(&other.corners);
@@ -53,20 +55,21 @@ pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
     1.0 - libm::exp(-nearest / (NEW_WIDTHS * NEW_WIDTHS))
 }
 
-/// What the corners of a board err by that is shown as asked, with this camera and by this hand.
+/// Corner errors of a board shown as requested, with the given camera and hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UsualError {
     /// Mean variance, per axis, of a corner's own error.
     variance_px2: f64,
-    /// Standard deviation of what a moving board's rows err by in common, a picture's height from the middle row.
+    /// Standard deviation of the common error of a moving board's rows, a picture's height from the
+    /// middle row.
     shear_px: f64,
 }
 
 impl UsualError {
-    /// Of a still board, before anything was seen.
+    /// Errors of a still board, before any observation.
     const GUESS: Self = Self { variance_px2: CORNER_SIGMA_PX * CORNER_SIGMA_PX, shear_px: 0.0 };
 
-    /// Of the corners that are seen in a picture `height_px` high; `None` without one.
+    /// Errors of the seen corners in a picture `height_px` high; `None` without any.
     fn of<'a>(corners: impl Iterator<Item = &'a Corner>, height_px: f64) -> Option<Self> {
         let (mut variance_px2, mut common_px2, mut rows2, mut count) = (0.0, 0.0, 0.0, 0.0);
         for corner in corners.filter(|corner| corner.is_seen()) {
@@ -88,28 +91,29 @@ impl UsualError {
     }
 }
 
-/// What the accepted views and weak priors tell about the lens.
+/// Information about the lens from the accepted views and weak priors.
 #[derive(Clone, Debug)]
 pub struct Knowledge {
     information: LensMatrix,
-    /// What four views as planned would tell: what a view adds to less would be known by the end.
+    /// Information of the plan's first four views. A gain above less information would be known by
+    /// the end.
     ahead: LensMatrix,
     /// Weight of the lens's covariance in [`Self::variance`]: one over the goals.
     weight: LensMatrix,
     /// Expected variance in units of the goals.
     variance: f64,
-    /// The same, if those four were there, too.
+    /// Expected variance with the plan's first four views added.
     variance_ahead: f64,
-    /// In the accepted views; `None` without one.
+    /// Errors in the accepted views; `None` without any.
     usual: Option<UsualError>,
-    /// [`UsualError::shear_px`] of a hand that holds a board calmly.
+    /// [`UsualError::shear_px`] of a calm hand.
     calm_shear_px: f64,
     points_m: Vec<Point2<f64>>,
     lens_estimate: LensEstimate,
 }
 
 impl Knowledge {
-    /// What the corners that are seen in the `accepted` views tell.
+    /// Information of the seen corners in the `accepted` views.
     pub fn new(
         accepted: &[View],
         board: &Checkerboard,
@@ -140,15 +144,15 @@ impl Knowledge {
         knowledge
     }
 
-    /// The same, for boards that the person can hold so calmly that rows err by no more than this in common, a picture's height
-    /// from the middle one.
+    /// Caps the common error of rows, a picture's height from the middle row, at the value of a
+    /// calm hand.
     #[must_use]
     pub(crate) fn held_calmly(mut self, calm_shear_px: f64) -> Self {
         self.calm_shear_px = calm_shear_px;
         self
     }
 
-    /// The same, with corners of boards to come whose own errors are `noise_px` per axis, if that is known.
+    /// Sets the error of corners of future boards to `noise_px` per axis, if known.
     #[must_use]
     pub(super) fn with_noise(mut self, noise_px: Option<f64>) -> Self {
         if let Some(noise_px) = noise_px {
@@ -158,7 +162,7 @@ impl Knowledge {
         self
     }
 
-    /// What is known after a board was shown at that pose, and at its reflection.
+    /// Adds the information of a board at the given pose, and at its reflection.
     #[must_use]
     pub(super) fn with_pair(mut self, cam_from_board: &Isometry3<f64>) -> Self {
         let usual = self.usual(None);
@@ -170,8 +174,8 @@ impl Knowledge {
         self
     }
 
-    /// Standard deviations that are expected now: of the principal point, worse axis, and of projection, mean over the
-    /// picture. Infinite if the views and the priors don't fix the lens.
+    /// Expected standard deviations now: of the principal point, worse axis, and of projection,
+    /// mean over the picture. Infinite if the views and the priors don't fix the lens.
     pub(super) fn sigmas_px(&self) -> (f64, f64) {
         let Some(cholesky) = self.information.cholesky() else {
             return (f64::INFINITY, f64::INFINITY);
@@ -184,7 +188,7 @@ impl Knowledge {
         (pp_px2.max(0.0).sqrt(), projection_px2.max(0.0).sqrt())
     }
 
-    /// Expected variance in units of the goals: 1 where one goal is just met.
+    /// Expected variance in units of the goals: 1 where a goal is just met.
     pub fn variance(&self) -> f64 {
         self.variance
     }
@@ -194,19 +198,20 @@ impl Knowledge {
         &self.points_m
     }
 
-    /// Precision in units of the goals that `more` information adds; not negative. Source: `docs/method.md`, section 3.1.
+    /// Precision in units of the goals added by `more` information; not negative. Source:
+    /// `docs/method.md`, section 3.1.
     pub fn gain(&self, more: &LensMatrix) -> f64 {
         (1.0 / self.variance_with(more) - 1.0 / self.variance).max(0.0)
     }
 
-    /// The same, if the plan's first four views were there, too.
+    /// Precision added by `more` information on top of the plan's first four views.
     pub fn gain_by_the_end(&self, more: &LensMatrix) -> f64 {
         let after = self.variance_with(&(self.ahead + more));
         (1.0 / after - 1.0 / self.variance_ahead).max(0.0)
     }
 
-    /// Information from those `corners` that are seen, as moved as they were, or as if they had been still; none if they fit
-    /// no board.
+    /// Information of the seen `corners`, as moved or as if still; zero if the corners fit no
+    /// board.
     pub fn seen(&self, corners: &[Corner], as_moved: bool) -> LensMatrix {
         let Some(pose) = pose_of(corners, &self.points_m, &self.lens_estimate) else {
             return LensMatrix::zeros();
@@ -223,8 +228,8 @@ impl Knowledge {
             .unwrap_or_else(LensMatrix::zeros)
     }
 
-    /// Information from a board at that pose, of the corners in the picture, with the `usual` errors; none if one is behind the
-    /// camera.
+    /// Information of a board at a pose, from the corners in the picture, with the `usual` errors;
+    /// zero if any is behind the camera.
     pub fn at(&self, cam_from_board: &Isometry3<f64>, usual: UsualError) -> LensMatrix {
         let Self { points_m, lens_estimate: LensEstimate { camera, image_size, .. }, .. } = self;
         let in_picture: Option<Vec<Point2<f64>>> =
@@ -242,8 +247,8 @@ impl Knowledge {
             .unwrap_or_else(LensMatrix::zeros)
     }
 
-    /// Errors of a board that is shown as asked, if `view` is the newest frame's: as in the accepted views, unless this camera
-    /// and this hand do better now.
+    /// Errors of a board shown as requested, if `view` is the newest frame's: as in the accepted
+    /// views, unless camera and hand do better now.
     pub fn usual(&self, view: Option<&View>) -> UsualError {
         let now = view.and_then(|view| UsualError::of(view.corners.iter(), self.height_px()));
         let seen = [self.usual, now].into_iter().flatten();
@@ -255,15 +260,16 @@ impl Knowledge {
         f64::from(self.lens_estimate.image_size.height_px)
     }
 
-    /// Expected variance in units of the goals, with `more` information; infinite if the sum isn't positive definite.
+    /// Expected variance in units of the goals, with `more` information; infinite if the sum isn't
+    /// positive definite.
     fn variance_with(&self, more: &LensMatrix) -> f64 {
         let covariance = (self.information + more).cholesky().map(|cholesky| cholesky.inverse());
         covariance.map_or(f64::INFINITY, |covariance| (self.weight * covariance).trace())
     }
 }
 
-/// One over the goals: mean variance of projection over the picture, in its corners if those matter, and of the principal
-/// point, each per axis.
+/// Weights of the goals: mean variance of projection over the picture, in its corners if those
+/// matter, and of the principal point, each per axis.
 fn weight(lens_estimate: &LensEstimate, params: &GuidanceParams) -> LensMatrix {
     let projection = ProjectionWeights::new(lens_estimate);
     let goal = |goal_px: f64| 0.5 / (goal_px * goal_px);
@@ -281,7 +287,7 @@ fn weight(lens_estimate: &LensEstimate, params: &GuidanceParams) -> LensMatrix {
     weight
 }
 
-/// Pose of the board with `points_m` whose corners appear at `corners`; `None` if they fit no board.
+/// Pose of the board with `points_m` seen at `corners`; `None` if the corners fit no board.
 pub(crate) fn pose_of(
     corners: &[Corner],
     points_m: &[Point2<f64>],

@@ -1,8 +1,9 @@
-//! How does a held board move in a frame, between the places at which its neighbours show it?
+//! Motion of a held board within a frame, interpolated from the neighbouring frames.
 //!
-//! A hand sways slowly and trembles at 8 to 12 Hz, so its motion is a Gaussian process whose spectrum is known but for its size.
-//! The size follows from how well each frame was foreseen; velocity, acceleration and what they miss follow from the frames
-//! before and after, at any rate of frames. Source: `docs/method.md`, section 3.8.
+//! A hand sways slowly and trembles at 8 to 12 Hz, so its motion is a Gaussian process with a
+//! spectrum known up to its size. The size follows from the prediction error of each frame;
+//! velocity, acceleration and their errors follow from the frames before and after, at any frame
+//! rate. Source: `docs/method.md`, section 3.8.
 
 use std::collections::VecDeque;
 
@@ -10,13 +11,14 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use boresight_geometry::{Corner, frame::CaptureTime};
 
-/// Frames from which a motion is interpolated.
+/// Number of frames to interpolate a motion.
 const FRAMES: usize = 7;
-/// Frames before, without which the first ones of a full window are known no better by more frames after.
+/// Minimum number of frames before a frame of interest; with fewer, the first frames of a full
+/// window gain nothing by later frames.
 const ENOUGH_BEFORE: usize = 3;
-/// Sway: rate at which it forgets, for a spectrum that is flat up to 0.4 Hz.
+/// Sway: decay rate, for a spectrum flat up to 0.4 Hz.
 const SWAY_PER_SEC: f64 = 4.35;
-/// Tremor: its size as a share of the sway's, its frequency and its width.
+/// Tremor: size as a share of the sway's, frequency and width.
 const TREMOR: f64 = 0.1;
 const TREMOR_RAD_PER_S: f64 = 63.0;
 const TREMOR_WIDTH_RAD_PER_S: f64 = 7.5;
@@ -24,37 +26,38 @@ const TREMOR_WIDTH_RAD_PER_S: f64 = 7.5;
 const INTENDED: (f64, f64) = (100.0, 1000.0);
 /// Variance of a measured place, as a share of the sway's.
 const MEASURED: f64 = 1e-5;
-/// Foreseen frames count for about this long.
+/// Averaging time for predicted frames.
 const UNREST_SECS: f64 = 0.3;
 
-/// How a board moves in the picture: the field of velocities of a plane that moves and turns before a camera.
+/// Motion of a board in the picture: the velocity field of a plane moving and turning before a
+/// camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Velocity {
-    /// The motion in a second.
+    /// Motion in a second.
     per_sec: Step,
     /// Change of the velocity per second, at the middle.
     px_per_s2: Vector2<f64>,
-    /// Standard deviation of what it misses, per axis.
+    /// Standard deviation of the velocity's error, per axis.
     unknown_px_per_s: f64,
 }
 
 impl Velocity {
-    /// At a pixel, in pixels per second.
+    /// Velocity at a pixel, in pixels per second.
     pub fn at(&self, px: &Point2<f64>) -> Vector2<f64> {
         self.per_sec.at(px)
     }
 
-    /// How far the board has moved at a pixel `secs` later.
+    /// Displacement of the board at a pixel `secs` later.
     pub fn moved_px(&self, px: &Point2<f64>, secs: f64) -> Vector2<f64> {
         self.at(px) * secs + self.px_per_s2 * (0.5 * secs * secs)
     }
 
-    /// Standard deviation of what the velocity misses, per axis.
+    /// Standard deviation of the velocity's error, per axis.
     pub(crate) fn unknown_px_per_s(&self) -> f64 {
         self.unknown_px_per_s
     }
 
-    /// Root mean square speed of the corners: a board that turns about its middle moves, too.
+    /// Root mean square speed of the corners: a board turning about its middle moves, too.
     pub fn speed_px_per_s(&self) -> f64 {
         self.per_sec.mean_square_px2().sqrt()
     }
@@ -63,25 +66,26 @@ impl Velocity {
 /// The board in the newest frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HandMotion {
-    /// Frames with the step that leads to each, the oldest first.
+    /// Frames with the step to each, the oldest first.
     frames: VecDeque<(CaptureTime, Step)>,
-    /// Size of the sway, as foreseen frames show it: its variance.
+    /// Size of the sway, as a variance from predicted frames.
     sway_px2: Option<f64>,
 }
 
-/// A plane's motion by the pixel of the later frame, eight numbers: `px + by_px d + d (tip_per_px · d)` at `d` from the middle.
+/// A plane's motion by the pixel of the later frame, eight numbers: `px + by_px d + d (tip_per_px ·
+/// d)` at `d` from the middle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Step {
     middle_px: Point2<f64>,
     px: Vector2<f64>,
     by_px: Matrix2<f64>,
-    /// Of a plane that tips: how much faster it moves towards an edge that comes nearer, per pixel of the way there.
+    /// Tipping of the plane: gain of speed towards a nearing edge, per pixel of the way there.
     tip_per_px: Vector2<f64>,
     /// Mean square of the corners' places about the middle, px².
     spread_px2: Matrix2<f64>,
 }
 
-/// Times of frames, and what their places tell.
+/// Times of frames, and the inverse covariance of their places.
 struct Window {
     secs: [f64; FRAMES],
     count: usize,
@@ -94,7 +98,8 @@ impl HandMotion {
         self.frames.clear();
     }
 
-    /// Adds the newest frame, after one with the corners `before`; begins anew if there's none or no step fits.
+    /// Adds the newest frame, after a frame with the corners `before`; restarts if there's none or
+    /// no step fits.
     pub fn push(&mut self, now: CaptureTime, before: Option<&[Corner]>, corners: &[Corner]) {
         let step = before.and_then(|before| Step::between(before, corners));
         let passed_secs = self.frames.back().map_or(0.0, |(then, _)| now.secs_since(*then));
@@ -110,8 +115,9 @@ impl HandMotion {
         self.frames.push_back((now, step));
     }
 
-    /// How the board moves in the frame captured `at` that time. `None` if the frame isn't kept, if too few are, or if its
-    /// neighbours before are gone, so that it was known better before.
+    /// Motion of the board in the frame captured `at` the given time. `None` if the frame isn't
+    /// kept, if too few are, or if its neighbours before are gone, so that it was known better
+    /// before.
     pub fn velocity(&self, at: CaptureTime) -> Option<Velocity> {
         let index = self.frames.iter().position(|(time, _)| *time == at)?;
         if self.frames.len() < 2 || (self.frames.len() == FRAMES && index < ENOUGH_BEFORE) {
@@ -125,7 +131,7 @@ impl HandMotion {
         })
     }
 
-    /// The same, with what the velocity of a frame misses once as many follow it as came before.
+    /// Velocity with the error expected once as many frames follow as came before.
     pub fn velocity_foreseen(&self, at: CaptureTime) -> Option<Velocity> {
         let velocity = self.velocity(at)?;
         let step_secs = {
@@ -141,7 +147,7 @@ impl HandMotion {
         })
     }
 
-    /// Learns the size of the sway from how well the frame at the end of `step` was foreseen.
+    /// Updates the size of the sway from the prediction error at the end of `step`.
     fn note_foreseen(&mut self, now: CaptureTime, passed_secs: f64, step: &Step) {
         if self.frames.len() < 3 {
             return;
@@ -159,7 +165,7 @@ impl HandMotion {
         Window::of(self.frames.iter().map(|(time, _)| time.secs_since(now)))
     }
 
-    /// The step of the board from one frame to another, about a pixel.
+    /// Step of the board between two frames, about a pixel.
     fn step(&self, from: usize, to: usize, middle_px: &Point2<f64>) -> Step {
         let (first, last, sign) = if to < from { (to, from, -1.0) } else { (from, to, 1.0) };
         let steps = self.frames.iter().skip(first + 1).take(last - first).map(|(_, step)| step);
@@ -168,7 +174,7 @@ impl HandMotion {
     }
 
     fn interpolated(&self, index: usize, window: &Window) -> Velocity {
-        // The first frame has no step that leads to it.
+        // The first frame has no step.
         let step = self.frames.get(index.max(1)).map(|(_, step)| step);
         let none = step.map_or_else(Step::default, Step::at_rest);
         let middle_px = none.middle_px;
@@ -185,7 +191,7 @@ impl HandMotion {
 }
 
 impl Step {
-    /// From the corners that are seen at both ends, fitted to all of them. `None` with fewer than six, or all in a row.
+    /// Step fitted to the corners seen at both ends. `None` with fewer than six, or all in a row.
     fn between(before: &[Corner], after: &[Corner]) -> Option<Self> {
         let both = || {
             let pairs = before.iter().zip(after);
@@ -201,7 +207,7 @@ impl Step {
             .map(|(_, after)| after.px - middle_px)
             .map(|off| off * off.transpose() / count as f64)
             .sum::<Matrix2<f64>>();
-        // In units of the board's size, in which the eight numbers are of one order.
+        // In units of the board's size, so that the eight numbers are of equal order.
         let size_px = spread_px2.trace().sqrt().max(f64::MIN_POSITIVE);
         let (mut normal, mut right) = (SMatrix::<f64, 8, 8>::zeros(), SVector::<f64, 8>::zeros());
         for (before, after) in both() {
@@ -224,7 +230,7 @@ impl Step {
         })
     }
 
-    /// None, of the same corners.
+    /// Zero step of the same corners.
     fn at_rest(&self) -> Self {
         Self { middle_px: self.middle_px, spread_px2: self.spread_px2, ..Self::default() }
     }
@@ -234,12 +240,12 @@ impl Step {
         self.px + self.by_px * off + off * self.tip_per_px.dot(&off)
     }
 
-    /// Mean square over the corners, without what tipping adds.
+    /// Mean square over the corners, without the part of tipping.
     fn mean_square_px2(&self) -> f64 {
         self.px.norm_squared() + (self.by_px * self.spread_px2 * self.by_px.transpose()).trace()
     }
 
-    /// The sum with `times` another step, about the middle of this one.
+    /// Sum with `times` another step, about the middle of `self`.
     fn plus(self, times: f64, other: &Self) -> Self {
         let off = self.middle_px - other.middle_px;
         let tip = other.tip_per_px;
@@ -255,7 +261,7 @@ impl Step {
 }
 
 impl Window {
-    /// Frames at these times from the one of interest, at most [`FRAMES`].
+    /// Window of frames at the given times from the frame of interest, at most [`FRAMES`].
     fn of(secs: impl Iterator<Item = f64>) -> Option<Self> {
         let mut window = Self { secs: [0.0; FRAMES], count: 0, inverse: SMatrix::identity() };
         for (slot, secs) in window.secs.iter_mut().zip(secs) {
@@ -274,7 +280,8 @@ impl Window {
         Some(window)
     }
 
-    /// Weights of the places for something at time 0 that has this covariance with a place at another time.
+    /// Weights of the places for a quantity at time 0 with the given covariance with a place at
+    /// another time.
     fn weights(&self, covariance: impl Fn(f64) -> f64) -> SVector<f64, FRAMES> {
         self.inverse * self.with(covariance)
     }
@@ -283,7 +290,7 @@ impl Window {
         SVector::from_fn(|i, _| if i < self.count { covariance(self.secs[i]) } else { 0.0 })
     }
 
-    /// Where the board is at time 0, and the variance of that for a sway of size 1.
+    /// Place of the board at time 0, and its variance for a sway of size 1.
     fn place(&self, places: impl Fn(usize) -> Step) -> (Step, f64) {
         let with = self.with(|secs| place_covariance(0.0, secs));
         let weights = self.inverse * with;

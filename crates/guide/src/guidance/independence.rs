@@ -1,4 +1,4 @@
-//! Independence: judges if a view's principal line adds anything to the accepted ones.
+//! Independence: judges if a view's principal line adds anything to the accepted lines.
 
 use std::f64::consts::PI;
 
@@ -15,38 +15,41 @@ use super::{
 pub enum Role {
     /// The view's principal line is linearly independent of all accepted ones.
     NewDirection,
-    /// The view is the opposed partner, 180° apart, of an accepted view that had none.
+    /// The view is the opposed partner, 180° apart, of an accepted view without a partner.
     Partner {
-        /// Index of that view among the accepted ones.
+        /// Index of the partner among the accepted views.
         of: usize,
     },
-    /// The person forced it; no limit was checked.
+    /// The person forced the view; no limit was checked.
     Forced,
 }
 
-/// Views after which a principal line can be tested against the others. Source: `docs/method.md`, section 3.6.
+/// Number of views from which a principal line can be tested against the others. Source:
+/// `docs/method.md`, section 3.6.
 const CONSISTENCY_FROM_VIEWS: usize = 5;
-/// Standard deviations beyond which a line contradicts the others. Source: `docs/method.md`, section 3.6.
+/// Standard deviations beyond which a line contradicts the others. Source: `docs/method.md`,
+/// section 3.6.
 const CONSISTENCY_SIGMAS: f64 = 3.5;
-/// Distance from the principal point, in a picture 1280 pixels wide, below which a line contradicts nothing, even with
-/// a tiny standard deviation. Chosen for the error of a lens model that is too simple: 2.2 px with eight views in
-/// reflected pairs. Source: `docs/method.md`, section 3.9.
+/// Distance from the principal point, in a picture 1280 pixels wide, below which a line contradicts
+/// nothing, even with a tiny standard deviation. Chosen for the error of a too simple lens model:
+/// 2.2 px with eight views in reflected pairs. Source: `docs/method.md`, section 3.9.
 const LENS_MODEL_FLOOR_PX: f64 = 2.0;
 /// Least angle between independent principal lines, however well both are known.
 const LEAST_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// A line is known well enough to differ from others if it differs from one at this angle: half of that between slots.
+/// Angle to another line at which a line must differ significantly to count as known: half the
+/// angle between slots.
 const KNOWN_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
 
-/// The role of `view` among the `accepted` ones: the two rules that are no matter of gain. Source: `docs/method.md`,
-/// sections 3.2, 3.3 and 3.6.
+/// Role of `view` among the `accepted` views: the two rules independent of gain. Source:
+/// `docs/method.md`, sections 3.2, 3.3 and 3.6.
 ///
-/// A view counts if and only if its principal line is independent of every accepted one, or if it is the opposed partner of
-/// an accepted view that has none. Two lines are independent if and only if their angle ψ is significant:
-/// `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`, and at least 5°.
+/// A view counts if and only if its principal line is independent of every accepted one, or if it
+/// is the opposed partner of an accepted view without one. Two lines are independent if and only if
+/// their angle ψ is significant: `ψ > independent_sigmas · √(sd φ₁² + sd φ₂²)`, and at least 5°.
 ///
 /// # Errors
 ///
-/// The [`Refusal`] with what was measured and what is wanted.
+/// The [`Refusal`] with the measured and the required value.
 pub fn role_of(
     view: &View,
     accepted: &[View],
@@ -84,8 +87,9 @@ pub fn role_of(
     }
 }
 
-/// Index of the opposed partner of the accepted view at `index`; either of the two may have been taken first. `None`
-/// without one, or without a view at `index`. Settled at acceptance: a better lens estimate doesn't undo it.
+/// Index of the opposed partner of the accepted view at `index`; either view may have been taken
+/// first. `None` without a partner, or without a view at `index`. Settled at acceptance: a better
+/// lens estimate doesn't undo it.
 pub(crate) fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     let view = accepted.get(index)?;
     accepted.iter().position(|other| {

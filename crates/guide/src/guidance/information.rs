@@ -12,9 +12,10 @@ use boresight_geometry::{
 /// Number of usual parameters.
 pub const PARAMETERS: usize = BROWN_PARAMETERS - 1;
 
-/// Lens parameters of a camera with square pixels, the focal length as [`LensParameter::Fx`], each with the standard
-/// deviation of its weak prior: in pixels of a picture 1280 pixels wide, or of a distortion coefficient. The worth of a view
-/// hardly depends on the further coefficients of wide lenses.
+/// Lens parameters of a camera with square pixels, the focal length as [`LensParameter::Fx`], each
+/// with the standard deviation of the weak prior: in pixels of a picture 1280 pixels wide, or of a
+/// distortion coefficient. The gain of a view hardly depends on the further coefficients of wide
+/// lenses.
 const USUAL: [(LensParameter, f64); PARAMETERS] = [
     (LensParameter::Fx, 500.0),
     (LensParameter::Cx, 100.0),
@@ -29,22 +30,25 @@ const USUAL: [(LensParameter, f64); PARAMETERS] = [
 /// Information or covariance of the lens parameters.
 pub type LensMatrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
-/// Standard deviation of a corner, assumed for candidates. It comes from the width of a pixel, and is the same in
-/// pictures of every size.
+/// Standard deviation of a corner, assumed for candidates. Follows from the width of a pixel, so
+/// equal in pictures of every size.
 pub(super) const CORNER_SIGMA_PX: f64 = 0.1;
 
-/// Distance from the middle, as a share of the picture across and down, beyond which pixels lie in its corners.
+/// Distance from the middle, as a share of the picture across and down, beyond which pixels lie in
+/// the picture's corners.
 const IN_CORNER: f64 = 0.3;
 
-/// Standard deviation, as a share of the weak prior's, of a coefficient that an earlier calibration held fixed.
+/// Standard deviation, as a share of the weak prior's, of a coefficient held fixed by an earlier
+/// calibration.
 const FIXED_SHARE: f64 = 1e-3;
 
-/// Weak priors and, if there is one, an earlier calibration: its covariance, plus an error that no model states.
+/// Weak priors and, if given, the covariance of an earlier calibration, plus an error outside its
+/// model.
 pub fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     let sigma = prior_sigma(lens_estimate);
     let weak = LensMatrix::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
     let known = lens_estimate.known_covariance.and_then(|known| {
-        // Parameters that the earlier model held fixed are known to a thousandth of the prior.
+        // Parameters held fixed by the earlier model are known to a thousandth of the prior.
         let usual = usual_from_full(lens_estimate)?;
         let mut covariance = usual * known * usual.transpose();
         for (i, sigma) in sigma.iter().enumerate() {
@@ -55,16 +59,16 @@ pub fn prior_information(lens_estimate: &LensEstimate) -> LensMatrix {
     known.map_or(weak, |known| weak + known)
 }
 
-/// Information of a parameter that changes no pixel by a thousandth.
+/// Information of a parameter without effect on any pixel, to a thousandth.
 const NEGLIGIBLE: f64 = 1e-6;
 
-/// Changes of the usual parameters that come nearest, over the picture, to changes of all of them. The coefficients of
-/// rational and fisheye lenses nearly cancel, so some rows of their covariance alone say nothing. `None` if the lens sees
-/// too little of the picture.
+/// Changes of the usual parameters nearest, over the picture, to changes of all parameters. The
+/// coefficients of rational and fisheye lenses nearly cancel, so some rows of their covariance
+/// alone say nothing. `None` if the lens sees too little of the picture.
 fn usual_from_full(
     lens_estimate: &LensEstimate,
 ) -> Option<SMatrix<f64, PARAMETERS, LENS_PARAMETERS>> {
-    // Parameters that this lens doesn't have stay where they are.
+    // Parameters absent from this lens don't change.
     let mut by_usual = LensMatrix::identity() * NEGLIGIBLE;
     let mut by_full = SMatrix::<f64, PARAMETERS, LENS_PARAMETERS>::zeros();
     for (_, seen) in projections(lens_estimate) {
@@ -75,7 +79,8 @@ fn usual_from_full(
     Some(by_usual.cholesky()?.solve(&by_full))
 }
 
-/// A coefficient that the lens estimate has may be as large as that.
+/// Standard deviations of the priors. A coefficient of the lens estimate may be as large as the
+/// estimate.
 fn prior_sigma(lens_estimate: &LensEstimate) -> [f64; PARAMETERS] {
     let values = lens_estimate.camera.lens_parameters();
     USUAL.map(|(parameter, sigma)| match parameter.is_distortion() {
@@ -84,7 +89,7 @@ fn prior_sigma(lens_estimate: &LensEstimate) -> [f64; PARAMETERS] {
     })
 }
 
-/// The principal point's part of a [`LensMatrix`].
+/// Indices of the principal point in a [`LensMatrix`].
 pub(super) fn pp_places() -> [usize; 2] {
     LensParameter::PP.map(|pp| USUAL.iter().take_while(|(usual, _)| *usual != pp).count())
 }
@@ -101,17 +106,17 @@ pub(super) fn reflected(cam_from_board: &Isometry3<f64>) -> Isometry3<f64> {
     )
 }
 
-/// What a corner errs by.
+/// Error of a corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CornerError {
-    /// Variance of its own error, per axis.
+    /// Variance of the independent error, per axis.
     pub(super) variance_px2: f64,
     /// See [`Corner::common_px`](boresight_geometry::Corner::common_px).
     pub(super) common_px: f64,
 }
 
-/// Fisher information of one view about the lens, its pose eliminated, from the corners that lie in the picture, with errors of
-/// `variance_px2` per axis. `None` if a corner is behind the camera.
+/// Fisher information of a view about the lens, the pose eliminated, from the corners in the
+/// picture, with errors of `variance_px2` per axis. `None` if a corner is behind the camera.
 pub fn information_in_picture(
     pose: &Isometry3<f64>,
     points_m: &[Point2<f64>],
@@ -124,7 +129,7 @@ pub fn information_in_picture(
     information_of(pose, points_m, &lens_estimate.camera, nowhere, in_picture)
 }
 
-/// The same from all corners, wherever they appear.
+/// Fisher information of a view about the lens from all corners, wherever they appear.
 pub fn view_information(
     pose: &Isometry3<f64>,
     board: &Checkerboard,
@@ -135,14 +140,14 @@ pub fn view_information(
     information_of(pose, &board.corners_in_board_m(), camera, nowhere, |_, _| Some(error))
 }
 
-/// The place on the board of corners without an error in common, which doesn't depend on it.
+/// Place on the board of corners without a common error, which doesn't depend on the place.
 pub(super) fn nowhere(_: &Point2<f64>) -> Vector2<f64> {
     Vector2::zeros()
 }
 
-/// Fisher information of one view about the lens, its pose eliminated: `A − B D⁻¹ Bᵀ` with `A = ΣJₗᵀJₗ/σ²`,
-/// `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`. The pose includes the error that corners have in common. `error_of` says by its index
-/// and pixel what a corner errs by, `None` if it isn't seen.
+/// Fisher information of a view about the lens, the pose eliminated: `A − B D⁻¹ Bᵀ` with `A =
+/// ΣJₗᵀJₗ/σ²`, `B = ΣJₗᵀJₚ/σ²`, `D = ΣJₚᵀJₚ/σ²`. The pose includes the error common to the corners.
+/// `error_of` gives the error of a corner by its index and pixel, `None` if unseen.
 ///
 /// `None` if a corner is behind the camera or the pose is not determined.
 pub(super) fn information_of(
@@ -175,8 +180,8 @@ pub(super) fn information_of(
     Some(a - b * d.cholesky()?.inverse() * b.transpose())
 }
 
-/// Jacobian by the lens parameters of a camera with square pixels: the columns of `fx` and `fy` added up to
-/// one of `f`.
+/// Jacobian by the lens parameters of a camera with square pixels: the columns of `fx` and `fy`
+/// summed to a column of `f`.
 pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64, 2, PARAMETERS> {
     SMatrix::from_fn(|row, column| {
         let parameter = USUAL[column].0;
@@ -189,12 +194,12 @@ pub fn square_pixels(jac_lens: &SMatrix<f64, 2, LENS_PARAMETERS>) -> SMatrix<f64
     })
 }
 
-/// `MᵀM` per pixel, where `M` is the Jacobian of the projection by the lens parameters, after the camera rotation that
-/// compensates best over the whole picture.
+/// `MᵀM` per pixel, where `M` is the Jacobian of the projection by the lens parameters, after the
+/// best compensating camera rotation over the whole picture.
 pub(super) struct ProjectionWeights {
     /// Over a grid of pixels.
     pub(super) everywhere: LensMatrix,
-    /// Over those of them in the picture's corners; `None` if the lens has no ray for any.
+    /// Over the pixels of the grid in the picture's corners; `None` if the lens has no ray for any.
     pub(super) corners: Option<LensMatrix>,
 }
 
@@ -224,7 +229,8 @@ impl ProjectionWeights {
     }
 }
 
-/// A grid of pixels over the picture, with the projection of their rays; without those that have none.
+/// A grid of pixels over the picture, with the projection of their rays; without pixels lacking a
+/// ray.
 fn projections(lens_estimate: &LensEstimate) -> impl Iterator<Item = (Point2<f64>, RayProjection)> {
     let camera = &lens_estimate.camera;
     cell_centres_px(lens_estimate.image_size)
@@ -234,7 +240,8 @@ fn projections(lens_estimate: &LensEstimate) -> impl Iterator<Item = (Point2<f64
 /// Projection at a grid of pixels.
 struct ProjectionGrid {
     pixels: Vec<(Point2<f64>, RayProjection)>,
-    /// The camera rotation that compensates best, by the lens parameters; `None` if the pixels don't fix it.
+    /// The best compensating camera rotation, by the lens parameters; `None` if the pixels don't
+    /// fix the rotation.
     turn_from_lens: Option<SMatrix<f64, 3, PARAMETERS>>,
 }
 
@@ -258,7 +265,8 @@ mod tests {
     use super::*;
     use boresight_geometry::{LensMatrix as FullMatrix, LensParts, frame::ImageSize};
 
-    /// A rational lens whose k1 and k4 are hardly known one by one: what they do to the picture nearly cancels.
+    /// A rational lens with k1 and k4 hardly known individually: their effects on the picture
+    /// nearly cancel.
     #[test]
     fn coefficients_that_cancel_leave_an_earlier_lens_known() {
         let image_size = ImageSize { width_px: 1280, height_px: 720 };

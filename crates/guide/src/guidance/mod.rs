@@ -1,23 +1,23 @@
-//! Guidance: the worth of a view, and the pose that should come next.
+//! Guidance: the gain of a view, and the next pose.
 //!
-//! Pure functions of numbers: equal views, lens estimate and parameters give equal answers, live or replayed.
-//! One file a stage; each uses only files above it:
+//! Pure functions of numbers: equal views, lens estimate and parameters give equal answers, live or
+//! replayed. One file a stage; each uses only files above it:
 //!
 //! | stage | question | degenerate case |
 //! |---|---|---|
-//! | [`params`], [`slots`], [`refusal`], [`rules`] | which settings, which directions, which reasons, which version of them? | |
-//! | [`view`] | what does this picture of the board measure? | too frontal for a principal line: [`Refusal::NoLine`]; beyond the lens model's fold: [`Refusal::OutsideLens`] |
-//! | [`independence`] | does its principal line differ from the others', or is it a missing partner? | an opposed pair is parallel by design and counts as one |
-//! | [`information`], [`gain`] | how much does it tell that the others don't, and is that enough after this long? | no pose fits the corners: nothing |
-//! | [`hand_motion`], [`motion`] | how did the board move between frames, and in them? | nothing to compare with: no motion |
-//! | [`readout`] | how long does the sensor read, and where were the corners at one instant? | nothing moved yet: a usual time, with its doubt |
-//! | [`hold`] | which frame of a held pose is taken, and when? | a photograph at once |
-//! | [`stop`] | are we done? | never before two opposed pairs are there |
-//! | [`wanted_pose`] | where must the board stand to show a wanted direction and tilt? | it doesn't fit into the picture: no pose |
-//! | `poses` | which of all reflected pairs tells most for its effort? | directions used up: no pair |
-//! | [`target`] | which pose next, and where on the screen? | no calibration yet: the picture's centre and a usual focal length |
-//! | [`mod@reach`] | how precise can a calibration become if the board stays small? | it fits nowhere: not known |
-//! | [`advice`] | which one thing should the person do now? | |
+//! | [`params`], [`slots`], [`refusal`], [`rules`] | settings, directions, reasons, version? | |
+//! | [`view`] | measurements from a picture? | [`Refusal::NoLine`], [`Refusal::OutsideLens`] |
+//! | [`independence`] | new principal line, or missing partner? | an opposed pair counts as one |
+//! | [`information`], [`gain`] | how much new information, and enough? | no pose fits: nothing |
+//! | [`hand_motion`], [`motion`] | motion of the board? | nothing to compare: none |
+//! | [`readout`] | readout time, corners at one instant? | no motion yet: a prior |
+//! | [`hold`] | when to take a pose, and which frame? | a photograph at once |
+//! | [`stop`] | are we done? | never before two opposed pairs |
+//! | [`wanted_pose`] | pose of a given direction and tilt? | doesn't fit: no pose |
+//! | `poses` | the reflected pair of most gain? | directions used up: no pair |
+//! | [`target`] | next pose, and its place on the screen? | no calibration yet: a guess |
+//! | [`mod@reach`] | precision with a small board? | fits nowhere: not known |
+//! | [`advice`] | the one action to ask for now? | |
 
 pub mod advice;
 pub mod gain;

@@ -1,11 +1,12 @@
 //! Motion of the board up to a frame.
 //!
-//! The board moves as a whole: its motion is a homography between two frames' corners, less the part that noise
-//! explains. It is judged over the last frame interval and over a tenth of a second; the faster counts, so that neither
-//! a tremor that returns within a tenth of a second nor a slow sway hides. So a board at rest is still at 2 and at 240
-//! frames per second, at any noise of single corners.
+//! The board moves as a whole: its motion is a homography between two frames' corners, less the
+//! part explained by noise. Motion is judged over the last frame interval and over a tenth of a
+//! second; the faster counts, so neither a tremor with a period of a tenth of a second nor a slow
+//! sway hides. So a board at rest is still at 2 and at 240 frames per second, at any noise of
+//! single corners.
 //!
-//! A damaged frame that still shows a board has corners that moved although the others didn't. Such a frame is
+//! In a damaged frame with a board, some corners moved although the others didn't. Such a frame is
 //! no candidate for the view to take; nor is the one after it.
 
 use std::collections::VecDeque;
@@ -15,20 +16,21 @@ use nalgebra::{Point2, SMatrix};
 use super::hand_motion::{HandMotion, Velocity};
 use boresight_geometry::{Corner, Homography, frame::CaptureTime};
 
-/// Distance by which a corner may always stray from the common motion …
+/// Harmless deviation of a corner from the common motion …
 const HARMLESS_STRAY_PX: f64 = 0.05;
-/// … and the multiple of all corners' median by which it may. Of 54 corners with independent errors, one strays 5
-/// medians in one frame of a million.
+/// … and the harmless multiple of all corners' median. Of 54 corners with independent errors, one
+/// strays 5 medians in one frame of a million.
 const STRAY_MEDIANS: f64 = 5.0;
-/// Least time over which motion is judged, where frames are that close.
+/// Least time to judge motion over, with frames at close intervals.
 const LONG_ENOUGH_SECS: f64 = 0.1;
-/// Age beyond which an earlier frame says nothing about motion since then: slower than one frame per second.
+/// Age beyond which an earlier frame says nothing about motion since then: slower than a frame per
+/// second.
 pub(super) const TOO_LONG_SECS: f64 = 1.05;
 
-/// What a calm hand stays below, in picture widths per second. It's said to a person, and limits nothing.
+/// Speed limit of a calm hand, in picture widths per second. Shown to a person; limits nothing.
 pub const HOLD_WIDTHS_PER_SEC: f64 = 0.03;
 
-/// Longest step from which noise is measured.
+/// Longest step to measure noise from.
 const LONGEST_NOISE_STEP_PX: f64 = 0.25;
 
 /// Corners of the newest frames with a board, as far back as motion is judged.
@@ -42,12 +44,13 @@ pub struct MotionWindow {
 /// Motion of the board up to a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
-    /// Root mean square speed of the corners, less the part that noise explains: over the last frame interval or over a
-    /// tenth of a second, the larger of the two.
+    /// Root mean square speed of the corners, less the part explained by noise: over the last frame
+    /// interval or over a tenth of a second, the larger of the two.
     pub speed_px_per_s: f64,
-    /// True if all corners moved together, as one board's, since the frame before: see [`moved_rigidly`].
+    /// True if all corners moved together, as of a rigid board, since the frame before: see
+    /// [`moved_rigidly`].
     pub is_rigid: bool,
-    /// Residual of the corners' steps since the frame before, without their common motion.
+    /// Residual of the corners' steps since the frame before, without the common motion.
     pub scatter: Scatter,
 }
 
@@ -70,15 +73,15 @@ impl Scatter {
         self.freedom += other.freedom;
     }
 
-    /// Standard deviation per axis of one corner in one frame. Both ends of a step have it, so a step has twice
-    /// its variance. `None` with fewer than `least` degrees of freedom.
+    /// Standard deviation per axis of a corner in a frame. Both ends of a step have it, so a step
+    /// has twice its variance. `None` with fewer than `least` degrees of freedom.
     pub(crate) fn corner_sigma_px(&self, least: f64) -> Option<f64> {
         (self.freedom >= least.max(1.0)).then(|| (0.5 * self.sum_px2 / self.freedom).sqrt())
     }
 }
 
 impl MotionWindow {
-    /// Forgets all frames: what comes next can't be compared with them.
+    /// Forgets all frames: the next frame can't be compared with them.
     pub fn clear(&mut self) {
         self.frames.clear();
         self.hand.clear();
@@ -86,12 +89,12 @@ impl MotionWindow {
 
     /// Adds the corners of the newest frame.
     pub fn push(&mut self, captured_at: CaptureTime, corners: &[Corner]) {
-        // Time stamps that don't grow come from a clock that started again.
+        // Timestamps that don't increase come from a restarted clock.
         if self.frames.back().is_some_and(|(last, _)| captured_at <= *last) {
             self.clear();
         }
         self.hand.push(captured_at, self.frames.back().map(|(_, last)| last.as_slice()), corners);
-        // One frame that is old enough is needed; older ones are not.
+        // One old enough frame is needed; older ones are not.
         let is_old = |frame: &(CaptureTime, _)| captured_at.secs_since(frame.0) >= LONG_ENOUGH_SECS;
         let mut reused = Vec::new();
         while self.frames.get(1).is_some_and(is_old) {
@@ -112,16 +115,16 @@ impl MotionWindow {
         self.hand.velocity_foreseen(at)
     }
 
-    /// The newest frame but one.
+    /// The second newest frame.
     pub(crate) fn before_newest(&self) -> Option<(CaptureTime, &[Corner])> {
         let (time, corners) = self.frames.get(self.frames.len().checked_sub(2)?)?;
         Some((*time, corners))
     }
 
-    /// How the board moved up to a frame that has not been added yet.
+    /// Motion of the board up to a frame not yet added.
     ///
-    /// `None` without an earlier frame, if it is too long ago, if the corners are another board's, or if no
-    /// homography maps the one frame's to the other's.
+    /// `None` without an earlier frame, if it is too long ago, if the corners are another board's,
+    /// or if no homography maps the one frame's to the other's.
     pub fn motion(&self, now: CaptureTime, corners: &[Corner]) -> Option<Motion> {
         let (then, before) = self.frames.back()?;
         let since_secs = now.secs_since(*then);
@@ -147,7 +150,7 @@ impl MotionWindow {
 /// The common motion of a board's corners between two frames.
 #[derive(Clone, Copy)]
 struct CommonStep {
-    /// Root mean square step of the corners, less what noise explains.
+    /// Root mean square step of the corners, less the part explained by noise.
     common_px: f64,
     /// See [`moved_rigidly`].
     is_rigid: bool,
@@ -155,7 +158,8 @@ struct CommonStep {
 }
 
 impl CommonStep {
-    /// `None` if no homography maps the corners of one frame to the other's.
+    /// Fits the common step; `None` if no homography maps the corners of either frame to the
+    /// other's.
     fn between(before: &[Corner], after: &[Corner]) -> Option<Self> {
         if before.len() != after.len() {
             return None;
@@ -179,11 +183,11 @@ impl CommonStep {
             claimed_px2 += to.covariance_px2.trace();
         }
         let freedom = (2.0 * from.len() as f64 - 8.0).max(0.0);
-        // A lens with distortion shows a longer step as more than a homography.
+        // Under distortion, a longer step is more than a homography.
         let is_short = sum_px2 <= LONGEST_NOISE_STEP_PX.powi(2) * from.len() as f64;
         let scatter =
             if is_short { Scatter { sum_px2: stray_px2, freedom } } else { Scatter::default() };
-        // A camera may be noisier than its corners' covariances say.
+        // A camera may be noisier than the covariances of its corners.
         let expected_px2 = claimed_px2 * freedom / (2.0 * from.len() as f64);
         let excess = if expected_px2 > 0.0 { (stray_px2 / expected_px2).max(1.0) } else { 1.0 };
         let mut noise_px2 = 0.0;
@@ -199,13 +203,15 @@ impl CommonStep {
     }
 }
 
-/// True if the corners moved together, as one board's, between two frames: by a homography, with errors of similar
-/// size. `false` if no homography fits or the frames have different numbers of corners.
+/// True if the corners moved together, as of a rigid board, between two frames: by a homography,
+/// with errors of similar size. `false` if no homography fits or the frames have different numbers
+/// of corners.
 pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
     CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
 }
 
-/// Trace of the covariance of the image of the point `from` under `motion`; `None` on its vanishing line.
+/// Trace of the covariance of the image of the point `from` under `motion`; `None` on the vanishing
+/// line.
 fn variance_px2(motion: &Homography, from: &Point2<f64>) -> Option<f64> {
     let to = motion.map(from)?;
     let scale = (motion.image_from_board().row(2) * from.to_homogeneous()).x;
@@ -249,7 +255,7 @@ mod tests {
 
     use super::*;
 
-    /// Corners of a tipped board that has moved by `px`, each off by up to `noise_px`.
+    /// Corners of a tipped board after a move by `px`, each off by up to `noise_px`.
     fn corners(px: f64, noise_px: f64) -> Vec<Corner> {
         let corner = |number: usize| {
             let (x, y) = ((number % 9) as f64, (number / 9) as f64);

@@ -5,22 +5,22 @@ use boresight_geometry::frame::ImageSize;
 /// Share of the picture below which boards count as far.
 pub const FAR_SPAN_FRACTION: f64 = 0.45;
 
-/// Most reflected pairs of boards that leave the picture.
+/// Most reflected pairs of boards beyond the picture's edge.
 pub const PAIRS_BEYOND_EDGE: usize = 3;
 
 /// Number of views to ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Plan {
-    /// Two opposed pairs, 45° apart: the fewest views that fix the principal point.
+    /// Two opposed pairs, 45° apart: the fewest views to fix the principal point.
     Quick,
     /// Four opposed pairs, 45° apart.
     Full,
-    /// Opposed pairs until the wanted precision.
+    /// Opposed pairs until the precision goal.
     Adaptive,
 }
 
 impl Plan {
-    /// Views after which the plan is complete; `None` if that depends on the precision.
+    /// Number of views of the complete plan; `None` if dependent on the precision.
     pub fn views(self) -> Option<usize> {
         match self {
             Self::Quick => Some(4),
@@ -30,10 +30,11 @@ impl Plan {
     }
 }
 
-/// How the board turns about the optical axis from direction to direction.
+/// Turn of the board about the optical axis from direction to direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoardRoll {
-    /// The board stays upright and tips in all directions: easy by hand, and it fills the picture.
+    /// The board stays upright and tips in all directions: easy by hand, and the board fills the
+    /// picture.
     Upright,
     /// The board turns with the direction, as in the source paper.
     Turn,
@@ -44,36 +45,36 @@ pub enum BoardRoll {
 /// Source: `docs/method.md`, section 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuidanceParams {
-    /// Plan, which sets the number of views.
+    /// Plan, for the number of views.
     pub plan: Plan,
     /// Turn of the board about the optical axis.
     pub board_roll: BoardRoll,
-    /// Tilt asked for: 40°; 5° more with a wide lens, 5° less with a long one.
+    /// Requested tilt: 40°; 5° more with a wide lens, 5° less with a long one.
     pub target_tilt_rad: f64,
-    /// Largest share of the picture's width or height asked for; boards are asked for as large as the picture allows up to
-    /// this.
+    /// Largest requested share of the picture's width or height; boards are requested as large as
+    /// the picture allows up to this.
     pub target_span_fraction: f64,
-    /// Least distance from the picture's edge of the corners asked for, as a share of the shorter side. The
-    /// outer squares may leave the picture.
+    /// Least distance of the requested corners from the picture's edge, as a share of the shorter
+    /// side. The outer squares may leave the picture.
     pub target_margin_fraction: f64,
-    /// Angle from which principal lines are independent, in standard deviations of that angle.
+    /// Least angle between independent principal lines, in standard deviations of the angle.
     pub independent_sigmas: f64,
     /// Largest deviation of a partner's direction from exactly opposed.
     pub partner_slot_rad: f64,
-    /// How long a pose must be held.
+    /// Duration of a hold.
     pub hold_secs: f64,
     /// Largest standard deviation of the principal point, worse axis, at which to stop.
     pub stop_pp_sigma_px: f64,
     /// Largest mean standard deviation of projection over the picture at which to stop.
     pub stop_projection_sigma_px: f64,
-    /// Largest standard deviation of projection anywhere in the picture at which to stop without boards that leave it.
-    /// `None` keeps boards in the picture.
+    /// Largest standard deviation of projection anywhere in the picture at which to stop without
+    /// boards beyond the edge. `None` keeps boards in the picture.
     pub stop_corner_sigma_px: Option<f64>,
-    /// Most reflected pairs of boards that leave the picture.
+    /// Most reflected pairs of boards beyond the picture's edge.
     pub pairs_beyond_edge: usize,
     /// Fewest views before the session may stop.
     pub min_views: usize,
-    /// Most views that are asked for.
+    /// Most requested views.
     pub max_views: usize,
 }
 
@@ -100,26 +101,27 @@ impl Default for GuidanceParams {
 }
 
 impl GuidanceParams {
-    /// Goal of the principal point's standard deviation for a lens of that focal length: noise fixes it less
-    /// well the longer the lens, by the square of `f / width`, whatever the poses.
+    /// Goal of the principal point's standard deviation for a lens of the given focal length: noise
+    /// fixes it less well the longer the lens, by the square of `f / width`, whatever the poses.
     pub fn pp_goal_px(&self, f_to_width: f64) -> f64 {
         self.stop_pp_sigma_px * f_to_width.powi(2).max(1.0)
     }
 
-    /// Whether boards stay small in the picture, as in front of an installed camera: see [`mod@super::reach`].
+    /// True if boards stay small in the picture, as in front of an installed camera: see
+    /// [`mod@super::reach`].
     pub fn is_far(&self) -> bool {
         self.target_span_fraction < FAR_SPAN_FRACTION
     }
 
-    /// Whether boards may be asked for that leave the picture.
+    /// True if boards beyond the picture's edge may be requested.
     pub fn leaves_picture(&self) -> bool {
         let is_adaptive = self.plan == Plan::Adaptive;
         let matters = self.stop_corner_sigma_px.is_some() && self.pairs_beyond_edge > 0;
         is_adaptive && matters && !self.is_far()
     }
 
-    /// Tilt to ask for: steeper boards don't fit into the picture of a long lens, and flatter ones tell a wide
-    /// lens less.
+    /// Requested tilt: steeper boards don't fit into the picture of a long lens, and flatter ones
+    /// give a wide lens less information.
     pub fn wanted_tilt_rad(&self, f_to_width: f64) -> f64 {
         let step_rad = 5_f64.to_radians();
         if f_to_width < 0.6 {
@@ -132,13 +134,14 @@ impl GuidanceParams {
     }
 }
 
-/// Width of the pictures for which lengths in pixels are stated.
+/// Width of the pictures behind lengths stated in pixels.
 const TUNED_WIDTH_PX: f64 = 1280.0;
 
-/// Factor by which lengths in pixels grow in a picture of `image_size`: 1 up to a width of 1280, then with the width.
+/// Growth factor of lengths in pixels in a picture of `image_size`: 1 up to a width of 1280, then
+/// with the width.
 ///
-/// They don't shrink in smaller pictures: a pixel's own width blurs an edge by as much there, and a hand that
-/// follows the screen errs by whole pixels of what it sees.
+/// They don't shrink in smaller pictures: a pixel's own width blurs an edge by as much there, and a
+/// hand following the screen errs by whole pixels of the display.
 pub(crate) fn width_scale(image_size: ImageSize) -> f64 {
     (f64::from(image_size.width_px) / TUNED_WIDTH_PX).max(1.0)
 }

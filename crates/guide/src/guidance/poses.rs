@@ -1,7 +1,8 @@
-//! All poses that can be asked for, and which reflected pair of them tells most. Source: `docs/method.md`, section 3.4.
+//! Poses open to a request, and the reflected pair with the most gain. Source: `docs/method.md`,
+//! section 3.4.
 //!
-//! Poses are judged *in reflected pairs*: that keeps the precision of a greedy choice, and a lens model that is too simple
-//! pulls the principal point two to three times less.
+//! Poses are judged *in reflected pairs*: this keeps the precision of a greedy choice, and a too
+//! simple lens model pulls the principal point two to three times less.
 
 use nalgebra::{Isometry3, Point2, Point3, Vector2, Vector3};
 
@@ -15,15 +16,17 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// A pose, and how it should appear.
+/// A pose, with its intended appearance.
 pub(super) type Pose = (WantedPose, Isometry3<f64>);
 
-/// The eight slots come first; between them, twice, those in the middle.
+/// Offsets of directions from the slots: the eight slots first, then twice the directions in
+/// between.
 const BETWEEN_DEG: [f64; 4] = [0.0, 22.5, 11.25, 33.75];
-/// Tilts, beside the one that is asked for: steeper tells more of the focal length, flatter reaches farther.
+/// Tilts, beside the requested tilt: steeper ones give more of the focal length, flatter ones reach
+/// farther.
 const MORE_TILT_DEG: [f64; 3] = [0.0, 10.0, -15.0];
-/// Where the middle of the board stands, from the picture's, in shares of width and height. The other half of the places is
-/// that of the reflected views.
+/// Places of the board's middle, from the picture's, in shares of width and height. The reflected
+/// views take the other half of the places.
 const PLACES: [(f64, f64); 7] = [
     (0.0, 0.0),
     (0.16, 0.0),
@@ -33,29 +36,32 @@ const PLACES: [(f64, f64); 7] = [
     (0.27, 0.27),
     (0.27, -0.27),
 ];
-/// Distances at which a board leaves the picture, in multiples of that at which it just fits in the middle.
+/// Distances of boards beyond the picture's edge, in multiples of the distance of a just fitting
+/// board in the middle.
 const DISTANCES: [f64; 2] = [0.85, 1.15];
-/// A later pose replaces an earlier one only if it tells by this much more: the slots are easiest to show.
+/// Factor of gain for a later pose to replace an earlier pose: the slots are easiest to show.
 const CLEARLY_MORE: f64 = 1.1;
-/// A board beyond the picture's edge takes a person about this many times as long.
+/// Time for a person to show a board beyond the picture's edge, relative to inside.
 const EFFORT_BEYOND_EDGE: f64 = 2.0;
-/// A person misses a direction by some degrees: directions asked for are this far from accepted lines, so that a view
-/// still counts.
+/// Least angle of requested directions from accepted lines. A person misses a direction by some
+/// degrees, and the view must still count.
 const CLEAR_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
-/// The same if no such direction is left.
+/// Least angle if no such direction is left.
 const LEAST_CLEAR_RAD: f64 = 7.5 * std::f64::consts::PI / 180.0;
-/// A direction counts as tried within this angle.
+/// Angle within which a direction counts as tried.
 const TRIED_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
-/// Share of the corners that must be in the picture, this far from its edge.
+/// Share of the corners required in the picture, at this distance from the edge.
 const SEEN_SHARE: f64 = 0.6;
 const INSET_PX: f64 = 15.0;
-/// Steepest that the board is looked at anywhere, from its normal; at 90° its edge would be seen.
+/// Steepest angle of looking at any part of the board, from the normal; at 90° its edge would be
+/// seen.
 const STEEPEST_LOOK_RAD: f64 = 75.0 * std::f64::consts::PI / 180.0;
-/// Farther from the picture than this many of its widths, the lens is a guess.
+/// Distance from the picture, in widths, beyond which the lens is a guess.
 const FARTHEST_WIDTHS: f64 = 2.0;
 
-/// The pose that, with its reflected partner, tells most for its effort, in a direction that is clear of all accepted ones and
-/// hasn't been `tried` in vain. `None` if no such direction is left, or if nothing fits into the picture.
+/// The pose with the most gain for its effort together with its reflected partner, in a direction
+/// clear of all accepted ones and not `tried` in vain. `None` if no such direction is left, or if
+/// nothing fits into the picture.
 pub(super) fn best_pair(
     accepted: &[View],
     tried_rad: &[f64],
@@ -79,13 +85,14 @@ pub(super) fn best_pair(
     best.map(|(_, pose)| pose)
 }
 
-/// True if the direction is near one that was tried in vain.
+/// True if the direction is near a direction tried in vain.
 pub(super) fn is_tried(direction_rad: f64, tried_rad: &[f64]) -> bool {
     let off_rad = |tried: &f64| direction_difference_rad(*tried, direction_rad).abs();
     tried_rad.iter().any(|tried| off_rad(tried) < TRIED_RAD)
 }
 
-/// Directions all round, the plan's slots first, clear of those that are taken; closer ones if none is.
+/// Directions all round, the plan's slots first, clear of the taken directions; closer ones if none
+/// is.
 fn clear_directions_rad(
     accepted: &[View],
     tried_rad: &[f64],
@@ -105,8 +112,8 @@ fn clear_directions_rad(
     if clear.is_empty() { clear_by(LEAST_CLEAR_RAD) } else { clear }
 }
 
-/// The poses in one direction: as near as fits in several places and, if parts of a board can be told, beyond the picture's
-/// edge.
+/// Poses in a direction: as near as fits in several places and, if parts of a board can be
+/// identified, beyond the picture's edge.
 fn poses(
     tilt_azimuth_rad: f64,
     board: &Checkerboard,
@@ -149,7 +156,7 @@ fn poses(
     poses
 }
 
-/// Whether a part of the board lies outside of the picture, but most of it inside.
+/// True if a part of the board lies outside of the picture, but most of it inside.
 fn leaves_picture(
     pose: &Isometry3<f64>,
     points: &[Point2<f64>],

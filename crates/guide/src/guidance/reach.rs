@@ -1,8 +1,9 @@
-//! Precision that a calibration can reach if the board stays small in the picture.
+//! Precision within reach of a calibration with a board small in the picture.
 //!
-//! An installed camera is far from where a person can stand. Noise fixes the principal point with the second power
-//! of the board's size, so a small board can't, whatever its poses; but it can fix the projection, if pairs stand in
-//! several places of the picture. The forecast asks the planner itself. Source: `docs/method.md`, section 3.7.
+//! An installed camera may be far from any place a person can reach. Noise fixes the principal
+//! point with the second power of the board's size, so a small board can't, whatever its poses; but
+//! it can fix the projection, with pairs in several places of the picture. The forecast asks the
+//! planner itself. Source: `docs/method.md`, section 3.7.
 
 use super::{
     gain::Knowledge,
@@ -12,10 +13,10 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// Pairs of the forecast.
+/// Number of pairs in the forecast.
 const PAIRS: usize = 4;
 
-/// Standard deviations that a plan is expected to reach.
+/// Standard deviations within reach of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Reach {
     /// Standard deviation of the principal point, worse axis.
@@ -25,7 +26,8 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// The smaller standard deviations of both: a larger board can be shown as small as a smaller one.
+    /// The smaller standard deviations of both: a larger board can be shown as small as a smaller
+    /// board.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self {
@@ -35,8 +37,9 @@ impl Reach {
     }
 }
 
-/// What is reached with four reflected pairs in all, beside the `accepted` views that are there, of boards that span at most
-/// `target_span_fraction` of the picture, with corner errors of `noise_px` per axis. `None` if the board fits nowhere.
+/// Forecast with four reflected pairs in all, the `accepted` views included, of boards spanning at
+/// most `target_span_fraction` of the picture, with corner errors of `noise_px` per axis. `None` if
+/// the board fits nowhere.
 pub fn reach(
     accepted: &[View],
     board: &Checkerboard,

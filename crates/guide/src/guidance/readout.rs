@@ -1,29 +1,31 @@
-//! A rolling shutter reads row after row, so the picture of a moving board is sheared: how long does it take for all rows, and
-//! where would the corners have been at one instant?
+//! Rolling shutter: the readout time of all rows, and the corners at a common instant.
 //!
-//! A corner in row `y` of a picture `h` rows high is seen `(y/h − ½) T` after the middle row, and moves meanwhile at its speed
-//! `v`. To first order it's off by `q T` with `q = v (y/h − ½)`. Most of that looks like another pose; what doesn't changes
-//! its sign with the motion, as no error of lens or board does, so `T` is learned from the residuals of poses of a moving
-//! board. A global shutter has `T = 0`. Source: `docs/method.md`, section 3.8.
+//! A corner in row `y` of a picture `h` rows high is seen `(y/h − ½) T` after the middle row, and
+//! moves meanwhile at its speed `v`. To first order it's off by `q T` with `q = v (y/h − ½)`. Most
+//! of the shear looks like another pose; the rest changes its sign with the motion, as no error of
+//! lens or board does, so `T` is estimated from the residuals of poses of a moving board. A global
+//! shutter has `T = 0`. Source: `docs/method.md`, section 3.8.
 
 use nalgebra::{Point2, SMatrix, SVector};
 
 use super::{hand_motion::Velocity, view::LensEstimate};
 use boresight_geometry::{Corner, fit_pose};
 
-/// Most sensors with a rolling shutter read their rows within 10 to 30 ms; some have a global one.
+/// Prior of the readout time: most sensors with a rolling shutter read their rows within 10 to 30
+/// ms; some have a global one.
 const USUAL_SECS: f64 = 0.015;
 const USUAL_SD_SECS: f64 = 0.012;
-/// No readout is known better than this, nor than this share: lines of some sensors wait after a frame, and hands don't move
-/// evenly while the rows are read.
+/// Least standard deviation of a readout, absolute and as a share: some sensors pause after a
+/// frame, and hands don't move evenly during the readout.
 const LEAST_SD_SECS: f64 = 0.000_2;
 const LEAST_SD: f64 = 0.1;
-/// Residuals of neighbouring corners and frames err alike: so many count as one.
+/// Number of residuals counted as a single independent one: those of neighbouring corners and
+/// frames err alike.
 const ALIKE: f64 = 8.0;
-/// Faster boards, in picture widths per second, don't move evenly while the rows are read.
+/// Speed, in picture widths per second, above which boards don't move evenly during the readout.
 const FASTEST_WIDTHS_PER_SEC: f64 = 0.4;
 
-/// How long the sensor takes to read all of its rows, as far as it's known.
+/// Readout time of all rows of the sensor, as far as known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Readout {
     /// Information, and information times seconds.
@@ -38,17 +40,18 @@ impl Default for Readout {
 }
 
 impl Readout {
-    /// The readout time; it isn't negative.
+    /// The readout time; not negative.
     pub fn secs(&self) -> f64 {
         (self.sums.1 / self.sums.0).max(0.0)
     }
 
-    /// Its standard deviation.
+    /// Standard deviation of the readout time.
     pub(crate) fn sd_secs(&self) -> f64 {
         self.sums.0.sqrt().recip().max(LEAST_SD_SECS + LEAST_SD * self.secs())
     }
 
-    /// Learns from a frame's `corners` of a board with `points_m` that moves, seen through a known lens.
+    /// Updates the estimate from a frame's `corners` of a moving board with `points_m`, seen
+    /// through a known lens.
     pub fn add(
         &mut self,
         corners: &[Corner],
@@ -94,8 +97,8 @@ impl Readout {
         self.sums.1 += information * q_e / left;
     }
 
-    /// The corners of a board that moves with `velocity`, where they were when the middle row was read in a picture
-    /// `height_px` high, with what they err by in common because motion and readout aren't known exactly.
+    /// Corners of a board moving with `velocity`, at the time of the middle row in a picture
+    /// `height_px` high, with their common error from inexact motion and readout.
     pub(crate) fn at_one_instant(
         &self,
         corners: &[Corner],

@@ -1,47 +1,48 @@
-//! Why a view is not taken.
+//! Reasons for not taking a view.
 
 use serde::Serialize;
 
-/// Why a view is not taken, with the measured and the wanted value.
+/// Reason for not taking a view, with the measured and the required value.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "why")]
 pub enum Refusal {
     /// No whole board was found.
     NotFound,
-    /// The board faces the camera, so it has no principal line.
+    /// The board faces the camera, so has no principal line.
     NoLine,
     /// Corners lie where the lens model has no ray: beyond the radius at which it folds back.
     OutsideLens {
-        /// Corners without a ray.
+        /// Number of corners without a ray.
         outside: usize,
-        /// Corners of the board.
+        /// Number of corners of the board.
         of: usize,
     },
     /// The board is not tilted enough.
     TooFlat {
-        /// Tilt of this view.
+        /// Tilt of the view.
         tilt_rad: f64,
-        /// Tilt that is asked for.
+        /// Requested tilt.
         wanted_rad: f64,
     },
     /// The principal line's direction is too uncertain.
     Unclear {
         /// Standard deviation of the direction.
         sigma_rad: f64,
-        /// Largest deviation accepted.
+        /// Largest accepted deviation.
         wanted_rad: f64,
     },
-    /// An accepted view has almost this principal line, and this view is not its missing partner.
+    /// The principal line almost equals an accepted view's, and the view is not its missing
+    /// partner.
     AlreadyCovered {
         /// Angle to the nearest accepted principal line.
         nearest_rad: f64,
-        /// Least angle accepted.
+        /// Least accepted angle.
         wanted_rad: f64,
     },
-    /// The view would add little information beside the pose asked for. It is taken only if nothing better comes for a
-    /// while.
+    /// The view would add little information beside the requested pose. It is taken only if nothing
+    /// better comes for a while.
     TellsLittle {
-        /// Information of the view over the information of the pose asked for.
+        /// Information of the view over the information of the requested pose.
         worth: f64,
         /// Least share accepted now.
         wanted: f64,
@@ -50,29 +51,29 @@ pub enum Refusal {
     Inconsistent {
         /// Distance of the line from the principal point, in standard deviations.
         sigmas: f64,
-        /// Largest distance accepted, in standard deviations.
+        /// Largest accepted distance, in standard deviations.
         wanted: f64,
     },
-    /// The board moves, which costs the frame so much of what it would tell that it's worth too little now.
+    /// The board moves, so the frame loses too much of its gain for now.
     Moving {
         /// Root mean square speed of the corners; `None` without an earlier frame to compare with.
         speed_px_per_s: Option<f64>,
         /// Speed of a calm hand.
         wanted_px_per_s: f64,
     },
-    /// The view is good and the hold runs; it is taken when the hold is complete.
+    /// The view is good and the hold runs. The view is taken when the hold is complete.
     Holding {
-        /// Share of the hold that has passed, 0 to 1.
+        /// Share of the hold passed, 0 to 1.
         progress: f64,
     },
     /// The picture's size is not the session's.
     OtherSize {
-        /// Width and height of this picture.
+        /// Width and height of the picture.
         size_px: (u32, u32),
         /// Width and height of the session's pictures.
         wanted_px: (u32, u32),
     },
-    /// The camera is lost or frozen, or its focus or zoom has moved.
+    /// The camera is lost or frozen, or focus or zoom has moved.
     CameraNotReady,
     /// The session is paused or over.
     NotCollecting,

@@ -7,14 +7,15 @@ use boresight_geometry::frame::ImageSize;
 /// Angle between neighbouring slots.
 const TURN_DEG: f64 = 45.0;
 
-/// The eight slots of the plan in the order in which they are asked for, each followed by its opposite. Degrees
+/// The eight slots of the plan in the order of requests, each followed by its opposite. Degrees
 /// clockwise from the right, as directions in the picture.
 ///
-/// Views along the picture's axes leave one axis of the principal point to the distortion, so no slot lies there.
-/// The first two pairs stand on both sides of the picture's shorter side, where the tilted board has most room:
-/// with a person who errs by some degrees, the standard deviations of the principal point and of projection after four
-/// views are 0.55 and 0.17 px, against 0.61 and 0.26 px if the second pair is at right angles to the first (1920×1080,
-/// f = 1400 px, corner noise 0.3 px). Source: `docs/method.md`, sections 3.4 and 3.9.
+/// Views along the picture's axes leave one axis of the principal point to the distortion, so no
+/// slot lies there. The first two pairs lie on both sides of the picture's shorter side, where the
+/// tilted board has most room: with a person erring by some degrees, the standard deviations of the
+/// principal point and of projection after four views are 0.55 and 0.17 px, against 0.61 and 0.26
+/// px if the second pair is at right angles to the first (1920×1080, f = 1400 px, corner noise 0.3
+/// px). Source: `docs/method.md`, sections 3.4 and 3.9.
 pub(crate) fn slots_deg(image_size: ImageSize) -> [f64; 8] {
     let (start_deg, turn_deg) = if image_size.width_px >= image_size.height_px {
         (67.5, TURN_DEG)

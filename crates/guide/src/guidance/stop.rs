@@ -6,7 +6,7 @@ use super::{
     view::View,
 };
 
-/// Fewest views of a board that stays small in the picture.
+/// Fewest views of a board small in the picture.
 const FAR_VIEWS: usize = 8;
 
 /// Fewest views in opposed pairs: two pairs fix the principal point.
@@ -19,32 +19,33 @@ pub struct Precision {
     pub pp_sigma_px: f64,
     /// Mean standard deviation of projection over the picture.
     pub projection_sigma_px: f64,
-    /// Largest standard deviation of projection in the picture: in one of its corners, as a rule.
+    /// Largest standard deviation of projection in the picture: in a corner, as a rule.
     pub corner_sigma_px: f64,
     /// Typical standard deviation of a measured corner.
     pub noise_px: f64,
     /// Focal length in picture widths.
     pub f_to_width: f64,
-    /// Error over what the person's own goal leaves to the lens; met at 1. It replaces the limits of both standard
-    /// deviations. `None` without such a goal.
+    /// Error over the lens's share of the person's own goal; met at 1. Replaces the limits of both
+    /// standard deviations. `None` without such a goal.
     pub goal_excess: Option<f64>,
-    /// True if no trust check, except that of projection over the picture, found anything bad or anything that further views put right.
+    /// True if no trust check, except the check of projection over the picture, found anything bad
+    /// or anything for further views to fix.
     pub trusted: bool,
     /// True if projection is known well enough in enough of the picture.
     pub covered: bool,
-    /// True if those trust checks passed that a board can pass which stays small in the picture.
+    /// True if the trust checks within reach of a board small in the picture passed.
     pub trusted_far: bool,
 }
 
 impl Precision {
-    /// True if the goal is met; without a goal, if both standard deviations are small enough to stop. See
-    /// [`Self::excess`].
+    /// True if the goal is met; without a goal, if both standard deviations are small enough to
+    /// stop. See [`Self::excess`].
     pub(crate) fn is_reached(&self, params: &GuidanceParams) -> bool {
         self.excess(params) <= 1.0
     }
 
-    /// Factor by which the uncertainty must shrink before the session may stop; at most 1 if it may. For a board that
-    /// stays small in the picture, only the standard deviation of projection counts.
+    /// Factor by which the uncertainty must shrink before the session may stop; at most 1 if it
+    /// may. For a board small in the picture, only the standard deviation of projection counts.
     pub fn excess(&self, params: &GuidanceParams) -> f64 {
         self.goal_excess.unwrap_or_else(|| {
             let projection = self.projection_sigma_px / params.stop_projection_sigma_px;
@@ -53,8 +54,8 @@ impl Precision {
         })
     }
 
-    /// True if projection is known too badly in the picture's corners, and boards that leave the picture may help.
-    /// Never with a goal of the person's own, which says what matters.
+    /// True if projection in the picture's corners is too uncertain, and boards beyond the edge may
+    /// help. Never with a goal of the person's own.
     pub(crate) fn lacks_corners(&self, params: &GuidanceParams) -> bool {
         self.goal_excess.is_none()
             && params.leaves_picture()
@@ -62,18 +63,18 @@ impl Precision {
     }
 }
 
-/// What a session lacks before it's complete.
+/// Missing part of an incomplete session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lack {
     /// Views.
     Views,
-    /// Views whose opposites are there, too.
+    /// Opposed partners of views.
     Opposites,
-    /// A calibration that passes those trust checks that further views put right.
+    /// Calibration that passes the trust checks fixable by further views.
     Trust,
-    /// The precision that is wanted.
+    /// Required precision.
     Precision,
-    /// Enough of the picture in which projection is known well enough.
+    /// Enough of the picture with a well known projection.
     Coverage,
     /// Boards in the picture's corners.
     Corners,
@@ -85,14 +86,14 @@ pub enum Lack {
 pub enum Progress {
     /// More views are needed.
     Collecting,
-    /// The plan is complete and its precision reached.
+    /// The plan is complete, the precision reached.
     Complete,
-    /// No further pose is possible, and the wanted precision isn't reached.
+    /// No further pose is possible, and the required precision isn't reached.
     Exhausted,
 }
 
-/// End of a session when no further pose is possible. Coverage that no pose can improve stays a finding of the
-/// calibration; it doesn't fail the session.
+/// End of a session when no further pose is possible. Coverage beyond improvement by any pose stays
+/// a finding of the calibration; it doesn't fail the session.
 pub(crate) fn final_progress(precision: Option<&Precision>, params: &GuidanceParams) -> Progress {
     let is_trusted = |p: &Precision| if params.is_far() { p.trusted_far } else { p.trusted };
     if precision.is_some_and(|precision| is_trusted(precision) && precision.is_reached(params)) {
@@ -102,8 +103,9 @@ pub(crate) fn final_progress(precision: Option<&Precision>, params: &GuidancePar
     }
 }
 
-/// Decides whether to stop: enough views, two opposed pairs or those of the plan and, for the adaptive plan, the wanted
-/// precision with the trust checks passed. Source: `docs/method.md`, section 3.5.
+/// Decides whether to stop: enough views, two opposed pairs or those of the plan and, for the
+/// adaptive plan, the required precision with the trust checks passed. Source: `docs/method.md`,
+/// section 3.5.
 pub fn progress(
     accepted: &[View],
     precision: Option<&Precision>,
@@ -111,7 +113,7 @@ pub fn progress(
 ) -> Progress {
     let views = accepted.len();
     let Some(lack) = lack(accepted, precision, params) else { return Progress::Complete };
-    // More views of a board that stays small help so little that a person would wait in vain.
+    // More views of a board small in the picture help so little that a person would wait in vain.
     let hopeless = params.is_far()
         && precision.is_some_and(|p| views_by_noise(views, p, params) > params.max_views);
     let planned = !matches!(lack, Lack::Views | Lack::Opposites);
@@ -122,8 +124,7 @@ pub fn progress(
     }
 }
 
-/// What a session lacks before it's complete, by the rule of [`progress`]: the first that isn't there. `None` if nothing
-/// is.
+/// First missing part of an incomplete session, by the rule of [`progress`]; `None` if complete.
 pub(crate) fn lack(
     accepted: &[View],
     precision: Option<&Precision>,
@@ -155,20 +156,21 @@ pub(crate) fn lack(
     precision.lacks_corners(params).then_some(Lack::Corners)
 }
 
-/// Views of the plan before precision counts.
+/// Number of views of the plan before precision counts.
 fn planned_views(params: &GuidanceParams) -> usize {
     let least = if params.is_far() { params.min_views.max(FAR_VIEWS) } else { params.min_views };
     params.plan.views().unwrap_or(least)
 }
 
-/// Number of views that bring the standard deviations down to the goals, by the square root law.
+/// Number of views to bring the standard deviations down to the goals, by the square root law.
 fn views_by_noise(views: usize, precision: &Precision, params: &GuidanceParams) -> usize {
     let excess = precision.excess(params);
     (views as f64 * excess * excess).min(10_000.0).ceil() as usize
 }
 
-/// Forecast of the views still to take: the missing partners, then enough, in whole pairs, to bring the standard
-/// deviations down by the square root law. `None` once the session is over. Source: `docs/method.md`, section 3.5.
+/// Forecast of the views still to take: the missing partners, then enough, in whole pairs, to bring
+/// the standard deviations down by the square root law. `None` once the session is over. Source:
+/// `docs/method.md`, section 3.5.
 pub fn forecast(
     accepted: &[View],
     precision: Option<&Precision>,
@@ -182,7 +184,8 @@ pub fn forecast(
     let planned = planned_views(params);
     let complete = planned.max(views + unpaired);
     let wanted = match (params.plan, precision) {
-        // While partners are missing, noise doesn't fall with the square root of the number of views.
+        // While partners are missing, noise doesn't fall with the square root of the number of
+        // views.
         (Plan::Adaptive, Some(precision)) if views >= planned => {
             let by_noise = views_by_noise(views, precision, params).min(params.max_views);
             // At least one more pair while a trust check fails, or the picture's edge needs boards.

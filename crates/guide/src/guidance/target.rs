@@ -15,23 +15,23 @@ use super::{
 };
 use boresight_geometry::{Corner, Homography, board::Checkerboard, frame::ImageSize};
 
-/// What a person misses a place near the picture's edge by, as a share of the picture's shorter side.
+/// Error of a person in a place near the picture's edge, as a share of the picture's shorter side.
 const LEEWAY: f64 = 0.05;
-/// Share of the largest board that fits below which an accepted view counts as small.
+/// Share of the largest fitting board below which an accepted view counts as small.
 const SMALL: f64 = 0.6;
 
-/// Why a pose is asked for.
+/// Purpose of a requested pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "purpose")]
 pub enum Purpose {
     /// The opposed partner of an accepted view, by index.
     Partner {
-        /// Index of that view.
+        /// Index of the accepted view.
         of: usize,
     },
-    /// One view of the reflected pair that tells most for its effort.
+    /// A view of the reflected pair with the most gain for its effort.
     MostInformative,
-    /// The same of a pair of boards that leave the picture.
+    /// A view of such a pair of boards beyond the picture's edge.
     BeyondEdge,
 }
 
@@ -44,14 +44,15 @@ pub struct Target {
     pub tilt_azimuth_rad: f64,
     /// Tilt of the board.
     pub tilt_rad: f64,
-    /// Pixels at which the inner corners should appear, in numbering order, distorted as the lens shows them.
+    /// Requested pixels of the inner corners, in numbering order, distorted by the lens.
     pub ghost_px: Vec<Point2<f64>>,
-    /// True if a part of the board is wanted beyond the picture's edge.
+    /// True if a part of the board is requested beyond the picture's edge.
     pub leaves_picture: bool,
 }
 
 impl Target {
-    /// Larger of the shares of the picture's width and height that the ghost's corners in the picture span.
+    /// Larger of the shares of the picture's width and height spanned by the ghost's corners in the
+    /// picture.
     pub fn span_fraction(&self, image_size: ImageSize) -> f64 {
         let ImageSize { width_px, height_px } = image_size;
         let last = Point2::new(f64::from(width_px) - 1.0, f64::from(height_px) - 1.0);
@@ -64,9 +65,9 @@ impl Target {
     }
 }
 
-/// The pose to ask for next: the partner of the newest view that has none, else one view of the reflected pair that tells
-/// most for its effort. Poses in the directions `tried_rad`, which couldn't be shown, aren't asked for. Source:
-/// `docs/method.md`, section 3.4.
+/// The next pose to request: the partner of the newest view without a partner, else a view of the
+/// reflected pair with the most gain for its effort. Skips poses in the impossible directions
+/// `tried_rad`. Source: `docs/method.md`, section 3.4.
 ///
 /// `None` if no direction is left, or if the board can't be placed in the picture.
 pub fn next_target(
@@ -86,9 +87,10 @@ pub fn next_target(
     })
 }
 
-/// Point reflection about the principal point of the view *as accepted*, not as asked for: `R' = ZRZ`, `t' = Zt`, `Z =
-/// diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens. If the view shows a much smaller board
-/// than fits, the partner is asked for as large as fits, at the reflected place.
+/// Point reflection about the principal point of the view *as accepted*, not as requested: `R' =
+/// ZRZ`, `t' = Zt`, `Z = diag(−1, −1, 1)`. Exact in the picture for every radially symmetric lens.
+/// If the view shows a much smaller board than fits, the partner is requested as large as fits, at
+/// the reflected place.
 fn partner_target(
     of: usize,
     view: &View,
@@ -123,7 +125,7 @@ fn partner_target(
             return large;
         }
     }
-    // A ghost that recedes shrinks about its middle.
+    // A receding ghost shrinks about its middle.
     let scale = (params.target_span_fraction / view.span_fraction).min(1.0);
     let middle_px = pp_px.coords * 2.0 - view.mean_px.coords;
     let reflected = |px: Point2<f64>| {
@@ -140,12 +142,13 @@ fn partner_target(
     }
 }
 
-/// Where the points of a view's board would be if the board was turned upside down in its plane.
+/// Pixels of the points of a view's board, turned upside down in its plane.
 fn half_turned_px(view: &View, board: &Checkerboard) -> Vec<Point2<f64>> {
     let turn = |index| view.corners.get(board.target().half_turn(index)?).map(|corner| corner.px);
     let points_m = board.corners_in_board_m();
     let turned: Option<Vec<Point2<f64>>> = (0..points_m.len()).map(turn).collect();
-    // Points that turn into none lie between others, for which the board's plane is good enough.
+    // Points without a turned counterpart lie between others, where the board's plane is good
+    // enough.
     let in_plane = || {
         let plane = Homography::fit(&points_m, &view.corners).ok()?;
         points_m.iter().map(|point| plane.map(&-point)).collect()
@@ -153,8 +156,8 @@ fn half_turned_px(view: &View, board: &Checkerboard) -> Vec<Point2<f64>> {
     turned.or_else(in_plane).unwrap_or_default()
 }
 
-/// Partner of a partly seen view: the expected places of its unseen corners are too rough a guess to reflect. `None`
-/// for a whole view.
+/// Partner of a partly seen view: the expected places of unseen corners are too rough a guess to
+/// reflect. `None` for a whole view.
 fn partner_of_part(
     of: usize,
     view: &View,
@@ -175,8 +178,8 @@ fn partner_of_part(
     })
 }
 
-/// The target with its ghost shrunk about its middle until it lies in the picture: the reflection of a view at one edge
-/// may lie beyond the other.
+/// The target with a ghost shrunk about its middle until within the picture: the reflection of a
+/// view at an edge may lie beyond the opposite edge.
 fn within_picture(mut target: Target, image_size: ImageSize) -> Target {
     let ImageSize { width_px, height_px } = image_size;
     let last = [f64::from(width_px) - 1.0, f64::from(height_px) - 1.0];

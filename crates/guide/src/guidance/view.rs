@@ -1,4 +1,4 @@
-//! Measurements from one picture of the board.
+//! Measurements from a picture of the board.
 
 use nalgebra::{Matrix2, Point2};
 
@@ -10,14 +10,14 @@ use boresight_geometry::{
     mean_px,
 };
 
-/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras have theirs within 100
-/// pixels of the centre.
+/// Standard deviation of a guessed principal point in a picture 1280 pixels wide: most cameras have
+/// theirs within 100 pixels of the centre.
 const GUESSED_PP_SD_PX: f64 = 100.0;
-/// Largest share of corners without a ray through the lens estimate, one in this many: beyond 90° no plane does them
-/// justice, and a first estimate may end too early. The others measure the view.
+/// Largest share of corners without a ray through the lens estimate, as its inverse: beyond 90° no
+/// plane does them justice, and a first estimate may end too early. The others measure the view.
 const ONE_OUTSIDE_IN: usize = 4;
 
-/// The lens as estimated from the accepted views, or a guess before there are any.
+/// The lens as estimated from the accepted views, or a guess without views.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LensEstimate {
     /// Size of the pictures.
@@ -26,12 +26,14 @@ pub struct LensEstimate {
     pub camera: Camera,
     /// Covariance of the lens parameters, in the order of `LENS_PARAMETERS`; `None` for a guess.
     pub covariance: Option<LensMatrix>,
-    /// Covariance of the lens parameters before any view, if an earlier calibration of the same lens states it.
+    /// Covariance of the lens parameters before any view, if known from an earlier calibration of
+    /// the same lens.
     pub known_covariance: Option<LensMatrix>,
 }
 
 impl LensEstimate {
-    /// A pinhole with the principal point at the picture's centre and a usual angle of view, 58° across.
+    /// A pinhole with the principal point at the picture's centre and a usual angle of view, 58°
+    /// across.
     pub fn guess(image_size: ImageSize) -> Self {
         let f_px = 0.9 * f64::from(image_size.width_px.max(image_size.height_px));
         Self {
@@ -48,7 +50,8 @@ impl LensEstimate {
         self.camera.f_px.x / f64::from(width_px.max(height_px))
     }
 
-    /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels wide.
+    /// Covariance of the principal point; for a guess ±100 px per axis in a picture 1280 pixels
+    /// wide.
     pub fn pp_covariance_px2(&self) -> Matrix2<f64> {
         match &self.covariance {
             Some(covariance) => covariance.pp(),
@@ -59,8 +62,9 @@ impl LensEstimate {
         }
     }
 
-    /// Pull of the unknown part of the distortion on a principal line, in pixels for each pixel between the board's
-    /// centre and the principal point: `2.75 sd(k1)`. Source: `docs/method.md`, section 3.3.
+    /// Pull of the unknown part of the distortion on a principal line, in pixels for each pixel
+    /// between the board's centre and the principal point: `2.75 sd(k1)`. Source: `docs/method.md`,
+    /// section 3.3.
     pub(crate) fn line_bias_per_px(&self) -> f64 {
         let sd =
             |covariance: &LensMatrix| covariance.variance_of(LensParameter::K1).max(0.0).sqrt();
@@ -72,9 +76,9 @@ impl LensEstimate {
 /// A detected board, measured through a [`LensEstimate`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// The frame it was seen in.
+    /// Frame of the view.
     pub frame_id: FrameId,
-    /// Driver's time stamp of that frame.
+    /// Driver's timestamp of the frame.
     pub captured_at: CaptureTime,
     /// Corners as seen, distorted, in the board's numbering order.
     pub corners: Vec<Corner>,
@@ -84,11 +88,11 @@ pub struct View {
     pub line: PrincipalLine,
     /// Angle between board and image plane; `None` if the line does not fit the principal point.
     pub tilt_rad: Option<f64>,
-    /// Mean of the corners that are seen.
+    /// Mean of the seen corners.
     pub mean_px: Point2<f64>,
-    /// Larger of the shares of the picture's width and height that the seen corners span.
+    /// Larger of the shares of the picture's width and height spanned by the seen corners.
     pub span_fraction: f64,
-    /// Frame of the accepted view whose opposed partner this one is, settled at acceptance.
+    /// Frame of the opposed partner among the accepted views, settled at acceptance.
     pub partner_frame: Option<FrameId>,
 }
 
@@ -98,14 +102,14 @@ impl View {
         self.line.tilt_azimuth_rad
     }
 
-    /// Outline of the part of `board` that is seen.
+    /// Outline of the seen part of `board`.
     pub fn outline(&self, board: &Checkerboard) -> Option<BoardOutline> {
         let px: Vec<_> = self.corners.iter().map(|corner| corner.px).collect();
         board.target().outline(&px, &|index| self.corners[index].is_seen())
     }
 
-    /// Larger of the shares of the picture's width and height that the whole board spans, its unseen part as expected:
-    /// above 1 if it's larger than the picture.
+    /// Larger of the shares of the picture's width and height spanned by the whole board, the
+    /// unseen part as expected: above 1 if larger than the picture.
     pub(crate) fn board_span_fraction(&self, image_size: ImageSize) -> f64 {
         span_fraction(bounds_px(self.corners.iter().map(|corner| corner.px)), image_size)
     }
@@ -115,8 +119,8 @@ impl View {
 ///
 /// # Errors
 ///
-/// [`Refusal::OutsideLens`] if the lens model has no ray for more than a quarter of the corners, [`Refusal::NoLine`] if the board faces
-/// the camera or its corners fit no plane.
+/// [`Refusal::OutsideLens`] if the lens model has no ray for more than a quarter of the corners,
+/// [`Refusal::NoLine`] if the board faces the camera or its corners fit no plane.
 pub fn measure(
     (frame_id, captured_at): (FrameId, CaptureTime),
     corners: &[Corner],
@@ -161,7 +165,7 @@ fn span_fraction((low, high): (Point2<f64>, Point2<f64>), image_size: ImageSize)
     ((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px))
 }
 
-/// Smallest axis-parallel box around `points`: its top-left and bottom-right corner. Without points the
+/// Smallest axis-parallel box around `points`: top-left and bottom-right corner. Without points the
 /// top-left corner lies beyond the bottom-right one.
 pub fn bounds_px(points: impl Iterator<Item = Point2<f64>>) -> (Point2<f64>, Point2<f64>) {
     let start = (Point2::new(f64::MAX, f64::MAX), Point2::new(f64::MIN, f64::MIN));

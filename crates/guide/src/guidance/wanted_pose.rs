@@ -1,4 +1,4 @@
-//! Pose of the board that shows a wanted direction, tilt, size and place.
+//! Pose of the board with a given direction, tilt, size and place.
 
 use nalgebra::{Isometry3, Point2, Translation3, Unit, UnitQuaternion, Vector2, Vector3};
 
@@ -9,22 +9,22 @@ use super::{
 };
 use boresight_geometry::{board::Checkerboard, frame::ImageSize};
 
-/// A board that spans less of the picture than this isn't asked for.
+/// Least share of the picture spanned by a requested board.
 const LEAST_SPAN_FRACTION: f64 = 0.05;
-/// What an edge fit needs around a corner.
+/// Room for an edge fit around a corner.
 const LEAST_MARGIN_PX: f64 = 8.0;
 
-/// How the board should appear in the picture.
+/// Requested appearance of the board in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct WantedPose {
     /// Direction in the picture in which the board recedes, clockwise from the right.
     pub(super) tilt_azimuth_rad: f64,
     pub(super) tilt_rad: f64,
-    /// Wanted place of the mean corner, from the principal point.
+    /// Requested place of the mean corner, from the principal point.
     pub(super) offset_px: Vector2<f64>,
     /// True if the view's point reflection about the principal point must lie in the picture, too.
     pub(super) is_reflected: bool,
-    /// Whether a part of the board is to be beyond the picture's edge.
+    /// True if a part of the board is to be beyond the picture's edge.
     pub(super) leaves_picture: bool,
 }
 
@@ -41,11 +41,11 @@ pub fn seen_px(
         .collect()
 }
 
-/// The pose that shows `wanted`: the mean corner at its place, and the board as large as
-/// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the picture; the outer
-/// squares may leave it. Source: `docs/method.md`, section 3.4.
+/// Pose with the appearance `wanted`: the mean corner in place, and the board as large as
+/// [`GuidanceParams::target_span_fraction`] and the picture allow. The inner corners lie inside the
+/// picture; the outer squares may leave it. Source: `docs/method.md`, section 3.4.
 ///
-/// `None` if what fits spans less than a twentieth.
+/// `None` if the result spans less than a twentieth.
 pub(super) fn place_board(
     wanted: &WantedPose,
     board: &Checkerboard,
@@ -58,7 +58,8 @@ pub(super) fn place_board(
     let mut depth_m = board.target().length_m() * lens_estimate.camera.f_px.x
         / (params.target_span_fraction * f64::from(lens_estimate.image_size.width_px));
     let mut best = None;
-    // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the place.
+    // Bisection finds the distance between "too large" and "fits", a fixed-point iteration the
+    // place.
     let (mut near_m, mut far_m) = (depth_m * 0.3, depth_m * 6.0);
     for _ in 0..18 {
         depth_m = 0.5 * (near_m + far_m);
@@ -100,7 +101,8 @@ pub(super) fn planned_poses(
     })
 }
 
-/// Places on the board's rim, evenly around its middle, in metres: what of the board reaches farthest in the picture.
+/// Places on the board's rim, evenly around its middle, in metres: the extremes of the board in the
+/// picture.
 fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
     let [x, y] = board.target().needed_m();
     let shares = [-1.0, 0.0, 1.0];
@@ -109,8 +111,7 @@ fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
     rim.map(|(across, down)| Point2::new(across * x, down * y)).collect()
 }
 
-/// Rotation of a board that faced the camera and was tilted by `tilt_rad` so that it recedes towards
-/// `tilt_azimuth_rad`.
+/// Rotation of a board facing the camera by `tilt_rad`, to recede towards `tilt_azimuth_rad`.
 pub fn tilted(tilt_azimuth_rad: f64, tilt_rad: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = libm::sincos(tilt_azimuth_rad);
     let axis = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
@@ -127,8 +128,8 @@ pub(super) fn rotation(wanted: &WantedPose, roll: BoardRoll) -> UnitQuaternion<f
     }
 }
 
-/// Shifts the board at `depth_m` until its mean corner appears at `centre_px`. `None` if a corner gets behind
-/// the camera.
+/// Shifts the board at `depth_m` until the mean corner appears at `centre_px`. `None` if a corner
+/// gets behind the camera.
 pub(super) fn placed(
     rotation: &UnitQuaternion<f64>,
     depth_m: f64,
@@ -162,7 +163,8 @@ fn span_fraction(
     Some(((high.x - low.x) / f64::from(width_px)).max((high.y - low.y) / f64::from(height_px)))
 }
 
-/// True if the inner corners, and if wanted their reflections, lie in the picture with the margin asked for.
+/// True if the inner corners and, if required, their reflections lie in the picture with the
+/// requested margin.
 fn corners_inside(
     pose: &Isometry3<f64>,
     corners: &[Point2<f64>],

@@ -1,4 +1,4 @@
-//! Calm prompts: turns the requests of frames into a prompt that can be read before it changes.
+//! Calm prompts: turns the requests of frames into a prompt slow enough to read.
 
 use std::collections::VecDeque;
 
@@ -6,19 +6,20 @@ use super::prompt::Prompt;
 use crate::guidance::{Advice, Difference};
 use boresight_geometry::frame::CaptureTime;
 
-/// Time for which frames must ask for a new prompt, within [`RECENT_SECS`], until it's shown.
+/// Time for which frames must ask for a new prompt, within [`RECENT_SECS`], before it's shown.
 const PERSIST_SECS: f64 = 0.4;
-/// Age up to which frames count.
+/// Maximum age of frames considered.
 const RECENT_SECS: f64 = 0.8;
-/// Time for which a prompt that was shown stays, be it two words.
+/// Minimum time on screen of a prompt, even of two words.
 const DWELL_SECS: f64 = 0.6;
-/// Time without a frame that asks for a prompt, after which it gives way to the commonest one, however short.
+/// Time without a request for the shown prompt, after which the commonest request is shown, however
+/// short.
 const OUTDATED_SECS: f64 = 1.2;
-/// Time without a frame that asks to hold still, after which "Hold still" goes: the pose is really lost.
+/// Time without a request to hold still, after which "Hold still" goes: the pose is really lost.
 const LOST_POSE_SECS: f64 = 0.5;
-/// Longest time that a frame counts for: after a gap in the pictures nothing is known.
+/// Maximum time credited to a frame: nothing is known about a gap in the pictures.
 const LONGEST_FRAME_SECS: f64 = 0.2;
-/// Time after a prompt that isn't shown at once, until another such prompt may come: a person reads it and does it.
+/// Minimum time between two prompts not shown at once: a person reads each and acts on it.
 const NEXT_SECS: f64 = 2.5;
 
 /// Prompt and advice on the screen.
@@ -26,7 +27,8 @@ const NEXT_SECS: f64 = 2.5;
 pub struct Shown {
     /// Prompt on the screen.
     pub prompt: Prompt,
-    /// Newest advice behind the prompt, with its amounts; `None` if the prompt doesn't come from advice.
+    /// Newest advice behind the prompt, with amounts; `None` if the prompt doesn't come from
+    /// advice.
     pub advice: Option<Advice>,
 }
 
@@ -36,31 +38,32 @@ impl Default for Shown {
     }
 }
 
-/// What a frame asks for.
+/// Request of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request {
     pub(super) prompt: Prompt,
     pub(super) advice: Advice,
-    /// How the board is held beside the pose asked for; `None` without a board.
+    /// Difference of the board from the requested pose; `None` without a board.
     pub(super) off: Option<Difference>,
-    /// Number of the pose asked for.
+    /// Number of the requested pose.
     pub(super) target: u32,
 }
 
-/// Chooses the prompt on show from the prompts of frames: one that was shown stays until it can be read, or until what it
-/// asks for is done. Time is the frames' time, so a recording shows the same.
+/// Chooses the shown prompt from the prompts of frames. A shown prompt stays until it can be read,
+/// or until its request is fulfilled. Time is the frames' time, so a recording shows the same.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Calm {
     shown: Shown,
-    /// Time at which the prompt on show came; `None` before the first frame, and for one that came without a frame.
+    /// Time at which the shown prompt came; `None` before the first frame, and for a prompt without
+    /// a frame.
     since: Option<CaptureTime>,
-    /// Time at which a frame last asked for the prompt on show.
+    /// Time at which a frame last asked for the shown prompt.
     last_asked: Option<CaptureTime>,
-    /// Requests of the last frames, each with the time for which it counts.
+    /// Requests of the last frames, each with the time credited.
     recent: VecDeque<Asked>,
-    /// Time at which a prompt last came that isn't shown at once.
+    /// Time of the last prompt not shown at once.
     asked_at: Option<CaptureTime>,
-    /// Number of the pose that the prompt on show was about.
+    /// Number of the pose behind the shown prompt.
     target: u32,
 }
 
@@ -77,7 +80,7 @@ impl Calm {
         self.shown
     }
 
-    /// Takes note of a state that is shown at once, or of none. The prompt of an earlier state then goes.
+    /// Notes a state to show at once, or none. The prompt of an earlier state then goes.
     pub(super) fn note_state(&mut self, state: Option<Prompt>) {
         match state {
             Some(prompt) if self.shown.prompt != prompt => {
@@ -94,20 +97,20 @@ impl Calm {
         }
     }
 
-    /// Takes note of the request of a frame captured at `now`, unless a state is shown.
+    /// Notes the request of a frame captured at `now`, unless a state is shown.
     pub(super) fn note_frame(&mut self, now: CaptureTime, request: &Request) {
         let Request { prompt, advice, off, target } = *request;
         if self.shown.prompt.is_state() {
             return;
         }
         if self.newest_at().is_some_and(|newest| newest > now) {
-            // The clock started again.
+            // The clock restarted.
             self.recent.clear();
             (self.since, self.last_asked, self.asked_at) = (None, None, None);
         }
         let is_other_pose = std::mem::replace(&mut self.target, target) != target;
         if prompt == Prompt::Taken {
-            // Earlier requests are about the view that is taken now.
+            // Earlier requests are about the view taken now.
             self.recent.clear();
             self.show(now, Shown { prompt, advice: None });
             self.asked_at = None;
@@ -128,14 +131,14 @@ impl Calm {
         } else if shown != Prompt::Taken
             && (is_other_pose || off.is_some_and(|off| shown.is_done(&off)))
         {
-            // Whoever went on doing it would do what isn't asked for.
+            // Following the old prompt any longer would lead away from the requested pose.
             self.show(now, newest);
         } else if let Some(next) = self.next(now, newest) {
             self.show(now, next);
         }
     }
 
-    /// The prompt to show instead from now on, if any.
+    /// Prompt to replace the shown prompt, if any.
     fn next(&self, now: CaptureTime, newest: Shown) -> Option<Shown> {
         let Some(since) = self.since else { return Some(newest) };
         let shown_secs = now.secs_since(since);
@@ -156,7 +159,7 @@ impl Calm {
             .then_some(Shown { prompt: commonest.prompt, advice: Some(commonest.advice) })
     }
 
-    /// The most frequent request of the last frames, in the newest frame's words, and its duration.
+    /// The most frequent request of the last frames, in the newest frame's words, and the duration.
     fn commonest(&self) -> Option<(Asked, f64)> {
         let asked_secs = |prompt: Prompt| -> f64 {
             self.recent.iter().filter(|asked| asked.prompt == prompt).map(|asked| asked.secs).sum()
@@ -194,7 +197,7 @@ mod tests {
         CaptureTime { nanos: (1e9 * secs) as u64 }
     }
 
-    /// Shows frames that ask for `prompts`, and returns the prompts on show after each.
+    /// Shows frames with the given `prompts`, and returns the shown prompt after each.
     fn shown(calm: &mut Calm, from_secs: f64, prompts: &[Prompt]) -> Vec<Prompt> {
         prompts
             .iter()
@@ -299,7 +302,8 @@ mod tests {
     }
 
     proptest! {
-        /// For any requests of frames, a prompt that isn't shown at once stays for its time and seldom changes.
+        /// A shown prompt, except the immediate ones, stays for its time and seldom changes, for
+        /// any requests.
         #[test]
         fn nothing_flickers(asked in proptest::collection::vec(0_usize..6, 1..900)) {
             const PROMPTS: [Prompt; 6] = [

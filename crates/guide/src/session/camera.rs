@@ -1,4 +1,4 @@
-//! The live camera as the session knows it.
+//! Camera state as known to the session.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,27 +8,27 @@ use boresight_geometry::frame::CaptureTime;
 /// Camera state of a session: plain data for a window or a command line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CameraState {
-    /// State of the stream: frames arrive, or why not.
+    /// State of the stream.
     pub stream: Stream,
     /// The granted mode.
     pub mode: Option<Mode>,
     /// State of the controls, as read back.
     pub locks: Locks,
-    /// Locked controls that left their value and haven't returned to it.
+    /// Locked controls whose values have changed.
     pub changed: BTreeMap<Control, ControlChange>,
-    /// Changed controls that the person set.
+    /// Changed controls set by the person.
     pub set_by_hand: BTreeSet<Control>,
-    /// Frames captured before this time show the camera in an earlier state.
+    /// Time before which frames show the camera in an earlier state.
     pub good_from: Option<CaptureTime>,
     /// Warnings about the running stream, with details.
     pub doubts: BTreeMap<Fault, String>,
-    /// Number of changes of focus or zoom in this run.
+    /// Number of changes of focus or zoom in the run.
     pub geometry_changes: u32,
-    /// Number of times that the camera was lost in this run.
+    /// Number of losses of the camera in the run.
     pub losses: u32,
-    /// Frames lost by the driver or skipped for a newer one, in this run.
+    /// Frames lost by the driver or skipped for a newer frame, in the run.
     pub dropped: u64,
-    /// Damaged frames, rejected before detection, in this run.
+    /// Damaged frames, rejected before detection, in the run.
     pub rejected: u64,
 }
 
@@ -42,7 +42,7 @@ pub enum Stream {
     Live,
     /// Streaming stopped; reconnecting.
     Lost {
-        /// The camera's fault.
+        /// Fault of the camera.
         fault: Fault,
         /// Details, such as the kernel's error text; may be empty.
         detail: String,
@@ -50,19 +50,21 @@ pub enum Stream {
 }
 
 impl CameraState {
-    /// True if views may be taken: the camera is there, focus and zoom are in place, and the stream isn't frozen.
+    /// True if views may be taken: the camera is there, focus and zoom are in place, and the stream
+    /// isn't frozen.
     pub fn may_take(&self) -> bool {
         !matches!(self.stream, Stream::Lost { .. })
             && !self.changed.keys().any(|control| control.moves_geometry())
             && !self.doubts.contains_key(&Fault::Frozen)
     }
 
-    /// Whether a view may be taken from a frame captured at `time`.
+    /// True if a view may be taken from a frame captured at `time`.
     pub(super) fn may_take_of(&self, time: CaptureTime) -> bool {
         self.may_take() && self.good_from.is_none_or(|from| time >= from)
     }
 
-    /// Applies a camera event; `has_views` is true if the session holds views taken before the event.
+    /// Applies a camera event; `has_views` is true if the session holds views taken before the
+    /// event.
     pub(super) fn apply(&mut self, event: &CameraEvent, has_views: bool) {
         match event {
             CameraEvent::Started { mode } => {
@@ -72,7 +74,7 @@ impl CameraState {
                 self.good_from = Some(*good_from);
                 self.stream = Stream::Live;
                 self.mode = Some(*mode);
-                // A camera that streams again was verified; a warning that still holds is repeated.
+                // A returning camera was verified; a warning still valid is repeated.
                 self.changed.clear();
                 self.set_by_hand.clear();
                 self.doubts.clear();
@@ -109,8 +111,9 @@ impl CameraState {
         }
     }
 
-    /// Notes that the person set `control`, which now reads `lock`. If it moves the geometry and the session has views,
-    /// those come from a different lens: it counts as changed, with views good until `views_until`.
+    /// Notes `control`, set by the person, with the new state `lock`. If it moves the geometry and
+    /// the session has views, those come from a different lens: `control` counts as changed, with
+    /// views good until `views_until`.
     fn set(&mut self, control: Control, lock: Lock, views_until: Option<CaptureTime>) {
         let before = self.changed.get(&control).map(|change| change.from);
         let before = before.or(self.locks.of(control).value());

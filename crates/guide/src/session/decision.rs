@@ -1,24 +1,25 @@
-//! Decisions of a session, as data that is recorded and compared.
+//! Decisions of a session, as recorded and compared data.
 
 use serde::Serialize;
 
 use super::view_number::ViewNumber;
 use crate::guidance::{Advice, Progress, Refusal, Role};
 
-/// Decision on one input.
+/// Decision on an input.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Decision {
-    /// The frame judged; `None` if the input wasn't a frame.
+    /// Frame judged; `None` if the input wasn't a frame.
     pub frame: Option<u64>,
     /// See [`Outcome`].
     pub outcome: Outcome,
-    /// The next action for the person.
+    /// Next action for the person.
     pub advice: Advice,
     /// Progress of the session.
     pub progress: Progress,
     /// Number of accepted views.
     pub accepted: usize,
-    /// Incremented each time the accepted views change and a new target pose is chosen.
+    /// Serial number of the target pose: incremented with each change of the accepted views and
+    /// each new target.
     pub target_serial: u32,
 }
 
@@ -26,7 +27,7 @@ pub struct Decision {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "outcome")]
 pub enum Outcome {
-    /// The frame wasn't taken, or not yet.
+    /// The frame was refused, or isn't taken yet.
     Refused {
         /// Reason for the refusal.
         refusal: Refusal,
@@ -35,12 +36,12 @@ pub enum Outcome {
     Accepted {
         /// Number of the new view.
         view: ViewNumber,
-        /// The frame it comes from.
+        /// Frame of the view.
         frame: u64,
         /// Role of the view.
         role: Role,
     },
-    /// A view was removed. If focus or zoom moved, it is the newest of several: see
+    /// A view was removed. If focus or zoom moved, the newest of several: see
     /// [`Snapshot::just_removed`](super::Snapshot::just_removed).
     Removed {
         /// Number of the removed view.
@@ -51,6 +52,6 @@ pub enum Outcome {
         /// Number of the restored view.
         view: ViewNumber,
     },
-    /// The views stayed as they were.
+    /// The views are unchanged.
     Noted,
 }

@@ -1,13 +1,13 @@
-//! How a session ends.
+//! Endings of a session.
 
-/// Why no more views are taken.
+/// Reason for taking no more views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// The plan is complete, and its precision reached.
+    /// The plan is complete, and the precision reached.
     Finished,
-    /// The same but for the picture's corners, where boards didn't reach.
+    /// Finished except for the picture's corners, where no board came.
     WithoutCorners,
-    /// The person or the source ended it before that.
+    /// The person or the source ended the session early.
     Early,
     /// Nothing more can be done: no further pose would help, or a worker failed.
     Stopped,

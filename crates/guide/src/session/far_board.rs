@@ -2,19 +2,20 @@ use super::seen::Seen;
 use crate::guidance::{GuidanceParams, LensEstimate, Reach, View, reach};
 use boresight_geometry::board::Checkerboard;
 
-/// Limits of a board that stays small in the picture.
+/// Limits of a board small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FarBoard {
-    /// Larger of the shares of the picture's width and height that it is asked to span.
+    /// Requested span: the larger of the shares of the picture's width and height.
     pub span_fraction: f64,
     /// Expected precision after eight views.
     pub reach: Reach,
-    /// Expected precision with a board of twice the size, at least as good as with this one; `None` if it doesn't fit into the picture.
+    /// Expected precision with a board of twice the size, at least as good as `reach`; `None` if it
+    /// doesn't fit into the picture.
     pub twice_the_size: Option<Reach>,
 }
 
 impl FarBoard {
-    /// `None` if the board fits nowhere.
+    /// Computes the limits; `None` if the board fits nowhere.
     pub(super) fn of(
         accepted: &[View],
         board: &Checkerboard,

@@ -1,4 +1,4 @@
-//! Applies inputs: commands, camera events and everything that is not a frame.
+//! Applies inputs other than frames: commands, camera events and the rest.
 
 use super::{
     accepted::AcceptedView,
@@ -14,7 +14,7 @@ use crate::guidance::{Advice, Refusal, View};
 use boresight_geometry::device::CameraEvent;
 
 impl Session {
-    /// Applies one input and returns what it decided.
+    /// Applies an input and returns the decision.
     pub fn handle(&mut self, input: &Input) -> Decision {
         self.tracking.just_removed.clear();
         let (frame, outcome, advice) = match input {
@@ -54,7 +54,7 @@ impl Session {
         decision
     }
 
-    /// Chooses the prompt after `decision`; `observation` is set if it was made on a frame.
+    /// Chooses the prompt after `decision`; `observation` is set if the decision is about a frame.
     fn prompt(&mut self, decision: &Decision, observation: Option<&Observation>) {
         let ground = &self.ground;
         let has_failed = !ground.failures.is_empty();
@@ -73,7 +73,7 @@ impl Session {
         }
     }
 
-    /// Advice that stands until a frame changes it.
+    /// Advice in force until the next frame.
     fn standing_advice(&self) -> Advice {
         if self.derived.target.is_none() {
             Advice::Finished
@@ -84,8 +84,8 @@ impl Session {
         }
     }
 
-    /// Begins another run of the same session: its views stay; the state of the last run's camera, workers and person
-    /// is over.
+    /// Begins another run of the same session. Views stay; the state of the last run's camera,
+    /// workers and person is cleared.
     fn start_run(&mut self) {
         let ground = &mut self.ground;
         ground.source_ended = false;
@@ -96,8 +96,8 @@ impl Session {
         self.tracking = Tracking { live, ..Tracking::default() };
     }
 
-    /// Applies a camera event. When a geometry-moving control changes, every view, accepted or removed, that was taken
-    /// after the control was last seen in place is dropped: a calibration describes one lens.
+    /// Applies a camera event. If a geometry-moving control changed, drops every view, accepted or
+    /// removed, taken after the control was last seen in place: a calibration describes one lens.
     fn apply_camera_event(&mut self, event: &CameraEvent) -> Outcome {
         let ground = &mut self.ground;
         let has_views = !(ground.accepted.is_empty() && ground.removed.is_empty());

@@ -2,20 +2,21 @@ use crate::guidance::{View, partner_of};
 use boresight_calibrate::{CalibrationParams, calibrate};
 use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize};
 
-/// Fewest views beside the pair that give a lens.
+/// Minimum number of views beside the pair for a lens.
 const VIEWS_NEEDED: usize = 2;
 
 /// Prediction of the newest pair by the lens of the earlier views, before the pair was used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldOutPair {
-    /// Indices of its views.
+    /// Indices of the two views.
     pub views: [usize; 2],
-    /// Root mean square distance of the corners from their prediction; only the poses of the two views were fitted.
+    /// Root mean square prediction error of the corners; only the poses of the two views were
+    /// fitted.
     pub rms_px: f64,
 }
 
-/// Predicts the newest pair of `views` from the others. `None` if the newest view has no partner, or the others
-/// give no lens.
+/// Predicts the newest pair of `views` from the others. `None` if the newest view has no partner,
+/// or the others give no lens.
 pub(super) fn held_out_pair(
     views: &[View],
     board: &Checkerboard,

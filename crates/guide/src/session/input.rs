@@ -5,17 +5,17 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
 };
 
-/// Everything that can happen to a session, in the order it happened.
+/// Everything that can happen to a session, in the order of events.
 ///
-/// A recording is a header and a list of these; a replay is a loop over that list.
+/// A recording is a header and a list of inputs; a replay is a loop over that list.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
     /// The detector searched a frame.
     Observed(Observation),
-    /// The person asked for something.
+    /// The person gave a command.
     Command(Command),
-    /// The live camera reported something. Camera events may overtake frames, so each carries the times from
-    /// or until which frames are good.
+    /// The live camera reported an event. Camera events may overtake frames, so each carries the
+    /// times from or until which frames are good.
     Camera(CameraEvent),
     /// A worker thread failed; the views stay.
     WorkerFailed {
@@ -28,16 +28,16 @@ pub enum Input {
     Resumed,
     /// The source has no more frames.
     SourceEnded,
-    /// The last input of this run.
+    /// The last input of the run.
     Stop,
 }
 
-/// Result of the detector for one frame.
+/// Result of the detector for a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// Number of the frame in this session.
+    /// Number of the frame in the session.
     pub frame_id: FrameId,
-    /// Driver's time stamp.
+    /// Driver's timestamp.
     pub captured_at: CaptureTime,
     /// Video frame or photograph.
     pub kind: FrameKind,
@@ -45,7 +45,7 @@ pub struct Observation {
     pub name: String,
     /// Size of the picture.
     pub image_size: ImageSize,
-    /// The board, or why none was found.
+    /// Detection of the board, or the reason for a miss.
     pub seen: Result<Detection, Miss>,
 }
 
@@ -56,7 +56,7 @@ pub enum Command {
     ForceNext,
     /// Remove the newest view.
     UndoLast,
-    /// Remove one view.
+    /// Remove a view.
     Remove {
         /// Number of the view.
         view: ViewNumber,
@@ -67,6 +67,7 @@ pub enum Command {
     Pause,
     /// Leave the paused state.
     Resume,
-    /// Take two more views, where no board has been in the picture, though the plan is complete.
+    /// Take two more views, in parts of the picture without a board so far, though the plan is
+    /// complete.
     TakeMore,
 }

@@ -20,37 +20,37 @@ use boresight_geometry::{
     frame::{FrameKind, ImageSize},
 };
 
-/// A pose that hasn't been shown within this time, with a board in the picture, can't be: another one is asked for.
+/// Time with a board in the picture, after which the requested pose counts as impossible.
 const TRIED_SECS: f64 = 7.0;
-/// A board that stays small and has shown no further view after more than this many poses won't.
+/// Number of poses without a further view, above which a board small in the picture is given up.
 const GIVEN_UP_AFTER: usize = 2;
-/// A ghost recedes after the board has been cut off at it for this long.
+/// Time with the board cut off at the ghost, after which the ghost recedes.
 const RECEDE_AFTER_SECS: f64 = 0.7;
-/// Whoever holds a good pose for this long without being still is told what helps.
+/// Time in a good pose without being still, after which the person gets advice.
 const ADVICE_SECS: f64 = 5.0;
-/// No frame counts for longer than this, however long ago the one before came: photographs in a folder are a second apart.
+/// Longest time credited to a frame: photographs in a folder are a second apart.
 const LONGEST_STEP_SECS: f64 = 1.0;
 
-/// What a frame measures, if anything, and its role or why it is refused.
+/// Measurements of a frame, if any, and a role or refusal.
 struct Judgement {
     view: Option<View>,
     role: Result<Worthy, Refusal>,
 }
 
-/// A view that may be taken: its role, and what it tells.
+/// Role and gain of an acceptable view.
 type Worthy = (Role, f64);
 
-/// How the board moves: up to a frame, and in it.
+/// Motion of the board up to and within a frame.
 #[derive(Clone, Copy, Default)]
 struct Moves {
     motion: Option<Motion>,
     velocity: Option<Velocity>,
-    /// As the frames to come will show it.
+    /// Velocity as foreseen for the frames to come.
     foreseen: Option<Velocity>,
 }
 
 impl Session {
-    /// Judges a frame and takes the view that it completes. The advice is `None` if a view was taken.
+    /// Judges a frame and takes a view if complete. The advice is `None` if a view was taken.
     pub(super) fn judge_frame(&mut self, observation: &Observation) -> (Outcome, Option<Advice>) {
         let step_secs = self.note_time(observation);
         let moves = self.note_motion(observation);
@@ -108,8 +108,8 @@ impl Session {
         f64::from(self.setup.image_size.width_px)
     }
 
-    /// Lets the time go on for which a view has been waited for and the pose asked for, if a board is in the picture and
-    /// capture isn't paused. The time since the frame before, as far as it counts.
+    /// Advances the time waited for a view and for the requested pose, if a board is in the picture
+    /// and capture isn't paused. Returns the time since the frame before, as far as it counts.
     fn note_time(&mut self, observation: &Observation) -> f64 {
         let Tracking { waited_secs, asked_secs, newest_at, hold, .. } = &mut self.tracking;
         let now = observation.captured_at;
@@ -128,8 +128,9 @@ impl Session {
         step_secs
     }
 
-    /// How the board moves up to this frame, which becomes the newest one to compare with, and in it. Of the frame before,
-    /// whose velocity is known better now, the readout is learned, if the lens is known.
+    /// Motion of the board up to and within the frame. The frame becomes the newest one to compare
+    /// with. The frame before, whose velocity is known better now, updates the readout if the lens
+    /// is known.
     fn note_motion(&mut self, observation: &Observation) -> Moves {
         let now = observation.captured_at;
         let window = &mut self.tracking.motion;
@@ -159,8 +160,9 @@ impl Session {
         Moves { motion, velocity, foreseen }
     }
 
-    /// Asks for another pose if frames show that this one can't be shown: the board is cut off at it, the lens isn't
-    /// as believed, the board comes no nearer, or simply nothing came.
+    /// Asks for another pose if the requested pose turns out impossible: the board is cut off
+    /// there, the lens differs from the estimate, the board comes no nearer, or nothing came for
+    /// long.
     fn adapt_target(
         &mut self,
         observation: &Observation,
@@ -183,7 +185,7 @@ impl Session {
                 return;
             }
         }
-        // A view that is about to be taken isn't lost, nor the session ended over it.
+        // A view about to be taken isn't lost, nor the session ended over it.
         if self.tracking.asked_secs >= TRIED_SECS && self.tracking.hold.is_none() {
             self.ask_for_another();
             return;
@@ -199,8 +201,9 @@ impl Session {
         }
     }
 
-    /// Asks for another pose: a board that hasn't been shown beyond the picture's edge stays inside, one that hasn't come as
-    /// near as asked for isn't asked to, and a direction that wasn't shown is left for another one.
+    /// Asks for another pose. A board never shown beyond the picture's edge stays inside, a board
+    /// that comes no nearer than it has isn't asked to, and a direction not shown is left for
+    /// another one.
     fn ask_for_another(&mut self) {
         let Some(target) = &self.derived.target else { return };
         let seen = &mut self.ground.seen;
@@ -210,7 +213,7 @@ impl Session {
         } else if !seen.note_small(largest, target, self.setup.image_size) {
             seen.tried_rad.push(target.tilt_azimuth_rad);
             let is_hopeless = seen.tried_rad.len() > GIVEN_UP_AFTER;
-            // What was tried long ago may be tried again.
+            // Directions tried long ago may be tried again.
             seen.tried_rad.drain(..usize::from(is_hopeless));
             seen.given_up |=
                 is_hopeless && self.derived.limits.is_far() && !self.ground.accepted.is_empty();
@@ -254,7 +257,7 @@ impl Session {
         Judgement { view: Some(view), role }
     }
 
-    /// What a frame measures, with its corners as they were at one instant.
+    /// Measurements of a frame, with the corners at a common instant.
     fn measured(
         &self,
         observation: &Observation,
@@ -269,9 +272,9 @@ impl Session {
         measure(frame, &corners, seen.quality.blur_px, board, lens_estimate)
     }
 
-    /// When a view is taken that the person didn't force, its hold aside. Its principal line is independent of all accepted
-    /// ones, or it's the missing partner of one; and it tells at least a share of what the pose asked for would, which falls
-    /// the longer nothing came.
+    /// Role of an acceptable view, the hold and forced views aside. Its principal line is
+    /// independent of all accepted ones, or it's the missing partner of one. Its gain is at least a
+    /// share of the requested pose's, decreasing with the time waited.
     fn role(
         &self,
         view: &View,
@@ -284,7 +287,7 @@ impl Session {
         let derived = &self.derived;
         let role = role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance)?;
         let gain = self.gain(view, true);
-        // A photograph was chosen, and is offered once.
+        // A photograph was chosen by the person, and comes only once.
         if kind == FrameKind::Photograph {
             return Ok((role, gain));
         }
@@ -301,13 +304,13 @@ impl Session {
         Err(Refusal::TellsLittle { worth, wanted })
     }
 
-    /// What a view tells, as moved as it was or as if it had been still.
+    /// Gain of a view, as moved or as if still.
     fn gain(&self, view: &View, as_moved: bool) -> f64 {
         let knowledge = &self.derived.knowledge;
         knowledge.gain_by_the_end(&knowledge.seen(&view.corners, as_moved))
     }
 
-    /// Turns a gain of a view into its share of what the pose asked for would tell now; 1 without such a pose.
+    /// Function from a gain to the share of the requested pose's gain; 1 without such a pose.
     fn worth_of(&self, view: &View) -> impl Fn(f64) -> f64 + use<> {
         let knowledge = &self.derived.knowledge;
         let usual = knowledge.usual(Some(view));
@@ -343,11 +346,12 @@ impl Session {
         Some(Outcome::Accepted { view: number, frame, role })
     }
 
-    /// Accepts the view of `observation` as `number`, as an earlier build recorded it, without judging it again.
+    /// Accepts the view of `observation` as `number`, as recorded by an earlier build, without
+    /// judging.
     ///
     /// # Errors
     ///
-    /// The [`Refusal`] that says why the observation measures nothing.
+    /// The [`Refusal`] if the observation measures nothing.
     pub fn accept_recorded(
         &mut self,
         observation: &Observation,

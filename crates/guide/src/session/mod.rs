@@ -1,31 +1,49 @@
-//! Guided session: its state, and the only code that changes it.
+//! Guided session: its state, and the only code to change it.
 //!
-//! The program is a fold: [`Session::handle`] applies one [`Input`] and returns what it decided. It reads no
-//! clock, file, thread or random number, so a recording of the inputs replays to the same decisions, bit for
-//! bit, on every processor.
+//! The program is a fold: [`Session::handle`] applies one [`Input`] and returns the decision. It
+//! reads no clock, file, thread or random number, so a recording of the inputs replays to the same
+//! decisions, bit for bit, on every processor.
 //!
 //! # State
 //!
-//! | part | holds | changed by |
-//! |---|---|---|
-//! | ground | accepted and removed views, next view number, what frames have shown (noise, focal length before the first view, how near the board comes, whether parts of it are told), whether the person follows, paused, source ended, failures, camera | every input; a refused frame changes only what frames have shown |
-//! | derived | lens estimate, calibration, measured views, progress, target, what the views tell, forecast, what a far board reaches, how well the newest pair was predicted, summaries | a change of the accepted views, or frames that show that the pose asked for can't be met: all of it is recomputed. A ghost that recedes changes the target only |
-//! | tracking | motion window, exposure, hold, patience, how long the pose has been asked for, forced next frame, newest frame | every frame; forgotten when views or camera change, except exposure, and when the run changes |
+//! Ground:
+//!
+//! - Holds: accepted and removed views, next view number, observed facts (noise, focal length
+//!   before the first view, smallest distance of the board, whether a part of it is identified),
+//!   whether the person follows, paused, source ended, failures, camera.
+//! - Changed by: every input. A refused frame changes only the observed facts.
+//!
+//! Derived:
+//!
+//! - Holds: lens estimate, calibration, measured views, progress, target, information of the views,
+//!   forecast, reach of a far board, prediction of the newest pair, summaries.
+//! - Changed by: a change of the accepted views, or a requested pose found impossible; all of it is
+//!   recomputed. A receding ghost changes the target only.
+//!
+//! Tracking:
+//!
+//! - Holds: motion window, exposure, hold, patience, time since the pose was requested, forced next
+//!   frame, newest frame.
+//! - Changed by: every frame. Cleared when views or camera change, except exposure, and when the
+//!   run changes.
 //!
 //! | input | ground | derived | tracking |
 //! |---|---|---|---|
-//! | `Observed`, refused | what it showed | the target or all of it, if the pose can't be met | all but the forced next frame |
-//! | `Observed`, accepted | one more view | recomputed | motion and hold forgotten |
-//! | `Command`: undo, remove, restore | views move between accepted and removed | recomputed | motion and hold forgotten |
+//! | `Observed`, refused | facts | target or all, if impossible | all but forced frame |
+//! | `Observed`, accepted | one more view | recomputed | motion, hold cleared |
+//! | `Command`: undo, remove, restore | views move | recomputed | motion, hold cleared |
 //! | `Command`: pause, resume | paused | – | pausing ends the hold |
-//! | `Command`: force next | – | – | forced next frame |
-//! | `Camera` | camera; focus or zoom that moved drops the views taken since, accepted or removed | recomputed if an accepted view was dropped | forgotten while nothing may be taken |
+//! | `Command`: force next | – | – | forced frame |
+//! | `Camera` | camera, views dropped | recomputed with views | cleared while not ready |
 //! | `WorkerFailed`, `SourceEnded` | noted | – | – |
-//! | `Resumed` | not paused, no failures, another camera; views stay | – | forgotten |
+//! | `Resumed` | run state reset; views stay | – | cleared |
 //! | `Stop` | – | – | – |
 //!
-//! Camera events may overtake frames on their way through the detector. That is harmless because each carries
-//! the time until or from which frames are good, and frames are judged by their own time stamps.
+//! A focus or zoom change drops the views taken since, accepted or removed.
+//!
+//! Camera events may overtake frames on their way through the detector. No harm is done: each
+//! carries the time until or from which frames are good, and frames are judged by their own
+//! timestamps.
 //!
 //! The front page of the [crate] has an example.
 

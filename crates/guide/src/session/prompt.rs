@@ -108,9 +108,9 @@ pub enum Prompt {
     Failed,
     /// The camera is lost.
     CameraLost,
-    /// The camera repeats one picture.
+    /// The picture doesn't change.
     Frozen,
-    /// A control that moves the lens is not where it was.
+    /// A control of the lens isn't in place.
     LensMoved(Control),
     /// The person paused.
     Paused,
@@ -120,7 +120,7 @@ pub enum Prompt {
     Taken,
     /// Bring the whole board into the picture.
     ShowBoard,
-    /// Bring the whole board into the picture, and from there onto the outline, which leaves it.
+    /// Bring the whole board into the picture first, then onto the outline beyond the edge.
     ShowWholeFirst,
     /// Bring the board back into the picture; the picture's edge cuts it off on this side.
     CutOff(Side),
@@ -128,11 +128,11 @@ pub enum Prompt {
     Uncover,
     /// Turn the board out of a reflection.
     Glare,
-    /// Show the board that was chosen: this is a different one.
+    /// Show the chosen board instead of a different one.
     OtherBoard(OtherBoard),
-    /// Show the board that was chosen: this one has no markers, or different ones.
+    /// Show the chosen board: the board in view has no markers, or different ones.
     OtherMarkers,
-    /// Show the board that was chosen: this one has its markers in other places.
+    /// Show the chosen board: the board in view has its markers in other places.
     OtherSquares,
     /// Bring the board nearer.
     Closer,
@@ -144,11 +144,11 @@ pub enum Prompt {
     Dark,
     /// The search takes too long: the background is busy, or the computer slow.
     Busy,
-    /// Tip this edge away from the camera.
+    /// Tip the edge away from the camera.
     Tip(Edge),
-    /// Tip this edge away instead of the one that is away now.
+    /// Tip the edge away instead of the edge now away.
     TipInstead(Edge),
-    /// Tip this edge farther away.
+    /// Tip the edge farther away.
     TipFurther(Edge),
     /// Tip the board less.
     TipLess,
@@ -158,13 +158,13 @@ pub enum Prompt {
     Shift(Option<Across>, Option<Upright>),
     /// Bring the board to the middle of the picture.
     ToTheMiddle,
-    /// Show the pose that is drawn.
+    /// Show the drawn pose.
     FollowTheOutline,
-    /// Tip the board more, or bring it nearer: its direction is too uncertain.
+    /// Tip the board more, or bring the board nearer: its direction is too uncertain.
     Clearer,
     /// Look for an error of the board or the lens: the view contradicts the others.
     Contradicts,
-    /// Keep the board where it is.
+    /// Keep the board in place.
     HoldStill,
     /// Rest the arms or lean the board on something.
     SteadyTheBoard,
@@ -178,20 +178,20 @@ pub enum Prompt {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Gravity {
-    /// The session goes on as it should.
+    /// The session goes as planned.
     Plain,
     /// Something succeeded, or is about to.
     Good,
     /// Something keeps views from being taken.
     Careful,
-    /// The session can't go on like this.
+    /// The session can't continue in this state.
     Bad,
 }
 
-/// Angle between directions from which the edge that is away now is the wrong one.
+/// Difference of direction above which the edge now away is wrong.
 const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// Shift along an axis, in pixels, below which it isn't asked for beside a larger one.
+/// Shift along an axis, in pixels, below which only a larger shift along the other is requested.
 const SMALL_SHIFT_PX: f64 = 10.0;
 
 impl Prompt {
@@ -216,7 +216,7 @@ impl Prompt {
         }
     }
 
-    /// The board in view, if it isn't the chosen one and can be chosen.
+    /// The board in view, if not the chosen board and possible to choose.
     pub fn other_board(self) -> Option<BoardChoice> {
         match self {
             Self::OtherBoard(other) => other.choice(),
@@ -224,7 +224,7 @@ impl Prompt {
         }
     }
 
-    /// The most important state that keeps views from being taken or ends the session; `None` if there is none.
+    /// The most important state, if any, in which no views are taken.
     pub(super) fn of_state(
         progress: Progress,
         has_failed: bool,
@@ -249,7 +249,7 @@ impl Prompt {
         })
     }
 
-    /// Prompt for a frame's decision; `no_board` is the reason why the frame shows no board.
+    /// Prompt for a frame's decision; `no_board` is the reason for a missing board.
     pub fn of_decision(decision: &Decision, no_board: Option<&Miss>) -> Self {
         match decision.outcome {
             Outcome::Accepted { .. } => Self::Taken,
@@ -257,7 +257,7 @@ impl Prompt {
         }
     }
 
-    /// Prompt for `advice`; `no_board` is the reason why the newest frame shows no board.
+    /// Prompt for `advice`; `no_board` is the reason for a missing board in the newest frame.
     pub fn of_advice(advice: &Advice, no_board: Option<&Miss>) -> Self {
         match *advice {
             Advice::ShowBoard => no_board.map_or(Self::ShowBoard, Self::of_miss),
@@ -339,7 +339,7 @@ impl Prompt {
         }
     }
 
-    /// Prompt with left and right exchanged, as a person in front of the camera sees them in a mirror.
+    /// Prompt with left and right exchanged, as in a mirror.
     pub fn mirrored(self) -> Self {
         match self {
             Self::CutOff(Side::Left) => Self::CutOff(Side::Right),
@@ -352,8 +352,8 @@ impl Prompt {
         }
     }
 
-    /// Direction in the picture in which to shift the board: right and down, each -1, 0 or 1. `None` if the prompt asks
-    /// for no shift.
+    /// Direction in the picture in which to shift the board: right and down, each -1, 0 or 1.
+    /// `None` if the prompt asks for no shift.
     pub fn shift(self) -> Option<[i8; 2]> {
         match self {
             Self::CutOff(Side::Left) => Some([1, 0]),
@@ -369,8 +369,8 @@ impl Prompt {
         }
     }
 
-    /// True if the movement that is asked for has been made, or more than that: going on would lead away from the pose asked
-    /// for. `off` is how the board is held beside it.
+    /// True if the requested movement has been made, or more: any more would lead away from the
+    /// requested pose. `off` is the difference from that pose.
     pub(super) fn is_done(self, off: &Difference) -> bool {
         match self {
             Self::Closer => off.size_ratio <= 1.0,
@@ -387,7 +387,7 @@ impl Prompt {
         }
     }
 
-    /// True if the instruction is about the session's or the camera's state, not the board.
+    /// True if the prompt is about the session's or the camera's state, not the board.
     pub fn is_state(self) -> bool {
         matches!(
             self,

@@ -1,4 +1,4 @@
-//! Facts that frames have shown beside the views taken from them.
+//! Facts shown by frames, beside the accepted views.
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
@@ -8,65 +8,68 @@ use crate::guidance::{
 use boresight_detect::Track;
 use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize, target::PartTells};
 
-/// Degrees of freedom from which the measured noise is known to 3 %.
+/// Degrees of freedom at which the measured noise is known to 3 %.
 const NOISE_FREEDOM: f64 = 600.0;
-/// Least tilt at which the focal length of a single view is used.
+/// Minimum tilt for using the focal length of a single view.
 const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
-/// A focal length whose relative standard deviation is below this …
+/// Maximum relative standard deviation of a focal length for ghosts …
 const FOCAL_SIGMA: f64 = 0.12;
-/// … and that differs from the guess by more than this share draws ghosts from then on.
+/// … and minimum relative difference from the guess.
 const FOCAL_CHANGE: f64 = 0.12;
-/// No goal is asked for that this camera's corners can't reach: projection in the picture's corners needn't be known better
-/// than this many times the error of a measured corner …
+/// Cap on the goals by the corner noise of the camera: projection in the picture's corners needn't
+/// be known better than this many times the error of a measured corner …
 const CORNER_TO_NOISE: f64 = 5.0;
-/// … and the principal point no better than this many times.
+/// … and the principal point no better than so many times.
 const PP_TO_NOISE: f64 = 20.0;
-/// Size of a ghost after it recedes, relative to before, and how often it may recede before a view is taken.
+/// Size of a ghost after receding, relative to before, and the maximum number of such steps before
+/// a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
-/// A board spanning less than `TOO_SMALL` of the ghost, this many times in a row, is treated as far …
+/// A board spanning less than `TOO_SMALL` of the ghost, so many times in a row, is treated as far …
 const SMALL_ENOUGH_TIMES: u32 = 2;
 const TOO_SMALL: f64 = 0.6;
-/// … and the ghost then spans at most this multiple of the largest share seen.
+/// … and the ghost then spans at most so many times the largest share seen.
 const A_LITTLE_LARGER: f64 = 1.1;
 
-/// Facts that frames have shown; they change the next request.
+/// Facts shown by frames, with an effect on the next request.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Seen {
-    /// How long the sensor takes to read its rows.
+    /// Readout time of the sensor.
     pub(super) readout: Readout,
-    /// What corners strayed from the common motion of a board that was held still.
+    /// Deviations of corners from the common motion of a board held still.
     pub(super) noise: Scatter,
-    /// Focal length, in pixels, from single views before the first was accepted, if it isn't the usual one.
+    /// Focal length, in pixels, from single views before the first acceptance, if unusual.
     pub(super) first_f_px: Option<f64>,
-    /// Sum of weights and of weighted focal lengths of such views, and the smallest relative deviation.
+    /// Sum of weights and of weighted logarithms of such focal lengths, and the smallest relative
+    /// deviation.
     focal: (f64, f64, Option<f64>),
-    /// Cap on the share of the picture that the board is asked to span, because it doesn't come nearer.
+    /// Cap on the requested span as a share of the picture, because the board comes no nearer.
     pub(super) span_cap: Option<f64>,
-    /// True if a board that stays small has shown no further view for so long that none will come.
+    /// True if a board small in the picture has shown no further view for too long.
     pub(super) given_up: bool,
-    /// Directions of poses that couldn't be shown since the last view.
+    /// Directions of impossible poses since the last view.
     pub(super) tried_rad: Vec<f64>,
-    /// Whether no more poses beyond the picture's edge can be shown.
+    /// True if no more poses beyond the picture's edge are possible.
     pub(super) stays_inside: bool,
-    /// Frames with a board that came soon enough after the one before to identify a part, less the other frames.
+    /// Number of frames with a board soon enough after the frame before to identify a part, less
+    /// the other frames.
     followed: i32,
-    /// True if a part was told in one of the others: not by following it.
+    /// True if a part was identified in any of the other frames, without tracking.
     tells_parts: bool,
-    /// Number of views in a row that were much smaller than their ghosts, and the largest share that they spanned.
+    /// Number of successive views much smaller than the ghosts, and the largest share spanned.
     small_in_a_row: Option<(u32, f64)>,
-    /// Number of times that the ghost of the pose asked for has receded.
+    /// Number of steps by which the ghost of the requested pose has receded.
     receded: u32,
 }
 
 impl Seen {
-    /// Noise of one corner per axis; `None` until enough was seen.
+    /// Noise of a corner per axis; `None` until enough was seen.
     pub(super) fn noise_px(&self) -> Option<f64> {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// The limits for a board that comes no nearer than it has, leaves the picture only if parts of it can be told, and whose
-    /// corners are measured with errors of `noise_px`.
+    /// Limits for a board no nearer than so far, with corner errors of `noise_px`. The board leaves
+    /// the picture only if parts of it can be identified.
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,
@@ -91,8 +94,8 @@ impl Seen {
         }
     }
 
-    /// True if projection is known too badly in the picture's corners, for this camera's `noise_px` of a corner, although
-    /// the plan asks for it: whether or not boards beyond the edge are asked for any more.
+    /// True if projection in the picture's corners is worse than the plan's goal, for corners with
+    /// errors of `noise_px`. Independent of whether boards beyond the edge are still requested.
     pub(super) fn lacks_corners(
         guidance: &GuidanceParams,
         precision: Option<&Precision>,
@@ -102,7 +105,7 @@ impl Seen {
         precision.is_some_and(|precision| precision.lacks_corners(&wanted))
     }
 
-    /// Notes a frame of a video in which a board was found, `step_secs` after the frame before.
+    /// Notes a frame of a video with a board, `step_secs` after the frame before.
     pub(super) fn note_found(&mut self, corners: &[Corner], step_secs: Option<f64>) {
         let Some(step_secs) = step_secs else { return };
         if Track::names_corners_after(step_secs) {
@@ -113,8 +116,8 @@ impl Seen {
         }
     }
 
-    /// Notes that a view was removed: the person, who had given up, may want another one, and a small one may have been
-    /// the reason why the board seemed unable to come nearer.
+    /// Notes the removal of a view. A person once given up on may ask for another view, and a small
+    /// removed view may have been the reason for the cap on the span.
     pub(super) fn note_removed(&mut self) {
         self.given_up = false;
         self.stays_inside = false;
@@ -123,7 +126,7 @@ impl Seen {
         self.small_in_a_row = None;
     }
 
-    /// `limits` for a ghost one step smaller than `target`'s.
+    /// `limits` for a ghost a step smaller than the ghost of `target`.
     pub(super) fn receded_limits(
         target: &Target,
         image_size: ImageSize,
@@ -135,15 +138,15 @@ impl Seen {
         GuidanceParams { target_span_fraction: smaller.max(least), ..limits }
     }
 
-    /// Lets the ghost recede by another step; false if it has receded enough.
+    /// Lets the ghost recede by another step; false at the last step.
     pub(super) fn recede(&mut self) -> bool {
         let may = self.receded < MOST_RECEDED;
         self.receded += u32::from(may);
         may
     }
 
-    /// Notes the focal length of a view that was seen before any was accepted. Returns true if the believed one should
-    /// change.
+    /// Notes the focal length of a view seen before any was accepted. Returns true if the estimate
+    /// should change.
     pub(super) fn note_first_focal(&mut self, view: &View, lens_estimate: &LensEstimate) -> bool {
         if !view.tilt_rad.is_some_and(|tilt_rad| tilt_rad >= FOCAL_TILT_RAD) {
             return false;
@@ -169,8 +172,8 @@ impl Seen {
         true
     }
 
-    /// Notes that the board comes no nearer, if it has spanned only a small share of the picture while `target` was
-    /// asked for. Returns true if so.
+    /// Notes the cap on the span, if the board has spanned only a small share of the picture while
+    /// `target` was requested. Returns true if so.
     pub(super) fn note_small(
         &mut self,
         largest_span_fraction: f64,
@@ -185,8 +188,8 @@ impl Seen {
         true
     }
 
-    /// Notes the size of an accepted view, and the pose that was asked for. A board that is much smaller twice in a row
-    /// comes no nearer; one that has come nearer may be asked to do so again.
+    /// Notes the size of an accepted view, and the requested pose. A board much smaller twice in a
+    /// row comes no nearer; a board once nearer may be asked to come nearer again.
     pub(super) fn note_accepted(
         &mut self,
         view: &View,
@@ -213,7 +216,8 @@ impl Seen {
     }
 }
 
-/// The goals that a camera can reach whose corners are measured with errors of `noise_px`; those set, while that isn't known.
+/// Goals within reach of a camera with corner errors of `noise_px`; unchanged while the noise is
+/// unknown.
 fn within_reach(guidance: &GuidanceParams, noise_px: Option<f64>) -> GuidanceParams {
     let noise_px = noise_px.unwrap_or(0.0);
     let coarse = |limit_px: f64| limit_px.max(CORNER_TO_NOISE * noise_px);

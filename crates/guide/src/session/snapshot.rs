@@ -19,31 +19,32 @@ use boresight_geometry::{
 /// Snapshot for a window or a command line: plain data, cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// Setup of the session, with the limits that views must meet.
+    /// Setup of the session, with the limits for views.
     pub setup: Arc<SessionSetup>,
-    /// How the session has ended, or would if it ended now.
+    /// Ending of the session, or the ending if stopped now.
     pub ending: Ending,
-    /// What isn't there yet of a session that isn't over; `None` if it is.
+    /// Missing part of an unfinished session; `None` once over.
     pub lack: Option<Lack>,
     /// The newest decision.
     pub decision: Decision,
     /// Prompt and advice on the screen: calmer than the newest decision's advice.
     pub shown: Shown,
-    /// Share of the hold that has passed, 0 to 1; `None` while none goes on.
+    /// Share of the hold passed, 0 to 1; `None` without a hold.
     pub hold: Option<f64>,
     /// The newest frame.
     pub live: Option<Arc<LiveView>>,
-    /// The pose asked for.
+    /// The requested pose.
     pub target: Option<Target>,
-    /// The setup's limits as they apply: none that this camera's corners can't reach.
+    /// The setup's limits, capped at the reach of the camera's corners.
     pub limits: GuidanceParams,
-    /// What corners err by, root mean square, because boards moved while the sensor read its rows, in pixels.
+    /// Root mean square error of the corners, in pixels, from boards moving during the readout.
     pub moved_px: f64,
-    /// Limits of the board, if it stays small in the picture.
+    /// Limits of the board, if small in the picture.
     pub far: Option<FarBoard>,
-    /// Noise of one corner per axis, measured while the board was held; `None` until a hold has shown enough.
+    /// Noise of a corner per axis, measured while the board was held; `None` until a hold has shown
+    /// enough.
     pub measured_noise_px: Option<f64>,
-    /// Prediction of the newest pair before it was used.
+    /// Prediction of the newest pair before use.
     pub held_out: Option<HeldOutPair>,
     /// Estimate of the principal point; the picture's centre without a calibration.
     pub pp_px: Point2<f64>,
@@ -53,38 +54,40 @@ pub struct Snapshot {
     pub lens: Camera,
     /// The calibration so far.
     pub calibration: Option<Arc<Calibration>>,
-    /// The accepted views in the order in which they stand in the calibration.
+    /// Accepted views, in the order of the calibration.
     pub views: Arc<[ViewSummary]>,
-    /// The opposed pairs among them.
+    /// Opposed pairs of `views`.
     pub pairs: Arc<[PairSummary]>,
-    /// Views that the newest decision removed, oldest first: several if focus or zoom moved.
+    /// Views removed by the newest decision, oldest first: several if focus or zoom moved.
     pub just_removed: Vec<ViewNumber>,
-    /// The view that would be restored next.
+    /// View to be restored next.
     pub removed: Option<ViewNumber>,
     /// Forecast of the views still to take; `None` once the session is over.
     pub views_to_go: Option<usize>,
-    /// The live camera, if the source is one.
+    /// State of the live camera, if any.
     pub camera: CameraState,
     /// True if the source has no more frames.
     pub source_ended: bool,
     /// True if the person paused.
     pub paused: bool,
-    /// Workers that failed, with the reason.
+    /// Failed workers, with the reasons.
     pub failures: Vec<(String, String)>,
 }
 
-/// Corners and measurements of one frame.
+/// Corners and measurements of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveView {
     /// Number of the frame.
     pub frame_id: FrameId,
-    /// Driver's time stamp.
+    /// Driver's timestamp.
     pub captured_at: CaptureTime,
-    /// Inner corners as seen, in numbering order, or as expected where they aren't seen; or why no board was found.
+    /// Inner corners in numbering order, as seen or, if unseen, as expected; or the reason for a
+    /// miss.
     pub corners_px: Result<Vec<Point2<f64>>, Miss>,
-    /// Numbers of the corners that aren't seen.
+    /// Indices of the unseen corners.
     pub unseen: Vec<usize>,
-    /// Measurements from the corners; `None` without a board, if it faces the camera, or beyond the lens model's fold.
+    /// Measurements from the corners; `None` without a board, if it faces the camera, or beyond the
+    /// lens model's fold.
     pub measured: Option<Measured>,
     /// Width of the blur of the board's edges.
     pub blur_px: Option<f64>,
@@ -103,16 +106,17 @@ pub struct Measured {
     pub tilt_rad: Option<f64>,
     /// Larger of the shares of the picture's width and height that the corners span.
     pub span_fraction: f64,
-    /// Distance of the board's middle from the principal point across the line: see [`lateral_offset_px`].
+    /// Distance of the board's middle from the principal point across the line: see
+    /// [`lateral_offset_px`].
     pub lateral_offset_px: f64,
 }
 
 /// An accepted view in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewSummary {
-    /// Number of the view, by which people call it.
+    /// Number of the view, as shown to people.
     pub number: ViewNumber,
-    /// The frame it comes from.
+    /// Frame of the view.
     pub frame_id: FrameId,
     /// Role of the view.
     pub role: Role,
@@ -124,32 +128,32 @@ pub struct ViewSummary {
     pub line: PrincipalLine,
     /// Signed distance of the line from the newest estimate of the principal point.
     pub pl_residual_px: f64,
-    /// Focal length from this view alone.
+    /// Focal length from the view alone.
     pub focal: Option<FocalLength>,
     /// Root mean square reprojection residual, once there is a calibration.
     pub rms_px: Option<f64>,
     /// Corners as seen, in numbering order.
     pub corners_px: Arc<[Point2<f64>]>,
-    /// Outline of the part of the board that is seen.
+    /// Outline of the seen part of the board.
     pub outline: Option<BoardOutline>,
-    /// Number of its opposed partner.
+    /// Number of the opposed partner.
     pub partner: Option<ViewNumber>,
 }
 
 /// Two opposed views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairSummary {
-    /// Index of the earlier one among the views.
+    /// Index of the earlier view.
     pub first: usize,
-    /// Index of the later one.
+    /// Index of the later view.
     pub second: usize,
-    /// Mean signed distance of the two lines from the principal point, along one normal: the pair's remainder after
-    /// cancellation.
+    /// Mean signed distance of the two lines from the principal point, along a common normal: the
+    /// pair's remainder after cancellation.
     pub balance_px: f64,
 }
 
-/// Signed distance of `middle_px` from `pp_px` across the principal line of a board that recedes towards
-/// `tilt_azimuth_rad`; positive to the right of someone who looks that way.
+/// Signed distance of `middle_px` from `pp_px` across the principal line of a board tilted towards
+/// `tilt_azimuth_rad`; positive to the right when looking that way.
 pub fn lateral_offset_px(
     tilt_azimuth_rad: f64,
     middle_px: &Point2<f64>,
@@ -195,7 +199,8 @@ impl LiveView {
     }
 }
 
-/// The accepted views and their pairs in short. `measured` holds the same views through `lens_estimate`.
+/// Summaries of the accepted views and pairs. `measured` holds the same views through
+/// `lens_estimate`.
 pub(super) fn summaries(
     accepted: &[AcceptedView],
     measured: &[View],

@@ -1,4 +1,4 @@
-//! The state of a session in three parts: see the table in [`super`].
+//! State of a session in three parts: see [`super`].
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameId},
 };
 
-/// Views that [`Command::TakeMore`](super::Command::TakeMore) asks for: a view and its partner.
+/// Number of views for [`Command::TakeMore`](super::Command::TakeMore): a view and its partner.
 pub(super) const MORE_VIEWS: usize = 2;
 
 /// A calibration in progress.
@@ -47,18 +47,18 @@ pub struct Session {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Ground {
     pub(super) accepted: Vec<AcceptedView>,
-    /// Removed views that may be restored, newest last, each with its index among the accepted ones.
+    /// Removed views, to be restored newest first, each with the index among the accepted views.
     pub(super) removed: Vec<(usize, AcceptedView)>,
     pub(super) next_number: ViewNumber,
-    /// Views that the person wants in addition to the plan.
+    /// Total number of views if the person asked for more than the plan.
     pub(super) wanted_views: usize,
-    /// Number of changes of the accepted views or of the pose asked for.
+    /// Number of changes of the accepted views or of the requested pose.
     pub(super) changes: u32,
-    /// What frames have shown beside the accepted views.
+    /// Facts shown by frames beside the accepted views.
     pub(super) seen: Seen,
     pub(super) paused: bool,
     pub(super) source_ended: bool,
-    /// Workers that failed in this run, with the reason.
+    /// Failed workers of the run, with the reasons.
     pub(super) failures: Vec<(String, String)>,
     pub(super) camera: CameraState,
 }
@@ -71,23 +71,23 @@ pub(super) struct Derived {
     pub(super) corners: Vec<Vec<Corner>>,
     /// `None` without a view.
     pub(super) calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
-    /// The accepted views, measured through the lens estimate.
+    /// Accepted views, measured through the lens estimate.
     pub(super) measured: Vec<View>,
     pub(super) progress: Progress,
     pub(super) target: Option<Target>,
-    /// The limits with which the pose asked for was chosen.
+    /// Limits behind the requested pose.
     pub(super) limits: GuidanceParams,
     /// See [`Snapshot::moved_px`].
     pub(super) moved_px: f64,
-    /// What the accepted views tell, and the pose asked for.
+    /// Information of the accepted views.
     pub(super) knowledge: Knowledge,
     pub(super) target_pose: Option<Isometry3<f64>>,
-    /// What a board that stays small can reach.
+    /// Reach of a board small in the picture.
     pub(super) far: Option<FarBoard>,
-    /// Prediction of the newest pair by the views before it.
+    /// Prediction of the newest pair by the earlier views.
     pub(super) held_out: Option<HeldOutPair>,
     pub(super) views_to_go: Option<usize>,
-    /// What the session lacks; `None` if nothing, or if nothing more can be done.
+    /// Missing part of the session; `None` if nothing, or if nothing more can be done.
     pub(super) lack: Option<Lack>,
     /// True if the picture's corners are known too badly: see [`Seen::lacks_corners`].
     pub(super) lacks_corners: bool,
@@ -95,30 +95,30 @@ pub(super) struct Derived {
     pub(super) pairs: Arc<[PairSummary]>,
 }
 
-/// State that connects one frame with the next; lost without harm.
+/// State to connect frames; lost without harm.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tracking {
     pub(super) motion: MotionWindow,
     pub(super) hold: Option<Hold>,
-    /// For how long a board has been in the picture since the accepted views changed, pauses aside.
+    /// Time with a board in the picture since the accepted views changed, pauses aside.
     pub(super) waited_secs: f64,
-    /// The same since the pose was asked for.
+    /// The same since the pose was requested, holds aside.
     pub(super) asked_secs: f64,
-    /// Time for which the board has been cut off since then.
+    /// Time since then with the board cut off.
     pub(super) cut_off_secs: f64,
     /// Capture time of the newest frame since then.
     pub(super) newest_at: Option<CaptureTime>,
-    /// Largest share of the picture that the board has spanned since then.
+    /// Largest share of the picture spanned by the board since then.
     pub(super) largest_span_fraction: f64,
-    /// What the last view told when it was taken, as a share of what the pose asked for would have; `None` if the person took
-    /// it, or if there is none.
+    /// Gain of the last view as a share of the requested pose's gain; `None` without a view, or if
+    /// the person forced it.
     pub(super) shown: Option<f64>,
-    /// Views that the newest input removed.
+    /// Views removed by the newest input.
     pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, without any check.
     pub(super) force_next: bool,
     pub(super) live: Option<Arc<LiveView>>,
-    /// How the board of the newest frame is held, beside the pose asked for.
+    /// Difference of the newest frame's board from the requested pose.
     pub(super) off: Option<Difference>,
 }
 
@@ -129,7 +129,7 @@ impl Tracking {
         self.ask_anew();
     }
 
-    /// Ends the hold: another pose is asked for.
+    /// Ends the hold: another pose is requested.
     pub(super) fn ask_anew(&mut self) {
         (self.hold, self.off) = (None, None);
         self.motion.clear();
@@ -195,7 +195,7 @@ impl Derived {
             }
             Progress::Complete | Progress::Exhausted => None,
         };
-        // A board that stays small never reaches them.
+        // Out of reach for a board small in the picture.
         let lacks_corners = !guidance.is_far()
             && Seen::lacks_corners(&setup.guidance, precision.as_ref(), noise_px);
         let lack = (progress == Progress::Collecting)
@@ -222,7 +222,7 @@ impl Derived {
         }
     }
 
-    /// Draws the ghost of the pose asked for again, a step smaller.
+    /// Draws the ghost of the requested pose again, a step smaller.
     fn recede_target(&mut self, setup: &SessionSetup, tried_rad: &[f64]) {
         let Some(target) = &self.target else { return };
         let limits = Seen::receded_limits(target, setup.image_size, self.limits);
@@ -249,7 +249,7 @@ fn pose_asked_for(
     pose_of(&ghost, &board.corners_in_board_m(), lens_estimate)
 }
 
-/// What the corners of all views err by in common with others of their view, root mean square.
+/// Root mean square of the error common to the corners of a view, over all views.
 fn common_px(views: &[View]) -> f64 {
     let seen = || views.iter().flat_map(|view| &view.corners).filter(|corner| corner.is_seen());
     let squares: f64 = seen().map(|corner| corner.common_px.powi(2)).sum();
@@ -281,8 +281,7 @@ fn lens_estimate(
     }
 }
 
-/// The view with these corners through the newest lens estimate, or as accepted if that estimate has no ray for one of its
-/// corners.
+/// View of the corners through the newest lens estimate, or as accepted if any corner lacks a ray.
 fn remeasured(
     view: &View,
     corners: &[Corner],
@@ -310,7 +309,7 @@ impl Session {
         self.derived = Derived::of(&self.setup, &self.ground);
     }
 
-    /// Lets the ghost of the pose asked for recede, because the board is cut off at it.
+    /// Lets the ghost of the requested pose recede, because the board is cut off there.
     pub(super) fn recede(&mut self) {
         if self.ground.seen.recede() {
             self.ground.changes += 1;
@@ -323,28 +322,28 @@ impl Session {
         &self.setup
     }
 
-    /// The accepted views in the order in which they stand in the calibration.
+    /// Accepted views, in the order of the calibration.
     pub fn accepted(&self) -> &[AcceptedView] {
         &self.ground.accepted
     }
 
-    /// The corners of each accepted view as the calibration has them: where they were at one instant, as far as the readout
-    /// is known now. Those of [`AcceptedView::seen`] are sheared if the board moved.
+    /// Corners of each accepted view as used by the calibration: at one instant, as far as the
+    /// readout is known now. Those of [`AcceptedView::seen`] are sheared if the board moved.
     pub fn corners_at_one_instant(&self) -> &[Vec<Corner>] {
         &self.derived.corners
     }
 
-    /// The calibration from the accepted views, if there is one.
+    /// Calibration from the accepted views, if any.
     pub fn calibration(&self) -> Option<&Arc<Calibration>> {
         self.derived.calibration()
     }
 
-    /// Why the accepted views give no calibration; `None` if they do, or if there are none.
+    /// Reason for a missing calibration; `None` with a calibration, or without views.
     pub fn not_calibrated(&self) -> Option<&NotCalibrated> {
         self.derived.calibration.as_ref().and_then(|result| result.as_ref().err())
     }
 
-    /// The frame that would be taken if the hold were complete now. The recorder must keep its picture.
+    /// Frame to be taken if the hold were complete now. The recorder must keep its picture.
     pub fn frame_in_hand(&self) -> Option<FrameId> {
         self.tracking.hold.as_ref().map(|hold| hold.best.view.frame_id)
     }
@@ -354,7 +353,7 @@ impl Session {
         self.derived.progress
     }
 
-    /// How the session has ended, or would if it ended now.
+    /// Ending of the session, or the ending if stopped now.
     pub fn ending(&self) -> Ending {
         let has_failed = !self.ground.failures.is_empty();
         match self.derived.progress {
@@ -365,33 +364,34 @@ impl Session {
         }
     }
 
-    /// What isn't there yet of a session that isn't over; `None` if it is.
+    /// Missing part of an unfinished session; `None` once over.
     pub fn lack(&self) -> Option<Lack> {
         self.derived.lack
     }
 
-    /// The pose asked for; `None` if the session is over.
+    /// The requested pose; `None` if the session is over.
     pub fn target(&self) -> Option<&Target> {
         self.derived.target.as_ref()
     }
 
-    /// Noise of one corner per axis, measured while the board was held: the standard deviation of the corners'
-    /// residuals from the board's common motion between frames. `None` until a hold has shown enough of it.
+    /// Noise of a corner per axis, measured while the board was held: the standard deviation of the
+    /// corners' residuals from the board's common motion between frames. `None` until a hold has
+    /// shown enough of it.
     pub fn measured_noise_px(&self) -> Option<f64> {
         self.ground.seen.noise_px()
     }
 
-    /// How long the sensor takes to read all of its rows, as far as the moving board has shown.
+    /// Readout time of the sensor's rows, as far as the moving board has shown.
     pub fn readout(&self) -> &Readout {
         &self.ground.seen.readout
     }
 
-    /// Workers that failed in this run, with the reason.
+    /// Failed workers of the run, with the reasons.
     pub fn failures(&self) -> &[(String, String)] {
         &self.ground.failures
     }
 
-    /// The live camera, if the source is one.
+    /// State of the live camera, if any.
     pub fn camera(&self) -> &CameraState {
         &self.ground.camera
     }

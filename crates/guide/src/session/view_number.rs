@@ -2,10 +2,10 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Number of a view in order of acceptance, from 0. Never reused, so that a view keeps its name when others
-/// are removed or restored.
+/// Number of a view in order of acceptance, from 0. Never reused, so a view keeps its name when
+/// others are removed or restored.
 ///
-/// People count from 1, and so does [`fmt::Display`]; files hold the plain number.
+/// Displayed from 1 by [`fmt::Display`]; files hold the plain number.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub struct ViewNumber(pub u32);
 
 impl ViewNumber {
-    /// The number of the view accepted after this one.
+    /// Number of the view accepted next.
     #[must_use]
     pub fn next(self) -> Self {
         Self(self.0.saturating_add(1))

@@ -3,14 +3,14 @@ use std::f64::consts::FRAC_PI_4;
 use super::snapshot::Snapshot;
 use crate::guidance::direction_difference_rad;
 
-/// A direction of the plan's eight.
+/// A slot of the plan's eight directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WheelSlot {
     /// Direction of the slot in the picture, clockwise from the right.
     pub slot_rad: f64,
-    /// Index of the newest view in it.
+    /// Index of the newest view in the slot.
     pub view: Option<usize>,
-    /// True if the session asks for this direction now.
+    /// True if the session asks for the direction now.
     pub wanted: bool,
 }
 
