@@ -1,5 +1,5 @@
-//! Sources whose arrivals are changed on their way: frames with other numbers, arrivals that come once more. All else
-//! is the source's own.
+//! Adapters of sources: frames with other numbers, arrivals replayed first. All else passes
+//! through.
 
 use std::{collections::VecDeque, sync::Arc, time::Duration};
 
@@ -9,12 +9,12 @@ use boresight_geometry::{
     frame::FrameId,
 };
 
-/// Frames of `source`, whose frame 0 becomes `first`, so that a resumed session never sees a number twice.
+/// Frames of `source`, numbered from `first`, so a resumed session never sees a number twice.
 pub fn renumbered(source: Box<dyn FrameSource>, first: u64) -> impl FrameSource {
     let next = move |source: &mut dyn FrameSource, patience| {
         Ok(match source.next_frame(patience)? {
             Arrival::Frame(mut frame) if first > 0 => {
-                // A source that keeps its frames for reuse holds a second reference: then this copies.
+                // A source with reusable frames holds a second reference; then this copies.
                 let id = FrameId(frame.id.0.saturating_add(first));
                 Arc::make_mut(&mut frame).id = id;
                 Arrival::Frame(frame)
@@ -25,7 +25,7 @@ pub fn renumbered(source: Box<dyn FrameSource>, first: u64) -> impl FrameSource 
     Adapted { source, next }
 }
 
-/// `first`, which already came from `source`, followed by the rest of `source`.
+/// `first`, already taken from `source`, followed by the rest of `source`.
 pub fn preceded(
     mut first: VecDeque<Result<Arrival, CaptureError>>,
     source: Box<dyn FrameSource>,

@@ -4,25 +4,26 @@ const SCHEMES: [&str; 8] =
     ["rtsp://", "rtsps://", "rtmp://", "http://", "https://", "udp://", "tcp://", "srt://"];
 /// Placeholder for a secret.
 const HIDDEN: &str = "…";
-/// Words in a path after which a secret follows.
+/// Words in a path before a secret.
 const SECRET_WORDS: [&str; 4] = ["pass", "pwd", "token", "key="];
 
-/// Words of an option whose value is a secret.
+/// Words of options with a secret value.
 const SECRET_OPTIONS: [&str; 6] = ["pass", "pwd", "token", "secret", "user-pw", "key="];
-/// Beginning of the name of a command.
+/// Prefix of commands.
 const COMMAND: &str = "pipe:";
-/// Beginning of the name of a topic of ROS 2.
+/// Prefix of topics of ROS 2.
 pub(super) const TOPIC: &str = "ros2:";
 
-/// True if `name` is an address that ffmpeg reads, such as `rtsp://camera/1`.
+/// True if `name` is an address for ffmpeg, such as `rtsp://camera/1`.
 pub fn is_address(name: &str) -> bool {
     let name = name.to_ascii_lowercase();
     SCHEMES.iter().any(|scheme| name.starts_with(scheme))
 }
 
-/// True if `name` is a command whose output is a source, such as `pipe:rpicam-vid …`.
+/// True if `name` is a command with pictures as output, such as `pipe:rpicam-vid …`.
 ///
-/// It may do anything, so only the person at this computer may give it: never a phone, never a recorded session.
+/// It may do anything, so only the person at this computer may give it: never a phone, never a
+/// recorded session.
 pub fn is_command(name: &str) -> bool {
     name.starts_with(COMMAND)
 }
@@ -32,8 +33,9 @@ pub fn is_topic(name: &str) -> bool {
     name.starts_with(TOPIC)
 }
 
-/// `name` for storing and showing: an address without user, password, query and fragment; a command without those of its
-/// addresses, and without arguments that look like a secret; anything else unchanged.
+/// `name` for storing and showing: an address without user, password, query and fragment; a command
+/// without those of its addresses, and without arguments resembling a secret; anything else
+/// unchanged.
 pub fn without_secrets(name: &str) -> String {
     if let Some(command) = name.strip_prefix(COMMAND) {
         return format!("{COMMAND}{}", command_without_secrets(command));
@@ -44,7 +46,7 @@ pub fn without_secrets(name: &str) -> String {
     let Some((scheme, rest)) = name.split_once("://") else { return name.to_owned() };
     let rest = rest.split(['?', '#']).next().unwrap_or_default();
     let (authority, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
-    // A password may hold an @ itself, even a slash if it wasn't encoded.
+    // A password may contain an @, even a slash if it wasn't encoded.
     let (host, path) = match path.rsplit_once('@') {
         Some((_, after)) if !authority.contains('@') => {
             after.split_at(after.find('/').unwrap_or(after.len()))
@@ -79,7 +81,7 @@ fn command_without_secrets(command: &str) -> String {
     shown.collect::<Vec<String>>().join(" ")
 }
 
-/// `words` with every address in it as [`without_secrets`] shows it.
+/// `words` with every address as shown by [`without_secrets`].
 pub(super) fn addresses_without_secrets(words: &str) -> String {
     let mut rest = words;
     let mut clean = String::new();
@@ -97,7 +99,8 @@ pub(super) fn addresses_without_secrets(words: &str) -> String {
     clean + rest
 }
 
-/// Removes the secrets in the address `name` from `words`, another program's message about that source.
+/// Removes the secrets in the address `name` from `words`, another program's message about the
+/// source.
 #[cfg(all(unix, feature = "live"))]
 pub(super) fn words_without_secrets(words: &str, name: &str) -> String {
     // The program may write the address in another way.

@@ -1,4 +1,4 @@
-//! Choice of the best mode that a camera offers.
+//! Choice of the best mode of a camera.
 
 use std::collections::BTreeSet;
 
@@ -7,23 +7,23 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Rate below which modes are taken only if there is no other.
+/// Rate below which modes are taken only as a last resort.
 const LEAST_RATE_HZ: f64 = 15.0;
 /// Rate above which a mode brings more work than views.
 const ENOUGH_RATE_HZ: f64 = 30.0;
 
-/// A mode that a camera offers. Formats that cannot be read are listed, too.
+/// A mode offered by a camera. Unreadable formats are listed, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraMode {
     /// Four-character code of the format.
     pub fourcc: [u8; 4],
     /// Size of the pictures.
     pub size: ImageSize,
-    /// Time from picture to picture as a fraction of a second, if said.
+    /// Time from picture to picture as a fraction of a second, if stated.
     pub interval: Option<(u32, u32)>,
 }
 
-/// The layout of a format that can be read.
+/// Layout of a readable format.
 pub fn layout(fourcc: [u8; 4]) -> Option<PixelLayout> {
     match &fourcc {
         b"GREY" => Some(PixelLayout::Grey),
@@ -40,8 +40,9 @@ pub fn layout(fourcc: [u8; 4]) -> Option<PixelLayout> {
     }
 }
 
-/// The best of the readable offers: the largest that keeps 15 pictures per second; among those an uncompressed one if
-/// it's about as fast, preferably with plain 8-bit brightness; among those the one nearest to 30 pictures per second.
+/// Best of the readable offers: the largest with at least 15 pictures per second; among those an
+/// uncompressed one if about as fast, preferably with plain 8-bit brightness; among those the one
+/// nearest to 30 pictures per second.
 pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
     let rate = |offer: &CameraMode| offer.interval.map(|(n, d)| f64::from(d) / f64::from(n));
     let aim_hz = wanted.rate_hz.unwrap_or(ENOUGH_RATE_HZ);
@@ -59,7 +60,7 @@ pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
             Some(PixelLayout::Grey | PixelLayout::Yuyv | PixelLayout::Nv12) => 2,
             Some(_) => 1,
         };
-        // Thousandths, so that scores can be ordered.
+        // Thousandths, to make scores comparable.
         let off = rate_hz.map_or(i64::MAX, |rate_hz| ((rate_hz - aim_hz).abs() * 1000.0) as i64);
         (fast_enough, area, steady, raw, -off)
     };
@@ -75,7 +76,7 @@ pub fn choose(offers: &[CameraMode], wanted: &Wanted) -> Option<CameraMode> {
         .copied()
 }
 
-/// What the camera called `name` offers, where [`choose`] found nothing that was wanted.
+/// Offers of the camera `name`, for a message after [`choose`] found nothing.
 pub fn not_offered(name: &str, offers: &[CameraMode], wanted: &Wanted) -> String {
     let readable = offers.iter().filter(|offer| layout(offer.fourcc).is_some());
     let sizes: BTreeSet<_> = readable.map(|it| (it.size.width_px, it.size.height_px)).collect();

@@ -1,19 +1,23 @@
-//! A camera's time stamps on this computer's clock.
+//! A camera's timestamps on this computer's clock.
 
-/// Most that the two clocks may drift apart, in parts of the time that passes: far above what their crystals do.
+/// Largest drift between the two clocks, as a share of the elapsed time: far above that of
+/// crystals.
 const DRIFT: f64 = 200e-6;
 
-/// Finds the time between the clocks from pictures that come late: none comes before it was taken, so the smallest
-/// difference seen is the nearest to it. What remains is the shortest way of a picture, a few milliseconds and always
-/// the same. A camera's clock that goes back was set: its time is found again.
+/// Estimates the offset between the clocks from delayed pictures: none comes before it was taken,
+/// so the smallest difference seen is nearest to the offset. The remainder is the shortest delay of
+/// a picture, a few milliseconds and constant. After a camera's clock jumps back, the offset is
+/// estimated again.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CameraTime {
-    /// This computer's time less the camera's, and the camera's time when it was found, in nanoseconds.
+    /// This computer's time less the camera's, and the camera's time at that moment, in
+    /// nanoseconds.
     found: Option<(f64, u64)>,
 }
 
 impl CameraTime {
-    /// The camera's time `camera_nanos` on this computer's clock, where the picture has come by `now_nanos`.
+    /// The camera's time `camera_nanos` on this computer's clock, for a picture received by
+    /// `now_nanos`.
     pub(super) fn here(&mut self, camera_nanos: u64, now_nanos: u64) -> u64 {
         let difference = now_nanos as f64 - camera_nanos as f64;
         let known = self.found.filter(|(_, then)| camera_nanos >= *then);
@@ -34,7 +38,8 @@ mod tests {
     #[test]
     fn pictures_that_come_late_keep_the_times_at_which_they_were_taken() {
         let mut clock = CameraTime::default();
-        // 25 pictures a second, some up to 30 ms on their way; the camera's clock began 1000 s ago and runs 50 ppm fast.
+        // 25 pictures a second, some up to 30 ms late; the camera's clock began 1000 s ago and runs
+        // 50 ppm fast.
         let late = [12, 4, 9, 30, 5, 4, 18, 6, 4, 25];
         let mut worst = 0;
         for at in 0..500_u64 {

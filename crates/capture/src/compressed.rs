@@ -12,10 +12,10 @@ use boresight_geometry::{device::PixelLayout, frame::ImageSize};
 
 const PNG_START: &[u8] = b"\x89PNG\r\n\x1a\n";
 
-/// Decodes the pictures of one stream. JPEG is checked and decoded as a motion-JPEG camera's is.
+/// Decodes the pictures of a stream. JPEG is checked and decoded like motion JPEG from a camera.
 #[derive(Clone, Debug, Default)]
 pub struct Decompressor {
-    /// For JPEG of that size.
+    /// Unpacker for JPEG of the given size.
     unpacker: Option<(ImageSize, Unpacker)>,
 }
 
@@ -24,7 +24,8 @@ impl Decompressor {
     ///
     /// # Errors
     ///
-    /// [`Flaw`] if they are no whole JPEG or PNG, or one that is larger than [`PICTURE_LIMIT_PX`] on a side.
+    /// [`Flaw`] if the bytes are no whole JPEG or PNG, or a picture larger than
+    /// [`PICTURE_LIMIT_PX`] on a side.
     pub fn picture(&mut self, bytes: &[u8]) -> Result<GrayImage, Flaw> {
         if bytes.starts_with(PNG_START) {
             let png = decoded(Cursor::new(bytes), ImageFormat::Png, Upright::AsStored);
@@ -57,7 +58,7 @@ mod tests {
         bytes
     }
 
-    /// The JPEG without its Huffman tables, which cameras leave out as everybody knows them.
+    /// The JPEG without Huffman tables, as from cameras relying on the standard ones.
     fn without_tables(bytes: &[u8]) -> Vec<u8> {
         let mut rest = bytes.to_vec();
         while let Some(at) = rest.windows(2).position(|pair| pair == [0xFF, 0xC4]) {

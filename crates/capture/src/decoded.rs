@@ -12,30 +12,31 @@ use image::{
 
 use boresight_geometry::panic_message::caught;
 
-/// Longest side of a picture that is read; beyond it a file is more likely hostile than a photograph.
+/// Longest side of a readable picture; a larger file is more likely hostile than a photograph.
 pub const PICTURE_LIMIT_PX: u32 = 16_384;
 
-/// Bytes of a decoded picture from which on one is decoded at a time, however many cores there are.
+/// Size of a decoded picture, in bytes, from which pictures are decoded one at a time, however many
+/// cores there are.
 const LARGE: u64 = 1 << 27;
 static LARGE_PICTURE: Mutex<()> = Mutex::new(());
 
-/// Which way up a picture file is read: phones store the sensor's pixels, with a mark (EXIF orientation) of how the phone was
-/// held.
+/// Orientation of a picture file: phones store the sensor's pixels, with a mark (EXIF orientation)
+/// of how the phone was held.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Upright {
-    /// Turned, or mirrored, as the file's mark says; as `cv2.imread` and picture viewers do.
+    /// Turned or mirrored by the file's mark, like in `cv2.imread` and picture viewers.
     #[default]
     AsMarked,
     /// As the pixels are stored.
     AsStored,
 }
 
-/// The brightness of the picture in `bytes`, the right way up as `upright` says. 16 bits are scaled to 8 and colours weighed
-/// as a camera's are, see `pixel_format`; transparency counts for nothing.
+/// Brightness of the picture in `bytes`, oriented by `upright`. 16 bits are scaled to 8 and colours
+/// weighted as from a camera, see `pixel_format`; transparency is ignored.
 ///
 /// # Errors
 ///
-/// What the decoder said, also if it gave up by a panic: the picture is none, is cut, or is larger than
+/// Message of the decoder, also after a panic: no picture, a cut picture, or one larger than
 /// [`PICTURE_LIMIT_PX`] on a side.
 pub fn decoded(
     bytes: impl BufRead + Seek,
@@ -86,7 +87,7 @@ mod tests {
         [&(data.len() as u32).to_be_bytes()[..], &body, &crc32].concat()
     }
 
-    /// A picture's bytes, and who has read the last of them: its number is noted at each read but the first.
+    /// A picture's bytes, and the last reader: its number is noted at each read but the first.
     struct Noted<'a> {
         bytes: Cursor<&'a [u8]>,
         number: usize,

@@ -1,11 +1,11 @@
-//! Anything that ffmpeg reads: network streams and video files, through the program itself.
+//! Network streams and video files, read by the program ffmpeg.
 //!
-//! Linking ffmpeg would bring a decoder for every format of the world into this process; as a child it can
-//! crash, hang or be fed nonsense and costs no more than a frame. It is always ended: when this source is
-//! dropped, when it is silent for too long, and when it ends by itself.
+//! Linking ffmpeg would bring a decoder for every format of the world into this process; as a child
+//! it can crash, hang or be fed nonsense and costs no more than a frame. The child is always ended:
+//! when the source is dropped, after too long a silence, and after its own end.
 //!
-//! A file ends. A network stream is lost, and asked for again until it is back: cameras on a network
-//! restart, and cables are pulled.
+//! A file ends. A lost network stream is reopened until it is back: cameras on a network restart,
+//! and cables are pulled.
 
 use std::{
     collections::VecDeque,
@@ -32,7 +32,7 @@ use boresight_geometry::{
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
 };
 
-/// The program, found by the system's search path.
+/// Name of the program on the system's search path.
 const PROGRAM: &str = "ffmpeg";
 /// Longest wait for the first picture: cameras on a network take their time.
 const START_PATIENCE: Duration = Duration::from_secs(15);
@@ -42,11 +42,12 @@ const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 const LARGEST_SIDE_PX: u32 = 8192;
 /// Bytes kept of the program's last messages.
 const MESSAGES_KEPT: usize = 4096;
-/// Bytes taken from the pipe at once.
+/// Bytes read from the pipe at once.
 const CHUNK: usize = 1 << 18;
-/// Filters that leave out pictures sooner than 1/31 s after the one before (they cost work and add no views), unless
-/// the stream's time starts again, or that of a stream with times stands still; then write one line with the stream's own
-/// time, in microseconds, for every picture that passes. Metadata of its own, such as a time code, would be written, too.
+/// Filters to drop pictures less than 1/31 s after the last (they cost work and add no views),
+/// unless the stream's time restarts, or doesn't advance although the stream has times; then print
+/// the stream's own time, in microseconds, for every picture kept. The stream's own metadata, such
+/// as a time code, would be printed, too, so is deleted.
 fn filters(has_times: bool) -> String {
     let stands_still = if has_times { "+eq(t\\,prev_t)" } else { "" };
     format!(
@@ -56,48 +57,49 @@ fn filters(has_times: bool) -> String {
     )
 }
 
-/// Most bytes that ffmpeg may ask for at once: a picture of the largest size with colours takes them. A stream that hides an
-/// endless picture otherwise fills the memory.
+/// Largest allocation of ffmpeg: enough for a picture of the largest size with colours. An endless
+/// picture hidden in a stream otherwise fills the memory.
 const MOST_AT_ONCE: &str = "268435456";
 
-/// Pictures of a file with the same time, one after the other, from which on it has no times.
+/// Number of consecutive pictures of a file with equal times, from which the file counts as having
+/// none.
 const WITHOUT_TIMES: u32 = 10;
 
-/// Shortest and longest pause before a lost stream is asked for again.
+/// Shortest and longest pause before reopening a lost stream.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
 /// A network stream or a video file.
 pub struct Ffmpeg {
     program: String,
-    /// Name with user and password, which only the program gets to see.
+    /// Name with user and password, shown to the program only.
     name: String,
     is_live: bool,
     size: ImageSize,
-    /// `None` while a lost stream is not asked for.
+    /// `None` while a lost stream is not being opened.
     run: Option<Run>,
-    /// A picture that came and was not yet handed over.
+    /// A received picture not handed over yet.
     in_hand: Option<Timed>,
-    /// Pictures of the runs before this one.
+    /// Pictures of the earlier runs.
     count_before: u64,
-    /// Time of the first picture of this run.
+    /// Time of the run's first picture.
     run_began_nanos: u64,
     /// Time of the newest picture.
     last_nanos: u64,
-    /// Checksum of the newest picture of this run.
+    /// Checksum of the run's newest picture.
     last_checksum: Option<u32>,
     /// Time since the stream was lost.
     away: Duration,
     /// Silence, or pause, so far.
     waited: Duration,
     pause: Duration,
-    /// Why the stream is lost, as last reported.
+    /// Reason of the loss, as last reported.
     lost: Option<Fault>,
     events: VecDeque<CameraEvent>,
 }
 
 impl Ffmpeg {
-    /// Starts the program and waits for the first picture, which sets the size of all.
+    /// Starts the program and waits for the first picture, whose size is required of all.
     ///
     /// # Errors
     ///
@@ -106,7 +108,7 @@ impl Ffmpeg {
         Self::open_with(PROGRAM, name)
     }
 
-    /// Opens as [`Ffmpeg::open`] does, with another program.
+    /// Opens like [`Ffmpeg::open`], with another program.
     ///
     /// # Errors
     ///
@@ -163,17 +165,18 @@ impl Ffmpeg {
         FrameId((self.count_before + count).saturating_sub(1))
     }
 
-    /// Time of a picture: the stream's own, counted from the first picture, and always later than the previous one's.
+    /// Time of a picture: the stream's own, counted from the first picture, and always later than
+    /// the previous picture's.
     fn time(&mut self, since_first: Duration) -> CaptureTime {
         let nanos = self.run_began_nanos.saturating_add(since_first.as_nanos() as u64);
         self.last_nanos = nanos.max(self.last_nanos + 1);
         CaptureTime { nanos: self.last_nanos }
     }
 
-    /// Ends the program and says that the stream is lost, once for each reason.
+    /// Ends the program and reports the loss of the stream, once for each reason.
     fn lose(&mut self, (fault, detail): Loss) {
         self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
-        // A stream that returns may begin with the picture that it ended with; that counts as a new frame.
+        // A returning stream may begin with its last picture; this counts as a new frame.
         self.last_checksum = None;
         self.away += std::mem::take(&mut self.waited);
         if self.lost != Some(fault) {
@@ -184,7 +187,7 @@ impl Ffmpeg {
         }
     }
 
-    /// Waits at most `patience`, then asks for the lost stream again if it's time.
+    /// Waits at most `patience`, then reopens the lost stream if due.
     fn ask_again(&mut self, patience: Duration) {
         let wait = patience.min(self.pause.saturating_sub(self.waited));
         // A signal may end the wait early; the next look then comes a little sooner.
@@ -211,10 +214,10 @@ impl Ffmpeg {
     }
 }
 
-/// Why there are no pictures, and details.
+/// Reason for missing pictures, with details.
 type Loss = (Fault, String);
 
-/// The program at work; dropping it ends it.
+/// The running program; ended on drop.
 struct Run {
     child: Child,
     pictures: Pictures,
@@ -261,7 +264,8 @@ fn timespec(wait: Duration) -> Timespec {
     }
 }
 
-/// The command: brightness only, in a plain container that states the size once and then sends whole pictures.
+/// The command: brightness only, in a plain container with the size stated once, then whole
+/// pictures.
 fn command(program: &str, name: &str, is_live: bool) -> Command {
     let mut command = Command::new(program);
     command.args(["-nostdin", "-hide_banner", "-loglevel", "error", "-max_alloc", MOST_AT_ONCE]);
@@ -273,12 +277,12 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
     }
     if has_no_times(name) {
-        // ffmpeg would take every stream for 25 pictures per second. As it is, it counts them in steps of 1/25 s,
-        // enough to leave some out; their times are times of arrival.
+        // ffmpeg would assume 25 pictures per second of every stream. This way it counts pictures
+        // in steps of 1/25 s, enough to leave some out; their times are times of arrival.
         command.args(["-use_wallclock_as_timestamps", "1"]);
     }
-    // A damaged picture is left out, not repaired.
-    // Pictures stay as the sensor delivered them, as those of files do.
+    // A damaged picture is left out, not repaired. Pictures stay as delivered by the sensor, like
+    // those of files.
     command.args([
         "-noautorotate",
         "-err_detect",
@@ -295,12 +299,12 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     command.args(["-enc_time_base", "1:1000000"]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    // What it starts is ended with it.
+    // Its children end with it.
     command.process_group(0);
     command
 }
 
-/// True if the stream is one of plain pictures without times, as motion JPEG over HTTP is.
+/// True for a stream of plain pictures without times, such as motion JPEG over HTTP.
 fn has_no_times(name: &str) -> bool {
     const TIMED: [&str; 8] = [".m3u8", ".mpd", ".ts", ".mp4", ".flv", ".mkv", ".webm", ".m4s"];
     let name = without_secrets(name).to_ascii_lowercase();
@@ -308,7 +312,7 @@ fn has_no_times(name: &str) -> bool {
     is_http && !TIMED.iter().any(|ending| name.ends_with(ending))
 }
 
-/// A picture, and its time since the first one of its run.
+/// A picture, with the time since the run's first picture.
 #[derive(Debug)]
 struct Timed {
     image: GrayImage,
@@ -318,38 +322,41 @@ struct Timed {
 /// The program's output.
 struct Pictures {
     out: ChildStdout,
-    /// Bytes that are not yet a whole picture.
+    /// Bytes of an incomplete picture.
     bytes: Vec<u8>,
     ended: bool,
-    /// Pictures so far, also those that newer ones replaced.
+    /// Number of pictures so far, including those replaced by newer ones.
     count: u64,
     messages: Messages,
-    /// Times in the stream of pictures that have not come yet.
+    /// Times in the stream of pictures to come.
     times: VecDeque<PictureTime>,
-    /// True once the stream's pictures have another size or format than its first, to which ffmpeg would stretch them.
+    /// True once the stream's pictures differ in size or format from the first, to which ffmpeg
+    /// would stretch them.
     changed: bool,
     /// True if the stream's times are better than the times of arrival.
     has_times: bool,
     /// Time in the stream and arrival of the first picture.
     first: Option<(Option<i64>, Instant)>,
-    /// Time in the stream of the newest picture, and how many before it had the same.
+    /// Time in the stream of the newest picture, and the number of pictures before with an equal
+    /// time.
     newest: Option<i64>,
     equal_times: u32,
 }
 
-/// What the filter writes of a picture: its number since the filters were set up, and its time in the stream.
+/// The filter's output for a picture: the number since the setup of the filters, and the time in
+/// the stream.
 type PictureTime = (u64, Option<i64>);
 
 enum Next {
     Picture(Timed),
-    /// The pictures are of another form from now on.
+    /// The pictures have another form from now on.
     Changed,
     Nothing,
     End,
 }
 
 impl Pictures {
-    /// Waits at most `patience` for a picture; for the newest one that has come if `newest`.
+    /// Waits at most `patience` for a picture; for the newest available if `newest`.
     fn next(&mut self, patience: Duration, newest: bool) -> std::io::Result<Next> {
         let mut picture = None;
         loop {
@@ -378,8 +385,8 @@ impl Pictures {
         }
     }
 
-    /// Waits at most `patience` for bytes of pictures. Messages are read meanwhile: a full pipe would stop the
-    /// program.
+    /// Waits at most `patience` for bytes of pictures. Messages are read meanwhile: a full pipe
+    /// would stop the program.
     fn is_readable(&mut self, patience: Duration) -> std::io::Result<bool> {
         let until = Instant::now() + patience;
         loop {
@@ -406,7 +413,7 @@ impl Pictures {
         }
     }
 
-    /// Takes a whole picture from the bytes; `None` while there is none.
+    /// Takes a whole picture from the bytes; `None` if incomplete.
     fn cut_off(&mut self) -> std::io::Result<Option<Timed>> {
         let bad = |what: &str| std::io::Error::new(std::io::ErrorKind::InvalidData, what);
         let Some((numbers, header)) = header(&self.bytes).map_err(bad)? else { return Ok(None) };
@@ -432,7 +439,8 @@ impl Pictures {
         Ok(GrayImage::from_raw(width, height, pixels).map(|image| Timed { image, since_first }))
     }
 
-    /// Time of the next picture since the first one: in the stream, or by arrival if the stream states none.
+    /// Time of the next picture since the first one: in the stream, or of arrival if the stream
+    /// states none.
     fn since_first(&mut self) -> Duration {
         // The filter writes a picture's time before the encoder writes the picture.
         while self.times.is_empty() && self.messages.is_readable() {
@@ -467,15 +475,15 @@ impl Pictures {
 /// The program's standard error: the time of each picture, and messages.
 struct Messages {
     err: ChildStderr,
-    /// The line that is not complete yet.
+    /// The incomplete last line.
     line: Vec<u8>,
-    /// The last complete lines that are no times.
+    /// The last complete lines without times.
     kept: Vec<u8>,
     ended: bool,
 }
 
 impl Messages {
-    /// True if reading doesn't wait and brings something.
+    /// True if bytes can be read without waiting.
     fn is_readable(&self) -> bool {
         let zero = timespec(Duration::ZERO);
         !self.ended
@@ -489,7 +497,7 @@ impl Messages {
         self.ended = got == 0;
         let mut times = Vec::new();
         for byte in &chunk[..got] {
-            // A line without an end must not grow without bound.
+            // Bounds a line without an end.
             if *byte != b'\n' && self.line.len() < MESSAGES_KEPT {
                 self.line.push(*byte);
                 continue;
@@ -510,11 +518,12 @@ impl Messages {
     }
 }
 
-/// The line that follows a picture's time.
+/// The line after a picture's time.
 const METADATA: &str = "boresight=";
 
-/// The number and the time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; no time if the stream
-/// states none. `pts_time` has six digits only: after three hours that is a tenth of a second.
+/// Number and time in a line such as `frame:3 pts:1200000 pts_time:1.2`, in microseconds; no time
+/// if the stream states none. `pts_time` has six digits only: a tenth of a second after three
+/// hours.
 fn picture_time(line: &str) -> Option<PictureTime> {
     let (_, rest) = line.split_once("frame:")?;
     let (number, rest) = rest.split_once("pts:")?;
@@ -526,8 +535,8 @@ fn picture_time(line: &str) -> Option<PictureTime> {
 /// Longest header of a picture.
 const HEADER_BYTES: usize = 64;
 
-/// Width, height and largest value of a binary PGM picture, and the index of its first pixel; `None` until the whole
-/// header has come.
+/// Width, height and largest value of a binary PGM picture, and the index of the first pixel;
+/// `None` for an incomplete header.
 fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
     if !bytes.starts_with(&b"P5"[..bytes.len().min(2)]) {
         return Err("not a picture");
@@ -555,7 +564,7 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
 }
 
 fn end(child: &mut Child) {
-    // It may have ended by itself; it is waited for in any case, so that no process remains.
+    // The child may have ended already. Wait in any case, so no process remains.
     if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
         kill_process_group(group, Signal::KILL).ok();
     }
@@ -646,7 +655,7 @@ impl FrameSource for Ffmpeg {
             let detail = "its pictures all have the same time; give it times, for example: ffmpeg -r 30 -i FILE NEW";
             return self.broken((Fault::ReaderFailed, detail.into()));
         }
-        // A sensor has noise: the same bytes are the same picture, sent again.
+        // A sensor has noise: equal bytes are the same picture, sent again.
         let checksum = crc32fast::hash(image.as_raw());
         if self.last_checksum.replace(checksum) == Some(checksum) {
             return Ok(Arrival::NothingYet);

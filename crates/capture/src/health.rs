@@ -1,4 +1,4 @@
-//! Health of a stream: checks that its pictures look like a working camera's.
+//! Health of a stream: checks if its pictures look like a working camera's.
 
 use image::GrayImage;
 
@@ -6,26 +6,28 @@ use boresight_geometry::device::Fault;
 
 /// Pixels sampled in each direction: enough to tell light from dark.
 const SAMPLES: u32 = 48;
-/// Equal bytes for this long are no still life: every sensor has noise.
+/// Time of equal bytes to count as frozen: every sensor has noise.
 const FROZEN_NANOS: u64 = 2_000_000_000;
 /// Largest mean and largest sample of pictures behind a closed shutter, and their duration.
 const DARK_MEAN: f64 = 14.0;
 const DARK_LARGEST: u8 = 34;
 const DARK_NANOS: u64 = 1_500_000_000;
-/// Alternation of an infrared camera's lamp: least change of the mean, and least number of changes in a row.
+/// Alternation of an infrared camera's lamp: least change of the mean, and least number of changes
+/// in a row.
 const LAMP_CHANGE: f64 = 18.0;
 const LAMP_TIMES: u32 = 16;
-/// Time over which rates are measured, and the shares of the promised rate that begin and end a doubt.
+/// Time over which rates are measured, and the shares of the promised rate that begin and end a
+/// doubt.
 const RATE_NANOS: u64 = 3_000_000_000;
 const SLOW_BELOW: f64 = 0.8;
 const SLOW_UNTIL: f64 = 0.9;
 /// Frames over which damage is judged.
 const DAMAGE_FRAMES: u32 = 30;
 
-/// A change of a doubt: `Some` with its details when it begins, `None` when it's dispelled.
+/// A change of a doubt: `Some` with details at the beginning, `None` at the end.
 pub(super) type Change = (Fault, Option<String>);
 
-/// Watches one stream.
+/// Watches a stream.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Health {
     doubts: std::collections::BTreeSet<Fault>,
@@ -49,7 +51,8 @@ impl Health {
         std::mem::take(&mut self.changes)
     }
 
-    /// True if the frame with bytes of that `checksum` is the one before again: nothing new to look at.
+    /// True if the frame with bytes of the given `checksum` repeats the frame before: nothing new
+    /// to look at.
     pub(super) fn repeats(&mut self, checksum: u32, now_nanos: u64) -> bool {
         let repeats = self.last_checksum == Some(checksum);
         self.last_checksum = Some(checksum);
@@ -96,7 +99,7 @@ impl Health {
         (self.last_mean, self.last_change) = (Some(mean), change);
     }
 
-    /// Counts `came` frames, of which `damaged` could not be used; `rate_hz` is the promised rate.
+    /// Counts `came` frames, `damaged` of them unusable; `rate_hz` is the promised rate.
     pub(super) fn count(&mut self, came: u64, damaged: u32, rate_hz: Option<f64>, now_nanos: u64) {
         self.judged += came as u32;
         self.damaged += damaged;
@@ -130,7 +133,7 @@ impl Health {
         }
     }
 
-    /// Excuses the time for which the camera was kept busy: pictures that it didn't send meanwhile are not missing.
+    /// Excuses the time of a busy camera: pictures not sent meanwhile are not missing.
     #[cfg(all(target_os = "linux", feature = "live"))]
     pub(super) fn excuse(&mut self, nanos: u64) {
         if let Some(from) = &mut self.rate_from {
@@ -138,7 +141,7 @@ impl Health {
         }
     }
 
-    /// Begins a doubt (`Some`, with its details) or ends it.
+    /// Begins a doubt (`Some`, with details) or ends it.
     pub(super) fn doubt(&mut self, fault: Fault, detail: Option<String>) {
         let changed = match detail {
             Some(_) => self.doubts.insert(fault),
@@ -165,7 +168,7 @@ pub(super) fn light(image: &GrayImage) -> (f64, u8) {
     (sum as f64 / count.max(1) as f64, largest)
 }
 
-/// Mean squared difference between neighbouring pixels of a row: falls when a picture gets out of focus.
+/// Mean squared difference between neighbouring pixels of a row: smaller out of focus.
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub(super) fn sharpness(image: &GrayImage) -> f64 {
     let width = image.width() as usize;

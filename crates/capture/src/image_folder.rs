@@ -1,4 +1,4 @@
-//! Pictures from files: each one a photograph for itself.
+//! Pictures from files: each a separate photograph.
 
 use std::{
     io::{BufReader, Cursor, Read},
@@ -19,7 +19,8 @@ use boresight_geometry::{
 /// Most bytes of a JPEG: one for each pixel at the largest size.
 const PICTURE_LIMIT_BYTES: u64 = 1 << 28;
 
-/// The pictures of a folder, in the order of their names. One that can't be read is said, and left out.
+/// The pictures of a folder, in the order of their names. Unreadable pictures are reported and
+/// skipped.
 #[derive(Debug)]
 pub struct ImageFolder {
     identity: SourceIdentity,
@@ -29,11 +30,11 @@ pub struct ImageFolder {
 }
 
 impl ImageFolder {
-    /// Lists the pictures of `folder`, which are read the way up that `upright` says.
+    /// Lists the pictures of `folder`, to be read with the orientation `upright`.
     ///
     /// # Errors
     ///
-    /// [`CaptureError`] if it cannot be listed, holds no picture, or none that can be read.
+    /// [`CaptureError`] if the folder cannot be listed, or holds no readable picture.
     pub fn open(folder: &Path, upright: Upright) -> Result<Self, CaptureError> {
         let files = pictures_in(folder)?;
         let mut broken = None;
@@ -51,17 +52,17 @@ impl ImageFolder {
     }
 }
 
-/// True if `path` is a file whose name is that of a PNG or JPEG.
+/// True if `path` is a file with the extension of a PNG or JPEG.
 pub fn is_picture(path: &Path) -> bool {
     let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     path.is_file() && matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg"))
 }
 
-/// The PNG and JPEG files of `folder`, by their names, in the order of these.
+/// PNG and JPEG files of `folder` by extension, sorted by name.
 ///
 /// # Errors
 ///
-/// [`CaptureError`] if it can't be listed, or holds none.
+/// [`CaptureError`] if the folder can't be listed, or holds none.
 pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
     let failed = |source| CaptureError::Read { source, path: folder.to_path_buf() };
     let mut files = Vec::new();
@@ -78,8 +79,8 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
     Ok(files)
 }
 
-/// The pictures of `folder` that [`pictures_in`] leaves out, since their names are those of other kinds: their names, in
-/// order. None if it can't be listed.
+/// Names of the pictures in `folder` outside of [`pictures_in`], of other kinds by extension,
+/// sorted. Empty if the folder can't be listed.
 pub fn unread_pictures_in(folder: &Path) -> Vec<String> {
     const ENDINGS: [&str; 17] = [
         "tif", "tiff", "bmp", "webp", "heic", "heif", "avif", "jxl", "jp2", "pgm", "ppm", "dng",
@@ -124,7 +125,7 @@ impl FrameSource for ImageFolder {
     }
 }
 
-/// Reads a PNG or JPEG as brightness, turned as its EXIF orientation says.
+/// Reads a PNG or JPEG as brightness, turned by the EXIF orientation.
 ///
 /// # Errors
 ///
@@ -133,11 +134,12 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     read_picture_turned(path, Upright::AsMarked)
 }
 
-/// Reads a PNG or JPEG as brightness, as [`decoded`] does.
+/// Reads a PNG or JPEG as brightness, like [`decoded`].
 ///
 /// # Errors
 ///
-/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is too large.
+/// [`CaptureError::Read`], or [`CaptureError::Decode`] if the file is no picture, is cut, or is too
+/// large.
 pub fn read_picture_turned(path: &Path, upright: Upright) -> Result<GrayImage, CaptureError> {
     let read = |source| CaptureError::Read { source, path: path.to_path_buf() };
     let decode = |reason: String| CaptureError::Decode { reason, path: path.to_path_buf() };
@@ -164,9 +166,9 @@ pub fn read_picture_turned(path: &Path, upright: Upright) -> Result<GrayImage, C
     image.map_err(decode)
 }
 
-/// True if a JPEG goes on to its end-of-image marker; decoders fill what is missing with grey.
+/// True if a JPEG is complete up to the end-of-image marker; decoders fill missing parts with grey.
 ///
-/// Segments are stepped over by their lengths: the thumbnail in one of them has its own end. Some
+/// Segments are skipped by their lengths: the thumbnail in one of them has its own end. Some
 /// cameras append data after the marker.
 fn is_whole_jpeg(bytes: &[u8]) -> bool {
     const START_OF_SCAN: u8 = 0xDA;
@@ -177,7 +179,7 @@ fn is_whole_jpeg(bytes: &[u8]) -> bool {
         let Some(&marker) = bytes.get(at + 1) else { return false };
         match (byte, marker) {
             (0xFF, END_OF_IMAGE) => return true,
-            // A stuffed byte, a fill byte, a restart: the scan goes on.
+            // A stuffed byte, a fill byte, a restart: the scan continues.
             (0xFF, 0x00 | 0xFF | 0xD0..=0xD7) => at += if marker == 0xFF { 1 } else { 2 },
             (0xFF, _) => {
                 let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return false };
@@ -231,10 +233,11 @@ mod tests {
     #[test]
     fn photographs_are_turned_as_their_mark_says() {
         let place = tempfile::tempdir().expect("a folder");
-        // What is stored has a light corner where its first row and its first column begin.
+        // The stored picture has a light corner at the start of the first row and column.
         let stored =
             GrayImage::from_fn(48, 32, |x, y| Luma([if x < 16 && y < 16 { 220 } else { 40 }]));
-        // The side of the shown picture where the first stored row lies, and that of the first column (EXIF 2.3, 4.6.4).
+        // The side of the shown picture with the first stored row, and with the first column (EXIF
+        // 2.3, 4.6.4).
         let sides = ["top left", "top right", "bottom right", "bottom left"];
         let turned = ["left top", "right top", "right bottom", "left bottom"];
         for (mark, side) in (1_u8..).zip(sides.into_iter().chain(turned)) {

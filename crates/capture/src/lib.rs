@@ -18,20 +18,24 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `v4l2` | cameras of Linux, with the feature `live`; the program's only unsafe code |
-//! | `gige` | machine-vision cameras on the network, with the feature `gige`, on Linux |
-//! | `pipe` | pictures that another program writes, or standard input, with the feature `live`, on Unix |
-//! | `ffmpeg` | network streams and video files, with the feature `live`, on Unix |
-//! | `ros2` | image topics of ROS 2, with the feature `ros2`, on Linux |
-//! | `bag` | recorded bags of ROS 2 and MCAP files, with the feature `bags` |
-//! | `nokhwa` | cameras of other systems, with the feature `nokhwa` |
-//! | `image_folder`, `recorded`, `adapted` | pictures from files and memory; sources changed on their way |
-//! | [`integrity`] | whether a frame is whole |
-//! | `pixel_format`, `camera_mode` | brightness from what cameras deliver; which mode to ask for |
-//! | `pixels`, `compressed`, `decoded`, `ros_image` | brightness from the formats of other programs, from JPEG and PNG in memory and in files, from messages of ROS 2 |
+//! | `v4l2` | cameras of Linux (feature `live`); the program's only unsafe code |
+//! | `gige` | machine-vision cameras on the network (feature `gige`), on Linux |
+//! | `pipe` | pictures of another program, or standard input (feature `live`), on Unix |
+//! | `ffmpeg` | network streams and video files (feature `live`), on Unix |
+//! | `ros2` | image topics of ROS 2 (feature `ros2`), on Linux |
+//! | `bag` | recorded bags of ROS 2 and MCAP files (feature `bags`) |
+//! | `nokhwa` | cameras of other systems (feature `nokhwa`) |
+//! | `image_folder`, `recorded` | pictures from files and memory |
+//! | `adapted` | adapters of sources |
+//! | [`integrity`] | check for whole frames |
+//! | `pixel_format`, `camera_mode` | brightness from cameras; choice of the mode |
+//! | `pixels`, `ros_image` | brightness from other programs' formats, and ROS 2 messages |
+//! | `compressed`, `decoded` | brightness from JPEG and PNG in memory and in files |
 //! | `address` | names of network streams, with and without secrets |
-//! | `health`, `stream_report`, `camera_time` | how pictures look; what is heard of a stream that nobody controls; a camera's clock on this computer's |
-//! | `reader_words` | what ffmpeg says |
+//! | `health` | appearance of pictures |
+//! | `stream_report` | events of a stream without camera controls |
+//! | `camera_time` | a camera's clock on this computer's |
+//! | `reader_words` | messages of ffmpeg |
 
 mod adapted;
 mod address;
@@ -95,37 +99,38 @@ use boresight_geometry::{
     frame::{Frame, ImageSize},
 };
 
-/// Where frames come from.
+/// A source of frames.
 ///
-/// Called from one thread only. A source that is dropped ends what it started.
+/// Called from one thread only. A source ends its processes when dropped.
 pub trait FrameSource: Send {
-    /// What a person and a recording call this source, and the size of its pictures.
+    /// Name of the source for people and recordings, and the size of its pictures.
     fn identity(&self) -> SourceIdentity;
 
-    /// True if the source may be paced by the consumer, as files and the simulated camera do. A live
-    /// camera does not: its newest frame is worth more than an old one.
+    /// True if the source may be paced by the consumer, like files and the simulated camera. Not so
+    /// a live camera: its newest frame is worth more than an old one.
     fn waits(&self) -> bool {
         true
     }
 
-    /// What is known of the live camera; `None` if it is none.
+    /// Facts about the live camera; `None` for other sources.
     fn camera_facts(&self) -> Option<CameraInfo> {
         None
     }
 
-    /// The controls that can be set; none unless it is a live camera.
+    /// Adjustable controls; none unless a live camera.
     fn adjustables(&mut self) -> Vec<Adjustable> {
         Vec::new()
     }
 
-    /// Sets a control. What came of it is an event once the picture has settled; frames before it are held
-    /// back. Does nothing without such a control, or while the camera is away.
+    /// Sets a control. The result is an event once the picture has settled; frames before it are
+    /// held back. Does nothing without such a control, or while the camera is away.
     fn adjust(&mut self, control: Control, value: i64) {
         let _ = (control, value);
     }
 
-    /// When the source is dropped, puts the camera's controls back to how they stood `before`: an earlier run of
-    /// the session found them so, and may have ended without doing it. Does nothing without such controls.
+    /// Restores the camera's controls to `before` when the source is dropped: the state found by an
+    /// earlier run of the session, which may have ended without restoring it. Does nothing without
+    /// such controls.
     fn put_back_at_end(&mut self, before: &[ControlBefore]) {
         let _ = before;
     }
@@ -138,12 +143,12 @@ pub trait FrameSource: Send {
     fn next_frame(&mut self, patience: Duration) -> Result<Arrival, CaptureError>;
 }
 
-/// What a source delivers.
+/// Arrival from a source.
 #[derive(Clone, Debug)]
 pub enum Arrival {
     /// A picture. The source may reuse its memory once every clone of the `Arc` is gone.
     Frame(Arc<Frame>),
-    /// A live camera has something to say.
+    /// An event of a live camera.
     Event(CameraEvent),
     /// Nothing came in time; ask again.
     NothingYet,
@@ -156,25 +161,25 @@ pub enum Arrival {
 pub struct SourceIdentity {
     /// Stable name: a device identity, a path, `sim:` and the scene's name.
     pub name: String,
-    /// Size of every picture it delivers, if known before the first.
+    /// Size of every delivered picture, if known before the first.
     pub image_size: Option<ImageSize>,
 }
 
-/// Why a source broke.
+/// Reason of a broken source.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// A file or folder could not be read.
     #[error("could not read {path:?}")]
     Read {
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
         /// The file.
         path: std::path::PathBuf,
     },
-    /// A file is not a picture that can be decoded.
+    /// A file is not a decodable picture.
     #[error("not a readable picture ({reason}): {path:?}")]
     Decode {
-        /// What the decoder said.
+        /// Message of the decoder.
         reason: String,
         /// The file.
         path: std::path::PathBuf,
@@ -182,7 +187,7 @@ pub enum CaptureError {
     /// A camera cannot be used.
     #[error("{}{}", fault.code(), if detail.is_empty() { String::new() } else { format!(": {detail}") })]
     Camera {
-        /// What is wrong with it.
+        /// Fault of the camera.
         fault: Fault,
         /// Details; may be empty.
         detail: String,
@@ -190,7 +195,7 @@ pub enum CaptureError {
     /// A recorded bag gives no pictures, or no more.
     #[error("{flaw}: {path:?}")]
     Bag {
-        /// Why.
+        /// Reason.
         flaw: BagFlaw,
         /// The bag.
         path: std::path::PathBuf,

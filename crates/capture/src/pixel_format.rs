@@ -1,7 +1,8 @@
 //! The bytes of a frame as brightness in 8 bits.
 //!
-//! Deeper samples are scaled by their whole range: `v` of `n` bits becomes 255 v / (2ⁿ - 1), rounded. Colours are
-//! weighed as in picture files: 0.2126 red, 0.7152 green, 0.0722 blue; a Bayer mosaic ¼, ½, ¼.
+//! Deeper samples are scaled by their whole range: `v` of `n` bits becomes 255 v / (2ⁿ - 1),
+//! rounded. Colours are weighted like in picture files: 0.2126 red, 0.7152 green, 0.0722 blue; a
+//! Bayer mosaic ¼, ½, ¼.
 
 use image::GrayImage;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
@@ -10,7 +11,7 @@ use zune_jpeg::JpegDecoder;
 use super::integrity::{Flaw, JpegGate, raw};
 use boresight_geometry::{device::PixelLayout, frame::ImageSize, panic_message::caught};
 
-/// Turns the frames of one stream into pictures.
+/// Turns the frames of a stream into pictures.
 #[derive(Clone, Debug)]
 pub struct Unpacker {
     layout: PixelLayout,
@@ -20,14 +21,15 @@ pub struct Unpacker {
 }
 
 impl Unpacker {
-    /// A converter for frames of `layout` and `size`; `bytes_per_line` is the driver's number, 0 if it states none.
+    /// Converter for frames of `layout` and `size`; `bytes_per_line` is the driver's number, 0 if
+    /// unstated.
     pub fn new(layout: PixelLayout, size: ImageSize, bytes_per_line: u32) -> Self {
         let least = size.width_px as usize * layout.bytes_per_pixel();
         let bytes_per_row = (bytes_per_line as usize).max(least);
         Self { layout, size, bytes_per_row, gate: JpegGate::default() }
     }
 
-    /// The picture in `bytes`, the bytes of exactly one frame.
+    /// The picture in `bytes`, exactly those of a frame.
     ///
     /// # Errors
     ///
@@ -73,8 +75,9 @@ impl Unpacker {
         picture(self.size, pixels)
     }
 
-    /// The picture behind a Bayer filter: each pixel with its neighbours, weighed 1-2-1 both ways. Wherever the squares of
-    /// the filter begin, that's a quarter of red, half of green and a quarter of blue, and moves no edge.
+    /// The picture behind a Bayer filter: each pixel with its neighbours, weighted 1-2-1 both ways.
+    /// Wherever the squares of the filter begin, the sum is a quarter of red, half of green and a
+    /// quarter of blue, and moves no edge.
     fn without_colours(&self, bytes: &[u8]) -> GrayImage {
         let (width, height) = (self.size.width_px as usize, self.size.height_px as usize);
         let row = |y: usize| &bytes[y * self.bytes_per_row..][..width];
@@ -95,7 +98,7 @@ impl Unpacker {
     }
 }
 
-/// The places before and after `at` among `count`; at an end, the one inside twice, which has the same colour.
+/// Places before and after `at` among `count`; at an end, the inner place twice, of equal colour.
 fn neighbours(at: usize, count: usize) -> (usize, usize) {
     let inside = |place: usize| place.min(count - 1);
     if at == 0 {
@@ -113,21 +116,21 @@ fn brightness(rgb: [u8; 3]) -> u8 {
     ((2126 * r + 7152 * g + 722 * b + 5000) / 10_000) as u8
 }
 
-/// Scales brightness of `BITS` bits to 8: the whole range, rounded. Larger numbers, which such a camera can't mean, are
-/// white.
+/// Scales brightness of `BITS` bits to 8: the whole range, rounded. Larger numbers, impossible for
+/// such a camera, are white.
 pub(super) fn shallow<const BITS: u32>(bytes: [u8; 2]) -> u8 {
     let white = (1_u32 << BITS) - 1;
     let value = u32::from(u16::from_le_bytes(bytes)).min(white);
     ((255 * value + white / 2) / white) as u8
 }
 
-/// The picture of `pixels`, whose number every caller has checked against `size`.
+/// The picture of `pixels`, whose number was checked by the caller.
 fn picture(size: ImageSize, pixels: Vec<u8>) -> GrayImage {
     GrayImage::from_raw(size.width_px, size.height_px, pixels)
         .unwrap_or_else(|| GrayImage::new(size.width_px, size.height_px))
 }
 
-/// Decodes a whole JPEG. A panic of the decoder is one bad frame.
+/// Decodes a whole JPEG. A panic of the decoder costs a frame.
 fn decode(jpeg: &[u8], size: ImageSize) -> Result<GrayImage, Flaw> {
     let options = DecoderOptions::default()
         .set_strict_mode(true)
@@ -160,7 +163,7 @@ mod tests {
             let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
             let wanted = values.map(|value| (255.0 * f64::from(value) / f64::from(white)).round());
             assert_eq!(unpacked(layout, &bytes), wanted.map(|grey| grey as u8), "{layout:?}");
-            // Eight bits come back as they were.
+            // Eight bits are unchanged.
             for grey in 0..=255_u8 {
                 let deep = (f64::from(grey) / 255.0 * f64::from(white)).round() as u16;
                 assert_eq!(unpacked(layout, &deep.to_le_bytes().repeat(8)), [grey; 8]);

@@ -1,7 +1,7 @@
-//! Pixel formats as ROS, ffmpeg and GStreamer name them, and the pictures in their bytes.
+//! Pixel formats by their names in ROS, ffmpeg and GStreamer, and the pictures in their bytes.
 //!
-//! Whatever the format, its bytes are put in the order of one of the layouts that cameras have, so brightness is the same
-//! through every source; see `pixel_format`.
+//! Whatever the format, its bytes are put in the order of a camera's layout, so brightness is the
+//! same through every source; see `pixel_format`.
 
 use std::borrow::Cow;
 
@@ -14,7 +14,7 @@ use super::{
 };
 use boresight_geometry::{device::PixelLayout, frame::ImageSize};
 
-/// A pixel format: how brightness lies in the bytes of a picture, and what stands beside it.
+/// A pixel format: the place of brightness in the bytes of a picture, and the planes beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pixels {
     layout: PixelLayout,
@@ -22,25 +22,25 @@ pub struct Pixels {
     planes: Planes,
 }
 
-/// What is done to the bytes before they are as `layout` says.
+/// Conversion of the bytes into `layout`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Order {
     Kept,
     /// The two bytes of each pair change places.
     Swapped,
-    /// Of four bytes, the last one is left out.
+    /// The last of four bytes is left out.
     WithoutFourth,
-    /// Each sample of 16 bits, the lower byte first, becomes one of 8.
+    /// Each sample of 16 bits, the lower byte first, becomes a sample of 8.
     Deep,
-    /// The same, the higher byte first.
+    /// The same with the higher byte first.
     DeepSwapped,
 }
 
-/// Planes of colour that follow the plane of brightness.
+/// Planes of colour after the plane of brightness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Planes {
     No,
-    /// Two of half the width and half the height, or one with both in turn.
+    /// Two of half the width and half the height, or a common plane with both in turn.
     Quarter,
     /// Two of half the width.
     Half,
@@ -63,7 +63,7 @@ const fn with(form: Form, planes: Planes) -> Form {
     (form.0, form.1, planes)
 }
 
-/// Every name in small letters, and what it means.
+/// Names in small letters, and their forms.
 const NAMES: [(&[&str], Form); 24] = [
     (&["mono8", "8uc1", "gray", "gray8", "grey", "y800", "y8", "mono"], GREY),
     (&["mono16", "16uc1", "gray16le", "gray16_le", "gray16", "y16"], DEEP_GREY),
@@ -112,7 +112,7 @@ const NAMES: [(&[&str], Form); 24] = [
 ];
 
 impl Pixels {
-    /// The format that ROS, ffmpeg or GStreamer calls `name`; `None` if it can't be read.
+    /// Format by its name in ROS, ffmpeg or GStreamer; `None` if unreadable.
     pub fn named(name: &str) -> Option<Self> {
         let name = name.trim().to_ascii_lowercase();
         let found = NAMES.iter().find(|(names, _)| names.contains(&name.as_str()));
@@ -123,8 +123,8 @@ impl Pixels {
         })
     }
 
-    /// The planes of a YUV4MPEG2 stream with the colour space `tag`, such as `420jpeg` or `mono10`; `None` if it can't be
-    /// read.
+    /// Format of a YUV4MPEG2 stream with the colour space `tag`, such as `420jpeg` or `mono10`;
+    /// `None` if unreadable.
     pub fn of_yuv4mpeg(tag: &str) -> Option<Self> {
         let tag = tag.to_ascii_lowercase();
         let (planes, rest) = if let Some(rest) = tag.strip_prefix("mono") {
@@ -150,7 +150,8 @@ impl Pixels {
         Some(Self { layout, order: Order::Kept, planes })
     }
 
-    /// The same format with the higher byte of each sample first; formats of single bytes have no such order.
+    /// The same format with the higher byte of each sample first; formats of single bytes have no
+    /// such order.
     #[must_use]
     pub fn higher_byte_first(self) -> Self {
         let order = match (self.order, self.layout) {
@@ -161,12 +162,12 @@ impl Pixels {
         Self { order, ..self }
     }
 
-    /// The layout in which a camera would send the same brightness.
+    /// Layout of a camera with the same brightness.
     pub fn layout(self) -> PixelLayout {
         self.layout
     }
 
-    /// Bytes of a row of `width_px` pixels, of the plane of brightness if there are several.
+    /// Bytes of a row of `width_px` pixels, in the plane of brightness if there are several.
     pub fn row_bytes(self, width_px: u32) -> usize {
         let width = width_px as usize;
         match (self.order, self.layout) {
@@ -178,7 +179,7 @@ impl Pixels {
         }
     }
 
-    /// Bytes of a picture of `size` with all of its planes, without gaps; `None` if no memory has so many.
+    /// Bytes of a picture of `size` with all planes, without gaps; `None` if beyond any memory.
     pub fn picture_bytes(self, size: ImageSize) -> Option<usize> {
         let (width, height) = (size.width_px, size.height_px);
         let plane = |width: u32, height: u32| self.row_bytes(width).checked_mul(height as usize);
@@ -193,7 +194,7 @@ impl Pixels {
         plane(width, height)?.checked_add(colour?)
     }
 
-    /// The picture of `size` in `bytes`, whose rows begin `bytes_per_row` apart, or without gaps if that is 0.
+    /// The picture of `size` in `bytes`, with rows `bytes_per_row` apart, or without gaps if 0.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! What a person says about raw pictures, whose bytes say nothing about themselves.
+//! A person's description of raw pictures, whose bytes don't describe themselves.
 
 use std::str::FromStr;
 
@@ -10,13 +10,13 @@ use boresight_geometry::frame::ImageSize;
 pub struct RawForm {
     /// Size of every picture.
     pub size: ImageSize,
-    /// Format of their pixels.
+    /// Format of the pixels.
     pub pixels: Pixels,
-    /// Pictures per second, if said.
+    /// Pictures per second, if given.
     pub rate_hz: Option<f64>,
 }
 
-/// A text that describes no raw pictures.
+/// Error of a text that describes no raw pictures.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoRawForm {
     /// Size, colon or format is missing, or a number makes no sense.

@@ -1,12 +1,12 @@
 //! Translates ffmpeg's messages for a person.
 //!
-//! They name libraries, addresses of memory and whole addresses with passwords; a person needs the cause.
+//! They name libraries, memory addresses and full URLs with passwords; a person needs the cause.
 
 use boresight_geometry::device::Fault;
 
 use super::address::words_without_secrets;
 
-/// Words in ffmpeg's messages, what they mean, and the cause in our words. The first that fits counts.
+/// Words in ffmpeg's messages, their meaning, and the cause in plain words. The first match counts.
 const MEANINGS: [(&[&str], Fault, &str); 10] = [
     (&["401 unauthorized", "403 forbidden"], Fault::NotLoggedIn, ""),
     (&["404 not found"], Fault::NoSuchStream, ""),
@@ -28,20 +28,20 @@ const MEANINGS: [(&[&str], Fault, &str); 10] = [
     ),
 ];
 
-/// Libraries whose words are about single packets: those that decode, and the one that hands the pictures to us, which
-/// complains if a picture's time is before the one before's.
+/// Libraries with messages about single packets: the decoders, and the output of pictures, with
+/// complaints about times in the wrong order.
 const ABOUT_PACKETS: [&str; 9] =
     ["h264", "hevc", "mjpeg", "mpeg", "vp8", "vp9", "av1", "swscaler", "image2pipe"];
 
-/// Cause behind ffmpeg's messages, with details for a person; `None` if it isn't a known one.
+/// Cause behind ffmpeg's messages, with details for a person; `None` if unknown.
 pub(super) fn known(words: &str) -> Option<(Fault, &'static str)> {
     let low = words.to_ascii_lowercase();
     let found = MEANINGS.iter().find(|(signs, ..)| signs.iter().any(|sign| low.contains(sign)));
     found.map(|(_, fault, detail)| (*fault, *detail))
 }
 
-/// Cause behind ffmpeg's messages `words` about the source called `name`, with details for a person. An unknown cause
-/// becomes [`Fault::ReaderFailed`] in ffmpeg's own words, without its internals.
+/// Cause behind ffmpeg's messages `words` about the source `name`, with details for a person. An
+/// unknown cause becomes [`Fault::ReaderFailed`] in ffmpeg's own words, without its internals.
 pub(super) fn meaning(words: &str, name: &str) -> (Fault, String) {
     match known(words) {
         Some((fault, detail)) => (fault, detail.to_owned()),
@@ -49,14 +49,13 @@ pub(super) fn meaning(words: &str, name: &str) -> (Fault, String) {
     }
 }
 
-/// Reason why a stream that is asked for again doesn't come; `None` if it's simply still away.
+/// Reason why reopening a stream failed; `None` if simply still away.
 pub(super) fn refusal(words: &str) -> Option<Fault> {
     let (fault, _) = known(words)?;
     matches!(fault, Fault::NotLoggedIn | Fault::NoSuchStream).then_some(fault)
 }
 
-/// Messages in one line: messages of libraries about single packets are left out, the same one isn't repeated, and none
-/// has an address of memory.
+/// Messages in a line, without messages about single packets, repetitions, and memory addresses.
 fn plain(text: &str) -> String {
     let mut kept: Vec<&str> = Vec::new();
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
@@ -81,7 +80,7 @@ mod tests {
 
     const NAME: &str = "rtsp://admin:s3cret@cam/1";
 
-    /// Messages as ffmpeg 5.1 writes them.
+    /// Messages in the words of ffmpeg 5.1.
     #[test]
     fn what_ffmpeg_says_is_understood() {
         for (said, fault, detail) in [

@@ -1,4 +1,4 @@
-//! Frames that are already in memory or can be fetched one by one, such as a recording's.
+//! Frames in memory, or fetched one by one, such as a recording's.
 
 use std::{sync::Arc, time::Duration};
 
@@ -12,7 +12,7 @@ pub struct Recorded<I> {
 }
 
 impl<I: Iterator<Item = Result<Frame, CaptureError>> + Send> Recorded<I> {
-    /// A source called as `identity` says that delivers `frames`.
+    /// Source with the given `identity` and `frames`.
     pub fn new(identity: SourceIdentity, frames: I) -> Self {
         Self { identity, frames }
     }

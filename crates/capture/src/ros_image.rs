@@ -1,24 +1,26 @@
-//! Pictures in messages of ROS 2: `sensor_msgs/msg/Image` and `sensor_msgs/msg/CompressedImage` in CDR, as topics, bags
-//! and MCAP files hold them.
+//! Pictures in messages of ROS 2: `sensor_msgs/msg/Image` and `sensor_msgs/msg/CompressedImage` in
+//! CDR, from topics, bags and MCAP files.
 //!
-//! Layout of the messages: <https://docs.ros.org/en/jazzy/p/sensor_msgs/>; of their bytes: OMG DDSI-RTPS 2.5, section 10.
+//! Layout of the messages: <https://docs.ros.org/en/jazzy/p/sensor_msgs/>; of their bytes: OMG
+//! DDSI-RTPS 2.5, section 10.
 
 use image::GrayImage;
 
 use super::{Decompressor, PICTURE_LIMIT_PX, integrity::Flaw, pixels::Pixels};
 use boresight_geometry::frame::ImageSize;
 
-/// A type of message that holds a picture.
+/// Type of a message with a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RosImageType {
     /// `sensor_msgs/msg/Image`.
     Image,
-    /// `sensor_msgs/msg/CompressedImage`, whose picture is a JPEG or PNG.
+    /// `sensor_msgs/msg/CompressedImage`, with a JPEG or PNG.
     Compressed,
 }
 
 impl RosImageType {
-    /// The type called so in ROS 2 or, as in `sensor_msgs::msg::dds_::Image_`, in DDS; `None` if it holds no picture.
+    /// Type by its name in ROS 2 or, like `sensor_msgs::msg::dds_::Image_`, in DDS; `None` for
+    /// other messages.
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "sensor_msgs/msg/Image" | "sensor_msgs::msg::dds_::Image_" => Some(Self::Image),
@@ -46,29 +48,29 @@ impl RosImageType {
     }
 }
 
-/// What a message says beside its picture.
+/// Header of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RosHeader<'a> {
-    /// When the picture was taken, in nanoseconds; `None` if the camera's driver didn't say.
+    /// Time of the picture, in nanoseconds; `None` if unstated by the camera's driver.
     pub stamp_nanos: Option<u64>,
     /// Name of the camera's coordinate frame.
     pub frame_id: &'a str,
 }
 
 impl<'a> RosHeader<'a> {
-    /// The header with which the bytes of `message` begin; `None` if they have none.
+    /// Header at the beginning of `message`; `None` if there is none.
     pub fn of(message: &'a [u8]) -> Option<Self> {
         Cdr::of(message)?.header()
     }
 }
 
-/// Why a message gives no picture.
+/// Reason for a message without a picture.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RosFlaw {
     /// The bytes end too early, or aren't such a message.
     #[error("the message is cut off, or has a different type")]
     Message,
-    /// The pixels are in a format that isn't read.
+    /// The pixels are in an unsupported format.
     #[error("pictures in {0:?} can't be read")]
     Encoding(String),
     /// The picture isn't whole.
@@ -82,7 +84,7 @@ impl From<Flaw> for RosFlaw {
     }
 }
 
-/// Reads the messages of one topic.
+/// Reads the messages of a topic.
 #[derive(Clone, Debug)]
 pub struct RosImages {
     kind: RosImageType,
@@ -90,7 +92,7 @@ pub struct RosImages {
 }
 
 impl RosImages {
-    /// A reader of messages of this type.
+    /// A reader of messages of the given type.
     pub fn new(kind: RosImageType) -> Self {
         Self { kind, decompressor: Decompressor::default() }
     }
@@ -111,7 +113,7 @@ impl RosImages {
         let mut cdr = Cdr::of(message).ok_or(RosFlaw::Message)?;
         let parts = (|| Some((cdr.header()?, cdr.text()?, cdr.bytes()?)))();
         let (header, format, data) = parts.ok_or(RosFlaw::Message)?;
-        // Depth is packed behind a header of its own.
+        // Depth is packed behind its own header.
         if format.contains("compressedDepth") {
             return Err(RosFlaw::Encoding(format.into()));
         }
@@ -143,7 +145,7 @@ fn image(message: &[u8]) -> Result<(RosHeader<'_>, GrayImage), RosFlaw> {
     Ok((header, pixels.unpack(data, size, step as usize)?))
 }
 
-/// Bytes in the Common Data Representation: numbers stand at multiples of their size.
+/// Bytes in the Common Data Representation: numbers are aligned to multiples of their size.
 pub(super) struct Cdr<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -183,7 +185,7 @@ impl<'a> Cdr<'a> {
         self.take(count as usize)
     }
 
-    /// A text, which ends with a byte 0 that its length counts.
+    /// A text, with a final byte 0 counted in the length.
     pub(super) fn text(&mut self) -> Option<&'a str> {
         let bytes = self.bytes()?;
         std::str::from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes)).ok()
@@ -191,7 +193,7 @@ impl<'a> Cdr<'a> {
 
     fn header(&mut self) -> Option<RosHeader<'a>> {
         let (secs, nanos, frame_id) = (self.whole()?, self.whole()?, self.text()?);
-        // Seconds are signed; a time before 1970 is no camera's.
+        // Seconds are signed; no camera's time is before 1970.
         let secs = u64::try_from(secs.cast_signed()).ok()?;
         let stamp_nanos = Some(secs * 1_000_000_000 + u64::from(nanos)).filter(|nanos| *nanos > 0);
         Some(RosHeader { stamp_nanos, frame_id })
@@ -202,7 +204,7 @@ impl<'a> Cdr<'a> {
 mod tests {
     use super::*;
 
-    /// A message as a driver serialises it, in either order of bytes.
+    /// A message as serialised by a driver, in either order of bytes.
     fn message(encoding: &str, higher_first: bool, step: u32, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
         let whole = |bytes: &mut Vec<u8>, value: u32| {

@@ -1,5 +1,5 @@
-//! What a session hears of a stream whose camera nobody controls: its pictures, whether they come, how they look, and how
-//! many didn't get through.
+//! Report of a stream whose camera can't be controlled: pictures, their loss, their appearance, and
+//! counts of dropped ones.
 
 use std::{
     collections::VecDeque,
@@ -22,22 +22,22 @@ pub(super) const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 /// Time between two reports of counts.
 const COUNTING: Duration = Duration::from_secs(1);
 
-/// Why there are no pictures, and details.
+/// Reason for missing pictures, with details.
 pub(super) type Loss = (Fault, String);
 
-/// The arrivals of a stream, made from its pictures. A recording's have neither events nor health.
+/// Arrivals of a stream, made from pictures. A recording has neither events nor health.
 pub(super) struct StreamReport {
     is_live: bool,
     mode: Mode,
     health: Health,
     arrivals: VecDeque<Arrival>,
     began: Instant,
-    /// Time of the last whole picture, or of what was done to get one.
+    /// Time of the last whole picture, or of the last attempt to get one.
     last_came: Instant,
     last_nanos: u64,
-    /// Pictures in a row that have another size.
+    /// Number of successive pictures of another size.
     resized: u32,
-    /// Why the pictures are lost, as last reported.
+    /// Reason of the loss, as last reported.
     lost: Option<Fault>,
     delivered: u64,
     dropped: u64,
@@ -47,7 +47,7 @@ pub(super) struct StreamReport {
 }
 
 impl StreamReport {
-    /// A stream of pictures in `mode` that has begun.
+    /// A started stream of pictures in `mode`.
     pub(super) fn new(mode: Mode, is_live: bool) -> Self {
         let now = Instant::now();
         let mut report = Self {
@@ -82,7 +82,8 @@ impl StreamReport {
         self.mode
     }
 
-    /// Facts about the camera behind the stream, which is called `name` and read through `backend`; `None` for a recording.
+    /// Facts about the camera behind the stream, with a `name` and a `backend`; `None` for a
+    /// recording.
     pub(super) fn facts(&self, name: &str, backend: &'static str) -> Option<CameraInfo> {
         self.is_live.then(|| CameraInfo {
             name: name.into(),
@@ -95,12 +96,12 @@ impl StreamReport {
         })
     }
 
-    /// What there is to hand over.
+    /// Next arrival to hand over.
     pub(super) fn next(&mut self) -> Option<Arrival> {
         self.arrivals.pop_front()
     }
 
-    /// Says that there won't be another picture.
+    /// Reports the end of the pictures.
     pub(super) fn end(&mut self) {
         self.arrivals.push_back(Arrival::End);
     }
@@ -115,7 +116,7 @@ impl StreamReport {
         self.delivered
     }
 
-    /// True if there was no picture for too long.
+    /// True after too long without a picture.
     pub(super) fn is_silent(&self, patience: Duration) -> bool {
         self.last_came.elapsed() >= patience
     }
@@ -125,7 +126,7 @@ impl StreamReport {
         (self.last_came, self.resized) = (Instant::now(), 0);
     }
 
-    /// Says that the pictures are lost, once for each reason. True if they were lost before.
+    /// Reports the loss of the pictures, once for each reason. True if they were lost before.
     pub(super) fn lose(&mut self, (fault, detail): Loss) -> bool {
         self.wait_again();
         let before = self.lost.replace(fault);
@@ -139,8 +140,8 @@ impl StreamReport {
     ///
     /// # Errors
     ///
-    /// [`Fault::OtherSize`] if it isn't the first in a row of another size: a single one may be what a torn stream looks
-    /// like.
+    /// [`Fault::OtherSize`] at the second successive picture of another size: a single one may be
+    /// due to a torn stream.
     pub(super) fn take(&mut self, image: GrayImage, nanos: u64) -> Result<(), Loss> {
         let size = ImageSize::of(&image);
         if size != self.mode.size {
@@ -159,7 +160,7 @@ impl StreamReport {
             self.health = Health::default();
             self.begin(CameraEvent::Returned { mode: self.mode, good_from: captured_at });
         }
-        // A sensor has noise: the same bytes are the same picture.
+        // A sensor has noise: equal bytes are the same picture.
         let repeats =
             self.is_live && self.health.repeats(crc32fast::hash(image.as_raw()), self.last_nanos);
         if !repeats {
@@ -176,7 +177,7 @@ impl StreamReport {
         Ok(())
     }
 
-    /// Counts pictures that came and aren't looked at: newer ones replaced `dropped` of them, `torn` weren't whole.
+    /// Counts skipped pictures: `dropped` for newer ones, `torn` not whole.
     pub(super) fn count(&mut self, dropped: u64, torn: u64) {
         self.dropped += dropped;
         self.rejected += torn;
@@ -228,7 +229,7 @@ mod tests {
         (events, frames)
     }
 
-    /// Six seconds of pictures, 20 a second, with this light in picture n, and the doubts that come of them.
+    /// Doubts after six seconds of pictures, 20 a second, with the given light in picture n.
     fn doubts(is_live: bool, light: impl Fn(u64) -> (u8, bool)) -> Vec<Fault> {
         let mut report = stream(is_live);
         let mut doubts = Vec::new();

@@ -1,5 +1,5 @@
-//! A copy of a bag with the calibration in it: a `sensor_msgs/msg/CameraInfo` for every picture, with its stamp, as a
-//! calibrated camera's driver would have sent it.
+//! Copy of a bag with the calibration in it: a `sensor_msgs/msg/CameraInfo` for every picture, with
+//! its stamp, as if sent by a calibrated camera's driver.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -23,21 +23,21 @@ use crate::{CaptureError, RosHeader};
 use boresight_files::FileError;
 
 const TYPE: &str = "sensor_msgs/msg/CameraInfo";
-/// The definition of the type, as bags keep it.
+/// Definition of the type, as kept in bags.
 const DEFINITION: &str = include_str!("camera_info.msg");
 
-/// What was written.
+/// Result of copying.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CopiedBag {
-    /// The topic of the calibration.
+    /// Topic of the calibration.
     pub topic: String,
-    /// Messages on it.
+    /// Number of messages on the topic.
     pub messages: u64,
-    /// Why the rest of the bag isn't in the copy; `None` if all of it is.
+    /// Reason for leaving out the rest of the bag; `None` if all was copied.
     pub left_out: Option<String>,
 }
 
-/// Why there's no copy.
+/// Reason for a missing copy.
 #[derive(Debug, thiserror::Error)]
 pub enum NotCopied {
     /// The bag can't be read.
@@ -48,9 +48,9 @@ pub enum NotCopied {
     Write(FileError),
 }
 
-/// Writes a copy of the bag's file `from` to the new file `to`, with the message that `info` makes for the header of each
-/// picture on `topic`, or on the only topic with pictures. Messages that stand on the calibration's topic already are
-/// left out.
+/// Copies the bag's file `from` to the new file `to`, with a message from `info` for the header of
+/// each picture on `topic`, or on the only topic with pictures. Existing messages on the
+/// calibration's topic are left out.
 ///
 /// # Errors
 ///
@@ -93,28 +93,28 @@ pub fn copy_with(
         }
     };
     let messages = copy.messages;
-    // Never over another file: the name is taken first.
+    // Never overwrite another file: the name is taken first.
     File::create_new(to).and_then(|_| std::fs::rename(&draft, to)).map_err(unwritten)?;
     Ok(CopiedBag { topic: own, messages, left_out })
 }
 
-/// The topic of the calibration beside that of the pictures, as ROS wants it.
+/// Topic of the calibration beside the pictures' topic, by ROS's convention.
 fn topic_beside(images: &str) -> String {
     let images = images.strip_suffix("/compressed").unwrap_or(images);
     format!("{}/camera_info", images.rsplit_once('/').map_or("", |(space, _)| space))
 }
 
 struct Copy<'a> {
-    /// The topic of the pictures.
+    /// Topic of the pictures.
     images: &'a str,
-    /// The topic of the calibration.
+    /// Topic of the calibration.
     own: &'a str,
     info: &'a mut dyn FnMut(RosHeader<'_>) -> Vec<u8>,
     messages: u64,
 }
 
 impl Copy<'_> {
-    /// The message for the picture in the message `data`; `None` if that has no header.
+    /// Message for the picture in the message `data`; `None` if `data` has no header.
     fn info_of(&mut self, data: &[u8]) -> Option<Vec<u8>> {
         let header = RosHeader::of(data)?;
         self.messages += 1;
@@ -170,7 +170,7 @@ impl Copy<'_> {
                             let channel_id = match own {
                                 Some(id) => id,
                                 None => {
-                                    // The last numbers: those that follow may take any other.
+                                    // The last numbers: those to come may take any other.
                                     let (id, none) = (u16::MAX, BTreeMap::new());
                                     writer.add_schema_with_id(
                                         id,
@@ -272,7 +272,7 @@ impl Copy<'_> {
                 let (timestamp, data): (i64, Vec<u8>) = (row.get(0)?, row.get(1)?);
                 let plain = plain_message(data.clone());
                 let Some(info) = self.info_of(&plain) else { continue };
-                // In a bag of packed messages, every one is.
+                // In a bag of packed messages, all are packed.
                 let info = if plain == data { info } else { packed(info) };
                 insert.execute((own, timestamp, info))?;
             }
@@ -282,6 +282,6 @@ impl Copy<'_> {
 }
 
 fn packed(message: Vec<u8>) -> Vec<u8> {
-    // It's packed in memory, where nothing fails.
+    // Packed in memory, where nothing fails.
     zstd::encode_all(&*message, 0).unwrap_or(message)
 }

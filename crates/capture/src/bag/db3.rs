@@ -1,4 +1,4 @@
-//! Messages in the databases of ROS 2 (`.db3`), which SQLite reads.
+//! Messages in the databases of ROS 2 (`.db3`), read by SQLite.
 
 use std::path::Path;
 
@@ -21,7 +21,8 @@ impl Db3 {
     pub(super) fn open(path: &Path, unpacked: Option<TempPath>) -> Result<Self, String> {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let usual = Connection::open_with_flags(path, flags).and_then(usable);
-        // Another program's unfinished write stands beside it, and nobody may write here: read what is in the file.
+        // With another program's unfinished write beside the file, and no permission to write: read
+        // the file only.
         let db = usual.or_else(|_| {
             let flags = flags | OpenFlags::SQLITE_OPEN_URI;
             Connection::open_with_flags(unchanging(path), flags).and_then(usable)
@@ -45,13 +46,13 @@ impl Db3 {
     pub(super) fn choose(&mut self, topic: &str) -> Result<(), String> {
         let id =
             self.db.query_row("SELECT id FROM topics WHERE name = ?1", [topic], |row| row.get(0));
-        // A file of a longer bag may lack the topic; then it has none of its messages.
+        // A file of a longer bag may lack the topic; then it has no messages of it.
         self.topic = id.optional().map_err(|err| words(&err))?.unwrap_or(-1);
         Ok(())
     }
 
     pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
-        // By row, which is the order of recording: an index may be missing at a broken end.
+        // By row, the order of recording: an index may be missing at a broken end.
         const NEXT: &str = "SELECT id, timestamp, data FROM messages NOT INDEXED \
                             WHERE id > ?1 AND topic_id = ?2 ORDER BY id LIMIT 1";
         let message = self.db.query_row(NEXT, (self.last, self.topic), |row| {
@@ -66,14 +67,14 @@ impl Db3 {
     }
 }
 
-/// Lets SQLite read a file whose end is missing, and finds out whether it can read this one.
+/// Lets SQLite read a file without its end, and checks if the file is readable.
 fn usable(db: Connection) -> rusqlite::Result<Connection> {
     db.pragma_update(None, "writable_schema", true)?;
     db.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
     Ok(db)
 }
 
-/// The address of a file that nobody changes.
+/// Address of an immutable file.
 fn unchanging(path: &Path) -> String {
     let mut address = String::from("file:");
     for character in path.to_string_lossy().chars() {
@@ -85,7 +86,7 @@ fn unchanging(path: &Path) -> String {
     address + "?immutable=1"
 }
 
-/// What is wrong, for a person.
+/// Description of the error for a person.
 pub(super) fn words(err: &rusqlite::Error) -> String {
     match err.sqlite_error_code() {
         Some(rusqlite::ErrorCode::DatabaseCorrupt) => "the file is cut off or damaged".into(),

@@ -45,7 +45,7 @@ impl Storage {
         Mcap::open(&plain, unpacked).map(|mcap| Self::Mcap(Box::new(mcap)))
     }
 
-    /// All topics that can be found. `Err` if none can.
+    /// Lists all topics. `Err` if none can be found.
     pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
         match self {
             Self::Mcap(mcap) => mcap.topics(),
@@ -53,7 +53,7 @@ impl Storage {
         }
     }
 
-    /// Chooses the topic whose messages are read.
+    /// Chooses the topic to read.
     pub(super) fn choose(&mut self, topic: &str) -> Result<(), String> {
         match self {
             Self::Mcap(mcap) => mcap.choose(topic),
@@ -62,7 +62,8 @@ impl Storage {
         Ok(())
     }
 
-    /// The next message of the topic in the order of recording; `Ok(None)` at the end of a whole file.
+    /// The next message of the topic in the order of recording; `Ok(None)` at the end of a whole
+    /// file.
     pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
         match self {
             Self::Mcap(mcap) => mcap.next(),
@@ -71,12 +72,12 @@ impl Storage {
     }
 }
 
-/// The picture's message in a database of compressed messages, or as it is.
+/// Unpacks a message of a database with compressed messages; others are unchanged.
 pub(super) fn plain_message(data: Vec<u8>) -> Vec<u8> {
     if !data.starts_with(ZSTD) {
         return data;
     }
-    // What can't be unpacked is no message, which the reader of messages says.
+    // The reader of messages reports a failed unpacking as no message.
     let mut plain = Vec::new();
     let unpacked = zstd::Decoder::new(&*data)
         .and_then(|decoder| decoder.take(MESSAGE_LIMIT).read_to_end(&mut plain));
@@ -99,8 +100,8 @@ fn start_of(path: &Path) -> Result<Vec<u8>, FileError> {
     Ok(start)
 }
 
-/// A copy of the database at `path` without the page that its end cuts, if there is such: SQLite would take zeros for the rest
-/// of that page, and so of a picture.
+/// A copy of the database at `path` without a page cut by the end, if any: SQLite would take zeros
+/// for the rest of the page, and so of a picture.
 fn whole_pages(path: &Path) -> Result<Option<TempPath>, FileError> {
     let reading = FileError::reading(path);
     let mut database = open(path, Links::Followed)?;
@@ -126,7 +127,7 @@ fn whole_pages(path: &Path) -> Result<Option<TempPath>, FileError> {
     Ok(Some(whole.into_temp_path()))
 }
 
-/// Unpacks the file at `path` beside the system's temporary files, as far as it's whole.
+/// Unpacks the file at `path` into the system's temporary files, as far as whole.
 fn unpack(path: &Path) -> Result<TempPath, FileError> {
     let reading = FileError::reading(path);
     let mut plain = tempfile::NamedTempFile::new().map_err(&reading)?;
@@ -134,7 +135,7 @@ fn unpack(path: &Path) -> Result<TempPath, FileError> {
     let mut decoder = zstd::Decoder::with_buffer(packed).map_err(&reading)?;
     match std::io::copy(&mut decoder, &mut plain) {
         Ok(_) => {}
-        // A broken tail: what is missing shows in the file itself.
+        // A broken tail: the loss shows in the file itself.
         Err(err) if err.kind() == std::io::ErrorKind::UnexpectedEof => {}
         Err(err) => return Err(reading(err)),
     }

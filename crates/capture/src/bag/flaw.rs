@@ -1,11 +1,11 @@
-//! Why a bag gives no pictures.
+//! Flaws of bags.
 
 use crate::RosFlaw;
 
-/// Why a bag gives no pictures, or no more.
+/// Reason of a bag without pictures, or without more.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BagFlaw {
-    /// Its bytes can't be read.
+    /// The bytes can't be read.
     #[error("this bag can't be read ({0})")]
     Unreadable(String),
     /// No topic has pictures in messages of ROS 2.
@@ -14,39 +14,39 @@ pub enum BagFlaw {
     /// Several topics have pictures.
     #[error("this bag has several topics with pictures:\n  {}", .0.join("\n  "))]
     Several(Vec<String>),
-    /// There are no pictures by that name.
+    /// There are no pictures on the topic.
     #[error("this bag has no pictures on {asked}; it has some on {}", .have.join(", "))]
     NoSuchTopic {
-        /// The topic that was asked for.
+        /// The requested topic.
         asked: String,
         /// The topics with pictures.
         have: Vec<String>,
     },
-    /// No message has a picture that can be read.
+    /// No message has a readable picture.
     #[error("no message of {topic} can be read: {flaw}")]
     NoPicture {
         /// The topic.
         topic: String,
-        /// What is wrong with the first message.
+        /// Flaw of the first message.
         flaw: RosFlaw,
     },
     /// The topic has no message.
     #[error("{0} has no messages")]
     Silent(String),
-    /// What follows that picture can't be read.
+    /// The bag can't be read after the last picture.
     #[error("this bag is damaged after picture {count} ({how}); all before it is good")]
     Damaged {
-        /// Pictures that were read.
+        /// Number of pictures read.
         count: u64,
-        /// What is wrong.
+        /// Kind of damage.
         how: String,
     },
     /// Some messages have no whole picture.
     #[error("{torn} of {count} pictures in this bag are damaged and were left out")]
     Torn {
-        /// Messages without a whole picture.
+        /// Number of messages without a whole picture.
         torn: u64,
-        /// All messages.
+        /// Number of all messages.
         count: u64,
     },
 }
@@ -57,7 +57,7 @@ fn listed(topics: &[String]) -> String {
 
 #[cfg(feature = "bags")]
 impl BagFlaw {
-    /// The flaw of a bag of which nothing was read.
+    /// The flaw of a bag without anything read.
     pub(super) fn at_the_start(self) -> Self {
         match self {
             Self::Damaged { count: 0, how } => Self::Unreadable(how),

@@ -19,7 +19,7 @@ use tempfile::TempPath;
 use super::message::{Message, Topic};
 use boresight_files::{Links, open};
 
-/// Most bytes of a record, and of a chunk when it's unpacked.
+/// Most bytes of a record, and of an unpacked chunk.
 const RECORD_LIMIT: usize = 1 << 29;
 
 /// A file of MCAP.
@@ -29,11 +29,11 @@ pub(super) struct Mcap {
     wanted: String,
     /// Channels of the wanted topic.
     channels: BTreeSet<u16>,
-    /// Messages that were delivered.
+    /// Number of delivered messages.
     passed: u64,
-    /// Messages to pass by: they were delivered before.
+    /// Number of messages to skip after a restart.
     skip: u64,
-    /// Whether the chunk that the file's end cuts is being read.
+    /// True while reading a chunk cut by the file's end.
     reads_cut_chunk: bool,
     /// Keeps an unpacked file.
     _unpacked: Option<TempPath>,
@@ -120,8 +120,8 @@ impl Mcap {
     pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
         loop {
             let record = match self.records.next() {
-                // Messages of a chunk are read once its checksum is right, and a chunk that the file's end cuts has none
-                // to be compared with: its whole messages are good all the same.
+                // Messages of a chunk are read after checking its checksum. A chunk cut by the
+                // file's end has none; its whole messages are good all the same.
                 Err(McapError::UnexpectedEof) if !self.reads_cut_chunk => {
                     (self.reads_cut_chunk, self.skip) = (true, self.passed);
                     self.records = Records::open(&self.path, false)?;
@@ -145,7 +145,7 @@ impl Mcap {
                     let (log_nanos, data) = (header.log_time, data.into_owned());
                     return Ok(Some(Message { log_nanos, data }));
                 }
-                // No message stands behind it.
+                // No message follows.
                 Some(Record::DataEnd(_)) => return Ok(None),
                 Some(_) => {}
             }
@@ -153,14 +153,15 @@ impl Mcap {
     }
 }
 
-/// The records of a file, those of its chunks among them.
+/// The records of a file, including those of chunks.
 pub(super) struct Records {
     file: Box<dyn Read + Send>,
     reader: LinearReader,
 }
 
 impl Records {
-    /// Records from the file's start; with `checks`, those of a chunk only once its checksum is right.
+    /// Records from the file's start; with `checks`, those of a chunk only after checking the
+    /// checksum.
     pub(super) fn open(path: &Path, checks: bool) -> Result<Self, String> {
         let file = open(path, Links::Followed).map_err(|err| err.to_string())?;
         let file = Box::new(BufReader::with_capacity(1 << 18, file));
@@ -189,7 +190,7 @@ impl Records {
     }
 }
 
-/// What is wrong, for a person.
+/// Description of the error for a person.
 pub(super) fn words(err: &McapError) -> String {
     match err {
         McapError::UnexpectedEof => "the file is cut off".into(),

@@ -1,13 +1,13 @@
-//! Topics and messages of a bag, whatever file they come from.
+//! Topics and messages of a bag, of any file format.
 
 use crate::RosImageType;
 
 /// A topic of a bag.
 pub(super) struct Topic {
     pub(super) name: String,
-    /// Type of its messages as the bag calls it.
+    /// Type of the messages in the bag's words.
     pub(super) type_name: String,
-    /// Kind of its pictures; `None` if its messages aren't pictures in CDR.
+    /// Kind of the pictures; `None` for other messages than pictures in CDR.
     pub(super) kind: Option<RosImageType>,
 }
 
@@ -20,7 +20,7 @@ impl Topic {
 
 /// A message of the chosen topic.
 pub(super) struct Message {
-    /// When it was recorded.
+    /// Time of recording.
     pub(super) log_nanos: u64,
     pub(super) data: Vec<u8>,
 }

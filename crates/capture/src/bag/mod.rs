@@ -2,12 +2,12 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `files` | which files a bag consists of, and of which kind they are |
-//! | `message` | what a bag holds |
+//! | `files` | the files of a bag, and their formats |
+//! | `message` | contents of a bag |
 //! | `mcap`, `db3` | the messages of one topic in a file |
 //! | `source` | their pictures as a frame source |
 //! | `copy` | a copy of a bag with the calibration in it |
-//! | `flaw` | why a bag gives no pictures |
+//! | `flaw` | reasons of a bag without pictures |
 
 #[cfg(feature = "bags")]
 mod copy;
@@ -33,7 +33,7 @@ pub use source::Bag;
 
 /// Endings of a bag's files.
 const ENDINGS: [&str; 4] = [".mcap", ".db3", ".mcap.zstd", ".db3.zstd"];
-/// File that makes a folder with such files a bag.
+/// File in the folder of a bag.
 const METADATA: &str = "metadata.yaml";
 
 fn is_bag_file(path: &Path) -> bool {
@@ -41,7 +41,7 @@ fn is_bag_file(path: &Path) -> bool {
     name.is_some_and(|name| ENDINGS.iter().any(|ending| name.ends_with(ending))) && path.is_file()
 }
 
-/// True if `path` is a bag by its name: a file, or the folder that ROS 2 makes.
+/// True if `path` is a bag by name: a file, or a folder made by ROS 2.
 pub fn is_bag(path: &Path) -> bool {
     let holds_one = || {
         let mut entries = path.read_dir().into_iter().flatten().flatten();

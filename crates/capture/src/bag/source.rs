@@ -17,7 +17,7 @@ use super::{
 use crate::{Arrival, CaptureError, FrameSource, RosFlaw, RosImageType, RosImages, SourceIdentity};
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 
-/// A recorded bag. Its pictures have the times in their headers, or else those of the recording.
+/// A recorded bag. Pictures have the times in their headers, or else those of the recording.
 pub struct Bag {
     path: PathBuf,
     topic: String,
@@ -25,17 +25,17 @@ pub struct Bag {
     storage: Option<Storage>,
     images: RosImages,
     size: ImageSize,
-    /// The first picture, until it's delivered.
+    /// The first picture, until delivered.
     in_hand: Option<Stamped>,
     first_nanos: Option<u64>,
     last_nanos: u64,
-    /// Messages so far, and those without a whole picture.
+    /// Number of messages so far, and of those without a whole picture.
     count: u64,
     torn: u64,
     ended: bool,
 }
 
-/// A picture with its number and time.
+/// A picture with number and time.
 struct Stamped {
     id: u64,
     nanos: u64,
@@ -43,8 +43,8 @@ struct Stamped {
 }
 
 impl Bag {
-    /// Opens the bag at `path`, a file or a folder of ROS 2, and reads its first picture. `topic` is the topic of the
-    /// pictures; without one, the only one that has some.
+    /// Opens the bag at `path`, a file or a folder of ROS 2, and reads the first picture. `topic`
+    /// is the topic of the pictures; by default, the only one with pictures.
     ///
     /// # Errors
     ///
@@ -118,7 +118,7 @@ impl Bag {
     }
 }
 
-/// The topic called `asked`, or the only one with pictures, in `files`.
+/// The topic `asked`, or the only topic with pictures, in `files`.
 pub(super) fn chosen(
     files: &[PathBuf],
     asked: Option<&str>,

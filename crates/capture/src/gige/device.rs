@@ -1,4 +1,4 @@
-//! A camera on the network that is open, and its stream.
+//! An open camera on the network, and its stream.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -20,16 +20,16 @@ use crate::{
     v4l2::kernel::{Errno, FourCc},
 };
 
-/// Time that a camera has to let go.
+/// Time for a camera to release the connection.
 const LET_GO: Duration = Duration::from_millis(200);
-/// Memory for pictures under way and such as nobody has taken yet.
+/// Memory for pictures in transfer, or not taken yet.
 const PICTURES: usize = 6;
 /// Bytes per second of the usual link.
 const GIGABIT: f64 = 125e6;
-/// The names under which a camera states what its link carries, and the bytes per second of one unit.
+/// Features stating the capacity of a camera's link, and the bytes per second of a unit.
 const LINKS: [(&str, f64); 3] =
     [("DeviceLinkThroughputLimit", 1.0), ("DeviceLinkSpeed", 1.0), ("GevLinkSpeed", 125e3)];
-/// Most bytes that a camera may send with a picture.
+/// Most additional bytes sent with a picture.
 const LARGEST_ADDITION: usize = 1 << 20;
 
 #[derive(Debug)]
@@ -39,15 +39,15 @@ pub(super) struct Device {
     pub(super) formats: Vec<Pixels>,
     pub(super) chosen: Option<Chosen>,
     pub(super) stream: Option<Stream>,
-    /// True once it didn't answer: it isn't told anything more.
+    /// True after a missing answer: nothing more is sent.
     pub(super) is_gone: bool,
 }
 
-/// What was set.
+/// Chosen format and size.
 #[derive(Clone, Debug)]
 pub(super) struct Chosen {
     pub(super) pixels: Pixels,
-    /// The camera's number for them.
+    /// The camera's number for the format.
     pub(super) code: i64,
     pub(super) width: u32,
     pub(super) height: u32,
@@ -55,13 +55,13 @@ pub(super) struct Chosen {
 
 #[derive(Debug)]
 pub(super) struct Stream {
-    /// Closes the stream when it's dropped.
+    /// Closes the stream on drop.
     channel: StreamChannel,
     pub(super) frames: FrameChannel,
     pub(super) come: VecDeque<Arc<Frame>>,
     pub(super) last_sign_nanos: u64,
     pub(super) time: CameraTime,
-    /// Buffers that wait for a picture, and pictures in buffers.
+    /// Buffers waiting for a picture, and pictures in buffers.
     pub(super) free: VecDeque<u32>,
     pub(super) taken: BTreeMap<u32, Arc<Frame>>,
     pub(super) read: Vec<u8>,
@@ -76,7 +76,7 @@ impl Device {
         Ok(Self { camera, formats, chosen: None, stream: None, is_gone: false })
     }
 
-    /// Width and height of the sensor, and those set now.
+    /// Width and height of the sensor, and the present ones.
     pub(super) fn sizes(&mut self) -> Result<Vec<(u32, u32)>, Errno> {
         let mut side = |now: &str, most: &str| {
             let camera = &mut self.camera;
@@ -94,7 +94,7 @@ impl Device {
         Ok(sizes)
     }
 
-    /// Name of the feature that is the rate, and its fastest.
+    /// Name of the rate feature, and the fastest rate.
     pub(super) fn rate(&mut self) -> Option<(&'static str, f64)> {
         let names = ["AcquisitionFrameRate", "AcquisitionFrameRateAbs"];
         let (name, _) = present(&self.camera, &names)?;
@@ -102,7 +102,8 @@ impl Device {
         Some((name, most))
     }
 
-    /// The fastest rate of pictures of this format and size: the camera's own, as far as its link carries them.
+    /// Fastest rate of pictures with the given format and size: the camera's own, up to the
+    /// capacity of the link.
     pub(super) fn most_hz(&mut self, (fourcc, width, height): (FourCc, u32, u32)) -> Option<f64> {
         let (_, most_hz) = self.rate()?;
         let pixels = self.formats.iter().find(|pixels| pixels.fourcc == fourcc)?;
@@ -110,7 +111,7 @@ impl Device {
         Some(most_hz.min(self.link_bytes_hz() / bytes as f64))
     }
 
-    /// Bytes per second that the camera's link carries, by its own word.
+    /// Bytes per second of the camera's link, as stated.
     fn link_bytes_hz(&mut self) -> f64 {
         let camera = &mut self.camera;
         let stated = LINKS.iter().find_map(|(name, bytes)| {
@@ -138,10 +139,10 @@ impl Device {
         camera.set_integer("Height", i64::from(height))
     }
 
-    /// Ready to send pictures one after the other, as fast as its rate says.
+    /// Prepares sending pictures continuously, at the fastest rate.
     pub(super) fn run_freely(&mut self) {
         let camera = &mut self.camera;
-        // What a camera lacks needn't be set; whatever it does, the pictures tell.
+        // Missing features needn't be set; the pictures show the result.
         camera.execute("AcquisitionStop").ok();
         camera.set_integer("TLParamsLocked", 0).ok();
         camera.set_enum("AcquisitionMode", "Continuous").ok();
@@ -161,7 +162,7 @@ impl Device {
         let sent = self.chosen.as_ref().map_or(0, |chosen| {
             chosen.pixels.bytes_sent(chosen.width as usize, chosen.height as usize, 0)
         });
-        // Memory for what such a picture can have, and not for what a camera may claim.
+        // Memory for a possible picture, not for the camera's claim.
         let most = sent + sent / 8 + LARGEST_ADDITION;
         let asked = StreamConfig {
             payload_size: Some(payload.min(most)),
@@ -184,11 +185,11 @@ impl Device {
         })
     }
 
-    /// Ends the stream. A camera that is gone isn't told.
+    /// Ends the stream. Sends nothing to a missing camera.
     pub(super) fn stop(&mut self) {
         let Some(stream) = self.stream.take() else { return };
         if self.is_gone {
-            // First, so that closing the stream doesn't wait for an answer.
+            // First, so closing the stream doesn't wait for an answer.
             self.camera.disconnect(LET_GO);
         } else {
             self.camera.execute("AcquisitionStop").ok();
@@ -199,7 +200,7 @@ impl Device {
 }
 
 impl Chosen {
-    /// True if every packet of the picture came, and it's one as was asked for.
+    /// True if every packet of the picture came, and the form is as requested.
     pub(super) fn is_whole(&self, frame: &Frame) -> bool {
         let (width, height) = (frame.width as usize, frame.height as usize);
         let padding = usize::from(frame.x_padding);

@@ -1,4 +1,4 @@
-//! Cameras that answer on the network, and their names.
+//! Discovery of cameras on the network, and their names.
 
 use std::{net::Ipv4Addr, path::PathBuf, time::Duration};
 
@@ -8,27 +8,28 @@ use telegenic::gige::discovery::{
 
 use crate::v4l2::kernel::{Errno, Node};
 
-/// How long cameras have to answer. They do so at once; the standard lets a crowd of them take turns for a second.
+/// Time for answers. Cameras answer at once; the standard lets a crowd of them take turns for a
+/// second.
 const ANSWERED_WITHIN: Duration = Duration::from_millis(500);
 
-/// A camera that has answered.
+/// A camera found by its answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen {
-    /// Its names: the path is `gige:` and its address, the links are `gige:` and its serial number, the name that its
-    /// owner gave it, and its hardware address.
+    /// Names of the camera: the path is `gige:` and its address, the links are `gige:` and its
+    /// serial number, the name given by its owner, and its hardware address.
     pub node: Node,
-    /// Maker and model, as the camera says them; may hold anything.
+    /// Maker and model stated by the camera; may hold anything.
     pub name: String,
     /// True if this computer has an address on the camera's network.
     pub is_reachable: bool,
 }
 
-/// The cameras that answer now. None is opened.
+/// Cameras answering now. None is opened.
 pub fn near() -> Vec<Seen> {
     seen(None)
 }
 
-/// The cameras that answer to a question to everybody, and to `address`.
+/// Cameras answering a broadcast, and at `address`.
 pub(super) fn seen(address: Option<Ipv4Addr>) -> Vec<Seen> {
     let alone = |name: &str, ip, netmask, broadcast| NetworkAdapter {
         name: name.into(),
@@ -37,7 +38,7 @@ pub(super) fn seen(address: Option<Ipv4Addr>) -> Vec<Seen> {
         broadcast,
     };
     let mut adapters = enumerate_adapters().unwrap_or_default();
-    // Simulated cameras, and those behind a router, which a question to everybody doesn't pass.
+    // Simulated cameras, and those behind a router, out of reach of a broadcast.
     let own = Ipv4Addr::new(255, 0, 0, 0);
     adapters.push(alone("lo", Ipv4Addr::LOCALHOST, own, Ipv4Addr::new(127, 255, 255, 255)));
     let any = Ipv4Addr::UNSPECIFIED;
@@ -95,5 +96,5 @@ pub(super) fn is_called(node: &Node, name: &str) -> bool {
     same(&node.path) || node.links.iter().any(same)
 }
 
-/// The system's number for a camera that can't be reached.
+/// The system's number for an unreachable camera.
 pub(super) const UNREACHABLE: Errno = Errno(libc::EHOSTUNREACH);

@@ -1,8 +1,8 @@
-//! Exposure, gain and white balance among a camera's features, by the numbers that V4L2 has for them.
+//! Exposure, gain and white balance among a camera's features, by V4L2's control numbers.
 //!
-//! Names are those of GenICam's SFNC, today's first and then those of older cameras. Units are whole microseconds for
-//! exposure, and for gain and white balance thousandths of the camera's own unit, or that unit itself where the camera
-//! has whole numbers only. White balance is the ratio of red.
+//! Names are those of GenICam's SFNC, today's first and then those of older cameras. Units are
+//! whole microseconds for exposure, and for gain and white balance thousandths of the camera's own
+//! unit, or this unit itself in cameras with whole numbers only. White balance is the ratio of red.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +13,8 @@ use crate::v4l2::{
     kernel::{ControlRange, Errno},
 };
 
-/// A control that has a value: names, what a feature with fractions is multiplied by, and the entry of a selector that
-/// it's under.
+/// A control with a value: names, factor of a feature with fractions, and the selector entry above
+/// it.
 type Value = (&'static [&'static str], f64, Option<(&'static str, &'static str)>);
 
 const EXPOSURE: Value = (&["ExposureTime", "ExposureTimeAbs", "ExposureTimeRaw"], 1.0, None);
@@ -24,16 +24,16 @@ const WHITE_BALANCE: Value = (
     1000.0,
     Some(("BalanceRatioSelector", "Red")),
 );
-/// Automatics behind one number: each is a bit of its value.
+/// Automatics behind a common number: each is a bit of the value.
 const EXPOSURE_AUTOMATICS: &[&str] = &["ExposureAuto"];
 const GAIN_AUTOMATICS: &[&str] = &["GainAuto", "BlackLevelAuto"];
 const WHITE_BALANCE_AUTOMATICS: &[&str] = &["BalanceWhiteAuto"];
 
-/// V4L2's menu for exposure: by hand, or the camera chooses the time.
+/// V4L2's menu for exposure: manual, or chosen by the camera.
 const BY_HAND: i64 = 1;
 const BY_CAMERA: i64 = 3;
 
-/// Values set or found as they were, before they were rounded: a camera that has forgotten them gets them back exactly.
+/// Values set or found, before rounding: a camera that lost them gets them back exactly.
 pub(super) type Exact = BTreeMap<u32, (i64, f64)>;
 
 fn value_of(id: u32) -> Option<Value> {
@@ -54,7 +54,7 @@ fn automatics_of(id: u32) -> &'static [&'static str] {
     }
 }
 
-/// The system's number for what went wrong.
+/// The system's number for an error.
 pub(super) fn errno(err: &GenicamError) -> Errno {
     Errno(match err {
         GenicamError::Camera(err) => match err {
@@ -72,7 +72,7 @@ pub(super) fn errno(err: &GenicamError) -> Errno {
 
 const NONE: Errno = Errno(libc::EINVAL);
 
-/// The first of `names` that the camera has, and whether its value may have fractions.
+/// The first of `names` present in the camera, and true if the value may have fractions.
 pub(super) fn present<'a>(camera: &GenICamera, names: &[&'a str]) -> Option<(&'a str, bool)> {
     names.iter().find_map(|name| match camera.node_kind(name) {
         Ok(NodeKind::Float) => Some((*name, true)),
@@ -100,7 +100,7 @@ pub(super) fn range(camera: &mut GenICamera, id: u32) -> Result<ControlRange, Er
     let writable = matches!(camera.access_mode(name), Ok(AccessMode::RW));
     let (min, max, step) = if is_fraction {
         let (min, max) = camera.float_bounds(name).unwrap_or((f64::MIN, f64::MAX));
-        // Inwards, so that no end is refused.
+        // Inwards, so no end is refused.
         ((min * scale).ceil() as i64, (max * scale).floor() as i64, 1)
     } else {
         let (min, max) = camera.integer_bounds(name).map_err(|err| errno(&err))?;
@@ -109,7 +109,7 @@ pub(super) fn range(camera: &mut GenICamera, id: u32) -> Result<ControlRange, Er
     Ok(ControlRange { min, max, step, default: min, writable })
 }
 
-/// Present value of a control, asked of the camera.
+/// Present value of a control, read from the camera.
 pub(super) fn get(camera: &mut GenICamera, id: u32) -> Result<i64, Errno> {
     forget(camera)?;
     let automatics = automatics_of(id);
@@ -133,7 +133,8 @@ pub(super) fn get(camera: &mut GenICamera, id: u32) -> Result<i64, Errno> {
     }
 }
 
-/// Sets a control. One that stands there already isn't written, for writing a rounded value would move it.
+/// Sets a control. An unchanged control isn't written, because writing a rounded value would move
+/// it.
 pub(super) fn set(
     camera: &mut GenICamera,
     exact: &mut Exact,
@@ -169,7 +170,7 @@ pub(super) fn set(
     set.map_err(|err| errno(&err))
 }
 
-/// A control's value, rounded and as it is.
+/// A control's value, rounded and exact.
 fn raw(camera: &mut GenICamera, id: u32) -> Result<(i64, f64), Errno> {
     let (names, scale, under) = value_of(id).ok_or(NONE)?;
     let (name, is_fraction) = present(camera, names).ok_or(NONE)?;
@@ -182,7 +183,7 @@ fn raw(camera: &mut GenICamera, id: u32) -> Result<(i64, f64), Errno> {
     Ok((value, value as f64))
 }
 
-/// Asks the camera itself next time, not what was remembered of it.
+/// Clears the cache, so the next answers come from the camera.
 fn forget(camera: &mut GenICamera) -> Result<(), Errno> {
     camera.invalidate_caches().map_err(|err| errno(&err))
 }

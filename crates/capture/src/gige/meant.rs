@@ -1,4 +1,4 @@
-//! The camera that a name means.
+//! Lookup of a camera by name.
 
 use super::{
     Network,
@@ -7,11 +7,11 @@ use super::{
 use crate::v4l2::{Camera, discover};
 use boresight_geometry::device::Fault;
 
-/// The camera that `name` means.
+/// Camera by `name`.
 ///
 /// # Errors
 ///
-/// The fault and its details: nobody answers, several are called so, or it can't be opened.
+/// The fault and its details: no answer, several with this name, or it can't be opened.
 pub fn find(name: &str) -> Result<Camera, (Fault, String)> {
     let mut network = Network::of(name);
     let found = discover(&mut network);

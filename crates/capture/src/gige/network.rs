@@ -21,28 +21,29 @@ use crate::v4l2::{
     },
 };
 
-/// Time for an answer, and how often a question is repeated: a camera that is gone is known to be so within a second.
+/// Time for an answer, and the number of repeats: a missing camera is detected within a second.
 const ANSWER: Duration = Duration::from_millis(200);
 const REPEATS: u8 = 3;
 /// Time without a word from this computer after which the camera is free for others.
 const HEARTBEAT_MILLIS: u32 = 3000;
-/// While another program has the camera: it may have ended without a word, so its heartbeat is waited for.
+/// Tries while another program has the camera, to outlast the heartbeat of a program that ended
+/// silently.
 const BUSY_TRIES: u32 = 8;
 const BUSY_PAUSE: Duration = Duration::from_millis(500);
-/// Time without pictures after which the camera is asked whether it's still there.
+/// Time without pictures before asking the camera if still there.
 const SILENCE_NANOS: u64 = 700_000_000;
-/// Rates that are offered as far as the camera reaches them, beside its own fastest.
+/// Rates offered up to the camera's fastest, beside that fastest one.
 const USUAL_RATES_HZ: [u32; 8] = [60, 50, 30, 25, 20, 15, 10, 5];
 
 const GONE: Errno = Errno(libc::ENODEV);
 const NONE: Errno = Errno(libc::EINVAL);
 
-/// Machine-vision cameras on the network, or the one of them that is meant.
+/// Machine-vision cameras on the network, or a single one by name.
 #[derive(Debug, Default)]
 pub struct Network {
     /// The clock, and pauses.
     system: Linux,
-    /// Names of the camera that is meant; none for all of them.
+    /// Names of the requested camera; none for all cameras.
     names: Vec<String>,
     address: Option<Ipv4Addr>,
     open: BTreeMap<Handle, Device>,
@@ -51,13 +52,13 @@ pub struct Network {
 }
 
 impl Network {
-    /// The cameras called `name`, which begins with `gige:`.
+    /// Cameras called `name`, with the prefix `gige:`.
     pub fn of(name: &str) -> Self {
         let address = discovery::address(name);
         Self { names: vec![name.into()], address, ..Self::default() }
     }
 
-    /// A camera that was found: by its lasting name, wherever it is by then.
+    /// A camera found before: by its permanent name, at any address.
     pub fn of_camera(camera: &Camera) -> Self {
         let path = camera.node.path.to_string_lossy();
         let address = discovery::address(&path);
@@ -81,7 +82,7 @@ impl Network {
         (asked.gvcp_timeout, asked.retries) = (ANSWER, REPEATS);
         asked.heartbeat_timeout_ms = HEARTBEAT_MILLIS;
         let mut camera = GenICamera::with_config(asked);
-        // Who lists all cameras needn't know more than that one is in use.
+        // For a list of all cameras, it's enough to know that one is in use.
         let tries = if self.names.is_empty() { 1 } else { BUSY_TRIES };
         for _ in 0..tries {
             match camera.connect().map_err(|err| errno(&err)) {
@@ -165,7 +166,7 @@ impl Kernel for Network {
         device.run_freely();
         device.set_size(wanted.width, wanted.height).map_err(|err| errno(&err))?;
         let fitting = device.formats.iter().filter(|format| format.fourcc == wanted.fourcc);
-        // A list may name formats that the camera has no more, with its present settings or at all.
+        // A list may name formats the camera lacks, with its present settings or at all.
         let mut refused = NONE;
         for pixels in fitting.cloned().collect::<Vec<_>>() {
             let camera = &mut device.camera;
@@ -218,7 +219,7 @@ impl Kernel for Network {
     fn unmap_all(&mut self, _: Handle) {}
 
     fn queue(&mut self, device: Handle, index: u32) -> Result<(), Errno> {
-        // Before the stream begins, it's known how many there are.
+        // Before the stream begins, their number is known.
         if let Some(stream) = &mut self.device(device)?.stream {
             stream.taken.remove(&index);
             if !stream.free.contains(&index) {
@@ -241,7 +242,7 @@ impl Kernel for Network {
         let is_whole = chosen.is_whole(&frame);
         let nanos = if is_whole { stream.time.here(frame.timestamp_ns, now) } else { now };
         let flags = TIMESTAMP_MONOTONIC | if is_whole { 0 } else { FLAG_ERROR };
-        // The numbers of 64 bits are told apart by the lower half.
+        // Numbers of 64 bits are distinguished by the lower half.
         let sequence = frame.frame_id as u32;
         stream.taken.insert(index, frame);
         Ok(Filled { index, bytes_used: chosen.bytes() as u32, flags, sequence, nanos })
@@ -318,8 +319,8 @@ impl Kernel for Network {
     }
 }
 
-/// True if the camera answers that this program controls it. One that was restarted so soon that it was never silent
-/// doesn't: it knows of no stream.
+/// True if the camera confirms the control by this program. After too quick a restart to be noticed
+/// as silence, the camera doesn't: it knows of no stream.
 fn is_ours(camera: &GenICamera) -> bool {
     let asked = camera.transport().read_register(bootstrap::CONTROL_CHANNEL_PRIVILEGE);
     let answer = asked.map(|answer| answer.wait_timeout(ANSWER * (u32::from(REPEATS) + 1)));

@@ -1,30 +1,31 @@
-//! Pixel formats of machine-vision cameras (GenICam's PFNC names), and their frames as the layouts that are read
-//! elsewhere: deep brightness as numbers of two bytes, the low one first; a deep Bayer mosaic in 8 bits.
+//! Pixel formats of machine-vision cameras (GenICam's PFNC names), and their frames in common
+//! layouts: deep brightness as numbers of two bytes, the low one first; a deep Bayer mosaic in 8
+//! bits.
 
 use crate::v4l2::kernel::FourCc;
 
-/// How a sample lies in the bytes.
+/// Place of a sample in the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Samples {
-    /// As it is read, in this many bytes a pixel.
+    /// As read, in the given number of bytes a pixel.
     Plain(usize),
     /// A number in two bytes, the low one first.
     Words,
-    /// One number behind the other, without gaps, the lowest bit first.
+    /// Numbers without gaps, the lowest bit first.
     Bits,
-    /// Two numbers in three bytes: the high bits of the first, the low bits of both, the high bits of the second. GigE
-    /// Vision's own packing.
+    /// Two numbers in three bytes: the high bits of the first, the low bits of both, the high bits
+    /// of the second. GigE Vision's own packing.
     Pairs,
     /// Brightness behind each colour byte.
     AfterColour,
 }
 
-/// A pixel format that can be read.
+/// A readable pixel format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Format {
-    /// The camera's name for it.
+    /// The camera's name of the format.
     pub(super) name: String,
-    /// Its four-character code here.
+    /// Four-character code.
     pub(super) fourcc: FourCc,
     samples: Samples,
     /// Bits of a number.
@@ -33,7 +34,7 @@ pub(super) struct Format {
 }
 
 impl Format {
-    /// The format of that name; `None` if it isn't read.
+    /// Format by name; `None` if unreadable.
     pub(super) fn named(name: &str) -> Option<Self> {
         let format = |fourcc: &FourCc, samples, depth, is_mosaic| {
             Some(Self { name: name.into(), fourcc: *fourcc, samples, depth, is_mosaic })
@@ -94,7 +95,7 @@ impl Format {
         }
     }
 
-    /// Bytes that a picture has at least as it comes, where `padding` bytes end each row.
+    /// Least number of bytes of a picture as sent, with `padding` bytes after each row.
     pub(super) fn bytes_sent(&self, width: usize, height: usize, padding: usize) -> usize {
         match padding {
             0 => (width * height * self.bits()).div_ceil(8),
@@ -102,7 +103,7 @@ impl Format {
         }
     }
 
-    /// Bytes of a picture as it is read.
+    /// Bytes of a picture as read.
     pub(super) fn bytes_read(&self, width: usize, height: usize) -> usize {
         let bytes = match self.samples {
             Samples::Plain(bytes) => bytes,
@@ -113,7 +114,8 @@ impl Format {
         width * height * bytes
     }
 
-    /// Appends a picture as it is read. `sent` has [`Self::bytes_sent`] bytes at least; a shorter one gives fewer.
+    /// Appends a picture as read. `sent` has [`Self::bytes_sent`] bytes at least; a shorter one
+    /// gives fewer.
     pub(super) fn read(
         &self,
         sent: &[u8],
@@ -158,7 +160,7 @@ impl Format {
         let value = value.min(white);
         match (self.is_mosaic, self.depth) {
             (true, _) => read.push(((255 * value + white / 2) / white) as u8),
-            // No layout has 14 bits: over the whole range of 16.
+            // No layout has 14 bits: scale to the whole range of 16.
             (false, 14) => read.extend(((value << 2 | value >> 12) as u16).to_le_bytes()),
             (false, _) => read.extend((value as u16).to_le_bytes()),
         }

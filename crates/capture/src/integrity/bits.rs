@@ -3,7 +3,7 @@
 /// Bits of the data, most significant first; zeros after the end.
 pub(super) struct Bits<'a> {
     data: &'a [u8],
-    /// Byte that the next refill begins with.
+    /// Index of the first byte of the next refill.
     at: usize,
     /// The next bits, left-aligned; those after the first `held` are true, too, or zero.
     word: u64,
@@ -11,7 +11,7 @@ pub(super) struct Bits<'a> {
 }
 
 impl<'a> Bits<'a> {
-    /// Nothing is held before the first refill.
+    /// Reader with nothing held before the first refill.
     pub(super) fn new(data: &'a [u8]) -> Self {
         Self { data, at: 0, word: 0, held: 0 }
     }
@@ -46,18 +46,19 @@ impl<'a> Bits<'a> {
         self.held -= count;
     }
 
-    /// Bits that were taken.
+    /// Number of bits taken.
     fn taken(&self) -> usize {
         8 * self.at - self.held as usize
     }
 
-    /// True if bits were taken that are not in the data.
+    /// True if more bits were taken than in the data.
     #[inline(always)]
     pub(super) fn overrun(&self) -> bool {
         self.taken() > 8 * self.data.len()
     }
 
-    /// Whole bytes that were not taken. `None` if too many were, or if the padding of the last byte is not all ones.
+    /// Number of whole bytes not taken. `None` if too many were, or if the padding of the last byte
+    /// is not all ones.
     pub(super) fn left(&self) -> Option<usize> {
         if self.overrun() {
             return None;

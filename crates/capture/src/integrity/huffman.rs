@@ -1,15 +1,15 @@
-//! Huffman tables of baseline JPEG, for stepping over codes.
+//! Huffman tables of baseline JPEG, for skipping codes.
 
 use super::bits::Bits;
 
-/// Bits that are looked up at once, of coefficients and of means.
+/// Number of bits looked up at once, of coefficients and of means.
 const FAST_BITS: u32 = 12;
 const FAST_MEAN_BITS: u32 = 10;
-/// Longest values that 8-bit pictures have.
+/// Longest values in 8-bit pictures.
 const LONGEST_MEAN: u32 = 11;
 const LONGEST_VALUE: u32 = 10;
 
-/// Lengths and values of a table's codes, as a DHT segment has them.
+/// Lengths and values of a table's codes, as in a DHT segment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct TableSpec {
     pub(super) counts: [u8; 16],
@@ -19,15 +19,15 @@ pub(super) struct TableSpec {
 /// A prefix code.
 #[derive(Clone, Debug)]
 struct Code {
-    /// Limits by code length: one past the last code, aligned to 16 bits; and the number to add to a code for its
-    /// index.
+    /// Limits by code length: the last code plus 1, aligned to 16 bits; and the number to add to a
+    /// code for its index.
     limits: [u32; 17],
     offsets: [i32; 17],
     values: Vec<u8>,
 }
 
 impl Code {
-    /// `None` if the counts do not make a prefix code or do not fit the values.
+    /// Builds the code; `None` if the counts do not make a prefix code or do not fit the values.
     fn new(spec: &TableSpec) -> Option<Self> {
         let total: usize = spec.counts.iter().map(|count| usize::from(*count)).sum();
         if total > 256 || total != spec.values.len() {
@@ -49,7 +49,8 @@ impl Code {
         Some(Self { limits, offsets, values: spec.values.clone() })
     }
 
-    /// Length and value of the code that the 16 bits `next` begin with; `None` if there is no such code.
+    /// Length and value of the code at the start of the 16 bits `next`; `None` if there is no such
+    /// code.
     fn look_up(&self, next: u32) -> Option<(u32, u8)> {
         let length = (1..=16_u32).find(|length| next < self.limits[*length as usize])?;
         let code = (next >> (16 - length)) as i32;
@@ -57,7 +58,8 @@ impl Code {
         Some((length, *self.values.get(index)?))
     }
 
-    /// Length and value of the code that each pattern of `N` begins with, where the pattern is long enough.
+    /// Length and value of the code at the start of each pattern of `N`, if the pattern is long
+    /// enough.
     fn patterns<const N: usize>(&self) -> impl Iterator<Item = (usize, Option<(u32, u8)>)> {
         let bits = N.ilog2();
         let code = move |pattern| self.look_up((pattern as u32) << (16 - bits));
@@ -65,16 +67,17 @@ impl Code {
     }
 }
 
-/// Steps over the differences of blocks' means.
+/// Decoder of the differences of blocks' means.
 #[derive(Clone, Debug)]
 pub(super) struct MeanTable {
     code: Code,
-    /// Table by the next bits: 16 times the difference, and the number of bits it takes; 0 if more must be looked at.
+    /// Table by the next bits: 16 times the difference, plus the number of bits; 0 if more bits are
+    /// needed.
     fast: Box<[i16; 1 << FAST_MEAN_BITS]>,
 }
 
 impl MeanTable {
-    /// `None` if `spec` is no prefix code.
+    /// Builds the table; `None` if `spec` is no prefix code.
     pub(super) fn new(spec: &TableSpec) -> Option<Self> {
         let code = Code::new(spec)?;
         let mut fast = Box::new([0; 1 << FAST_MEAN_BITS]);
@@ -114,25 +117,25 @@ impl MeanTable {
     }
 }
 
-/// The number that `size` bits of value `value` code.
+/// Number coded by `size` bits of value `value`.
 fn signed(value: u32, size: u32) -> i32 {
     let value = value as i32;
     if size > 0 && value < 1 << (size - 1) { value - (1 << size) + 1 } else { value }
 }
 
-/// Steps over the other coefficients of blocks.
+/// Decoder to skip the other coefficients of blocks.
 #[derive(Clone, Debug)]
 pub(super) struct StepTable {
     code: Code,
     fast: Box<[Step; 1 << FAST_BITS]>,
 }
 
-/// The next coefficients of a block: as many as the bits that are looked up hold.
+/// The next coefficients of a block: as many as fit in the bits looked up.
 #[derive(Clone, Copy, Debug)]
 struct Step(u16);
 
 impl Step {
-    /// More must be looked at: more coefficients than a block has.
+    /// More bits are needed; coded as more coefficients than in a block.
     const LONG: Self = Self(64 << 5);
 
     fn new(bits: u32, coefficients: u32, ends: bool) -> Self {
@@ -150,13 +153,13 @@ impl Step {
         u32::from(self.0 >> 5 & 127)
     }
 
-    /// True if the block ends with them.
+    /// True if the block ends after them.
     #[inline(always)]
     fn ends(self) -> bool {
         self.0 >> 15 == 1
     }
 
-    /// This and the `next`, if both are within the bits that are looked up.
+    /// The step and `next` combined, if both fit in the bits looked up.
     fn then(self, next: Self) -> Option<Self> {
         let (bits, coefficients) =
             (self.bits() + next.bits(), self.coefficients() + next.coefficients());
@@ -166,7 +169,7 @@ impl Step {
 }
 
 impl StepTable {
-    /// `None` if `spec` is no prefix code.
+    /// Builds the table; `None` if `spec` is no prefix code.
     pub(super) fn new(spec: &TableSpec) -> Option<Self> {
         let code = Code::new(spec)?;
         let mut single = [Step::LONG; 1 << FAST_BITS];
@@ -191,8 +194,8 @@ impl StepTable {
         Some(Self { code, fast })
     }
 
-    /// Takes at most 26 bits of the block that has `coefficients` so far, and returns if it's complete. `None` if no
-    /// encoder writes such bits.
+    /// Takes at most 26 bits of a block with `coefficients` so far, and returns true if complete.
+    /// `None` for bits no encoder writes.
     #[inline(always)]
     pub(super) fn take(&self, bits: &mut Bits<'_>, coefficients: &mut u32) -> Option<bool> {
         let step = self.fast[bits.peek(FAST_BITS) as usize];
@@ -213,7 +216,7 @@ impl StepTable {
         *coefficients += run + 1;
         match (run, size) {
             (0, 0) => Some(true),
-            // Sixteen zeros, and a value is to follow.
+            // Sixteen zeros, and a value must follow.
             (15, 0) if *coefficients < 64 => Some(false),
             (_, 1..=LONGEST_VALUE) if *coefficients <= 64 => Some(*coefficients == 64),
             _ => None,
@@ -221,7 +224,7 @@ impl StepTable {
     }
 }
 
-/// The tables that a camera means when it sends none (ITU-T T.81, annex K.3), as DHT segments.
+/// Standard tables, for cameras without tables (ITU-T T.81, annex K.3), as DHT segments.
 pub(super) fn standard_segments() -> Vec<u8> {
     let mut bytes = Vec::with_capacity(420);
     for (class_and_number, spec) in standard() {
@@ -235,7 +238,7 @@ pub(super) fn standard_segments() -> Vec<u8> {
     bytes
 }
 
-/// Class (high half: 0 for DC, 1 for AC) and number of the standard tables, with their codes.
+/// Class (high half: 0 for DC, 1 for AC) and number of the standard tables, with the codes.
 pub(super) fn standard() -> [(u8, TableSpec); 4] {
     let dc: Vec<u8> = (0..12).collect();
     let luma_dc = [0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0];

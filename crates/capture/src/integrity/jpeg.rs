@@ -1,4 +1,4 @@
-//! Frames of a motion-JPEG camera: their headers, and the contents that their scan must have.
+//! Frames of a motion-JPEG camera: headers, and the expected contents of the scan.
 
 use std::borrow::Cow;
 
@@ -9,12 +9,12 @@ use super::{
 };
 use boresight_geometry::frame::ImageSize;
 
-/// Most bytes between the scan and its end that some cameras put there, in every frame.
+/// Most padding bytes between the scan and the end, as in every frame of some cameras.
 const TRAILING_PADDING_BYTES: usize = 16;
-/// Consecutive frames with such bytes that make a habit.
+/// Number of consecutive padded frames to count as a habit.
 const PADDED_FRAMES_TO_LEARN: u32 = 5;
 
-/// Checks the frames of one stream. Learns whether the camera is one of those that pad its frames.
+/// Checks the frames of a stream. Learns if the camera pads its frames.
 #[derive(Clone, Debug, Default)]
 pub struct JpegGate {
     padded_in_a_row: u32,
@@ -26,23 +26,23 @@ pub struct JpegGate {
 /// A whole frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checked<'a> {
-    /// The frame, complete for any decoder: with Huffman tables, from its start to its end.
+    /// The frame, complete for any decoder: with Huffman tables, from start to end.
     pub bytes: Cow<'a, [u8]>,
-    /// True if the tables had to be put in.
+    /// True if the tables had to be inserted.
     pub lacked_tables: bool,
 }
 
 impl JpegGate {
-    /// The size that the headers of a JPEG state.
+    /// Size in the headers of a JPEG.
     ///
     /// # Errors
     ///
-    /// [`Flaw`] if they aren't those of a camera's JPEG.
+    /// [`Flaw`] if the headers aren't those of a camera's JPEG.
     pub fn size(bytes: &[u8]) -> Result<ImageSize, Flaw> {
         Headers::read(bytes).map(|headers| headers.size)
     }
 
-    /// Checks that `bytes`, all of one frame, are one whole JPEG of `size`.
+    /// Checks that `bytes`, all of one frame, are a whole JPEG of `size`.
     ///
     /// # Errors
     ///
@@ -93,7 +93,7 @@ struct Headers {
     size: ImageSize,
     components: Vec<Component>,
     dc_steps: [Option<u16>; 4],
-    /// Bodies of the segments that define tables.
+    /// Bodies of the table segments.
     tables: Vec<u8>,
     restart_every: u32,
     scan_header_at: usize,
@@ -178,7 +178,7 @@ impl Headers {
         Ok(())
     }
 
-    /// Only the step of the first coefficient matters here.
+    /// Reads the quantization step of the first coefficient; no other matters here.
     fn read_steps(&mut self, mut body: &[u8]) -> Result<(), Flaw> {
         while let Some((&place, rest)) = body.split_first() {
             let wide = place >> 4 == 1;
@@ -192,7 +192,7 @@ impl Headers {
         Ok(())
     }
 
-    /// A camera sends all components in one scan.
+    /// Reads the scan header. A camera sends all components in a single scan.
     fn read_scan(&mut self, body: &[u8]) -> Result<(), Flaw> {
         let (&count, rest) = body.split_first().ok_or(Flaw::BadHeader)?;
         let count = usize::from(count);
@@ -239,7 +239,7 @@ impl Headers {
     }
 }
 
-/// Huffman tables, kept as long as the frames bring the same.
+/// Huffman tables, kept until a frame has different ones.
 #[derive(Clone, Debug, Default)]
 struct Tables {
     /// Bodies of the segments behind the tables; `None` before the first frame.
@@ -251,7 +251,7 @@ struct Tables {
 }
 
 impl Tables {
-    /// Takes over the tables that `bodies` define, or the standard ones if `bodies` is empty.
+    /// Takes over the tables defined by `bodies`, or the standard tables if `bodies` is empty.
     fn become_those_of(&mut self, bodies: &[u8]) -> Result<(), Flaw> {
         if self.from.as_deref() == Some(bodies) {
             return Ok(());

@@ -1,17 +1,17 @@
-//! Check that a frame is whole. It comes before a picture may count, because decoders fill in what is missing.
+//! Check of frames for completeness, before a picture may count: decoders fill in missing parts.
 //!
 //! | stage | question |
 //! |---|---|
 //! | [`raw`] | has an uncompressed frame as many bytes as its mode needs? |
-//! | `jpeg` | start, headers, picture size, end within the frame's bytes? Missing Huffman tables are put in |
-//! | `scan` | does the compressed data hold every block of the picture, and nothing else? |
-//! | `seam` | does the picture go on as it began, or do the blocks after some point jump in brightness? |
+//! | `jpeg` | start, headers, size, end? Missing Huffman tables are inserted |
+//! | `scan` | does the data hold every block of the picture, and nothing else? |
+//! | `seam` | do the blocks after some point jump in brightness? |
 //!
-//! Limits: JPEG has no checksum. A changed bit within a coefficient's value that keeps every code's length
-//! gives another picture of the same structure: some blocks that are wrong, and nothing in the frame tells. So
-//! does the join of two frames at the same block. What that does to the corners is caught where a view is
-//! chosen, see `moved_rigidly` of `guidance::motion`; not for a view that a person forces, or a
-//! photograph.
+//! Limits: JPEG has no checksum. A changed bit within a coefficient's value, with every code's
+//! length unchanged, gives another picture of the same structure: some wrong blocks, without any
+//! sign in the frame. So does the join of two frames at the same block. The effect on corners is
+//! caught in the choice of a view, see `moved_rigidly` of `guidance::motion`; not for a forced
+//! view, or a photograph.
 
 mod bits;
 mod huffman;
@@ -21,10 +21,10 @@ mod seam;
 
 pub use jpeg::{Checked, JpegGate};
 
-/// Why a frame is not used.
+/// Reason for rejecting a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
-    /// The driver flagged it.
+    /// The driver flagged the frame.
     Flagged,
     /// A frame without bytes.
     Empty,
@@ -36,19 +36,20 @@ pub enum Flaw {
     NoStart,
     /// No end-of-image marker of a JPEG.
     NoEnd,
-    /// Headers that no camera's JPEG has.
+    /// Headers not of a camera's JPEG.
     BadHeader,
     /// Another picture size than the mode's.
     OtherSize,
-    /// Compressed data that ends before the picture does, or that no encoder writes.
+    /// Compressed data with a too early end, or not from any encoder.
     BrokenScan,
     /// Compressed data after the end of the picture.
     SurplusScan,
-    /// The decoder refused it.
+    /// The decoder refused the frame.
     Undecodable,
 }
 
-/// Least number of bytes of an uncompressed frame of `rows` rows, `bytes_per_row` apart.
+/// Checks that `used` bytes suffice for an uncompressed frame of `rows` rows, `bytes_per_row`
+/// apart.
 ///
 /// # Errors
 ///

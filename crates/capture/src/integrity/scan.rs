@@ -1,10 +1,10 @@
 //! Steps over every code of a baseline JPEG's scan without decoding a picture.
 //!
-//! A whole scan holds exactly the blocks that the picture's size asks for, each with at most 64
-//! coefficients and a mean that a picture can have, and after the last one only the fill to the byte.
-//! Data that was cut, joined or changed loses step with the codes: it ends early or late, meets a code
-//! that is none, or runs out of a block. Method: ITU-T T.81, annex F.2. Data that finds back into step by
-//! chance has mostly lost the means, see [`super::seam`].
+//! A whole scan holds exactly the blocks of the picture's size, each with at most 64 coefficients
+//! and a possible mean, and after the last one only the fill to the byte. Cut, joined or changed
+//! data loses step with the codes: it ends early or late, meets an invalid code, or runs out of a
+//! block. Method: ITU-T T.81, annex F.2. Data back in step by chance has mostly lost the means, see
+//! [`super::seam`].
 
 use super::{
     Flaw,
@@ -43,26 +43,27 @@ pub(super) struct Expected<'a> {
 pub(super) struct End {
     /// Index of the end-of-image marker, in bytes.
     pub(super) marker_at: usize,
-    /// Bytes between the last block and that marker.
+    /// Number of bytes between the last block and the marker.
     pub(super) surplus: usize,
 }
 
 /// Largest mean, in eighths of a grey level: half the range of a sample, and rounding.
 pub(super) const LARGEST_MEAN: i32 = 1024 + 64;
 
-/// Least certainty of a jump, 0 to 1, at which the gate refuses a picture. Brightness of real pictures comes to 0.36,
-/// of edges drawn to look like one to 0.41; colour, in which most neighbours are equal, to 0.61.
+/// Least certainty of a jump, 0 to 1, at which the gate refuses a picture. Brightness of real
+/// pictures comes to 0.36, of edges drawn to resemble a jump to 0.41; colour, with mostly equal
+/// neighbours, to 0.61.
 const SURE_OF_BRIGHTNESS: f64 = 0.5;
 const SURE_OF_COLOUR: f64 = 0.85;
 
-/// Memory that is used again for every frame.
+/// Memory reused for every frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scratch {
     clean: Vec<u8>,
     edges: [Vec<Edges>; 4],
 }
 
-/// Walks the scan that begins at `start` of `bytes`.
+/// Walks the scan at `start` of `bytes`.
 pub(super) fn walk(
     bytes: &[u8],
     start: usize,
@@ -105,8 +106,8 @@ pub(super) fn walk(
     }
 }
 
-/// True if a component jumps in the middle of a row and stays there. Restart markers start over in every row or so, and
-/// leave no such mark.
+/// True if a component jumps in the middle of a row and stays there. Restart markers reset the
+/// means in every row or so, and leave no such sign.
 fn jumps(expected: &Expected<'_>, edges: &[Vec<Edges>]) -> bool {
     let surely = |(part, edges): (&Part<'_>, &Vec<Edges>)| {
         let per_level = f64::from(8 * part.across) / f64::from(part.mean_step);
@@ -118,8 +119,8 @@ fn jumps(expected: &Expected<'_>, edges: &[Vec<Edges>]) -> bool {
             || sure.any(|other| other > SURE_OF_COLOUR))
 }
 
-/// True if there is a run of zero bytes as a lost packet leaves it. Zeros are codes, too, and would pass for a picture;
-/// but one whose every coefficient is -1. Real pictures have up to 46 zero bits in a row.
+/// True if there is a run of zero bytes, as after a lost packet. Zeros are codes, too, and would
+/// pass for a picture, with every coefficient -1. Real pictures have up to 46 zero bits in a row.
 fn has_zeros(data: &[u8]) -> bool {
     const RUN: usize = 10;
     // Every run of that length covers one of these pieces.
@@ -134,8 +135,8 @@ fn has_zeros(data: &[u8]) -> bool {
     })
 }
 
-/// Copies the data from `at` up to the next marker without its stuffed bytes; leaves `at` at the marker
-/// and returns it.
+/// Copies the data from `at` up to the next marker without stuffed bytes; leaves `at` at the marker
+/// and returns the marker.
 fn segment(bytes: &[u8], at: &mut usize, clean: &mut Vec<u8>) -> Result<u8, Flaw> {
     clean.clear();
     loop {
@@ -166,7 +167,7 @@ fn next_ff(bytes: &[u8]) -> Option<usize> {
     Some(passed + found)
 }
 
-/// Steps over `units` units, and returns the number of bytes after them. `None` if the data is such as no encoder
+/// Steps over `units` units, and returns the number of bytes left. `None` for data no encoder
 /// writes.
 fn blocks(
     data: &[u8],

@@ -1,14 +1,14 @@
 //! Search for a lasting jump of the picture's brightness in the middle of a row.
 //!
-//! A block's mean is coded as the difference from the block before. If one of them is wrong, every block
-//! after it is brighter or darker by as much: from there to the end of its row, and in the next row up to
-//! there, each block differs from the one above it by the same step; the rest of the two rows does not.
-//! No scene has such an edge: one that is not quite level crosses blocks, which then have means in between.
-//! Steps that begin near a row's end are not told from level edges; nor are those that are small against what
-//! the picture shows there.
+//! A block's mean is coded as the difference from the block before. If one mean is wrong, every
+//! block after it is brighter or darker by as much: from there to the end of its row, and in the
+//! next row up to there, each block differs from the one above it by the same step; the rest of the
+//! two rows does not. No scene has such an edge: a real, slightly tilted edge crosses blocks, with
+//! means in between. Steps near a row's end can't be distinguished from level edges; nor can steps
+//! small against the picture's contents there.
 
-/// Least steps, in grey levels and in units of a mean: the means of a smooth shade are rounded to neighbouring units
-/// along lines that break in just that way.
+/// Least steps, in grey levels and in units of a mean: the means of a smooth shade are rounded to
+/// neighbouring units along lines with just such a break.
 const LEAST_LEVELS: f64 = 3.0;
 const LEAST_UNITS: i16 = 3;
 
@@ -19,9 +19,10 @@ pub(super) struct Edges {
     pub(super) bottom: i16,
 }
 
-/// Certainty of such a step, 0 to 1: the least share of blocks that differ from the one above as they should, in each
-/// of the four parts of two rows. `edges` are those of all units, row by row, `columns` in each; `per_level` is the
-/// size of a grey level in their units. 0 for pictures of a few units.
+/// Certainty of such a step, 0 to 1: the least share of blocks with the right difference from the
+/// block above, over the four parts of two rows. `edges` are those of all units, row by row,
+/// `columns` in each; `per_level` is the size of a grey level in their units. 0 for pictures of a
+/// few units.
 pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
     let least = ((LEAST_LEVELS * per_level).round() as i16).max(LEAST_UNITS);
     // Shorter parts of a row say too little.
@@ -37,7 +38,7 @@ pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
         std::mem::swap(&mut upper, &mut lower);
         let upper_sum = lower_sum;
         lower_sum = steps(pair[0], pair[1], least, &mut lower);
-        // Continue only if most blocks of one row's length step to the same side.
+        // Continue only if most blocks of a row's length step to the same side.
         let sum = upper_sum + lower_sum;
         if 10 * sum.abs() >= 4 * columns as i32 * i32::from(least) {
             surest =
@@ -47,16 +48,16 @@ pub(super) fn seam(edges: &[Edges], columns: usize, per_level: f64) -> f64 {
     surest
 }
 
-/// Writes the steps from the units of row `high` down to those of row `low`, and returns their sum, with each step
-/// limited to ±`least`.
+/// Writes the steps from the units of row `high` down to row `low`, and returns the sum, with each
+/// step limited to ±`least`.
 fn steps(high: &[Edges], low: &[Edges], least: i16, steps: &mut Vec<i16>) -> i32 {
     steps.clear();
     steps.extend(low.iter().zip(high).map(|(low, high)| low.top - high.bottom));
     steps.iter().map(|step| i32::from((*step).clamp(-least, least))).sum()
 }
 
-/// Certainty, 0 to 1, that the `upper` steps from some column on, and the `lower` up to it, are all the same step, of
-/// the sign of `least` and no smaller, and that all others are zero.
+/// Certainty, 0 to 1, that the `upper` steps from some column on, and the `lower` up to it, are all
+/// the same step, of the sign of `least` and no smaller, and that all others are zero.
 fn broken_line(upper: &[i16], lower: &[i16], margin: usize, least: i32) -> f64 {
     let counted = |step: i16| (i32::from(step) * least.signum()).clamp(-least.abs(), least.abs());
     let (mut gain, mut best) = (0, (i32::MIN, margin));
@@ -92,7 +93,7 @@ mod tests {
     /// Size of a grey level in units of the means, for a quantization step of 8.
     const PER_LEVEL: f64 = 1.0;
 
-    /// Units of one block each, with the brightness that `level` gives a pixel, and a little grain.
+    /// Units of one block each, with brightness `level` at a pixel, and a little grain.
     fn picture(level: impl Fn(f64, f64) -> f64) -> Vec<Edges> {
         let block = |number: usize| {
             let (column, row) = (number % COLUMNS, number / COLUMNS);

@@ -1,4 +1,4 @@
-//! Requests to nokhwa, and the meaning of its words.
+//! Requests to nokhwa, and the meaning of the answers.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -20,18 +20,19 @@ use boresight_geometry::{
     panic_message,
 };
 
-/// Why a camera can't be used, with details.
+/// Reason for the loss of a camera, with details.
 pub(super) type Loss = (Fault, String);
 
-/// Formats that hold brightness.
+/// Formats with brightness.
 const FORMATS: [FrameFormat; 4] =
     [FrameFormat::MJPEG, FrameFormat::YUYV, FrameFormat::NV12, FrameFormat::GRAY];
 /// Time for a person to decide about access to the camera.
 const ASKING: Duration = Duration::from_secs(60);
-/// Page size: memory of a frame comes in whole pages, so a surplus up to one page is no gap between rows.
+/// Page size: memory of a frame comes in whole pages, so a surplus up to a page is no gap between
+/// rows.
 const PAGE: usize = 4096;
 
-/// A camera that streams. Every call may take for ever, or panic; so may dropping it.
+/// A streaming camera. Every call may take for ever, or panic; so may dropping it.
 pub(super) trait Blocking {
     /// The granted mode.
     fn mode(&self) -> Mode;
@@ -40,17 +41,17 @@ pub(super) trait Blocking {
     fn frame(&mut self) -> Result<Vec<u8>, Loss>;
 }
 
-/// A camera as the library lists it.
+/// A camera in the library's list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listed {
     /// Name for `--source`: `nokhwa:` and the system's name for the camera.
     pub source: String,
-    /// Name, as the camera says it; may hold anything.
+    /// Name stated by the camera; may hold anything.
     pub name: String,
     pub(super) index: CameraIndex,
 }
 
-/// The cameras that the library finds.
+/// Lists the cameras found by the library.
 ///
 /// # Errors
 ///
@@ -69,7 +70,7 @@ pub fn list() -> Result<Vec<Listed>, Loss> {
     Ok(listed)
 }
 
-/// The camera among `listed` that `source` means: by its whole name, or by its number among all.
+/// Camera among `listed` by `source`: a whole name, or a number among all.
 ///
 /// # Errors
 ///
@@ -87,7 +88,7 @@ pub fn find(listed: &[Listed], source: &str) -> Result<Listed, Loss> {
     }
 }
 
-/// Calls the library; a panic in it is a fault of the driver.
+/// Calls the library; a panic counts as a fault of the driver.
 pub(super) fn caught<T>(call: impl FnOnce() -> Result<T, Loss>) -> Result<T, Loss> {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
         let words = panic_message::panic_message(&*payload).unwrap_or_default();
@@ -95,7 +96,7 @@ pub(super) fn caught<T>(call: impl FnOnce() -> Result<T, Loss>) -> Result<T, Los
     })
 }
 
-/// A camera of the library that streams.
+/// A streaming camera of the library.
 pub(super) struct Streaming {
     camera: Camera,
     mode: Mode,
@@ -104,7 +105,7 @@ pub(super) struct Streaming {
 }
 
 impl Streaming {
-    /// Opens the camera in the best mode of those `wanted`, and starts it.
+    /// Opens and starts the camera in the best `wanted` mode.
     pub(super) fn open(index: CameraIndex, wanted: &Wanted) -> Result<Self, Loss> {
         let failed = |err: NokhwaError| loss_of(&err);
         ask_for_permission()?;
@@ -144,7 +145,7 @@ impl Blocking for Streaming {
     }
 }
 
-/// Loss for rows with gaps between them: the library doesn't state their distance.
+/// Loss for rows with gaps between them, whose distance the library doesn't state.
 fn gaps(came: usize, needed: usize) -> Loss {
     (Fault::NoFormat, format!("frames of {came} bytes for a picture of {needed}"))
 }
@@ -158,7 +159,7 @@ fn picture_bytes(mode: &Mode) -> Option<usize> {
     }
 }
 
-/// Some systems ask the person first. Others answer at once.
+/// Asks for permission. Some systems ask the person first; others answer at once.
 fn ask_for_permission() -> Result<(), Loss> {
     if nokhwa_check() {
         return Ok(());
@@ -204,7 +205,7 @@ fn mode(format: &CameraFormat) -> Option<Mode> {
     Some(Mode { size: offer.size, layout, interval_secs: offer.interval })
 }
 
-/// The fault behind the library's words; numbers of errors are in them as text only.
+/// Fault behind the library's words; error numbers appear in the text only.
 pub(super) fn loss_of(err: &NokhwaError) -> Loss {
     let words = err.to_string();
     let lower = words.to_lowercase();

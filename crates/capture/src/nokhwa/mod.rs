@@ -2,13 +2,13 @@
 //!
 //! | file | is |
 //! |---|---|
-//! | `device` | what nokhwa is asked, and what its words mean |
-//! | `reader` | the thread on which it is asked: it may wait for ever, or panic |
-//! | `source` | that as a frame source which outlives its camera's absence |
+//! | `device` | requests to nokhwa, and the meaning of its words |
+//! | `reader` | the thread of these requests: a call may wait for ever, or panic |
+//! | `source` | all of that as a frame source that outlives its camera's absence |
 //!
-//! `boresight devices` states the limits of nokhwa: it hands frames over without number, length and error mark, with a
-//! time of the wall clock, which may jump; and its names for focus and zoom mean other controls than those that lock
-//! them.
+//! `boresight devices` states the limits of nokhwa: its frames lack number, length and error mark,
+//! with a time of the wall clock, which may jump; and its names for focus and zoom mean other
+//! controls than the lockable ones.
 
 mod device;
 mod reader;

@@ -1,7 +1,7 @@
-//! The thread on which a camera is opened and read.
+//! Thread of a camera, for opening and reading.
 //!
-//! A call into the library may never return, and nothing can make it. Then the thread is left behind: it
-//! ends with the call, or with the program, and nobody waits for it.
+//! A call into the library may never return, and can't be interrupted. Then the thread is left
+//! behind, without waiting: it ends with the call, or with the program.
 
 use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
@@ -15,7 +15,7 @@ use boresight_geometry::device::{Fault, Mode};
 /// Opens a camera; called on the thread.
 pub(super) type Opener = Arc<dyn Fn() -> Result<Box<dyn Blocking>, Loss> + Send + Sync>;
 
-/// Longest wait for the reader to end, so that the camera is free for the next program.
+/// Longest wait for the end of the reader, to free the camera for the next program.
 const ENDING: Duration = Duration::from_secs(1);
 
 /// A run of a camera.
@@ -28,7 +28,7 @@ pub(super) struct Reader {
 pub(super) enum Said {
     /// The camera streams, in this mode.
     Started(Mode),
-    /// The newest frame, and how many it replaced.
+    /// The newest frame, and the number of replaced frames.
     Frame { bytes: Vec<u8>, came_at: Instant, replaced: u64 },
     /// The run is over, and the camera closed.
     Ended(Loss),
@@ -90,7 +90,7 @@ impl Reader {
 }
 
 impl Shared {
-    /// Opens the camera and reads it until it fails or is no longer wanted.
+    /// Opens the camera and reads until an error or a stop.
     fn read(&self, open: &Opener) -> Result<(), Loss> {
         let mut camera = caught(|| open())?;
         self.tell(|state| state.started = Some(camera.mode()));
@@ -109,7 +109,8 @@ impl Shared {
                 break Ok(());
             }
         };
-        // Closed outside the reading call: a second panic while the first one unwinds would end the program.
+        // Closed outside the reading call: a second panic while the first one unwinds would end the
+        // program.
         let closed = caught(move || {
             drop(camera);
             Ok(())

@@ -35,7 +35,8 @@ const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(4);
 /// Time between two reports of counts.
 const COUNTING: Duration = Duration::from_secs(1);
-/// Number of frames among which an old one may come again: as many as the driver has memory for.
+/// Number of last frames compared with a new frame, to skip old ones: the driver's number of
+/// buffers.
 const BUFFERS: usize = 4;
 
 /// A live camera, read through nokhwa.
@@ -47,7 +48,7 @@ pub struct NokhwaCamera {
     doubts: Vec<(Fault, String)>,
     mode: Mode,
     reader: Option<Reader>,
-    /// Why the camera is lost; `None` while it runs.
+    /// Reason of the loss; `None` while running.
     lost: Option<Loss>,
     next_look: Instant,
     pause: Duration,
@@ -68,7 +69,7 @@ pub struct NokhwaCamera {
 }
 
 impl NokhwaCamera {
-    /// Opens a camera that was found on Linux; its own description finds it again.
+    /// Opens a camera found on Linux, to be found again by its own description.
     ///
     /// # Errors
     ///
@@ -96,7 +97,7 @@ impl NokhwaCamera {
         Ok(source)
     }
 
-    /// Opens a camera by a name of [`list`]: `nokhwa:` and its address, name or number.
+    /// Opens a camera by a name of [`list`]: `nokhwa:` and an address, name or number.
     ///
     /// # Errors
     ///
@@ -176,7 +177,7 @@ impl NokhwaCamera {
         time.saturating_duration_since(self.began).as_nanos() as u64 + 1
     }
 
-    /// Says that the camera is lost, once for each reason.
+    /// Reports the loss of the camera, once for each reason.
     fn lose(&mut self, loss: Loss) {
         // "Not found" after a loss is the same loss, not a new one.
         let still_away = self.lost.is_some() && loss.0 == Fault::NotFound;
@@ -187,7 +188,7 @@ impl NokhwaCamera {
         }
     }
 
-    /// Takes what the reader has to say, waiting at most `patience`.
+    /// Takes the reader's news, waiting at most `patience`.
     fn listen(&mut self, patience: Duration) -> Option<Arc<Frame>> {
         let reader = self.reader.as_ref()?;
         let limit = if self.came { STEADY_PATIENCE } else { START_PATIENCE };
@@ -222,7 +223,7 @@ impl NokhwaCamera {
         None
     }
 
-    /// Takes over the mode of a camera that was found again and streams: the session's mode, or none.
+    /// Takes over the mode of a returning camera: must be the session's mode.
     fn granted(&mut self, mode: Mode) {
         self.last_came = Instant::now();
         if (mode.size, mode.layout) != (self.mode.size, self.mode.layout) {
@@ -273,7 +274,8 @@ impl NokhwaCamera {
         Some(Arc::new(Frame { id, captured_at, kind, name, image: image? }))
     }
 
-    /// Reports counts. Damage comes with the next good frame, because the person may be able to act on it.
+    /// Reports counts. Damage comes with the next good frame, because the person may be able to act
+    /// on it.
     fn tell_counts(&mut self, is_frame: bool) {
         let now = Instant::now();
         let counts = (self.dropped, self.rejected);
@@ -356,7 +358,7 @@ mod tests {
         interval_secs: Some((1, 30)),
     };
 
-    /// Scripted answer of a call. Without one, the call doesn't return.
+    /// Scripted answer of a call. Without an answer, the call doesn't return.
     type Word = Result<Vec<u8>, &'static str>;
 
     struct Scripted {
@@ -397,7 +399,7 @@ mod tests {
         Ok((first..first + 8).collect())
     }
 
-    /// Arrivals until one is as wanted.
+    /// Arrivals up to the first wanted.
     fn until(source: &mut NokhwaCamera, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
         let mut seen = Vec::new();
         loop {
@@ -463,7 +465,7 @@ mod tests {
     fn an_old_frame_that_comes_again_and_one_that_is_cut_are_not_shown() {
         let (mut source, script) = camera(false);
         let mut shown = Vec::new();
-        // One by one: a frame that nobody has taken is replaced by the next.
+        // One by one: an untaken frame is replaced by the next.
         for first in [1, 20, 40] {
             script.send(grey(first)).expect("heard");
             shown.extend(until(&mut source, is_frame).pop());

@@ -1,11 +1,11 @@
 //! Cuts the bytes of a pipe into pictures.
 //!
-//! | stream | a picture ends | a torn one is noticed by |
+//! | stream | a picture ends | sign of a torn picture |
 //! |---|---|---|
-//! | YUV4MPEG2 | after the bytes that the header implies | the mark of the next picture within it, or another thing than a mark after it |
-//! | JPEG | at its end marker | a start marker within it; then its compressed data are checked ([`crate::integrity`]) |
+//! | YUV4MPEG2 | after its bytes by the header | a mark within it, or no mark after it |
+//! | JPEG | at its end marker | a start marker within it; [`crate::integrity`] of the data |
 //! | PNG | after its last chunk | the checksum of each chunk |
-//! | raw | after the bytes that its form implies | nothing but an end within it: raw pictures have no marks |
+//! | raw | after its bytes by the form | only an end within it: there are no marks |
 
 use super::{
     still::{Still, StillEnd},
@@ -15,7 +15,7 @@ use crate::{Decompressor, PICTURE_LIMIT_PX, Pixels, RawForm, integrity::Flaw};
 use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
 
-/// Most bytes before the first picture that are stepped over, such as words that a login prints.
+/// Most bytes skipped before the first picture, such as words of a login.
 const PREFACE_BYTES: usize = 4096;
 /// Longest line of a header.
 const LINE_BYTES: usize = 1024;
@@ -25,22 +25,23 @@ const STREAM_MARK: &[u8] = b"YUV4MPEG2 ";
 const PICTURE_MARK: &[u8] = b"FRAME";
 const MARK_LINE: &[u8] = b"FRAME\n";
 
-/// What comes next in the bytes so far.
+/// Next item in the bytes so far.
 #[derive(Debug)]
 pub(super) enum Cut {
     /// A picture.
     Picture(Packed),
-    /// A whole picture, unless more bytes follow that aren't the next one's. Ask again after a moment.
+    /// A whole picture, unless followed by bytes other than the next picture's. Ask again after a
+    /// moment.
     Ripe,
-    /// A picture that isn't whole was left out.
+    /// An incomplete picture was left out.
     Torn,
     /// More bytes are needed.
     Nothing,
-    /// No stream of pictures that can be read; what it seems to be.
+    /// No stream of readable pictures; a guess of its kind.
     Foreign(String),
 }
 
-/// A picture as it came.
+/// A picture as received.
 #[derive(Debug)]
 pub(super) struct Packed {
     bytes: Vec<u8>,
@@ -55,7 +56,7 @@ impl Packed {
         }
     }
 
-    /// The form of an uncompressed picture.
+    /// Form of an uncompressed picture.
     pub(super) fn pixels(&self) -> Option<Pixels> {
         self.planes.map(|planes| planes.pixels)
     }
@@ -76,21 +77,21 @@ enum Kind {
     Stills(Still),
 }
 
-/// The bytes of a stream that aren't a whole picture yet.
+/// Bytes of a stream without a whole picture yet.
 #[derive(Debug)]
 pub(super) struct Cutter {
     bytes: Vec<u8>,
     kind: Kind,
     interval_secs: Option<(u32, u32)>,
-    /// True while what follows a torn picture is stepped over.
+    /// True while skipping the rest of a torn picture.
     lost: bool,
 }
 
 impl Cutter {
-    /// A cutter of a stream that names its form, or is `raw`.
+    /// Cutter of a stream with a header, or of `raw` pictures.
     pub(super) fn new(raw: Option<&RawForm>) -> Self {
         let form = raw.and_then(|raw| Planes::of(raw.size, raw.pixels, false));
-        // The rate may be any number; thousandths are exact enough to tell what's missing.
+        // The rate may be any number; thousandths are exact enough to notice losses.
         let interval = |rate_hz: f64| (1000, (1000.0 * rate_hz).round() as u32);
         Self {
             bytes: Vec::new(),
@@ -100,17 +101,18 @@ impl Cutter {
         }
     }
 
-    /// The bytes, to which new ones are appended.
+    /// The bytes, to append new ones.
     pub(super) fn bytes(&mut self) -> &mut Vec<u8> {
         &mut self.bytes
     }
 
-    /// Time from picture to picture as a fraction of a second, if the stream says.
+    /// Time from picture to picture as a fraction of a second, if stated by the stream.
     pub(super) fn interval_secs(&self) -> Option<(u32, u32)> {
         self.interval_secs
     }
 
-    /// Takes the next picture. `rests` says that the bytes have ended, or that no more came for a moment.
+    /// Takes the next picture. `rests` is true if the bytes have ended, or no more came for a
+    /// moment.
     pub(super) fn cut(&mut self, rests: bool) -> Cut {
         loop {
             match &mut self.kind {
@@ -153,7 +155,7 @@ impl Cutter {
         }
     }
 
-    /// Leaves out a picture that isn't whole, because no more bytes come; false if there is none.
+    /// Drops an incomplete picture, because no more bytes come; false if there is none.
     pub(super) fn give_up(&mut self) -> bool {
         let count = match &mut self.kind {
             Kind::Stills(still) => still.give_up(&self.bytes),
@@ -167,7 +169,7 @@ impl Cutter {
         self.bytes.drain(..count.min(self.bytes.len()));
     }
 
-    /// Finds the beginning of a stream. `None` if it was found.
+    /// Finds the beginning of a stream. `None` if found.
     fn begin(&mut self, ended: bool) -> Option<Cut> {
         let start = (0..self.bytes.len().min(PREFACE_BYTES)).find(|at| {
             let rest = &self.bytes[*at..];
@@ -261,7 +263,7 @@ impl Cutter {
         Cut::Picture(Packed { bytes, planes: Some(planes) })
     }
 
-    /// Steps on to the next mark from `from` on; that a picture was torn is said once.
+    /// Advances to the next mark from `from` on; a torn picture is reported once.
     fn find_mark(&mut self, from: usize) -> Cut {
         let is_new = !std::mem::replace(&mut self.lost, true);
         match find(&self.bytes[from..], MARK_LINE) {
@@ -289,7 +291,8 @@ impl Planes {
     }
 }
 
-/// The form of the pictures after a header such as `YUV4MPEG2 W640 H480 F30:1 Ip A1:1 C420jpeg`, and their interval.
+/// Form of the pictures after a header such as `YUV4MPEG2 W640 H480 F30:1 Ip A1:1 C420jpeg`, and
+/// the interval.
 fn stream_header(line: &str) -> Result<(Planes, Option<(u32, u32)>), String> {
     let word = |letter: char| {
         let mut words = line.split_ascii_whitespace().skip(1);

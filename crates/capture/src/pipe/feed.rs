@@ -1,4 +1,4 @@
-//! Where the bytes of a pipe come from: a command, which is always ended, or standard input.
+//! Bytes of a pipe: from a command, which is always ended, or standard input.
 
 use std::{
     io::{IsTerminal, Read, Stdin, stdin},
@@ -18,12 +18,12 @@ use rustix::{
     process::{Pid, Signal, kill_process_group},
 };
 
-/// Bytes taken at once.
+/// Bytes read at once.
 const CHUNK: usize = 1 << 18;
-/// Bytes kept of the command's last messages, and letters that are shown.
+/// Bytes kept of the command's last messages, and letters shown.
 const MESSAGES_KEPT: usize = 4096;
 const LETTERS_SHOWN: usize = 160;
-/// Time for a command to end once its output has ended, or once it was asked to.
+/// Time for a command to end after its output ended, or after a request.
 const ENDING: Duration = Duration::from_secs(1);
 const ENDING_LOOK: Duration = Duration::from_millis(10);
 
@@ -33,14 +33,14 @@ pub(super) enum Feed {
     Stdin(Stdin),
 }
 
-/// What became of an attempt to read.
+/// Result of an attempt to read.
 pub(super) enum Got {
     Bytes,
     Nothing,
     End,
 }
 
-/// A command at work; dropping it ends it, with all that it started.
+/// A running command; ended on drop, with all its children.
 pub(super) struct Running {
     child: Child,
     err: Option<ChildStderr>,
@@ -49,7 +49,7 @@ pub(super) struct Running {
 }
 
 impl Feed {
-    /// Starts the command of these words, without a shell.
+    /// Starts the command `words`, without a shell.
     pub(super) fn start(words: &[String]) -> Result<Self, Loss> {
         let Some((program, arguments)) = words.split_first() else {
             return Err((Fault::NoCommand, "nothing follows pipe:".into()));
@@ -69,7 +69,7 @@ impl Feed {
         Ok(Self::Command(Running { child, err, kept: Vec::new() }))
     }
 
-    /// Standard input, and whether it's a file, which can wait.
+    /// Standard input, and true if it's a file, which can wait.
     pub(super) fn stdin() -> Result<(Self, bool), Loss> {
         let input = stdin();
         if input.is_terminal() {
@@ -79,8 +79,8 @@ impl Feed {
         Ok((Self::Stdin(input), kind == Ok(FileType::RegularFile)))
     }
 
-    /// Waits at most `patience` for bytes and appends them. A command's messages are read meanwhile: a full pipe would
-    /// stop it.
+    /// Waits at most `patience` for bytes and appends them. A command's messages are read
+    /// meanwhile: a full pipe would stop it.
     pub(super) fn read(&mut self, bytes: &mut Vec<u8>, patience: Duration) -> std::io::Result<Got> {
         let until = Instant::now() + patience;
         loop {
@@ -113,7 +113,7 @@ impl Feed {
         }
     }
 
-    /// Whether there are bytes, or an end, of pictures and of messages.
+    /// Availability of bytes, or an end, of pictures and of messages.
     fn readable(&self, wait: &Timespec) -> std::io::Result<[bool; 2]> {
         let Some(output) = self.output() else { return Ok([true, false]) };
         let err = match self {
@@ -135,15 +135,15 @@ impl Feed {
         }
     }
 
-    /// How a command whose output has ended came to its end, with its last words: `None` if it has done what it was for,
-    /// as standard input always has.
+    /// End of a command after its output, with the last words: `None` after success, and for
+    /// standard input.
     pub(super) fn failure(&mut self) -> Option<String> {
         let Self::Command(running) = self else { return None };
         let how = running.failure()?;
         Some(self.with_last_words(how))
     }
 
-    /// `what`, and after it what the command said last.
+    /// `what`, followed by the command's last words.
     pub(super) fn with_last_words(&mut self, what: String) -> String {
         let Self::Command(running) = self else { return what };
         let words = running.last_words();
@@ -178,7 +178,7 @@ impl Running {
         match self.wait() {
             Some(status) if status.success() => None,
             Some(status) => Some(ended(status)),
-            // It has closed its output and goes on.
+            // It has closed its output and continues.
             None => Some("its output ended".into()),
         }
     }
@@ -208,12 +208,12 @@ fn ended(status: ExitStatus) -> String {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // Nobody reads any more: a command that writes ends by itself.
+        // No reader any more: a writing command ends on its own.
         drop(self.child.stdout.take());
         if let Ok(Some(_)) = self.child.try_wait() {
             return;
         }
-        // Its group, for it may be a shell; asked first, so that it can let go of its camera.
+        // The whole group, in case of a shell; a request first, so it can let go of the camera.
         let group = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
         let signal = |signal| group.map(|group| kill_process_group(group, signal).ok());
         signal(Signal::TERM);

@@ -1,11 +1,11 @@
-//! Pictures that another program writes: the standard output of a command, or our standard input.
+//! Pictures from another program: the standard output of a command, or our standard input.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `source` | the frame source: waits, loses the command and starts it again |
-//! | `feed` | the command as a child, or standard input: bytes, messages, and how it ended |
+//! | `source` | the frame source: waits, loses the command and restarts it |
+//! | `feed` | the command as a child, or standard input: bytes, messages, and its end |
 //! | `cutter`, `still` | bytes → pictures |
-//! | `what_it_is` | what a stream is that holds no pictures we read |
+//! | `what_it_is` | kind of a stream without readable pictures |
 
 mod cutter;
 mod feed;

@@ -1,9 +1,9 @@
 //! A pipe as a frame source.
 //!
-//! A command counts as a live camera: its newest picture is worth more than an old one, it's lost if it fails or falls
-//! silent, and it's started again until it's back. One that ends with status 0 has sent all its pictures. A file at
-//! standard input waits for whoever looks at its pictures; another program there is a live camera that nobody can start
-//! again.
+//! A command counts as a live camera: its newest picture is worth more than an old one, it's lost
+//! if it fails or falls silent, and it's restarted until it's back. A command ending with status 0
+//! has sent all its pictures. A file at standard input waits for the consumer; another program
+//! there is a live camera that can't be restarted.
 
 use std::time::{Duration, Instant};
 
@@ -24,23 +24,23 @@ use boresight_geometry::{
     frame::ImageSize,
 };
 
-/// Time without bytes after which a picture is whole: what belongs to it is sent at once.
+/// Time without bytes after which a picture is whole: its bytes are sent at once.
 const REST: Duration = Duration::from_millis(5);
-/// Shortest and longest pause before a lost command is started again.
+/// Shortest and longest pause before restarting a lost command.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Interval of a file's pictures if it states none, in nanoseconds.
+/// Default interval of a file's pictures, in nanoseconds.
 const USUAL_NANOS: u64 = 33_333_333;
 
-/// Pictures that another program writes.
+/// Pictures from another program.
 pub struct Pipe {
-    /// Name with its secrets, which only the command gets to see.
+    /// Name with secrets, shown to the command only.
     name: String,
     /// Words of the command; none for standard input.
     words: Vec<String>,
     raw: Option<RawForm>,
     is_live: bool,
-    /// `None` while a lost command isn't started.
+    /// `None` while a lost command isn't running.
     run: Option<Run>,
     decompressor: Decompressor,
     report: StreamReport,
@@ -52,14 +52,14 @@ impl Pipe {
     /// Name of standard input.
     pub const STDIN: &str = "pipe:-";
 
-    /// Opens `pipe:COMMAND`, or [`Self::STDIN`], and waits for the first picture, which sets the size of all. `raw` says
-    /// what the pictures are if their bytes don't.
+    /// Opens `pipe:COMMAND`, or [`Self::STDIN`], and waits for the first picture, whose size is
+    /// required of all. `raw` describes the pictures if their bytes don't.
     ///
-    /// The command is split into words as a shell does it, with quotes, and started without one.
+    /// The command is split into words like in a shell, with quotes, and started without one.
     ///
     /// # Errors
     ///
-    /// [`CaptureError::Camera`] if it can't be started, or sends no picture that can be read.
+    /// [`CaptureError::Camera`] if it can't be started, or sends no readable picture.
     pub fn open(name: &str, raw: Option<RawForm>) -> Result<Self, CaptureError> {
         let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
         let command = name.strip_prefix("pipe:").unwrap_or(name);
@@ -92,7 +92,7 @@ impl Pipe {
         Ok(source)
     }
 
-    /// Gives up the run and says that the pictures are lost.
+    /// Gives up the run and reports the loss of the pictures.
     fn lose(&mut self, loss: Loss) {
         if !self.words.is_empty() {
             self.run = None;
@@ -102,7 +102,7 @@ impl Pipe {
         self.next_start = Instant::now() + self.pause;
     }
 
-    /// Waits at most `patience`, then starts the lost command if it's time.
+    /// Waits at most `patience`, then restarts the lost command if due.
     fn start_again(&mut self, patience: Duration) {
         let left = self.next_start.saturating_duration_since(Instant::now());
         // A signal may end the wait early; the next look then comes a little sooner.
@@ -135,7 +135,7 @@ impl Pipe {
         }
     }
 
-    /// Asks the running pipe.
+    /// Reads from the running pipe.
     fn listen(&mut self, patience: Duration) -> Result<(), CaptureError> {
         let Some(run) = &mut self.run else { return Ok(()) };
         let next = run.next(patience, self.is_live);
@@ -179,19 +179,19 @@ impl Pipe {
     }
 }
 
-/// `loss` with what may be shown of the command's words.
+/// `loss` without secrets in the command's words.
 fn shown((fault, detail): Loss, name: &str) -> Loss {
     (fault, addresses_without_secrets(&detail.replace(name, &without_secrets(name))))
 }
 
-/// One run of the command.
+/// A run of the command.
 struct Run {
     feed: Feed,
     cutter: Cutter,
     ended: bool,
-    /// Whole pictures so far.
+    /// Number of whole pictures so far.
     count: u64,
-    /// Pictures that newer ones replaced, and torn ones, not yet counted by the source.
+    /// Numbers of replaced and of torn pictures, not yet counted by the source.
     counts: (u64, u64),
 }
 
@@ -207,7 +207,7 @@ impl Run {
         Self { feed, cutter: Cutter::new(raw), ended: false, count: 0, counts: (0, 0) }
     }
 
-    /// The first picture that is whole, and its layout.
+    /// The first whole picture, and the layout.
     fn first(
         &mut self,
         decompressor: &mut Decompressor,
@@ -249,7 +249,7 @@ impl Run {
         }
     }
 
-    /// Waits at most `patience` for a picture; for the newest one that has come if `newest`.
+    /// Waits at most `patience` for a picture; for the newest available if `newest`.
     fn next(&mut self, patience: Duration, newest: bool) -> std::io::Result<Next> {
         let until = Instant::now() + patience;
         let mut picture: Option<Packed> = None;
@@ -306,9 +306,9 @@ impl Run {
     }
 }
 
-/// When a command ends as if all were well, and has sent nothing.
+/// Detail of a command with a good end, but without pictures.
 const NO_PICTURE: &str = "without a picture";
-/// When every picture was refused.
+/// Detail if every picture was refused.
 const DAMAGED: &str = "every picture is damaged, or in a kind of JPEG that no camera sends";
 
 impl FrameSource for Pipe {

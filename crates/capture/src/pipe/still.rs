@@ -1,4 +1,4 @@
-//! Where a JPEG or PNG ends in a stream of them.
+//! End of a JPEG or PNG in a stream of them.
 
 const PNG_START: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_START: &[u8] = &[0xFF, 0xD8, 0xFF];
@@ -8,17 +8,17 @@ const CHUNK_BYTES: usize = 1 << 28;
 /// The end of the first picture in some bytes.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum StillEnd {
-    /// It hasn't come yet.
+    /// The end hasn't come yet.
     NotYet,
-    /// The picture's first byte, and the one after its last.
+    /// The picture's first byte, and the byte after the last.
     Whole { from: usize, to: usize },
-    /// The picture is torn; look again from there.
+    /// The picture is torn; look again from `resume`.
     Torn { resume: usize },
-    /// No picture begins before there.
+    /// No picture begins before `to`.
     Between { to: usize },
 }
 
-/// Progress through one picture, so that no byte is looked at twice.
+/// Progress through a picture, to look at every byte once.
 #[derive(Debug, Default)]
 pub(super) struct Still {
     at: usize,
@@ -31,8 +31,8 @@ impl Still {
         bytes.starts_with(JPEG_START) || bytes.starts_with(PNG_START)
     }
 
-    /// Finds the end of the first picture. What stands between pictures (padding, words of a protocol) is stepped over.
-    /// After an end or a tear, the bytes before it are to be taken away.
+    /// Finds the end of the first picture, skipping bytes between pictures (padding, words of a
+    /// protocol). After an end or a tear, the caller removes the bytes before it.
     pub(super) fn end(&mut self, bytes: &[u8]) -> StillEnd {
         let Some(from) = start_of(bytes, 0) else {
             // A start may be cut at the end of the bytes.
@@ -53,8 +53,8 @@ impl Still {
         end
     }
 
-    /// What is to be taken away if no more bytes come: the picture that isn't whole, up to the next one. `None` if there
-    /// is no picture.
+    /// Number of bytes to remove if no more come: the incomplete picture, up to the next. `None`
+    /// without a picture.
     pub(super) fn give_up(&mut self, bytes: &[u8]) -> Option<usize> {
         *self = Self::default();
         let from = start_of(bytes, 0)?;
@@ -73,7 +73,7 @@ impl Still {
             }
             let sum_at = self.at + 8 + length;
             let Some(sum) = bytes.get(sum_at..sum_at + 4) else {
-                // A length that is damaged mustn't swallow the pictures after it.
+                // A damaged length mustn't swallow the pictures after it.
                 let rest = &bytes[self.at + 8..];
                 let next = rest.windows(PNG_START.len()).position(|start| start == PNG_START);
                 return next
@@ -100,7 +100,7 @@ impl Still {
                 // The next picture begins.
                 (0xFF, 0xD8) => return StillEnd::Torn { resume: self.at },
                 (0xFF, 0xFF) => self.at += 1,
-                // A stuffed byte, a restart: the scan goes on.
+                // A stuffed byte, a restart: the scan continues.
                 (0xFF, 0x00 | 0xD0..=0xD7) => self.at += 2,
                 (0xFF, _) => {
                     let Some(&[high, low]) = bytes.get(self.at + 2..self.at + 4) else {
@@ -128,7 +128,7 @@ fn start_of(bytes: &[u8], from: usize) -> Option<usize> {
     (from..bytes.len()).find(|at| matches!(bytes[*at], 0xFF | 0x89) && Still::begins(&bytes[*at..]))
 }
 
-/// The picture at `from` is torn: the next one may begin anywhere after its start.
+/// The picture at `from` is torn: the next may begin anywhere after the start.
 fn torn(bytes: &[u8], from: usize) -> StillEnd {
     let resume =
         start_of(bytes, from + 1).unwrap_or(bytes.len().saturating_sub(PNG_START.len() - 1));

@@ -1,4 +1,4 @@
-//! Pictures through pipes: equal to what was sent, or left out; and every way in which a command fails.
+//! Pictures through pipes: equal to the sent ones, or left out; and every failure of a command.
 
 use std::{fs, os::unix::fs::PermissionsExt, path::Path, process::Command};
 
@@ -14,7 +14,7 @@ use std::{sync::Arc, time::Duration};
 
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A picture like a camera's: no two are alike.
+/// A picture like a camera's, different for each number.
 fn picture(number: u32, width: u32, height: u32) -> GrayImage {
     GrayImage::from_fn(width, height, |x, y| {
         let noise = (x * 7919 + y * 104_729 + number * 1_299_709) % 23;
@@ -41,7 +41,8 @@ fn stills(pictures: &[GrayImage], format: ImageFormat) -> Vec<Vec<u8>> {
     pictures.iter().map(encoded).collect()
 }
 
-/// A command that does what the script says, with `$D` as its folder; `seen 2` waits until picture 2 was delivered.
+/// A command from the script `text`, with `$D` as the folder; `seen 2` waits until picture 2 was
+/// delivered.
 fn script(place: &Path, text: &str) -> String {
     let path = place.join("camera");
     let wait = "seen() { until [ -e $D/seen$1 ]; do sleep 0.01; done; }";
@@ -51,7 +52,8 @@ fn script(place: &Path, text: &str) -> String {
     format!("pipe:{}", path.display())
 }
 
-/// Every arrival until the end, a wanted one, or an error. Tells the script below `place` which pictures were delivered.
+/// Arrivals up to the end, a wanted one, or an error. Tells the script below `place` the number of
+/// delivered pictures.
 fn until(
     source: &mut Pipe,
     place: &Path,
@@ -102,7 +104,7 @@ fn refused(name: &str, raw: Option<&str>) -> (Fault, String) {
     }
 }
 
-/// Cuts `bytes`, which come in pieces of `piece` bytes, and counts what was torn.
+/// Cuts `bytes`, in pieces of `piece` bytes, and counts torn pictures.
 fn cut(bytes: &[u8], piece: usize, raw: Option<&RawForm>) -> (Vec<GrayImage>, usize) {
     let mut cutter = cutter::Cutter::new(raw);
     let mut decompressor = crate::Decompressor::default();
@@ -175,7 +177,7 @@ fn no_picture_with_bytes_lost_or_added_is_a_picture() {
 
 #[test]
 fn a_jpeg_that_is_cut_anywhere_is_no_picture_and_the_next_one_is() {
-    // JPEG has no checksum, so what is lost within a picture may go unnoticed; see `integrity`.
+    // JPEG has no checksum, so a loss within a picture may go unnoticed; see `integrity`.
     let sent: Vec<GrayImage> = (0..3).map(|number| picture(number, 40, 30)).collect();
     let jpegs = stills(&sent, ImageFormat::Jpeg);
     let (whole, _) = cut(&jpegs.concat(), 4096, None);
@@ -276,7 +278,7 @@ fn a_command_that_dies_is_started_again_and_nothing_is_lost() {
     let sent: Vec<GrayImage> = (0..2).map(|number| picture(number, 64, 48)).collect();
     fs::write(place.path().join("a.y4m"), y4m(&sent[..1])).expect("written");
     fs::write(place.path().join("b.y4m"), y4m(&sent[1..])).expect("written");
-    // First it dies within its second picture; then it can't start; then it's back, and ends well.
+    // First death within the second picture; then a failed start; then a return, and a good end.
     let name = script(
         place.path(),
         "echo >> $D/starts
@@ -368,7 +370,7 @@ fn a_flood_of_messages_neither_stops_the_command_nor_grows() {
     assert!(error.is_none() && !frames(&seen).is_empty());
 }
 
-/// What a program of another kind writes, and the same picture by picture; `None` if it isn't installed.
+/// Output of another program; `None` if not installed.
 fn output(command: &str) -> Option<Vec<u8>> {
     let words = shlex::split(command).expect("words");
     let output = Command::new(&words[0]).args(&words[1..]).output().ok()?;

@@ -1,6 +1,6 @@
-//! What a stream is that holds no pictures we read, for a person.
+//! Kind of a stream without readable pictures, for a person.
 
-/// Beginnings of streams, and what they are.
+/// Beginnings of streams, and their kinds.
 const KNOWN: [(&[u8], &str); 11] = [
     (b"\0\0\0\x01", "this is H.264 or H.265"),
     (b"\0\0\x01", "this is H.264, H.265 or MPEG"),
@@ -15,7 +15,7 @@ const KNOWN: [(&[u8], &str); 11] = [
     (b"GIF8", "this is GIF"),
 ];
 
-/// Says what `bytes` seem to be.
+/// Guesses the kind of `bytes`.
 pub(super) fn what_it_is(bytes: &[u8]) -> String {
     if let Some((_, what)) = KNOWN.iter().find(|(start, _)| bytes.starts_with(start)) {
         return (*what).into();

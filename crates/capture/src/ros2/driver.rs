@@ -1,7 +1,8 @@
-//! `set_camera_info`, the service with which a camera's driver takes a calibration, keeps it, and publishes it from then on.
+//! `set_camera_info`, the service of a camera's driver to take, keep and publish a calibration.
 //!
-//! How a call names the answer that belongs to it isn't part of a standard. Fast DDS, the usual one, and Connext write it
-//! beside the message (OMG DDS-RPC); Cyclone DDS before the message: the caller and a number, eight bytes each.
+//! The link between a call and its answer isn't standardised. Fast DDS, the usual one, and Connext
+//! write it beside the message (OMG DDS-RPC); Cyclone DDS before the message: the caller and a
+//! number, eight bytes each.
 
 use std::time::{Duration, Instant};
 
@@ -17,9 +18,10 @@ use super::{
 };
 use crate::ros_image::Cdr;
 
-/// Time in which a driver answers: it writes a file.
+/// Time for a driver's answer: it writes a file.
 const ANSWERED_WITHIN: Duration = Duration::from_secs(10);
-/// Time after which the call is sent again: a driver that hasn't seen us yet didn't hear it, and setting twice is setting.
+/// Time before repeating the call: a driver may not have discovered us before, and setting twice is
+/// setting.
 const AGAIN: Duration = Duration::from_secs(1);
 const SERVICE: &str = "set_camera_info";
 const REQUEST: &str = "sensor_msgs::srv::dds_::SetCameraInfo_Request_";
@@ -28,18 +30,18 @@ const RESPONSE: &str = "sensor_msgs::srv::dds_::SetCameraInfo_Response_";
 const CYCLONE: [u8; 2] = [1, 0x10];
 const HEADER: usize = 16;
 
-/// What a driver answered.
+/// Answer of a driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
     /// The service, such as `/camera/set_camera_info`.
     pub service: String,
     /// True if the driver took the calibration.
     pub is_taken: bool,
-    /// What it says; may be empty, and hold anything.
+    /// The driver's words; may be empty, and hold anything.
     pub words: String,
 }
 
-/// Why a driver didn't get a calibration.
+/// Reason for a driver without the calibration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotSet {
     /// The program can't join the network.
@@ -53,8 +55,9 @@ pub enum NotSet {
     NoAnswer(String),
 }
 
-/// Asks the driver behind `source`, `ros2:/TOPIC` in `domain`, to take the calibration `info`: a `sensor_msgs/msg/CameraInfo` in the
-/// Common Data Representation, the lower byte first, without its encapsulation header.
+/// Asks the driver behind `source`, `ros2:/TOPIC` in `domain`, to take the calibration `info`: a
+/// `sensor_msgs/msg/CameraInfo` in the Common Data Representation, the lower byte first, without
+/// its encapsulation header.
 ///
 /// # Errors
 ///
@@ -86,8 +89,8 @@ pub fn set_camera_info(source: &str, domain: Domain, info: &[u8]) -> Result<Answ
     Err(silent())
 }
 
-/// Names that the service of a topic's driver may have, the nearest first: drivers offer it in the camera's namespace or in
-/// one above.
+/// Possible names of the service of a topic's driver, the nearest first: in the camera's namespace
+/// or above.
 fn services(topic: &str) -> Vec<String> {
     let spaces = topic.match_indices('/').map(|(at, _)| &topic[..at]);
     spaces.rev().map(|space| format!("{space}/{SERVICE}")).collect()
@@ -115,7 +118,7 @@ impl Call {
         let responses = topic(format!("rr{service}Reply"), RESPONSE)?;
         let publisher = participant.create_publisher(&qos).map_err(|err| err.to_string())?;
         let subscriber = participant.create_subscriber(&qos).map_err(|err| err.to_string())?;
-        // First, so that whoever hears a request knows where its answer goes.
+        // First, so a server hearing a request knows the address of the answer.
         let reader = subscriber.create_simple_datareader_no_key(&responses, Some(qos.clone()));
         let writer = publisher.create_datawriter_no_key(&requests, Some(qos));
         Ok(Self {
@@ -125,13 +128,13 @@ impl Call {
         })
     }
 
-    /// The caller's name in Cyclone DDS's way: any eight bytes that nobody else has.
+    /// The caller's name in Cyclone DDS: any unique eight bytes.
     fn name(&self) -> [u8; 8] {
         let [.., a, b, c, d, e, f, g, h] = self.writer.guid().to_bytes();
         [a, b, c, d, e, f, g, h]
     }
 
-    /// Sends a request; the number of its answer.
+    /// Sends a request; returns the number of the answer.
     fn ask(&self, info: &[u8]) -> Option<i64> {
         const NUMBER: i64 = 1;
         let options = WriteOptionsBuilder::new();
@@ -140,7 +143,7 @@ impl Call {
             let request = [header.as_slice(), info].concat();
             return self.writer.write_with_options(request, options.build()).map(|_| NUMBER).ok();
         }
-        // As Fast DDS does: whom the answer is for.
+        // As in Fast DDS: the receiver of the answer.
         let to = SampleIdentity {
             writer_guid: self.reader.guid(),
             sequence_number: SequenceNumber::new(0),
@@ -150,7 +153,8 @@ impl Call {
         Some(sent.sequence_number.into())
     }
 
-    /// Waits for the answer of that number: whether the calibration was taken, and the driver's words.
+    /// Waits for the answer with the given number: true if the calibration was taken, and the
+    /// driver's words.
     fn answer(&self, number: i64, patience: Duration) -> Option<(bool, String)> {
         wait(&self.reader, patience, |reader| {
             while let Ok(Some(message)) = reader.try_take_one() {

@@ -1,14 +1,15 @@
-//! Image topics of ROS 2, without ROS: its usual middleware is DDS, which a library speaks.
+//! Image topics of ROS 2, without ROS: through a library for DDS, its usual middleware.
 //!
 //! | file | is |
 //! |---|---|
-//! | `node` | this program on the network: joining, and which topics there are |
+//! | `node` | this program on the network: joining, and the list of topics |
 //! | `raw` | messages as bytes, and waiting for them |
 //! | `source` | the pictures of one topic as a frame source |
-//! | `driver` | the service with which a camera's driver takes a calibration |
+//! | `driver` | the service of a camera's driver to take a calibration |
 //! | `words` | lines of text for other nodes |
 //!
-//! Names of topics and types in DDS: <https://design.ros2.org/articles/topic_and_service_names.html>.
+//! Names of topics and types in DDS:
+//! <https://design.ros2.org/articles/topic_and_service_names.html>.
 
 mod driver;
 mod node;

@@ -1,4 +1,5 @@
-//! This program on the network of ROS 2: it joins a domain once, for others need a second to see it, and stays until it ends.
+//! The program on the network of ROS 2. It joins a domain once, because others need a second to see
+//! it, and stays until its end.
 
 use std::{
     collections::BTreeMap,
@@ -13,13 +14,14 @@ use rustdds::{DomainParticipant, DomainParticipantBuilder};
 use crate::{CaptureError, RosImageType};
 use boresight_geometry::device::Fault;
 
-/// Time in which others have said what they offer: they answer a newcomer at once, unless a packet gets lost.
+/// Time for others to announce themselves: they answer a newcomer at once, unless a packet gets
+/// lost.
 pub(super) const DISCOVERED_WITHIN: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(20);
-/// What stands before the names of topics in DDS.
+/// Prefix of the names of topics in DDS.
 const TOPIC: &str = "rt";
 
-/// A part of the network: nodes see each other only within one.
+/// A part of the network: nodes see each other only within a domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Domain {
     number: u16,
@@ -28,12 +30,12 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain that the environment's variables name, as ROS 2 has it: `ROS_DOMAIN_ID`, 0 by default, and
+    /// Domain by the environment's variables, as in ROS 2: `ROS_DOMAIN_ID`, 0 by default, and
     /// `ROS_LOCALHOST_ONLY`.
     ///
     /// # Errors
     ///
-    /// [`CaptureError::Camera`] if that's no number of a domain.
+    /// [`CaptureError::Camera`] if the number is invalid.
     pub fn of(variable: impl Fn(&str) -> Option<String>) -> Result<Self, CaptureError> {
         let value = |name| variable(name).filter(|value| !value.is_empty());
         let number = value("ROS_DOMAIN_ID").map_or(Ok(0), |id| match id.parse() {
@@ -47,14 +49,14 @@ impl Domain {
     }
 }
 
-/// An image topic that somebody publishes.
+/// A published image topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageTopic {
-    /// Its name in ROS, such as `/camera/image_raw`.
+    /// Name in ROS, such as `/camera/image_raw`.
     pub name: String,
-    /// Type of its messages.
+    /// Type of the messages.
     pub kind: RosImageType,
-    /// How many publish it.
+    /// Number of publishers.
     pub publishers: usize,
 }
 
@@ -72,7 +74,7 @@ impl Node {
     ///
     /// # Errors
     ///
-    /// What kept it from joining.
+    /// The error on joining.
     pub(super) fn joined(domain: Domain) -> Result<Self, String> {
         let mut joined = JOINED.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(node) = joined.get(&domain) {
@@ -88,7 +90,7 @@ impl Node {
         Ok(node)
     }
 
-    /// Waits until `found` finds something; `None` if it doesn't until `patience` after joining.
+    /// Waits for a result of `found`; `None` if there is none until `patience` after joining.
     pub(super) fn wait_for<T>(
         &self,
         patience: Duration,
@@ -105,7 +107,7 @@ impl Node {
         }
     }
 
-    /// The image topics that are published now, by name.
+    /// Image topics published now, by name.
     pub(super) fn topics(&self) -> Vec<ImageTopic> {
         let mut topics = BTreeMap::new();
         for writer in self.participant.discovered_writers() {
@@ -120,15 +122,15 @@ impl Node {
     }
 }
 
-/// The image topics that are published in `domain` now, by name, as far as others have said so until `patience` after the first
-/// call: that's a second, on a good network.
+/// Image topics published in `domain` now, by name, as far as announced until `patience` after the
+/// first call: a second suffices on a good network.
 pub fn topics(domain: Domain, patience: Duration) -> Vec<ImageTopic> {
     let Ok(node) = Node::joined(domain) else { return Vec::new() };
     node.wait_for(patience, |_| None::<()>);
     node.topics()
 }
 
-/// Name in DDS of the topic called `name` in ROS.
+/// Name in DDS of the ROS topic `name`.
 pub(super) fn dds_name(name: &str) -> String {
     format!("{TOPIC}{name}")
 }

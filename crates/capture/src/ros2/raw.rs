@@ -18,13 +18,13 @@ use rustdds::{
     policy,
 };
 
-/// Reads and writes messages as they are, with their encapsulation header.
+/// Reads and writes messages as bytes, with the encapsulation header.
 pub(super) struct Raw;
 
 pub(super) type RawReader = SimpleDataReader<Vec<u8>, Raw>;
 pub(super) type Message = DeserializedCacheChange<Vec<u8>>;
 
-/// What stands before a message: plain, of the first version, the lower byte first or last.
+/// Header of a message: plain, of the first version, the lower byte first or last.
 const LOWER_FIRST: [u8; 4] = [0, 1, 0, 0];
 const HIGHER_FIRST: [u8; 4] = [0, 0, 0, 0];
 
@@ -63,7 +63,7 @@ impl DefaultDecoder<Vec<u8>> for Raw {
     const DECODER: AsItIs = AsItIs;
 }
 
-/// What is written has no header: the library sets it, the lower byte first.
+/// Written messages have no header: the library sets it, the lower byte first.
 impl SerializerAdapter<Vec<u8>> for Raw {
     type Error = Infallible;
 
@@ -76,7 +76,8 @@ impl SerializerAdapter<Vec<u8>> for Raw {
     }
 }
 
-/// As ROS 2 has it for sensors: a lost picture isn't sent again, for the next one is worth more.
+/// Quality of service of ROS 2 for sensors: a lost picture isn't sent again, because the next one
+/// is worth more.
 pub(super) fn of_sensors() -> QosPolicies {
     let newest = policy::History::KeepLast { depth: 4 };
     QosPolicyBuilder::new()
@@ -86,7 +87,7 @@ pub(super) fn of_sensors() -> QosPolicies {
         .build()
 }
 
-/// As ROS 2 has it for services: nothing gets lost.
+/// Quality of service of ROS 2 for services: nothing gets lost.
 pub(super) fn of_services() -> QosPolicies {
     let max_blocking_time = DdsDuration::from_millis(100);
     QosPolicyBuilder::new()
@@ -104,7 +105,7 @@ impl Wake for Unparks {
     }
 }
 
-/// Waits at most `patience` until `taken` finds what it looks for among the messages that have come.
+/// Waits at most `patience` for a result of `taken` among the received messages.
 pub(super) fn wait<T>(
     reader: &RawReader,
     patience: Duration,
@@ -112,7 +113,7 @@ pub(super) fn wait<T>(
 ) -> Option<T> {
     let until = Instant::now() + patience;
     loop {
-        // Before the look, so that nothing can come unnoticed between look and wait.
+        // Before the look, so nothing can come unnoticed between look and wait.
         reader.set_waker(Some(Waker::from(Arc::new(Unparks(thread::current())))));
         reader.drain_read_notifications();
         if let Some(found) = taken(reader) {

@@ -1,7 +1,8 @@
-//! The pictures of one topic as a frame source.
+//! Pictures of a topic as a frame source.
 //!
-//! A topic counts as a live camera: its newest picture is worth more than an old one. Its publisher may go and come back;
-//! the middleware finds it again. Pictures have the times in their headers, on this computer's clock.
+//! A topic counts as a live camera: its newest picture is worth more than an old one. Its publisher
+//! may disappear and come back; the middleware finds it again. Pictures have the times in their
+//! headers, on this computer's clock.
 
 use std::time::{Duration, Instant};
 
@@ -25,30 +26,32 @@ use boresight_geometry::{
 
 /// An image topic of ROS 2.
 pub struct Ros2 {
-    /// Its name with what stands before it: `ros2:/camera/image_raw`.
+    /// Name with the prefix: `ros2:/camera/image_raw`.
     name: String,
     reader: RawReader,
     images: RosImages,
-    /// Whose pictures are taken, and the number of the newest one. If several publish the topic, it's the first.
+    /// The followed publisher, and the number of the newest picture. Of several publishers of the
+    /// topic, the first is followed.
     followed: Option<(GUID, i64)>,
     time: CameraTime,
     report: StreamReport,
 }
 
 impl Ros2 {
-    /// What stands before the name of a topic.
+    /// Prefix of topic names.
     pub const PREFIX: &str = TOPIC;
 
-    /// The whole name of a source that may have been typed without the topic's first slash.
+    /// Full name of a source, with the topic's first slash added if missing.
     pub fn full_name(name: &str) -> String {
         format!("{}{}", Self::PREFIX, topic_of(name))
     }
 
-    /// Opens `ros2:/TOPIC` in `domain` and waits for the first picture, which sets the size of all.
+    /// Opens `ros2:/TOPIC` in `domain` and waits for the first picture, whose size is required of
+    /// all.
     ///
     /// # Errors
     ///
-    /// [`CaptureError::Camera`] if nobody publishes pictures there, or none that can be read.
+    /// [`CaptureError::Camera`] without a publisher of pictures, or if none is readable.
     pub fn open(name: &str, domain: Domain) -> Result<Self, CaptureError> {
         let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
         let topic = topic_of(name);
@@ -104,11 +107,11 @@ impl Ros2 {
     }
 }
 
-/// The newest message of the publisher that is followed, if one came, and how many before it nobody will look at: those that
-/// it replaces, and by their numbers those that got lost on the way.
+/// The newest message of the followed publisher, if any, and the number of skipped ones before:
+/// replaced, or, by their numbers, lost in transit.
 fn newest(reader: &RawReader, followed: &mut Option<(GUID, i64)>) -> Option<(Vec<u8>, u64)> {
     let (mut newest, mut lost) = (None, 0);
-    // A message in an encoding that isn't read is an error, and as good as none.
+    // A message in an unsupported encoding is an error, and as good as none.
     while let Ok(Some(message)) = reader.try_take_one() {
         let Message { writer_guid, sequence_number, sample, .. } = message;
         let number = i64::from(sequence_number);
@@ -123,7 +126,7 @@ fn newest(reader: &RawReader, followed: &mut Option<(GUID, i64)>) -> Option<(Vec
     newest.map(|message| (message, lost))
 }
 
-/// The topic's name in ROS, which begins with a slash.
+/// The topic's name in ROS, with a slash first.
 pub(super) fn topic_of(name: &str) -> String {
     format!("/{}", name.strip_prefix(Ros2::PREFIX).unwrap_or(name).trim_matches('/'))
 }

@@ -1,4 +1,4 @@
-//! A topic of ours: lines of text that other nodes may read.
+//! A topic of the program: lines of text for other nodes.
 
 use std::time::Duration;
 
@@ -11,7 +11,7 @@ use super::{
 
 /// `std_msgs/msg/String`.
 const TEXT: &str = "std_msgs::msg::dds_::String_";
-/// Time that readers have to hear the last line before the program ends.
+/// Time for readers to receive the last line before the program ends.
 const HEARD_WITHIN: Duration = Duration::from_millis(500);
 
 /// Publishes lines of text.
@@ -24,7 +24,7 @@ impl Words {
     ///
     /// # Errors
     ///
-    /// What kept the program from joining the network.
+    /// The error on joining the network.
     pub fn on(topic: &str, domain: Domain) -> Result<Self, String> {
         let node = Node::joined(domain)?;
         let (participant, qos) = (&node.participant, of_services());
@@ -36,7 +36,7 @@ impl Words {
         Ok(Self { writer: writer.map_err(|err| err.to_string())? })
     }
 
-    /// Publishes a line. Nobody need be there to read it.
+    /// Publishes a line, with or without readers.
     pub fn say(&self, line: &str) {
         let length = u32::try_from(line.len() + 1).unwrap_or(u32::MAX);
         let message = [length.to_le_bytes().as_slice(), line.as_bytes(), &[0]].concat();

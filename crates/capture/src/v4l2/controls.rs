@@ -1,7 +1,8 @@
-//! Focus, zoom, exposure, gain and white balance: locked after settling, read back, put back at the end.
+//! Focus, zoom, exposure, gain and white balance: locked after settling, read back, restored at the
+//! end.
 //!
-//! Controls are known by number: names change with kernels and makers. A camera may accept a value and not apply it, or
-//! switch an automatic on again by itself; only readings count.
+//! Controls are known by number: names change with kernels and makers. A camera may accept a value
+//! and not apply it, or switch an automatic back on; only readings count.
 
 use std::collections::BTreeMap;
 
@@ -15,10 +16,10 @@ use ids::{
     WHITE_BALANCE, WHITE_BALANCE_AUTOMATIC, ZOOM,
 };
 
-/// An automatic that moves a control, and the value that switches it off.
+/// An automatic behind a control, and the value to switch it off.
 type Automatic = (u32, i64);
 
-/// V4L2's numbers of the controls.
+/// Numbers of the controls in V4L2.
 pub(crate) mod ids {
     pub(crate) const FOCUS: u32 = 0x009a_090a;
     pub(crate) const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
@@ -33,7 +34,7 @@ pub(crate) mod ids {
     pub(crate) const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
 }
 
-/// Number of a control, and the automatics that move it.
+/// Number of a control, and the automatics behind it.
 pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
     match control {
         Control::Focus => (FOCUS, &[(FOCUS_AUTOMATIC, 0)]),
@@ -50,15 +51,15 @@ pub(super) fn numbers(control: Control) -> (u32, &'static [Automatic]) {
 pub struct ControlState {
     /// The control shown.
     pub control: Control,
-    /// Range of its values.
+    /// Range of the values.
     pub range: ControlRange,
-    /// Value; `None` if it can't be read.
+    /// Value; `None` if unreadable.
     pub value: Option<i64>,
-    /// True if the camera moves it by itself; `None` if it has no such automatic.
+    /// True if an automatic moves the control; `None` without an automatic.
     pub automatic: Option<bool>,
 }
 
-/// The controls of a camera that matter here.
+/// States of a camera's relevant controls.
 pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlState> {
     Survey::of(kernel, device).states()
 }
@@ -66,7 +67,7 @@ pub fn control_states(kernel: &mut dyn Kernel, device: Handle) -> Vec<ControlSta
 /// Survey of every control of a camera, read once: each transfer may take seconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Survey {
-    /// A number of a control or of one of its automatics, in the order of [`Control::ALL`].
+    /// Number of a control or an automatic, in the order of [`Control::ALL`].
     found: Vec<Found>,
 }
 
@@ -116,7 +117,7 @@ impl Survey {
             .collect()
     }
 
-    /// Controls that the camera lets one set.
+    /// Adjustable controls.
     pub(super) fn adjustables(&self) -> Vec<Adjustable> {
         self.states()
             .into_iter()
@@ -131,10 +132,10 @@ impl Survey {
             .collect()
     }
 
-    /// Readable and writable controls, as control, number and value. Values come first: a camera takes them only while
-    /// its automatic is off.
+    /// Readable and writable controls, as control, number and value. Values come first: a camera
+    /// takes them only while the automatic is off.
     fn restorable(&self) -> impl Iterator<Item = (Control, u32, i64)> + '_ {
-        // Only a readable control can be put back.
+        // Only a readable control can be restored.
         let restorable = |found: &Found| {
             found
                 .value
@@ -149,7 +150,7 @@ fn exact((_, id, value): (Control, u32, i64)) -> (u32, i64) {
     (id, value)
 }
 
-/// The number of a control, then the numbers of its automatics.
+/// Number of a control, then the numbers of the automatics.
 fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
     let (number, automatics) = numbers(control);
     std::iter::once(number).chain(automatics.iter().map(|(id, _)| *id))
@@ -158,10 +159,10 @@ fn all_numbers(control: Control) -> impl Iterator<Item = u32> {
 /// Value of each readable control, and true if an automatic moves it.
 pub(super) type Readings = BTreeMap<Control, (i64, bool)>;
 
-/// The controls of one open camera.
+/// The controls of an open camera.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ControlLock {
-    /// Earlier values by control number, in the order in which they are put back.
+    /// Earlier values by control number, in the order of restoring.
     before: Vec<(u32, i64)>,
     /// Value to keep, per control.
     kept: BTreeMap<Control, i64>,
@@ -171,7 +172,7 @@ pub(super) struct ControlLock {
     free: BTreeMap<Control, i64>,
 }
 
-/// A control that no longer has its locked value.
+/// A control no longer at the locked value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Deviation {
     pub(super) control: Control,
@@ -180,13 +181,13 @@ pub(super) struct Deviation {
 }
 
 impl ControlLock {
-    /// Remembers how the controls stand.
+    /// Remembers the present state of the controls.
     pub(super) fn remember(survey: &Survey) -> Self {
         Self { before: survey.restorable().map(exact).collect(), ..Self::default() }
     }
 
-    /// Schedules the values that an earlier run of the session found, to be put back at the end: that run may have
-    /// ended without doing so.
+    /// Schedules the values found by an earlier run of the session for restoring at the end: the
+    /// earlier run may have ended without doing so.
     pub(super) fn put_back(&mut self, before: &[ControlBefore]) {
         for earlier in before {
             let entries = match earlier.exact.as_slice() {
@@ -206,7 +207,8 @@ impl ControlLock {
         self.before.sort_by_key(|(id, _)| is_automatic(*id));
     }
 
-    /// Switches the automatics of `control` off and holds it at the value kept for it, or else at its present value.
+    /// Switches the automatics of `control` off and holds `control` at the kept value, or else at
+    /// the present value.
     ///
     /// # Errors
     ///
@@ -243,12 +245,12 @@ impl ControlLock {
         Ok(())
     }
 
-    /// Holds `control` from now on at `value`, or at the value that the camera makes of it.
+    /// Holds `control` from now on at `value`, or at the camera's nearest value.
     pub(super) fn want(&mut self, control: Control, value: i64) {
         self.kept.insert(control, value);
     }
 
-    /// State of a control after a request to set it. The value that the camera made of the request is kept.
+    /// State of a control after a request to set it. The camera's actual value is kept.
     pub(super) fn granted(&mut self, readings: &Readings, control: Control) -> Lock {
         match readings.get(&control) {
             Some((value, false)) => {
@@ -275,11 +277,12 @@ impl ControlLock {
         locks
     }
 
-    /// Controls that are not as they were locked.
+    /// Controls away from the locked state.
     pub(super) fn deviations(&self, readings: &Readings, locks: &Locks) -> Vec<Deviation> {
         let mut found = Vec::new();
         for control in Control::ALL {
-            // A control that never obeyed is compared with its last reading, not with the value set.
+            // A control that never obeyed is compared with its last reading, not with the value
+            // set.
             let (from, was_free) = match locks.of(control) {
                 Lock::Locked { value } => (value, false),
                 Lock::Ignored { read, .. } => (read, true),
@@ -309,7 +312,7 @@ impl ControlLock {
         moved
     }
 
-    /// Value of a control, and true if an automatic moves it; `None` if it can't be read.
+    /// Value of a control, and true if an automatic moves it; `None` if unreadable.
     ///
     /// # Errors
     ///
@@ -339,8 +342,8 @@ impl ControlLock {
         }
     }
 
-    /// Restores every control to its value before the session. A control that is there already is left alone: each
-    /// transfer may take seconds.
+    /// Restores every control to the value before the session. Skips controls already at that
+    /// value: each transfer may take seconds.
     pub(super) fn restore(&self, kernel: &mut dyn Kernel, device: Handle) {
         for (id, value) in &self.before {
             if self.stands_at(*id, *value) {
@@ -354,7 +357,7 @@ impl ControlLock {
         }
     }
 
-    /// True if a control was last read at `value`, or its automatic as off as before.
+    /// True if a control was last read at `value`, or the automatic as off as before.
     fn stands_at(&self, id: u32, value: i64) -> bool {
         Control::ALL.into_iter().any(|control| {
             let (number, automatics) = numbers(control);
@@ -365,13 +368,13 @@ impl ControlLock {
     }
 }
 
-/// Likely earlier values, for a recording that doesn't hold them exactly: an automatic that was on.
+/// Likely earlier values, for a recording without exact ones: an automatic was on.
 fn guessed(before: &ControlBefore) -> Vec<(u32, i64)> {
     let (number, automatics) = numbers(before.control);
     let mut entries: Vec<(u32, i64)> =
         before.value.map(|value| (number, value)).into_iter().collect();
     if before.automatic == Some(true) {
-        // 3 is "aperture priority" in the menu, which leaves the time to the camera.
+        // 3 is "aperture priority" in the menu, with the time left to the camera.
         let on = if before.control == Control::Exposure { 3 } else { 1 };
         entries.extend(automatics.first().map(|(id, _)| (*id, on)));
     }

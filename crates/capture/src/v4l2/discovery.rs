@@ -1,7 +1,8 @@
-//! Finds the cameras, and the one that is meant.
+//! Discovery of cameras, and lookup by name.
 //!
-//! A node number is the order of discovery and identifies nothing. A camera is identified by its own description: USB
-//! vendor, product and serial number; two cameras with equal descriptions, by their ports.
+//! A node number is the order of discovery and identifies nothing. A camera is identified by its
+//! own description: USB vendor, product and serial number; two cameras with equal descriptions, by
+//! their ports.
 
 use std::path::Path;
 
@@ -13,26 +14,26 @@ use super::{
 use crate::{CameraMode, layout};
 use boresight_geometry::device::{CameraInfo, ControlBefore, Fault, Mode, PixelLayout};
 
-/// A node that takes pictures.
+/// A node of a camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Camera {
     /// Present node of the camera.
     pub node: Node,
-    /// Name, as the camera says it; may hold anything.
+    /// Name stated by the camera; may hold anything.
     pub name: String,
-    /// Name of its driver.
+    /// Name of the driver.
     pub driver: String,
-    /// Another program feeds it.
+    /// True if another program feeds the camera.
     pub is_virtual: bool,
     /// True if the device looks like an infrared camera.
     pub is_infrared: bool,
-    /// Another camera here says the same of itself.
+    /// True if another connected camera has the same description.
     pub has_twin: bool,
     /// Modes on offer; empty if another program has the camera.
     pub offers: Vec<CameraMode>,
 }
 
-/// Marks by which a camera is found again.
+/// Marks to recognise a camera by.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Identity {
     usb_id: Option<(u16, u16)>,
@@ -43,18 +44,18 @@ pub struct Identity {
     by_place: bool,
 }
 
-/// A node that takes no pictures, or could not be asked.
+/// A node that takes no pictures, or could not be queried.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Other {
-    /// Video node that is no camera.
+    /// Video node without a camera.
     pub node: Node,
-    /// Why it is none.
+    /// Reason.
     pub why: Fault,
     /// The system's words, or nothing.
     pub detail: String,
 }
 
-/// Everything that was found.
+/// Result of a discovery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// Cameras, in the order of their places.
@@ -64,7 +65,7 @@ pub struct Found {
 }
 
 impl Camera {
-    /// Marks by which this camera is found again.
+    /// Marks to recognise the camera by.
     pub fn identity(&self) -> Identity {
         Identity {
             usb_id: self.node.usb_id,
@@ -76,7 +77,7 @@ impl Camera {
         }
     }
 
-    /// Facts about the camera that a session stores.
+    /// Facts about the camera for a session.
     pub(crate) fn facts(
         &self,
         backend: &'static str,
@@ -94,8 +95,8 @@ impl Camera {
         }
     }
 
-    /// Stable name, which `--source` understands: `usb:VENDOR:PRODUCT[:SERIAL][@PLACE][#NODE]`, or `place:PLACE[#NODE]`
-    /// for a camera without USB.
+    /// Stable name, understood by `--source`: `usb:VENDOR:PRODUCT[:SERIAL][@PLACE][#NODE]`, or
+    /// `place:PLACE[#NODE]` for a camera without USB.
     pub fn stable_name(&self) -> String {
         let (port, interface) = port_and_interface(&self.node.place);
         let node = match (interface, self.node.index) {
@@ -115,7 +116,7 @@ impl Camera {
         }
     }
 
-    /// True if `auto` may choose it.
+    /// True if `auto` may choose the camera.
     pub fn is_ordinary(&self) -> bool {
         !self.is_virtual
             && !self.is_infrared
@@ -123,7 +124,7 @@ impl Camera {
     }
 }
 
-/// `text` with every character replaced that would break a name: spaces, quotes, commands to a terminal.
+/// `text` with every character replaced that would break a name: spaces, quotes, terminal commands.
 fn plain(text: &str) -> String {
     text.chars()
         .map(|c| if c.is_control() || c.is_whitespace() || "\"'@#".contains(c) { '_' } else { c })
@@ -131,8 +132,8 @@ fn plain(text: &str) -> String {
 }
 
 impl Identity {
-    /// Quality of the match with `camera`: `None` if it is another one, 2 if certain, 1 if everything fits but the
-    /// place differs and there's no serial number.
+    /// Quality of the match with `camera`: `None` for another camera, 2 if certain, 1 if everything
+    /// fits but the place differs and there's no serial number.
     pub(super) fn fit(&self, camera: &Camera) -> Option<u32> {
         let node = &camera.node;
         let same = self.usb_id == node.usb_id
@@ -150,12 +151,12 @@ impl Identity {
         }
     }
 
-    /// True if `node` may be this camera: same USB id, or same place.
+    /// True if `node` may be the camera: same USB id, or same place.
     pub(super) fn may_be(&self, node: &Node) -> bool {
         self.usb_id == node.usb_id || self.place == node.place
     }
 
-    /// True if `camera` hangs where this one did.
+    /// True if `camera` is at the place of the identified camera.
     pub(super) fn is_place_of(&self, camera: &Camera) -> bool {
         self.place == camera.node.place && self.index == camera.node.index
     }
@@ -166,7 +167,7 @@ pub fn discover(kernel: &mut dyn Kernel) -> Found {
     discover_those(kernel, |_| true)
 }
 
-/// Lists the cameras and other nodes that `wanted` accepts; the others are not opened.
+/// Lists the cameras and other nodes accepted by `wanted`; other nodes are not opened.
 pub(super) fn discover_those(kernel: &mut dyn Kernel, wanted: impl Fn(&Node) -> bool) -> Found {
     let mut found = Found::default();
     for node in kernel.nodes().into_iter().filter(wanted) {
@@ -200,7 +201,8 @@ fn only_grey(camera: &Camera) -> bool {
     camera.offers.iter().all(|offer| layout(offer.fourcc) == Some(PixelLayout::Grey))
 }
 
-/// Port of a USB device, and its interface; the whole place and an empty text for a device without USB.
+/// Port of a USB device, and the interface; the whole place and an empty text for a device without
+/// USB.
 fn port_and_interface(place: &str) -> (&str, &str) {
     match place.rsplit_once('/') {
         Some((port, last)) => match last.rsplit_once(':') {
@@ -211,7 +213,7 @@ fn port_and_interface(place: &str) -> (&str, &str) {
     }
 }
 
-/// The camera that `name` means: a node, a link to one, or a stable name.
+/// Camera by `name`: a node, a link to one, or a stable name.
 ///
 /// # Errors
 ///
@@ -226,7 +228,8 @@ pub fn find(found: &Found, name: &str) -> Result<Camera, (Fault, String)> {
     if let Some(other) = found.others.iter().find(|other| is_node(&other.node)) {
         return Err((other.why, other.detail.clone()));
     }
-    // A name given when there was no twin fits both; one given beside a twin fits the one that is left.
+    // A name given before there was a twin fits both; one given beside a twin fits the remaining
+    // one.
     let bare = |name: &str| match name.split_once('@') {
         Some((bare, rest)) => {
             bare.to_owned() + rest.find('#').map_or("", |node| rest.get(node..).unwrap_or_default())
@@ -253,7 +256,7 @@ pub fn find(found: &Found, name: &str) -> Result<Camera, (Fault, String)> {
     }
 }
 
-/// Short list of the cameras found.
+/// Short list of the found cameras.
 fn listed(found: &Found) -> String {
     if found.cameras.is_empty() {
         return "there is no camera".into();
@@ -294,7 +297,7 @@ fn look_at(kernel: &mut dyn Kernel, node: &Node) -> Result<Camera, (Fault, Strin
     })
 }
 
-/// Opens a node; the fault if that is not possible.
+/// Opens a node, or returns the fault.
 pub(super) fn open(
     kernel: &mut dyn Kernel,
     path: &Path,
@@ -305,7 +308,7 @@ pub(super) fn open(
     })
 }
 
-/// The camera fault that an error of the system means.
+/// Camera fault for an error of the system.
 pub(super) fn fault_of(errno: Errno) -> Fault {
     match errno.0 {
         libc::ENOENT => Fault::NotFound,
@@ -325,7 +328,7 @@ pub(super) fn fault_of(errno: Errno) -> Fault {
     }
 }
 
-/// The node, the system's words, and who has it.
+/// The node, the system's words, and the programs using it.
 pub(super) fn detail_of(path: &Path, errno: Errno, holders: &[String]) -> String {
     let mut detail = format!("{}: {}", path.display(), errno.words());
     if !holders.is_empty() {

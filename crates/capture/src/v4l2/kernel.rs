@@ -1,7 +1,8 @@
 //! Camera requests to the operating system, by meaning.
 //!
-//! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model with strict rules of
-//! buffer ownership and faults on demand. All answers of a driver are untrusted.
+//! Two implementations: [`super::linux`] makes the system calls; `simulation::kernel` is a model
+//! with strict rules of buffer ownership and faults on demand. All answers of a driver are
+//! untrusted.
 
 use std::{
     fmt,
@@ -9,12 +10,12 @@ use std::{
     time::Duration,
 };
 
-/// A number by which the system says why it refused.
+/// The system's number for an error.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Errno(pub i32);
 
 impl Errno {
-    /// The system's words for the number.
+    /// The system's message for the number.
     pub fn words(self) -> String {
         std::io::Error::from_raw_os_error(self.0).to_string()
     }
@@ -30,22 +31,22 @@ impl fmt::Debug for Errno {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Handle(pub i32);
 
-/// A video node as sysfs shows it. Texts come from the device and may hold anything.
+/// A video node in sysfs. Texts come from the device and may hold anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Node {
-    /// Such as `/dev/video0`.
+    /// Path, such as `/dev/video0`.
     pub path: PathBuf,
-    /// Place of the device: its folder in sysfs, below `/sys/devices`.
+    /// Place of the device: the folder in sysfs, below `/sys/devices`.
     pub place: String,
-    /// Index of this node among the device's nodes.
+    /// Index of the node among the device's nodes.
     pub index: u32,
     /// USB vendor and product number.
     pub usb_id: Option<(u16, u16)>,
-    /// USB serial number; cheap cameras share one or have none.
+    /// USB serial number; cheap cameras share a number or have none.
     pub serial: String,
-    /// Names under `/dev/v4l/by-id` and `/dev/v4l/by-path` that lead here.
+    /// Names under `/dev/v4l/by-id` and `/dev/v4l/by-path` of the node.
     pub links: Vec<PathBuf>,
-    /// Lasting name that is the device's own, with the prefix of its backend; empty if it's named by where it hangs.
+    /// Permanent name of the device, with the prefix of its backend; empty if named by its place.
     pub known_as: String,
 }
 
@@ -56,7 +57,7 @@ pub struct Capability {
     pub driver: String,
     /// Name of the camera.
     pub card: String,
-    /// Capabilities of this node, not of the whole device.
+    /// Capabilities of the node, not of the whole device.
     pub node_caps: u32,
 }
 
@@ -68,10 +69,10 @@ pub const CAP_STREAMING: u32 = 0x0400_0000;
 /// A four-character code.
 pub type FourCc = [u8; 4];
 
-/// Sizes that a format comes in.
+/// Sizes of a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameSizes {
-    /// One size: width and height in pixels.
+    /// A single size: width and height in pixels.
     Discrete(u32, u32),
     /// A range of sizes, in pixels.
     Stepwise {
@@ -94,35 +95,35 @@ pub struct Format {
     pub height: u32,
     /// Four-character code of the pixel format.
     pub fourcc: FourCc,
-    /// Bytes from row to row; 0 if compressed or not said.
+    /// Bytes from row to row; 0 if compressed or unstated.
     pub bytes_per_line: u32,
-    /// Bytes of the largest picture; drivers misreport it.
+    /// Bytes of the largest picture; often misreported by drivers.
     pub size_image: u32,
 }
 
-/// A buffer that the driver has handed back.
+/// A buffer handed back by the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Filled {
     /// Index of the buffer.
     pub index: u32,
-    /// Bytes of this frame; the rest of the buffer is from older ones.
+    /// Bytes of the frame; the rest of the buffer is from older frames.
     pub bytes_used: u32,
     /// See `FLAG_ERROR`, `TIMESTAMP_MASK`.
     pub flags: u32,
     /// Number of the frame; wraps.
     pub sequence: u32,
-    /// Driver's time stamp.
+    /// Driver's timestamp.
     pub nanos: u64,
 }
 
-/// The driver says that the contents are bad.
+/// Flag of the driver for bad contents.
 pub const FLAG_ERROR: u32 = 0x40;
-/// Mask of the bits that name a time stamp's clock.
+/// Mask of the bits for a timestamp's clock.
 pub const TIMESTAMP_MASK: u32 = 0xe000;
 /// The monotonic clock.
 pub const TIMESTAMP_MONOTONIC: u32 = 0x2000;
 
-/// Reason why a wait ended.
+/// Reason for the end of a wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Readiness {
     /// A buffer is ready.
@@ -151,18 +152,18 @@ pub struct ControlRange {
 /// All devices are opened so that taking a buffer never waits.
 #[allow(missing_docs, reason = "each is the V4L2 or POSIX call of that meaning")]
 pub trait Kernel: Send {
-    /// What `--backend` calls it.
+    /// Name for `--backend`.
     fn backend(&self) -> &'static str {
         "v4l"
     }
-    /// Video nodes that are there now.
+    /// Video nodes present now.
     fn nodes(&mut self) -> Vec<Node>;
     fn open(&mut self, path: &Path) -> Result<Handle, Errno>;
     fn close(&mut self, device: Handle);
     fn capability(&mut self, device: Handle) -> Result<Capability, Errno>;
     fn pixel_format(&mut self, device: Handle, index: u32) -> Result<FourCc, Errno>;
     fn frame_sizes(&mut self, device: Handle, of: FourCc, index: u32) -> Result<FrameSizes, Errno>;
-    /// A range of intervals is given by its shortest.
+    /// A range of intervals is given by the shortest.
     fn frame_interval(
         &mut self,
         device: Handle,
@@ -171,9 +172,9 @@ pub trait Kernel: Send {
     ) -> Result<Fraction, Errno>;
     fn set_format(&mut self, device: Handle, wanted: Format) -> Result<Format, Errno>;
     fn set_interval(&mut self, device: Handle, wanted: Fraction) -> Result<Fraction, Errno>;
-    /// 0 frees all.
+    /// A count of 0 frees all.
     fn request_buffers(&mut self, device: Handle, count: u32) -> Result<u32, Errno>;
-    /// Maps a buffer; its length in bytes.
+    /// Maps a buffer; returns the length in bytes.
     fn map(&mut self, device: Handle, index: u32) -> Result<usize, Errno>;
     fn unmap_all(&mut self, device: Handle);
     fn queue(&mut self, device: Handle, index: u32) -> Result<(), Errno>;
@@ -181,14 +182,15 @@ pub trait Kernel: Send {
     fn stream_on(&mut self, device: Handle) -> Result<(), Errno>;
     fn stream_off(&mut self, device: Handle) -> Result<(), Errno>;
     fn wait(&mut self, device: Handle, patience: Duration) -> Result<Readiness, Errno>;
-    /// Contents of a mapped buffer that this program owns; `None` for another buffer, or a shorter one.
+    /// Contents of a mapped buffer owned by the program; `None` for another buffer, or a shorter
+    /// one.
     fn bytes(&mut self, device: Handle, index: u32, len: usize) -> Option<&[u8]>;
     fn control_range(&mut self, device: Handle, id: u32) -> Result<ControlRange, Errno>;
     fn control(&mut self, device: Handle, id: u32) -> Result<i64, Errno>;
     fn set_control(&mut self, device: Handle, id: u32, value: i64) -> Result<(), Errno>;
-    /// Programs that have the node open, as far as this user may know.
+    /// Programs with the node open, as far as visible to the user.
     fn holders(&mut self, path: &Path) -> Vec<String>;
-    /// The monotonic clock, and how long the computer has slept since its start.
+    /// The monotonic clock, and the computer's time asleep since the start.
     fn clock(&mut self) -> Clock;
     /// Lets time pass.
     fn pause(&mut self, time: Duration);
@@ -197,8 +199,9 @@ pub trait Kernel: Send {
 /// Readings of the system's clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clock {
-    /// Monotonic time in nanoseconds. It doesn't run while the computer sleeps. Drivers' time stamps use this clock.
+    /// Monotonic time in nanoseconds. It doesn't run while the computer sleeps. Drivers' timestamps
+    /// use this clock.
     pub monotonic_nanos: u64,
-    /// Time that waits have slept, in nanoseconds.
+    /// Time asleep, in nanoseconds.
     pub slept_nanos: u64,
 }

@@ -31,7 +31,7 @@ const MMAP: u32 = sys::v4l2_memory_V4L2_MEMORY_MMAP;
 const CAP_DEVICE_CAPS: u32 = 0x8000_0000;
 const CONTROL_DISABLED: u32 = 0x0001;
 const CONTROL_READ_ONLY: u32 = 0x0004;
-/// Largest believable buffer, far more than any picture: a length beyond it is a driver's mistake.
+/// Largest believable buffer, far more than any picture: a larger length is a driver's mistake.
 const LARGEST_BUFFER: usize = 256 << 20;
 
 /// The kernel of a running Linux.
@@ -48,13 +48,14 @@ struct Mapping {
     ours: bool,
 }
 
-// SAFETY: the mapping belongs to whoever holds the value; nothing in it is tied to a thread.
+// SAFETY: the mapping belongs to the owner of the value; nothing in it is tied to a thread.
 unsafe impl Send for Mapping {}
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: `start` and `len` are those of a mapping made by `map`, which nobody else has: `bytes`
-        // borrows from the same value. A failure leaves the memory mapped, which harms nobody.
+        // SAFETY: `start` and `len` are those of a mapping made by `map`, without other users:
+        // `bytes` borrows from the same value. A failure leaves the memory mapped, which is
+        // harmless.
         unsafe { libc::munmap(self.start.as_ptr(), self.len) };
     }
 }
@@ -71,20 +72,20 @@ fn last_errno() -> Errno {
 ///
 /// # Safety
 ///
-/// Zeros must be a value of `T`: so for the kernel's structures, which are integers, and unions and arrays
-/// of them.
+/// Zeros must be a value of `T`: so for the kernel's structures, which are integers, and unions and
+/// arrays of them.
 unsafe fn zeroed<T>() -> T {
     // SAFETY: as the caller promises.
     unsafe { std::mem::zeroed() }
 }
 
-/// Makes an ioctl, again if a signal came between.
+/// Makes an ioctl, again after a signal.
 fn ioctl<T>(device: Handle, request: vidioc::_IOC_TYPE, argument: &mut T) -> Result<(), Errno> {
     loop {
         let pointer = ptr::from_mut(argument).cast();
-        // SAFETY: every `request` in this file is used with the structure that its definition in `vidioc`
-        // names, so the kernel reads and writes within `argument`; the structures hold no pointers that the
-        // kernel follows for these requests.
+        // SAFETY: every `request` in this file is used with the structure named by its definition
+        // in `vidioc`, so the kernel reads and writes within `argument`; for these requests, the
+        // kernel follows no pointers in the structures.
         match unsafe { v4l2::ioctl(device.0, request, pointer) } {
             Ok(()) => return Ok(()),
             Err(err) if err.raw_os_error() == Some(libc::EINTR) => {}
@@ -95,7 +96,7 @@ fn ioctl<T>(device: Handle, request: vidioc::_IOC_TYPE, argument: &mut T) -> Res
 
 fn time_nanos(clock: libc::clockid_t) -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: `time` is a timespec that lives through the call.
+    // SAFETY: `time` is a timespec alive through the call.
     unsafe { libc::clock_gettime(clock, &raw mut time) };
     u64::try_from(time.tv_sec).unwrap_or(0) * 1_000_000_000
         + u64::try_from(time.tv_nsec).unwrap_or(0)
@@ -242,10 +243,11 @@ impl Kernel for Linux {
             return Err(Errno(libc::EINVAL));
         }
         // SAFETY: for memory-mapped buffers the kernel fills `offset`; all members are integers or
-        // pointers that are not followed.
+        // pointers not followed.
         let offset = libc::off_t::from(unsafe { place.m.offset });
         let protection = libc::PROT_READ;
-        // SAFETY: a new shared mapping at an address that the kernel chooses touches no memory of ours.
+        // SAFETY: a new shared mapping at an address chosen by the kernel touches no memory of
+        // ours.
         let start = unsafe {
             libc::mmap(ptr::null_mut(), len, protection, libc::MAP_SHARED, device.0, offset)
         };
@@ -304,7 +306,7 @@ impl Kernel for Linux {
     fn wait(&mut self, device: Handle, patience: Duration) -> Result<Readiness, Errno> {
         let mut wanted = libc::pollfd { fd: device.0, events: libc::POLLIN, revents: 0 };
         let millis = c_int::try_from(patience.as_millis()).unwrap_or(c_int::MAX);
-        // SAFETY: one structure that lives through the call.
+        // SAFETY: one structure alive through the call.
         if unsafe { libc::poll(&raw mut wanted, 1, millis) } < 0 {
             return Err(last_errno());
         }
@@ -320,9 +322,9 @@ impl Kernel for Linux {
         if !mapping.ours || len > mapping.len {
             return None;
         }
-        // SAFETY: `len` bytes from `start` are mapped readable for as long as the mapping is borrowed from
-        // `self`, and the driver does not write to a buffer that it has handed back: `ours` says so, and
-        // handing it over again takes `&mut self`.
+        // SAFETY: `len` bytes from `start` are mapped readable for as long as the mapping is
+        // borrowed from `self`, and the driver does not write to a buffer handed back: `ours` says
+        // so, and handing it over again takes `&mut self`.
         Some(unsafe { std::slice::from_raw_parts(mapping.start.as_ptr().cast::<u8>(), len) })
     }
 
@@ -366,7 +368,8 @@ impl Kernel for Linux {
 
     fn pause(&mut self, time: Duration) {
         let millis = c_int::try_from(time.as_millis()).unwrap_or(c_int::MAX);
-        // SAFETY: no structures, so nothing is read or written. A signal ends it early, which is no harm.
+        // SAFETY: no structures, so nothing is read or written. A signal ends it early, without
+        // harm.
         unsafe { libc::poll(ptr::null_mut(), 0, millis) };
     }
 }
@@ -390,7 +393,7 @@ impl Drop for Linux {
 }
 
 fn buffer(index: u32) -> sys::v4l2_buffer {
-    // SAFETY: integers, unions of integers, and pointers that are not followed for mapped buffers.
+    // SAFETY: integers, unions of integers, and pointers not followed for mapped buffers.
     let mut buffer: sys::v4l2_buffer = unsafe { zeroed() };
     (buffer.index, buffer.type_, buffer.memory) = (index, CAPTURE, MMAP);
     buffer

@@ -1,18 +1,19 @@
-//! Cameras of Linux (V4L2), as they are in the field.
+//! Cameras of Linux (V4L2), including faulty ones.
 //!
 //! | file | is |
 //! |---|---|
-//! | [`kernel`] | the system calls by meaning: what may be asked, and in which words it is answered |
+//! | [`kernel`] | the system calls by meaning: questions, and the form of the answers |
 //! | [`linux`] | those calls; the only unsafe code of the program |
-//! | `system_files` | what else the system says: nodes, names, who has one open |
-//! | [`discovery`] | which cameras are there; by what each is known again |
-//! | [`mode`] | what a camera offers and what is granted |
-//! | `queue` | the buffers, and who owns each |
+//! | `system_files` | other facts of the system: nodes, names, programs using them |
+//! | [`discovery`] | connected cameras, and marks to recognise them by |
+//! | [`mode`] | offered and granted modes |
+//! | `queue` | the buffers, and their owners |
 //! | `stream` | one run: newest frames, checked, decoded, timed |
-//! | `controls` | focus, zoom, exposure, gain, white balance: locked, read back, put back |
+//! | `controls` | focus, zoom, exposure, gain, white balance: locked, read back, restored |
 //! | [`source`] | all of that as a frame source that outlives its camera's absence |
 //!
-//! Everything from a device or driver is untrusted: numbers are bounded, names are bytes, lists end.
+//! Everything from a device or driver is untrusted: numbers are bounded, names are bytes, lists
+//! end.
 
 mod controls;
 pub mod discovery;

@@ -1,4 +1,4 @@
-//! Size, format and rate: offered modes, and the granted one.
+//! Size, format and rate: offered modes, and the granted mode.
 
 use super::{
     kernel::{Errno, Format, FourCc, FrameSizes, Handle, Kernel},
@@ -7,15 +7,15 @@ use super::{
 use crate::{CameraMode, layout};
 use boresight_geometry::{device::Mode, frame::ImageSize};
 
-/// Most entries read from each of a driver's lists: a list without an end must not keep us.
+/// Most entries read from each of a driver's lists, as a bound on endless lists.
 const LONGEST_LIST: u32 = 256;
 /// Largest believable side of a picture.
 const LARGEST_SIDE_PX: u32 = 8192;
-/// Sizes tried where a driver offers a range.
+/// Sizes tried in an offered range.
 const USUAL_SIZES: [(u32, u32); 7] =
     [(3840, 2160), (1920, 1080), (1600, 1200), (1280, 960), (1280, 720), (800, 600), (640, 480)];
 
-/// A granted mode, with the driver's layout of its memory.
+/// A granted mode, with the driver's memory layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Granted {
     /// The granted mode.
@@ -24,7 +24,7 @@ pub struct Granted {
     pub bytes_per_line: u32,
 }
 
-/// Everything that a camera offers. A list that fails ends there.
+/// All offers of a camera. A failing list ends early.
 pub fn offers(kernel: &mut dyn Kernel, device: Handle) -> Result<Vec<CameraMode>, Errno> {
     let mut found = Vec::new();
     for index in 0..LONGEST_LIST {
@@ -78,7 +78,7 @@ fn intervals(
     let before = found.len();
     for index in 0..LONGEST_LIST {
         let Ok(interval) = again(|| kernel.frame_interval(device, of, index)) else { break };
-        // 0/0 stands for "not known".
+        // 0/0 means "not known".
         let interval = (interval.0 > 0 && interval.1 > 0).then_some(interval);
         found.push(CameraMode { fourcc, size, interval });
     }
@@ -87,7 +87,7 @@ fn intervals(
     }
 }
 
-/// Asks for `offer` and reads back the granted mode; `None` if that can't be read.
+/// Asks for `offer` and reads back the granted mode; `None` if unreadable.
 pub fn grant(
     kernel: &mut dyn Kernel,
     device: Handle,
@@ -112,7 +112,7 @@ pub fn grant(
     else {
         return Ok(None);
     };
-    // Rows that overlap or are absurdly far apart are a driver's mistake.
+    // Rows overlapping or absurdly far apart are a driver's mistake.
     let bytes_per_line =
         if format.bytes_per_line > 16 * format.width { 0 } else { format.bytes_per_line };
     let mode = Mode {

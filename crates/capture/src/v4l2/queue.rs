@@ -1,4 +1,4 @@
-//! The buffers of a stream, and who owns each of them.
+//! The buffers of a stream, and their owners.
 //!
 //! ```text
 //!            queue ▶                    ▶ picture arrives
@@ -7,14 +7,14 @@
 //!    └───────────────────────── dequeue ◀────────────────────┘
 //! ```
 //!
-//! Only a successful dequeue makes a buffer ours, and only a buffer that is ours is queued: a number that
-//! the driver makes up ends the stream instead of the program.
+//! Only a successful dequeue makes a buffer ours, and only a buffer of ours is queued: an invented
+//! number from the driver ends the stream instead of the program.
 
 use super::kernel::{Errno, FLAG_ERROR, Filled, Handle, Kernel};
 
 /// Number of buffers. More would only hold older pictures.
 pub(crate) const BUFFERS: u32 = 4;
-/// Consecutive signals after which a call is given up.
+/// Number of consecutive signals after which a call is given up.
 const MOST_INTERRUPTIONS: u32 = 64;
 /// Consecutive EIO results tolerated before the stream is given up.
 const MOST_TRANSFER_ERRORS: u32 = 3;
@@ -34,10 +34,10 @@ struct Buffer {
     ours: bool,
 }
 
-/// Why a stream cannot go on.
+/// Reason for the end of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Broken {
-    /// The system said so.
+    /// An error of the system.
     System(Errno),
     /// The driver broke the rules.
     Driver(&'static str),
@@ -49,22 +49,22 @@ impl From<Errno> for Broken {
     }
 }
 
-/// Result of one look at the stream.
+/// Result of a look at the stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Round {
-    /// The newest frame that the driver does not call bad; its bytes have been copied.
+    /// Newest frame not marked bad by the driver; its bytes have been copied.
     pub(super) newest: Option<Filled>,
-    /// Frames that came at all.
+    /// Number of frames received at all.
     pub(super) came: u32,
-    /// Good frames passed over for a newer one, and numbers that are missing.
+    /// Number of good frames skipped for a newer frame, and of missing frame numbers.
     pub(super) dropped: u64,
-    /// Frames that the driver calls bad, or that have no bytes or too many.
+    /// Number of frames marked bad by the driver, empty, or too long.
     pub(super) bad: u64,
 }
 
 impl Queue {
-    /// Gets and maps buffers, hands them to the driver and starts the stream. Leaves nothing behind if it
-    /// fails.
+    /// Gets and maps buffers, hands them to the driver and starts the stream. Leaves nothing behind
+    /// if it fails.
     pub(super) fn start(kernel: &mut dyn Kernel, device: Handle) -> Result<Self, Broken> {
         let mut queue =
             Self { device, buffers: Vec::new(), transfer_errors: 0, last_sequence: None };
@@ -108,14 +108,15 @@ impl Queue {
         }
     }
 
-    /// Takes every frame that is ready, copies the newest good one into `bytes`, and hands the buffers back.
+    /// Takes every ready frame, copies the newest good frame into `bytes`, and hands the buffers
+    /// back.
     pub(super) fn newest(
         &mut self,
         kernel: &mut dyn Kernel,
         bytes: &mut Vec<u8>,
     ) -> Result<Round, Broken> {
         let mut round = Round::default();
-        // The loop has a bound: a driver that is never empty must not keep us here.
+        // Bounded, because a driver may never run empty.
         for _ in 0..2 * self.buffers.len() {
             let filled = match again(|| kernel.dequeue(self.device)) {
                 Ok(filled) => filled,
@@ -156,16 +157,16 @@ impl Queue {
         Ok(round)
     }
 
-    /// Frames lost before the one of this number. Numbers wrap, and some drivers restart them.
+    /// Number of frames lost before frame `sequence`. Numbers wrap, and some drivers restart them.
     fn missing_before(&mut self, sequence: u32) -> u64 {
-        /// Largest gap in the frame numbers that counts as a loss; a larger one is a new count.
+        /// Largest gap in the frame numbers counted as a loss; a larger gap is a new count.
         const LARGEST_GAP: u32 = 1000;
         let last = self.last_sequence.replace(sequence);
         let gap = last.map_or(1, |last| sequence.wrapping_sub(last));
         if (2..=LARGEST_GAP).contains(&gap) { u64::from(gap - 1) } else { 0 }
     }
 
-    /// Ends the stream. Never fails: closing the device ends everything that did not end here.
+    /// Ends the stream. Never fails: closing the device ends the rest.
     pub(super) fn stop(self, kernel: &mut dyn Kernel) {
         again(|| kernel.stream_off(self.device)).ok();
         kernel.unmap_all(self.device);
@@ -173,7 +174,7 @@ impl Queue {
     }
 }
 
-/// Calls again when a signal came between.
+/// Repeats a call interrupted by a signal.
 pub(super) fn again<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, Errno> {
     let mut result = call();
     for _ in 0..MOST_INTERRUPTIONS {
@@ -185,7 +186,7 @@ pub(super) fn again<T>(mut call: impl FnMut() -> Result<T, Errno>) -> Result<T, 
     result
 }
 
-/// True if the errno means that the device was unplugged.
+/// True if the errno means an unplugged device.
 pub(super) fn gone(errno: Errno) -> bool {
     matches!(errno.0, libc::ENODEV | libc::ENXIO | libc::ENOENT | libc::EBADF | libc::ESHUTDOWN)
 }

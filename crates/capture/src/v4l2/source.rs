@@ -9,8 +9,8 @@
 //!                            looks for the same camera
 //! ```
 //!
-//! Frames are delivered only when steady: before, exposure and focus may still move. A preview delivers all of them, and
-//! sets no control.
+//! Frames are delivered only when steady: before, exposure and focus may still move. A preview
+//! delivers all frames, and sets no control.
 
 mod control_work;
 mod locking;
@@ -47,14 +47,15 @@ use boresight_geometry::{
 const LEAST_SETTLING: u32 = 10;
 const MOST_SETTLING: u32 = 60;
 const MOST_SETTLING_NANOS: u64 = 3_000_000_000;
-/// Largest relative change of brightness over the last frames of a settled picture, and the number of these frames.
+/// Largest relative change of brightness over the last frames of a settled picture, and the number
+/// of frames.
 const SETTLED_CHANGE: f64 = 0.02;
 const SETTLED_FRAMES: usize = 5;
 /// Time for a control change to take effect.
 const LOCKING_NANOS: u64 = 500_000_000;
 /// Time between two readings of the controls, in nanoseconds.
 const READ_BACK_NANOS: u64 = 1_000_000_000;
-/// Share of its sharpness that a picture keeps at least; below it, locking has moved the focus.
+/// Least share of sharpness to keep; below, locking has moved the focus.
 const SHARPNESS_KEPT: f64 = 0.4;
 /// Shortest and longest pause between looks for a lost camera.
 const SHORTEST_PAUSE_NANOS: u64 = 200_000_000;
@@ -69,13 +70,13 @@ pub struct LiveCamera<K: Kernel> {
     mode: Mode,
     keeper: ControlLock,
     controls_before: Vec<ControlBefore>,
-    /// Controls that can be set, as found when the camera was opened.
+    /// Adjustable controls, as found on opening the camera.
     adjustables: Vec<Adjustable>,
     locks: Option<Locks>,
     state: State,
     events: VecDeque<CameraEvent>,
     next_id: u64,
-    /// Counts of the streams before this one.
+    /// Counts of the earlier streams.
     dropped_before: u64,
     rejected_before: u64,
     told: (u64, u64),
@@ -94,7 +95,7 @@ struct Running {
     stream: Stream,
     phase: Phase,
     returning: bool,
-    /// Task under way on the controls.
+    /// Task in progress on the controls.
     work: Option<ControlWork>,
     /// Time until which the controls rest.
     rest_until_nanos: u64,
@@ -102,7 +103,7 @@ struct Running {
 
 #[derive(Debug)]
 enum Phase {
-    /// Pictures are only looked at: exposure and focus may move.
+    /// Pictures for looking only: exposure and focus may move.
     Looking,
     Settling {
         means: VecDeque<f64>,
@@ -116,7 +117,7 @@ enum Phase {
         sharp_before: f64,
         sharp_now: f64,
     },
-    /// The person set controls; the picture settles.
+    /// Controls were set by the person; the picture settles.
     Setting {
         controls: Vec<Control>,
         again: bool,
@@ -131,7 +132,7 @@ enum Phase {
 }
 
 impl<K: Kernel> LiveCamera<K> {
-    /// Opens `camera` in the best mode of those `wanted`, and starts it.
+    /// Opens and starts `camera` in the best `wanted` mode.
     ///
     /// # Errors
     ///
@@ -140,7 +141,8 @@ impl<K: Kernel> LiveCamera<K> {
         Self::start(kernel, camera, wanted, false)
     }
 
-    /// Opens a camera to look through only: no control is set, now or at the end, and pictures come at once.
+    /// Opens a camera for a preview: no control is set, now or at the end, and pictures come at
+    /// once.
     ///
     /// # Errors
     ///
@@ -203,7 +205,7 @@ impl<K: Kernel> LiveCamera<K> {
         })
     }
 
-    /// The camera as discovered.
+    /// The discovered camera.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
@@ -217,7 +219,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.kernel.clock().monotonic_nanos
     }
 
-    /// Looks at the stream once.
+    /// Takes a look at the stream.
     fn step(&mut self, patience: Duration) -> Result<Option<Picture>, Loss> {
         let State::Running(running) = &mut self.state else { return Ok(None) };
         let kernel: &mut dyn Kernel = &mut self.kernel;
@@ -227,7 +229,7 @@ impl<K: Kernel> LiveCamera<K> {
             Some(detail) => CameraEvent::Doubtful { fault, detail },
             None => CameraEvent::Dispelled { fault },
         }));
-        // The picture that settles a control was taken before it was known to be settled, so it isn't delivered.
+        // The last picture of settling was taken before its end, so isn't delivered.
         let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
         self.go_on(picture.as_ref(), now).map_err(|errno| (Fault::Unplugged, errno.words()))?;
@@ -238,7 +240,7 @@ impl<K: Kernel> LiveCamera<K> {
         Ok(picture.filter(|_| delivers && !was_setting))
     }
 
-    /// Moves on between the phases.
+    /// Advances the phase.
     fn go_on(&mut self, picture: Option<&Picture>, now: u64) -> Result<(), Errno> {
         if !self.work_on()? {
             return Ok(());
@@ -306,7 +308,7 @@ fn settling(kernel: &mut dyn Kernel) -> Phase {
     Phase::Settling { means: VecDeque::new(), count: 0, until_nanos }
 }
 
-/// Before the controls are set for the first time.
+/// Phase before the controls are set for the first time.
 fn locking(sharp_before: f64) -> Phase {
     Phase::Locking { again: false, done_nanos: u64::MAX, sharp_before, sharp_now: sharp_before }
 }
@@ -353,7 +355,8 @@ impl<K: Kernel> FrameSource for LiveCamera<K> {
             match &self.state {
                 State::Running(_) => match self.step(left) {
                     Ok(Some(Picture { image, captured_at })) => {
-                        // Damage is reported with the next good frame, because the person may be able to act on it.
+                        // Damage is reported with the next good frame, because the person may be
+                        // able to act on it.
                         if self.counts().1 != self.told.1 {
                             self.tell_counts();
                         }

@@ -1,4 +1,4 @@
-//! A run of a camera, from opening its node to closing it: newest frames, decoded and timed.
+//! A run of a camera, from opening to closing a node: newest frames, decoded and timed.
 
 use std::{path::PathBuf, time::Duration};
 
@@ -15,28 +15,29 @@ use boresight_geometry::{device::Fault, frame::CaptureTime};
 
 /// Longest wait for the first picture: some cameras take seconds to wake.
 const START_NANOS: u64 = 5_000_000_000;
-/// Longest wait for a later picture, unless pictures come slower than one in this time.
+/// Longest wait for a later picture, except at very low rates.
 const STEADY_NANOS: u64 = 1_500_000_000;
-/// Most pictures that may be missing in a row, and the longest wait for them.
+/// Most missing pictures in a row, and the longest wait for them.
 const MISSING: u64 = 4;
 const LONGEST_STEADY_NANOS: u64 = 10_000_000_000;
-/// Time without a whole frame after which the stream is restarted.
+/// Time without a whole frame before restarting the stream.
 const DAMAGED_NANOS: u64 = 4_000_000_000;
 /// Time asleep that ends a stream.
 const SLEPT_NANOS: u64 = 1_000_000_000;
-/// Age beyond which a driver's time stamp is a mistake.
+/// Age beyond which a driver's timestamp is a mistake.
 const BELIEVABLE_NANOS: u64 = 5_000_000_000;
 /// Retries while the device is busy, and the pause between them.
 const BUSY_TRIES: u32 = 10;
 const BUSY_PAUSE: Duration = Duration::from_millis(100);
-/// Consecutive waits without a frame or a reason from which the device counts as broken, and the pause between them.
+/// Number of consecutive waits without a frame or a reason, from which the device counts as broken,
+/// and the pause between them.
 const MOST_EMPTY_ERRORS: u32 = 20;
 const EMPTY_PAUSE: Duration = Duration::from_millis(10);
 
-/// Why a camera can't be used, and details.
+/// Reason for the loss of a camera, with details.
 pub(super) type Loss = (Fault, String);
 
-/// A camera that streams.
+/// A streaming camera.
 #[derive(Debug)]
 pub(super) struct Stream {
     pub(super) device: Handle,
@@ -51,15 +52,15 @@ pub(super) struct Stream {
     last_good_nanos: u64,
     slept_nanos: u64,
     last_time: CaptureTime,
-    /// The driver's newest time stamp; `None` once they jumped back: from then on pictures have the time of their
-    /// arrival.
+    /// The driver's newest timestamp; `None` once they jumped back: from then on pictures have the
+    /// time of arrival.
     driver_nanos: Option<u64>,
     /// Longest time between the last pictures: in the dark, exposure lengthens it.
     slowest_nanos: u64,
     empty_errors: u32,
-    /// Frames lost by the driver, passed over, or repeated.
+    /// Frames lost by the driver, skipped, or repeated.
     pub(super) dropped: u64,
-    /// Frames that were not whole.
+    /// Incomplete frames.
     pub(super) rejected: u64,
 }
 
@@ -151,14 +152,14 @@ impl Stream {
             Err(errno) => return Err(self.said(errno)),
         };
         if !ready.readable && !ready.error {
-            // Check the time only now: pictures that came while this thread was busy are in the queue.
+            // Check the time only now: pictures from a busy time of this thread are in the queue.
             if kernel.clock().monotonic_nanos < due {
                 return Ok(None);
             }
             return Err(self.overdue());
         }
         let Some(queue) = &mut self.queue else { return Ok(None) };
-        // Also after an error: taking a buffer says which one.
+        // Also after an error: taking a buffer tells the reason.
         let round = match queue.newest(kernel, &mut self.bytes) {
             Ok(round) => round,
             Err(Broken::System(errno)) => return Err(self.said(errno)),
@@ -175,7 +176,7 @@ impl Stream {
             if now >= due {
                 return Err(self.overdue());
             }
-            // A device that is ready for nothing must not keep a processor busy.
+            // A device ready for nothing must not keep a processor busy.
             kernel.pause(EMPTY_PAUSE);
             return Ok(None);
         }
@@ -207,7 +208,7 @@ impl Stream {
         Ok(Some(Picture { image, captured_at }))
     }
 
-    /// The newest frame as a picture; `None` if it only repeats the one before, `Err` if it is not whole.
+    /// The newest frame as a picture; `None` for a repetition, `Err` if not whole.
     fn unpack(&mut self, now: u64) -> Option<Result<GrayImage, Flaw>> {
         if self.health.repeats(crc32fast::hash(&self.bytes), now) {
             self.dropped += 1;
@@ -217,7 +218,7 @@ impl Stream {
         Some(self.unpacker.unpack(&self.bytes).inspect_err(|_| self.rejected += 1))
     }
 
-    /// Time by which the next frame must have come.
+    /// Deadline of the next frame.
     fn due_nanos(&self) -> u64 {
         match self.last_came_nanos {
             None => self.began_nanos + START_NANOS,
@@ -235,7 +236,7 @@ impl Stream {
         (if is_first { Fault::NoFirstFrame } else { Fault::Stalled }, String::new())
     }
 
-    /// Allows the next picture to come this much later: the camera was kept busy.
+    /// Extends the deadline of the next picture after a busy time of the camera.
     pub(super) fn excuse(&mut self, nanos: u64) {
         match &mut self.last_came_nanos {
             Some(last) => *last += nanos,
@@ -245,12 +246,12 @@ impl Stream {
         self.health.excuse(nanos);
     }
 
-    /// Driver's time of a frame, if it can be believed; in any case later than the previous frame's.
+    /// Driver's time of a frame, if believable; in any case later than the previous frame's.
     fn time(&mut self, filled: Filled, now: u64) -> CaptureTime {
         let is_of_clock = filled.flags & TIMESTAMP_MASK == TIMESTAMP_MONOTONIC
             && filled.nanos <= now
             && filled.nanos + BELIEVABLE_NANOS >= now;
-        // Speeds would be infinite where time jumps back.
+        // Speeds would be infinite at a jump back in time.
         self.driver_nanos =
             self.driver_nanos.filter(|before| filled.nanos >= *before).map(|_| filled.nanos);
         let believable = is_of_clock && self.driver_nanos.is_some();
@@ -272,7 +273,7 @@ impl Stream {
     }
 }
 
-/// Calls again for a while when another program has the device.
+/// Repeats a call for a while if another program has the device.
 fn patiently<T>(
     kernel: &mut dyn Kernel,
     mut call: impl FnMut(&mut dyn Kernel) -> Result<T, Errno>,

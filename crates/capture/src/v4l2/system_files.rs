@@ -1,4 +1,4 @@
-//! Facts in the system's files: the video nodes, their devices, and the programs that have them open.
+//! Facts in the system's files: the video nodes, their devices, and programs with the nodes open.
 
 use std::{
     ffi::OsStr,
@@ -51,7 +51,7 @@ pub(super) fn nodes(class: &Path, dev: &Path) -> Vec<Node> {
     nodes
 }
 
-/// The USB device that an interface belongs to.
+/// USB device of an interface.
 fn usb_device(interface: &Path) -> Option<PathBuf> {
     interface.ancestors().take(4).find(|folder| folder.join("idVendor").is_file()).map(Into::into)
 }
@@ -62,7 +62,7 @@ fn word(path: &Path) -> String {
     text(&bytes[..bytes.len().min(256)])
 }
 
-/// Stable names that the system gives to nodes.
+/// Stable names of nodes.
 fn links(dev: &Path) -> Vec<(PathBuf, PathBuf)> {
     let mut found = Vec::new();
     for folder in ["v4l/by-id", "v4l/by-path"] {
@@ -76,7 +76,7 @@ fn links(dev: &Path) -> Vec<(PathBuf, PathBuf)> {
     found
 }
 
-/// Programs that have `path` open, except this one.
+/// Other programs with `path` open.
 pub(super) fn holders(path: &Path) -> Vec<String> {
     let mut found = Vec::new();
     let own = std::process::id().to_string();
@@ -99,7 +99,7 @@ pub(super) fn holders(path: &Path) -> Vec<String> {
     found
 }
 
-/// Text up to its first zero byte. Names can be cut inside a character.
+/// Text up to the first zero byte. Names can be cut inside a character.
 pub(super) fn text(bytes: &[u8]) -> String {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
     String::from_utf8_lossy(&bytes[..end]).trim().to_owned()

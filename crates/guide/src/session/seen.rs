@@ -138,7 +138,7 @@ impl Seen {
         GuidanceParams { target_span_fraction: smaller.max(least), ..limits }
     }
 
-    /// Lets the ghost recede by another step; false at the last step.
+    /// Lets the ghost recede by another step; false if already at the limit.
     pub(super) fn recede(&mut self) -> bool {
         let may = self.receded < MOST_RECEDED;
         self.receded += u32::from(may);

@@ -1,5 +1,5 @@
-//! Reading and setting the controls in portions: a camera may take seconds to answer one transfer, and pictures
-//! must not wait for all of them.
+//! Reading and setting the controls in portions: a camera may take seconds for a transfer, and
+//! pictures must not wait for all of them.
 
 use super::{
     super::kernel::{Errno, Kernel},
@@ -7,13 +7,13 @@ use super::{
     task::{ControlWork, Task},
 };
 
-/// Time that controls may take between two pictures before they rest.
+/// Time for controls between two pictures before a rest.
 const PORTION_NANOS: u64 = 20_000_000;
-/// Rest of the controls afterwards, as a multiple of the time they took: pictures have most of the time.
+/// Rest of the controls afterwards, as a multiple of the time used: pictures have most of the time.
 const REST: u64 = 3;
 
 impl<K: Kernel> LiveCamera<K> {
-    /// Begins `task` with all controls, in place of the present one.
+    /// Begins `task` with all controls, in place of the present task.
     pub(super) fn work(&mut self, task: Task) {
         let now = self.now_nanos();
         if let State::Running(running) = &mut self.state {
@@ -37,7 +37,7 @@ impl<K: Kernel> LiveCamera<K> {
             let used = now - began;
             if used > PORTION_NANOS {
                 *rest_until_nanos = now + REST * used;
-                // The camera was busy answering, so pictures that it didn't send meanwhile are excused.
+                // The camera was busy answering, so missing pictures are excused.
                 stream.excuse(used);
             }
             if done && let Some(work) = work.take() {

@@ -11,7 +11,7 @@ use boresight_geometry::{
 };
 
 impl<K: Kernel> LiveCamera<K> {
-    /// The controls were set twice and read: begins to deliver.
+    /// Begins to deliver after the controls were set twice and read.
     pub(super) fn locked(&mut self, readings: &Readings, blurred: bool, now: u64) {
         let State::Running(running) = &mut self.state else { return };
         let returning = std::mem::take(&mut running.returning);
@@ -21,7 +21,7 @@ impl<K: Kernel> LiveCamera<K> {
             self.events.push_back(CameraEvent::Returned { mode: self.mode, good_from });
         }
         match self.locks {
-            // Report the controls of a returning camera that differ from before.
+            // Report the controls of a returning camera with other values than before.
             Some(locks) if returning => {
                 for deviation in self.keeper.deviations(readings, &locks) {
                     changed.push((deviation.control, deviation.to));
@@ -55,7 +55,7 @@ impl<K: Kernel> LiveCamera<K> {
         };
     }
 
-    /// Reports changes in readings taken from `began_nanos` on, and puts them right.
+    /// Reports changes in readings taken from `began_nanos` on, and reverts the controls.
     pub(super) fn read_back(&mut self, readings: &Readings, began_nanos: u64, now: u64) {
         let State::Running(running) = &mut self.state else { return };
         let (Phase::Steady { next_read_nanos, good_until, changed }, Some(locks)) =
@@ -66,7 +66,7 @@ impl<K: Kernel> LiveCamera<K> {
         *next_read_nanos = now + READ_BACK_NANOS;
         let deviations = self.keeper.deviations(readings, &locks);
         for (control, from, to) in self.keeper.moved_freely(readings, &locks) {
-            // A control that can't be locked can't be put back either: tell the person, and continue.
+            // A control without a lock can't be reverted either: tell the person, and continue.
             let detail = format!("{control:?} can't be locked: {from}, now {to}");
             self.events.push_back(CameraEvent::Doubtful { fault: Fault::GeometryMoved, detail });
         }

@@ -1,4 +1,4 @@
-//! A camera that went away, and its return.
+//! Loss of a camera, and its return.
 
 use super::{
     super::{
@@ -13,12 +13,12 @@ use super::{
 use boresight_geometry::device::{CameraEvent, Fault};
 
 impl<K: Kernel> LiveCamera<K> {
-    /// Ends the stream and says why.
+    /// Ends the stream and reports the reason.
     pub(super) fn lose(&mut self, loss: Loss) {
         let now = self.now_nanos();
         (self.dropped_before, self.rejected_before) = self.counts();
         if let State::Running(running) = &mut self.state {
-            // A request that was not granted is dropped: the camera returns with its last known values.
+            // A request not granted yet is dropped: the camera returns with its last known values.
             if let Phase::Setting { controls, .. } = &running.phase {
                 for control in controls {
                     let known = self.locks.and_then(|locks| locks.of(*control).value());
@@ -37,7 +37,7 @@ impl<K: Kernel> LiveCamera<K> {
     pub(super) fn look_for_it(&mut self) {
         match self.come_back() {
             Ok(stream) => {
-                // Restore controls the camera lost when it was unplugged.
+                // Restore controls lost by unplugging the camera.
                 let is_known = self.locks.is_some();
                 let phase = if self.only_looks {
                     Phase::Looking
@@ -63,7 +63,8 @@ impl<K: Kernel> LiveCamera<K> {
                     return;
                 };
                 *next_look_nanos = now + *pause_nanos;
-                // Starting a camera again and again wears out weak ones; looking for it costs nothing.
+                // Starting a camera again and again wears out weak ones; looking for it costs
+                // nothing.
                 if now_lost.0 != Fault::NotFound {
                     *pause_nanos = (2 * *pause_nanos).min(LONGEST_PAUSE_NANOS);
                 }

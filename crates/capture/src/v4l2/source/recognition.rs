@@ -1,4 +1,4 @@
-//! Recognizes a camera that returns, and a granted mode, as the one that was asked for.
+//! Recognition of a returning camera, and of the requested mode.
 
 use super::super::{
     discovery::{Camera, Found, Identity, discover_those},
@@ -8,7 +8,7 @@ use super::super::{
 use crate::{CameraMode, layout};
 use boresight_geometry::device::{Fault, Mode};
 
-/// The camera of that identity, if it is there.
+/// The connected camera with the given identity.
 ///
 /// # Errors
 ///
@@ -18,7 +18,7 @@ pub fn found_again(kernel: &mut dyn Kernel, identity: &Identity) -> Result<Camer
     same(&found, identity)
 }
 
-/// The camera of that identity among the connected ones.
+/// The camera with the given identity among the connected cameras.
 fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
     let mut fitting: Vec<_> =
         found.cameras.iter().filter_map(|c| identity.fit(c).map(|fit| (fit, c))).collect();
@@ -43,7 +43,7 @@ fn same(found: &Found, identity: &Identity) -> Result<Camera, Loss> {
     }
 }
 
-/// Difference of the granted mode from the one asked for; `None` if there is none.
+/// Difference of the granted mode from the requested mode, if any.
 pub(super) fn other_than_asked(offer: &CameraMode, mode: &Mode) -> Option<String> {
     let asked =
         Mode { size: offer.size, layout: layout(offer.fourcc)?, interval_secs: offer.interval };

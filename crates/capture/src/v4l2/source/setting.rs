@@ -1,4 +1,4 @@
-//! Controls that a person sets while the camera streams.
+//! Controls set by a person while the camera streams.
 
 use super::{
     super::{controls::Readings, kernel::Kernel},
@@ -11,19 +11,19 @@ use boresight_geometry::{
 };
 
 impl<K: Kernel> LiveCamera<K> {
-    /// Asks the camera for what the person wants of a control.
+    /// Requests a person's value of a control.
     pub(super) fn ask_for(&mut self, control: Control, value: i64) {
         let State::Running(running) = &mut self.state else { return };
         if self.only_looks {
             return;
         }
-        // A camera that returns is brought back to how it was before anything is changed.
+        // A returning camera is restored to its earlier state before any change.
         if running.returning && self.locks.is_some() {
             return;
         }
         self.keeper.want(control, value);
         match &mut running.phase {
-            // It is set when everything is.
+            // Set together with everything else.
             Phase::Settling { .. } | Phase::Looking => return,
             Phase::Locking { again, .. } => *again = false,
             Phase::Setting { controls, again, .. } => {
@@ -41,7 +41,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.work(Task::Lock);
     }
 
-    /// Reports the state of controls that the person set, once they have settled and were read.
+    /// Reports the state of controls set by the person, once settled and read.
     pub(super) fn set(&mut self, readings: &Readings, now: u64) {
         let State::Running(running) = &mut self.state else { return };
         let Phase::Setting { controls, changed, .. } = &mut running.phase else { return };

@@ -1,4 +1,4 @@
-//! Tasks that visit all controls, one after the other.
+//! Tasks on all controls, in order.
 
 use super::super::{
     controls::{ControlLock, Readings},
@@ -8,18 +8,18 @@ use boresight_geometry::device::Control;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
-    /// Set it to what it's kept at.
+    /// Set the control to the kept value.
     Lock,
-    /// Read its present value.
+    /// Read the present value.
     Read,
 }
 
-/// A task on its way through the controls.
+/// A task in progress.
 #[derive(Clone, Debug)]
 pub(super) struct ControlWork {
     pub(super) task: Task,
     pub(super) readings: Readings,
-    /// Time at which the task began: every reading is later.
+    /// Start of the task: every reading is later.
     pub(super) began_nanos: u64,
     next: usize,
 }
@@ -29,7 +29,7 @@ impl ControlWork {
         Self { task, readings: Readings::default(), began_nanos: now, next: 0 }
     }
 
-    /// The next control, or `None` after the last.
+    /// Handles the next control; `None` after the last.
     pub(super) fn step(
         &mut self,
         kernel: &mut dyn Kernel,
