@@ -191,7 +191,8 @@ pub enum Gravity {
 /// Difference of direction above which the edge now away is wrong.
 const OTHER_EDGE_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// Shift along an axis, in pixels, below which only a larger shift along the other is requested.
+/// Shift along an axis, in pixels, below which only a larger shift along the other axis is
+/// requested.
 const SMALL_SHIFT_PX: f64 = 10.0;
 
 impl Prompt {

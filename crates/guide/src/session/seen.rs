@@ -16,19 +16,19 @@ const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const FOCAL_SIGMA: f64 = 0.12;
 /// … and minimum relative difference from the guess.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Cap on the goals by the corner noise of the camera: projection in the picture's corners needn't
-/// be known better than this many times the error of a measured corner …
+/// Best goal for projection in the picture's corners, as a multiple of the error of a measured
+/// corner …
 const CORNER_TO_NOISE: f64 = 5.0;
-/// … and the principal point no better than so many times.
+/// … and best goal for the principal point, as a multiple of the same error.
 const PP_TO_NOISE: f64 = 20.0;
 /// Size of a ghost after receding, relative to before, and the maximum number of such steps before
 /// a view is taken.
 const RECEDING: f64 = 0.95;
 const MOST_RECEDED: u32 = 14;
-/// A board spanning less than `TOO_SMALL` of the ghost, so many times in a row, is treated as far …
+/// Number of successive boards below the share `TOO_SMALL` of the ghost, to be treated as far …
 const SMALL_ENOUGH_TIMES: u32 = 2;
 const TOO_SMALL: f64 = 0.6;
-/// … and the ghost then spans at most so many times the largest share seen.
+/// … and largest ghost from then on, as a multiple of the largest share seen.
 const A_LITTLE_LARGER: f64 = 1.1;
 
 /// Facts shown by frames, with an effect on the next request.
