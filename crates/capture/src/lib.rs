@@ -103,7 +103,7 @@ use boresight_geometry::{
 ///
 /// Called from one thread only. A source ends its processes when dropped.
 pub trait FrameSource: Send {
-    /// Name of the source for people and recordings, and the size of its pictures.
+    /// Name of the source for people and recordings, and size of the pictures.
     fn identity(&self) -> SourceIdentity;
 
     /// True if the source may be paced by the consumer, like files and the simulated camera. Not so

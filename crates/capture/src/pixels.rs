@@ -63,7 +63,7 @@ const fn with(form: Form, planes: Planes) -> Form {
     (form.0, form.1, planes)
 }
 
-/// Names in small letters, and their forms.
+/// Names in small letters, and the form of each.
 const NAMES: [(&[&str], Form); 24] = [
     (&["mono8", "8uc1", "gray", "gray8", "grey", "y800", "y8", "mono"], GREY),
     (&["mono16", "16uc1", "gray16le", "gray16_le", "gray16", "y16"], DEEP_GREY),

@@ -153,7 +153,7 @@ impl Step {
         u32::from(self.0 >> 5 & 127)
     }
 
-    /// True if the block ends after them.
+    /// True if the block ends after the step.
     #[inline(always)]
     fn ends(self) -> bool {
         self.0 >> 15 == 1

@@ -69,7 +69,7 @@ pub struct NokhwaCamera {
 }
 
 impl NokhwaCamera {
-    /// Opens a camera found on Linux, to be found again by its own description.
+    /// Opens a camera found on Linux, to be found again by the same description.
     ///
     /// # Errors
     ///

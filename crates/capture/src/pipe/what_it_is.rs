@@ -1,6 +1,6 @@
 //! Kind of a stream without readable pictures, for a person.
 
-/// Beginnings of streams, and their kinds.
+/// Beginnings of streams, and the kind of each.
 const KNOWN: [(&[u8], &str); 11] = [
     (b"\0\0\0\x01", "this is H.264 or H.265"),
     (b"\0\0\x01", "this is H.264, H.265 or MPEG"),

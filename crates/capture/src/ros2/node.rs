@@ -25,7 +25,7 @@ const TOPIC: &str = "rt";
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Domain {
     number: u16,
-    /// True if only nodes on this computer count.
+    /// True for nodes on this computer only.
     is_local: bool,
 }
 

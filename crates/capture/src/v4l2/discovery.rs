@@ -58,7 +58,7 @@ pub struct Other {
 /// Result of a discovery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Cameras, in the order of their places.
+    /// Cameras, ordered by place.
     pub cameras: Vec<Camera>,
     /// Other video nodes.
     pub others: Vec<Other>,
@@ -328,7 +328,7 @@ pub(super) fn fault_of(errno: Errno) -> Fault {
     }
 }
 
-/// The node, the system's words, and the programs using it.
+/// The node, the system's words, and the programs at work on the node.
 pub(super) fn detail_of(path: &Path, errno: Errno, holders: &[String]) -> String {
     let mut detail = format!("{}: {}", path.display(), errno.words());
     if !holders.is_empty() {

@@ -27,7 +27,7 @@ use super::{
 
 const CAPTURE: u32 = sys::v4l2_buf_type_V4L2_BUF_TYPE_VIDEO_CAPTURE;
 const MMAP: u32 = sys::v4l2_memory_V4L2_MEMORY_MMAP;
-/// The node reports its own capabilities in addition to the device's.
+/// The node reports capabilities separate from the device's.
 const CAP_DEVICE_CAPS: u32 = 0x8000_0000;
 const CONTROL_DISABLED: u32 = 0x0001;
 const CONTROL_READ_ONLY: u32 = 0x0004;

@@ -1,4 +1,4 @@
-//! The buffers of a stream, and their owners.
+//! The buffers of a stream, and the owner of each.
 //!
 //! ```text
 //!            queue ▶                    ▶ picture arrives
@@ -63,8 +63,8 @@ pub(super) struct Round {
 }
 
 impl Queue {
-    /// Gets and maps buffers, hands them to the driver and starts the stream. Leaves nothing behind
-    /// if it fails.
+    /// Gets and maps buffers, hands all to the driver and starts the stream. Leaves nothing behind
+    /// on failure.
     pub(super) fn start(kernel: &mut dyn Kernel, device: Handle) -> Result<Self, Broken> {
         let mut queue =
             Self { device, buffers: Vec::new(), transfer_errors: 0, last_sequence: None };

@@ -1,4 +1,4 @@
-//! Locked controls, and their changes.
+//! Locked controls, and changes to locked controls.
 
 use super::{
     super::{controls::Readings, kernel::Kernel},

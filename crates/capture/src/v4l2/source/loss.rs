@@ -33,7 +33,7 @@ impl<K: Kernel> LiveCamera<K> {
         self.tell_counts();
     }
 
-    /// Looks for the lost camera and starts it.
+    /// Looks for the lost camera, and starts the camera if found.
     pub(super) fn look_for_it(&mut self) {
         match self.come_back() {
             Ok(stream) => {
