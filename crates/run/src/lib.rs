@@ -6,7 +6,7 @@
 //! | [`recording`] | sessions as bytes: journal, pictures, replay |
 //! | [`pipeline`] | the threads and the links between them |
 //!
-//! The feature `live` is that of `boresight-capture`; `schemas` is for the test that writes docs/schemas.
+//! The feature `live` is that of `boresight-capture`; `schemas` is for the test of docs/schemas.
 
 #![forbid(unsafe_code)]
 

@@ -21,7 +21,7 @@ pub struct CameraConfig {
     pub as_stored: bool,
 }
 
-/// Backend through which a live camera is read: a name in the table of `app::camera`, which checks it, or `auto`.
+/// Backend of a live camera: a name in the table of `app::camera`, checked there, or `auto`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Backend(String);
@@ -29,7 +29,7 @@ pub struct Backend(String);
 impl Backend {
     const AUTO: &str = "auto";
 
-    /// The backend called `name`; for `auto`, the usual one of the camera.
+    /// The backend called `name`; for `auto`, the usual backend of the camera.
     pub fn named(name: &str) -> Self {
         Self(name.into())
     }
@@ -60,12 +60,12 @@ impl Default for CameraConfig {
 }
 
 impl CameraConfig {
-    /// Which way up pictures of a folder are read.
+    /// Orientation of pictures in a folder.
     pub fn upright(&self) -> Upright {
         if self.as_stored { Upright::AsStored } else { Upright::AsMarked }
     }
 
-    /// Form of raw pictures; `None` if it isn't said.
+    /// Form of raw pictures; `None` if unset.
     ///
     /// # Errors
     ///

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Most letters of a text.
 const LETTERS: usize = 200;
 
-/// The certificate. An empty text is left to be filled in by pen.
+/// The certificate. An empty text is left for filling in by pen.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 #[expect(missing_docs, reason = "explained in default.toml")]
@@ -54,14 +54,15 @@ impl CertificateConfig {
         self.check_months <= 120 && self.clone().texts().iter().all(short)
     }
 
-    /// Takes out a logo that isn't below the working folder: a session from somebody else could name any picture of this machine.
+    /// Removes a logo outside the working folder: another person's session could name any picture
+    /// of the machine.
     pub fn take_foreign_logo(&mut self) -> Option<String> {
         let is_below = |part: Component<'_>| matches!(part, Component::Normal(_));
         let is_own = Path::new(&self.logo).components().all(is_below);
         (!is_own).then(|| std::mem::take(&mut self.logo))
     }
 
-    /// This one, with `base` where it says nothing.
+    /// The certificate, with `base` in place of empty texts.
     #[must_use]
     pub fn over(mut self, mut base: Self) -> Self {
         if self.check_months == Self::default().check_months {

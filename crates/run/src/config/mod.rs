@@ -27,10 +27,10 @@ use boresight_guide::{
 };
 use retired::{RETIRED, Retired};
 
-/// The defaults with their explanations.
+/// The defaults, with explanations.
 pub const DEFAULT_TOML: &str = include_str!("../../../../config/default.toml");
 
-/// Everything that can be configured, in the units of people.
+/// All settings, in the units of people.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Config {
@@ -46,18 +46,18 @@ pub struct Config {
     /// The report's first sheet.
     #[serde(default)]
     pub certificate: CertificateConfig,
-    /// Printed boards by the ID of their code.
+    /// Printed boards, by the ID of the code.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub boards: BTreeMap<String, MeasuredBoard>,
 }
 
-/// A printed board whose squares were measured.
+/// A printed board with measured squares.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredBoard {
     /// Side of a square.
     pub square_mm: f64,
-    /// Tool that measured it.
+    /// Measuring tool.
     #[serde(default)]
     pub measured_with: String,
 }
@@ -85,7 +85,7 @@ pub struct BoardConfig {
 }
 
 impl BoardConfig {
-    /// A board of `columns` and `rows` points with these markers, or with none.
+    /// A board of `columns` and `rows` points with the given markers, or with none.
     #[must_use]
     pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
         let tags = markers.and_then(|markers| markers.tags);
@@ -115,7 +115,8 @@ impl BoardConfig {
         self.dictionary.map(|dictionary| MarkerChoice::in_squares(dictionary, side_m))
     }
 
-    /// The board as `--board` reads it: `9x6`, `charuco:8x11:DICT_4X4_50:15mm`, `aprilgrid:6x6`, `circles:7x5`.
+    /// The board as an argument of `--board`: `9x6`, `charuco:8x11:DICT_4X4_50:15mm`,
+    /// `aprilgrid:6x6`, `circles:7x5`.
     pub fn argument(&self) -> String {
         let Self { columns, rows, .. } = *self;
         BoardChoice { columns, rows, markers: self.markers() }.to_string()
@@ -143,7 +144,7 @@ pub struct GuidanceConfig {
     pub hold_secs: f64,
     pub stop_pp_sigma_px: f64,
     pub stop_projection_sigma_px: f64,
-    /// `None` in recordings that don't know boards beyond the picture's edge.
+    /// `None` in recordings from before boards beyond the picture's edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_corner_sigma_px: Option<f64>,
     pub min_views: usize,
@@ -213,7 +214,7 @@ pub struct CalibrationConfig {
     pub known_lens: Option<KnownLens>,
 }
 
-/// The lens models to choose from: those of one family by its code, or `auto` for all.
+/// The lens models to choose from: those of a family by code, or `auto` for all.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub struct LensName(Option<LensFamily>);
@@ -222,7 +223,7 @@ impl LensName {
     /// The models of every family.
     pub const AUTO: Self = Self(None);
 
-    /// The models of one family.
+    /// The models of a family.
     pub fn of(family: LensFamily) -> Self {
         Self(Some(family))
     }
@@ -232,17 +233,17 @@ impl LensName {
         std::iter::once(Self::AUTO).chain(LensFamily::ALL.into_iter().map(Self::of))
     }
 
-    /// As settings call it.
+    /// Name in settings.
     pub fn code(self) -> &'static str {
         self.0.map_or("auto", LensFamily::code)
     }
 
-    /// Its family; `None` for every one.
+    /// The family; `None` for all.
     pub fn family(self) -> Option<LensFamily> {
         self.0
     }
 
-    // By reference, as serde asks.
+    // By reference, for serde.
     fn is_auto(&self) -> bool {
         *self == Self::AUTO
     }
@@ -278,7 +279,7 @@ impl TryFrom<String> for LensName {
     }
 }
 
-/// Why there is no configuration.
+/// Reason for a missing configuration.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file could not be read.
@@ -301,8 +302,8 @@ pub enum ConfigError {
 }
 
 impl Config {
-    /// The defaults, with the settings of `file` and then each `key=value` of `settings` over them. A setting that isn't used
-    /// any more is ignored; [`Self::load_with_notes`] says so.
+    /// The defaults, overridden by the settings of `file` and then by each `key=value` of
+    /// `settings`. Settings no longer in use are ignored; [`Self::load_with_notes`] reports them.
     ///
     /// # Errors
     ///
@@ -311,7 +312,7 @@ impl Config {
         Self::load_with_notes(file, settings).map(|(config, _)| config)
     }
 
-    /// As [`Self::load`], and one sentence for each setting that isn't used any more.
+    /// Loads like [`Self::load`], with a sentence for each setting no longer in use.
     ///
     /// # Errors
     ///
@@ -343,8 +344,8 @@ impl Config {
         Ok((config, notes))
     }
 
-    /// This configuration with each `key=value` of `settings` over it. A setting that isn't used any more is ignored;
-    /// [`Self::with_notes`] says so.
+    /// The configuration, overridden by each `key=value` of `settings`. Settings no longer in use
+    /// are ignored; [`Self::with_notes`] reports them.
     ///
     /// # Errors
     ///
@@ -353,7 +354,7 @@ impl Config {
         self.with_notes(settings).map(|(config, _)| config)
     }
 
-    /// As [`Self::with`], and one sentence for each setting that isn't used any more.
+    /// Overrides like [`Self::with`], with a sentence for each setting no longer in use.
     ///
     /// # Errors
     ///
@@ -391,7 +392,7 @@ impl Config {
         config.checked(origin)
     }
 
-    /// Checks the settings of a session, which may come from somebody else.
+    /// Checks the settings of a session, possibly from another person.
     ///
     /// # Errors
     ///
@@ -525,7 +526,7 @@ impl Config {
         }
     }
 
-    /// A session on pictures of `image_size`.
+    /// Setup of a session on pictures of `image_size`.
     ///
     /// # Errors
     ///
@@ -549,12 +550,12 @@ fn defaults() -> toml::Table {
     toml::from_str(DEFAULT_TOML).expect("the default configuration is valid TOML")
 }
 
-/// Lays `over` on `table`, table by table.
+/// Merges `over` into `table`, table by table.
 fn merge(table: &mut toml::Table, over: toml::Table) {
     for (key, value) in over {
         match (table.get_mut(&key), value) {
             (Some(toml::Value::Table(inner)), toml::Value::Table(over)) => merge(inner, over),
-            // TOML writes 25 for what is 25.0 here.
+            // TOML has 25 for a value of 25.0.
             (Some(toml::Value::Float(number)), toml::Value::Integer(whole)) => {
                 *number = whole as f64;
             }
@@ -641,7 +642,7 @@ mod tests {
                 "The setting speech isn't used any more: since 0.2 it's an option, --voice.",
             ]
         );
-        // Without them nothing is said, and a key that never was one is none.
+        // Without retired settings there are no notes, and their keys are unknown.
         let (plain, notes) = Config::load_without(None, &again[1..], &TWO).expect("read");
         assert_eq!((plain.guidance.plan, notes.len()), (PlanName::Quick, 0));
         assert!(Config::load_without(Some(&file), &[], &[]).is_err());

@@ -1,4 +1,4 @@
-//! Runs a closure on a named background thread and joins it on drop.
+//! Runs a closure on a named background thread, joined on drop.
 
 use std::thread::{Builder, JoinHandle};
 
@@ -9,7 +9,7 @@ use super::{
 
 const NAME: &str = "background";
 
-/// Work on a background thread. Joined when dropped, so that nothing stays half written.
+/// Work on a background thread. Joined on drop, so nothing stays half written.
 #[derive(Debug)]
 pub struct Background<T> {
     outcome: LatestReceiver<T>,
@@ -27,7 +27,7 @@ impl<T: Send + 'static> Background<T> {
         let thread = Builder::new()
             .name(NAME.into())
             .spawn(move || {
-                // The window may have closed meanwhile; then no one needs the outcome.
+                // The window may have closed meanwhile; then the outcome is unused.
                 outcome_in.publish(work()).ok();
             })
             .map_err(|source| PipelineError::Spawn { worker: NAME, source })?;
@@ -39,7 +39,7 @@ impl<T: Send + 'static> Background<T> {
         self.outcome.try_recv()
     }
 
-    /// True if no outcome will come: it was taken, or the work panicked.
+    /// True if no outcome will come: already taken, or the work panicked.
     pub fn is_over(&self) -> bool {
         self.outcome.is_closed()
     }

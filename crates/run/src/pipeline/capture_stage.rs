@@ -14,11 +14,12 @@ use boresight_capture::{Arrival, FrameSource};
 use boresight_geometry::{device::Control, frame::Frame};
 use boresight_guide::session::Input;
 
-/// Longest that a source may wait before the stop flag is read again.
+/// Longest wait of a source before the stop flag is read again.
 pub const SOURCE_PATIENCE: Duration = Duration::from_millis(100);
 
-/// Fetches frames until the source ends or breaks, `publish` returns false, or `stop` is set. Camera events
-/// go straight to the inbox and may overtake frames; each carries the time from which frames are good.
+/// Fetches frames until the source ends or breaks, `publish` returns false, or `stop` is set.
+/// Camera events go straight to the inbox and may overtake frames; each carries the time from which
+/// frames are good.
 pub(super) fn capture(
     mut source: Box<dyn FrameSource>,
     stop: &AtomicBool,
@@ -43,8 +44,8 @@ pub(super) fn capture(
             }
             Ok(Arrival::NothingYet) => {}
             Ok(Arrival::End) => {
-                // The slot closes as this thread ends, and the detector after it. The reader of the snapshots stops the
-                // session once the last frame is through.
+                // The slot closes when the thread ends, and the detector after it. The reader of
+                // the snapshots stops the session after the last frame.
                 inbox.send(Input::SourceEnded).ok();
                 return;
             }

@@ -11,17 +11,18 @@ use image::GrayImage;
 
 use super::error::PipelineError;
 
-/// The detection in a picture, or why the picture could not be loaded.
+/// The detection in a picture, or the loading error.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
-/// Pictures without the named board that are looked at for others: if none of them shows one, the rest isn't looked at.
+/// Number of pictures without the named board to search for other boards before giving up.
 pub const LOOKS_FOR_OTHERS: usize = 5;
 
-/// Detects the board in `count` pictures that `load` provides, on `threads` threads; `near` predicts where it
-/// is. If some pictures show another board, all without the named one are looked at for that.
+/// Detects the board in `count` pictures from `load`, on `threads` threads; `near` predicts its
+/// place. If some pictures show another board, all pictures without the named one are searched for
+/// that.
 ///
-/// Every picture is searched independently, so the result doesn't depend on the number of threads. `done` is
-/// called with the index of each finished picture, on the thread that finished it.
+/// Every picture is searched independently, so the result doesn't depend on the number of threads.
+/// `done` is called with the index of each finished picture, on the thread that finished it.
 ///
 /// # Errors
 ///
@@ -60,7 +61,7 @@ pub fn detect_many<E: Send>(
     Ok(found)
 }
 
-/// What `look` makes of each of `indices`, in their order, on up to so many threads.
+/// Results of `look` for each of `indices`, in order, on at most `threads` threads.
 fn on_threads<T: Send>(
     indices: &[usize],
     threads: usize,

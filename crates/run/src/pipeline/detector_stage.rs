@@ -16,13 +16,13 @@ use boresight_geometry::{
 };
 use boresight_guide::session::{Input, Observation};
 
-/// Longest search in one frame of a live stream, unless the next frame comes later. Far more than any picture
-/// needs on an idle machine; on a busy one the next frame is worth more.
+/// Longest search in a frame of a live stream, unless the next frame comes later. Far more than any
+/// picture needs on an idle machine; on a busy machine the next frame is worth more.
 const LONGEST_SEARCH: Duration = Duration::from_millis(250);
 
 /// Finds the board in each frame, on the detector thread.
 pub trait BoardFinder: Send {
-    /// The board in `image`, as [`Detector::search`] finds it.
+    /// Finds the board in `image`, like [`Detector::search`].
     ///
     /// # Errors
     ///
@@ -46,7 +46,7 @@ impl BoardFinder for Detector {
     }
 }
 
-/// The detector with its default parameters.
+/// The detector with default parameters.
 pub(super) fn default_finder() -> Box<dyn BoardFinder> {
     Box::new(Detector::new(DetectorParams::default()))
 }
@@ -55,16 +55,17 @@ pub(super) fn default_finder() -> Box<dyn BoardFinder> {
 pub(super) struct DetectorStage {
     pub(super) finder: Box<dyn BoardFinder>,
     pub(super) board: Checkerboard,
-    /// True if a search may take as long as it needs: results then don't depend on the machine's speed.
+    /// True if a search may take any time: results then don't depend on the machine's speed.
     pub(super) unhurried: bool,
-    /// Frames to the recorder, sent before their observations.
+    /// Frames to the recorder, sent before the observations.
     pub(super) pictures: Sender<Arc<Frame>>,
     pub(super) inbox: Sender<Input>,
     pub(super) rest: Arc<Rest>,
 }
 
 impl DetectorStage {
-    /// Searches frame after frame until no more come. `on_start` is called at the start of each search.
+    /// Searches frame after frame until no more come. `on_start` is called at the start of each
+    /// search.
     pub(super) fn run(
         mut self,
         frames: &LatestReceiver<Arc<Frame>>,
@@ -73,7 +74,7 @@ impl DetectorStage {
         let mut track = Track::default();
         let mut last = None;
         while let Some(frame) = frames.recv() {
-            // A source that can wait does so in a pause; another one's pictures pass.
+            // A source that can wait does so in a pause; other sources' pictures are skipped.
             if self.unhurried {
                 self.rest.wait_for_end();
             } else if self.rest.is_on() {
@@ -91,7 +92,7 @@ impl DetectorStage {
         }
     }
 
-    /// Searches `frame` for the board, first where `track` predicts it; gives up after `limit`.
+    /// Searches `frame` for the board, first at the prediction of `track`; gives up after `limit`.
     fn observe(
         &mut self,
         track: &mut Track,
@@ -116,7 +117,7 @@ impl DetectorStage {
     }
 }
 
-/// Mean interval between the frames of a stream from `last` to `frame`; zero before there are two.
+/// Mean interval between the frames of a stream from `last` to `frame`; zero without `last`.
 fn interval(last: Option<(FrameId, CaptureTime)>, frame: &Frame) -> Duration {
     let Some((id, time)) = last else { return Duration::ZERO };
     let frames = frame.id.0.saturating_sub(id.0).max(1);

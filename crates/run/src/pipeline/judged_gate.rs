@@ -1,4 +1,4 @@
-//! Holds back a source that waits until its last frame has been judged.
+//! Holds back a source able to wait until its last frame has been judged.
 
 use std::sync::{
     Condvar, Mutex, PoisonError,
@@ -15,7 +15,7 @@ pub(super) struct JudgedGate {
 }
 
 impl JudgedGate {
-    /// Counts one more judged frame.
+    /// Counts a judged frame.
     pub(super) fn count_one(&self) {
         *self.judged.lock().unwrap_or_else(PoisonError::into_inner) += 1;
         self.changed.notify_all();

@@ -1,4 +1,4 @@
-//! A slot for one value that a newer value replaces. The only lossy link in the program.
+//! A slot for a single value, replaced by newer values. The only lossy link in the program.
 
 use std::{
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
@@ -11,13 +11,13 @@ pub fn latest<T>() -> (LatestSender<T>, LatestReceiver<T>) {
     (LatestSender { shared: Arc::clone(&shared) }, LatestReceiver { shared })
 }
 
-/// Puts values in; dropping it closes the slot.
+/// Sender of values; closes the slot on drop.
 #[derive(Debug)]
 pub struct LatestSender<T> {
     shared: Arc<Shared<T>>,
 }
 
-/// Takes values out; dropping it closes the slot.
+/// Receiver of values; closes the slot on drop.
 #[derive(Debug)]
 pub struct LatestReceiver<T> {
     shared: Arc<Shared<T>>,
@@ -48,7 +48,7 @@ impl<T> Default for Slot<T> {
 }
 
 impl<T> LatestSender<T> {
-    /// Stores `value`, replacing one nobody took. Never waits.
+    /// Stores `value`, replacing an untaken one. Never waits.
     pub fn publish(&self, value: T) -> Result<(), Closed> {
         let mut slot = self.shared.lock();
         if slot.closed {
@@ -97,7 +97,7 @@ impl<T> LatestReceiver<T> {
         }
     }
 
-    /// Takes the value if there is one. For the UI, which must not wait.
+    /// Takes the value, if any. For the UI, which must not wait.
     pub fn try_recv(&self) -> Option<T> {
         self.shared.lock().value.take()
     }
@@ -108,7 +108,7 @@ impl<T> LatestReceiver<T> {
         slot.closed && slot.value.is_none()
     }
 
-    /// Number of values that were replaced before anyone took them.
+    /// Number of values replaced before being taken.
     pub fn replaced(&self) -> u64 {
         self.shared.lock().replaced
     }

@@ -8,10 +8,10 @@ use super::latest::{LatestReceiver, LatestSender, latest};
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::{Snapshot, ViewNumber};
 
-/// Most pictures of accepted views that a window may lag behind by; more than the largest plan.
+/// Most pictures of accepted views queued for a slow window; more than the largest plan.
 const ACCEPTED_CAPACITY: usize = 256;
 
-/// The picture of a view that was just accepted.
+/// Picture of a newly accepted view.
 #[derive(Clone, Debug)]
 pub struct AcceptedPicture {
     /// Number of the view.
@@ -29,12 +29,12 @@ pub struct LiveFeed {
 }
 
 impl LiveFeed {
-    /// The newest picture, unless it was read from this feed before. Never waits.
+    /// The newest picture, unless already read from the feed. Never waits.
     pub fn newest_frame(&self) -> Option<Arc<Frame>> {
         self.frames.try_recv()
     }
 
-    /// The newest snapshot, unless it was read from this feed before. Never waits.
+    /// The newest snapshot, unless already read from the feed. Never waits.
     pub fn newest_snapshot(&self) -> Option<Snapshot> {
         self.snapshots.try_recv()
     }
@@ -44,7 +44,7 @@ impl LiveFeed {
         self.accepted.try_recv().ok()
     }
 
-    /// True if the session thread has ended and every snapshot has been read from this feed.
+    /// True if the session thread has ended and every snapshot has been read from the feed.
     pub fn has_ended(&self) -> bool {
         self.snapshots.is_closed()
     }
@@ -56,7 +56,7 @@ pub(super) struct FeedSenders {
     pub(super) accepted: Sender<AcceptedPicture>,
 }
 
-/// Links of a feed: the pipeline's ends, and a function that makes the feed once the snapshots are known.
+/// Links of a feed: the pipeline's ends, and a function to make the feed from the snapshots.
 pub(super) fn feed_links() -> (FeedSenders, impl FnOnce(LatestReceiver<Snapshot>) -> LiveFeed) {
     let (frames, frames_out) = latest();
     let (accepted, accepted_out) = bounded(ACCEPTED_CAPACITY);

@@ -1,4 +1,4 @@
-//! The threads, the links between them, and the order in which they end.
+//! The threads, the links between them, and the order of ending.
 //!
 //! ```text
 //! capture ──latest──▶ detector ──inbox──▶ session ──latest──▶ window or command line
@@ -7,9 +7,9 @@
 //! ```
 //!
 //! Frames are lost in exactly one place, the latest-wins slot, and counted there. The inbox is
-//! ordered, bounded and lossless: a slow session holds back the detector, and old frames are replaced
-//! upstream instead of piling up. The detector rests while the person has paused. Stop at the source, join
-//! capture, join the detector, then `Stop`, then join the session.
+//! ordered, bounded and lossless: a slow session holds back the detector, and old frames are
+//! replaced upstream instead of piling up. The detector rests while the person has paused. Stop at
+//! the source, join capture, join the detector, then `Stop`, then join the session.
 
 mod background;
 mod capture_stage;

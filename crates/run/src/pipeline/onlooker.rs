@@ -1,4 +1,4 @@
-//! Onlooker beside the window, who sees a session and may give commands.
+//! Onlooker at a session beside the window, with the right to give commands.
 
 use std::sync::Arc;
 
@@ -7,20 +7,20 @@ use crossbeam_channel::{Sender, TrySendError};
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::{Command, Input, Snapshot};
 
-/// Sees everything of a session while it runs. Every call comes on one of the pipeline's threads and must return at
-/// once.
+/// Observer of a running session. Every call comes on a pipeline thread and must return at once.
 pub trait Onlooker: Send + Sync {
     /// The threads run; `commands` reaches the session until it ends.
     fn began(&self, commands: CommandLink) {
         let _ = commands;
     }
 
-    /// A frame was captured; the detector hasn't searched it yet.
+    /// A frame was captured and is not searched yet.
     fn captured(&self, frame: &Arc<Frame>) {
         let _ = frame;
     }
 
-    /// Called after the session has judged a frame, obeyed a command, or heard of its camera; the decision is on disk.
+    /// The session has judged a frame, obeyed a command, or handled a camera event; the decision is
+    /// on disk.
     fn decided(&self, snapshot: &Snapshot) {
         let _ = snapshot;
     }
@@ -34,7 +34,7 @@ pub trait Onlooker: Send + Sync {
 /// Onlookers at a session.
 pub type Onlookers = Vec<Arc<dyn Onlooker>>;
 
-/// A way into a session's inbox. Its commands are recorded as the window's are.
+/// Link to a session's inbox. Commands are recorded like the window's.
 #[derive(Clone, Debug)]
 pub struct CommandLink {
     inbox: Sender<Input>,
@@ -58,7 +58,7 @@ impl CommandLink {
     }
 }
 
-/// Why a command didn't reach the session.
+/// Reason for a command not to reach the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotSent {
     /// The inbox is full; try again.

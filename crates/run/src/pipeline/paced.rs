@@ -1,4 +1,4 @@
-//! Plays a source at the speed of its time stamps.
+//! Plays a source at the speed of its timestamps.
 
 use std::{
     sync::Arc,
@@ -15,8 +15,8 @@ use boresight_geometry::{
 /// Delay beyond which time has been lost for good, and later frames are not hurried.
 const CATCH_UP: Duration = Duration::from_millis(200);
 
-/// Delivers the frames of a source that can wait no sooner than their time stamps say: the simulated camera and
-/// recordings as a person would see them.
+/// Delivers the frames of a source able to wait no sooner than due by timestamp: the simulated
+/// camera, and recordings at their speed.
 pub struct Paced {
     source: Box<dyn FrameSource>,
     anchor: Option<(Instant, CaptureTime)>,

@@ -1,8 +1,8 @@
-//! Lets the detector rest while the person has paused: nothing that it finds counts then.
+//! Lets the detector rest while the person has paused: no result counts then.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Whether the detector rests.
+/// State of the detector's rest.
 #[derive(Debug, Default)]
 pub(super) struct Rest {
     rests: Mutex<bool>,
@@ -21,7 +21,7 @@ impl Rest {
         *self.lock()
     }
 
-    /// Returns at the end of a rest; at once if there is none.
+    /// Returns at the end of a rest; at once without a rest.
     pub(super) fn wait_for_end(&self) {
         drop(self.changed.wait_while(self.lock(), |rests| *rests));
     }

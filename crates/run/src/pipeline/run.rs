@@ -1,4 +1,4 @@
-//! Starts the threads, and ends them in the order in which the data flows.
+//! Starts the threads, and ends them in the order of the data flow.
 
 use std::sync::{
     Arc,
@@ -25,27 +25,28 @@ use boresight_capture::FrameSource;
 use boresight_geometry::{device::Control, frame::Frame};
 use boresight_guide::session::{Command, Input, Session, Snapshot};
 
-/// Capacity of the session's inbox: small, so that a slow session holds back the detector and old frames are replaced
-/// upstream.
+/// Capacity of the session's inbox: small, so a slow session holds back the detector and old frames
+/// are replaced upstream.
 const INBOX_CAPACITY: usize = 4;
 /// Most pending requests for the camera's controls.
 const CONTROL_REQUESTS_CAPACITY: usize = 16;
-/// Number of pictures kept while one of them may still be accepted: longer than the longest chain from the detector
+/// Number of pictures kept while still acceptable: longer than the longest chain from the detector
 /// through the inbox to the session.
 const FRAMES_KEPT: usize = INBOX_CAPACITY + 4;
 
 /// Parts of a pipeline.
 pub struct Setup {
-    /// Source of the frames. Its frame numbers continue a resumed session's: see [`boresight_capture::renumbered`].
+    /// Source of the frames. Frame numbers continue a resumed session's: see
+    /// [`boresight_capture::renumbered`].
     pub source: Box<dyn FrameSource>,
-    /// The state to start from.
+    /// Initial state.
     pub session: Session,
     /// Folder of the recording; `None` records nothing.
     pub folder: Option<SessionFolder>,
-    /// True if every frame must be judged before the next is fetched. For sources that wait: files, recordings, the
-    /// simulated camera. A live camera doesn't wait.
+    /// True if every frame must be judged before the next is fetched. For sources able to wait:
+    /// files, recordings, the simulated camera. A live camera doesn't wait.
     pub lossless: bool,
-    /// True if every picture is stored, not only the accepted ones.
+    /// True if every picture is stored, not only the accepted views'.
     pub record_stream: bool,
     /// Called with every judged frame, on the session thread.
     pub on_frame: OnFrame,
@@ -54,13 +55,13 @@ pub struct Setup {
 /// Result of a session run.
 #[derive(Debug)]
 pub struct Finished {
-    /// The state at the end.
+    /// State at the end.
     pub session: Session,
-    /// Frames that newer ones replaced before the detector was free.
+    /// Number of frames replaced before the detector was free.
     pub frames_replaced: u64,
 }
 
-/// The running threads. Ends them when dropped.
+/// The running threads. Ended on drop.
 pub struct Pipeline {
     stop: Arc<AtomicBool>,
     inbox: Sender<Input>,
@@ -80,7 +81,7 @@ struct Workers {
 struct Listeners<W, C, A> {
     /// Called after each new snapshot.
     wake: W,
-    /// Called with each frame before the detector searches it.
+    /// Called with each frame before the detector's search.
     on_captured: C,
     /// Called with the picture of each accepted view.
     on_accepted: A,
@@ -99,7 +100,7 @@ impl Pipeline {
         Self::start_before(setup, &Vec::new(), wake)
     }
 
-    /// Starts as [`Pipeline::start`] does, before `onlookers`.
+    /// Starts like [`Pipeline::start`], with `onlookers`.
     ///
     /// # Errors
     ///
@@ -113,8 +114,8 @@ impl Pipeline {
         Self::start_with(setup, default_finder(), onlookers, listeners)
     }
 
-    /// Starts the threads with a feed for a window, which shows each frame before the detector has searched
-    /// it. `wake` is called after each new frame and snapshot.
+    /// Starts the threads with a feed for a window, to show each frame before the detector's
+    /// search. `wake` is called after each new frame and snapshot.
     ///
     /// # Errors
     ///
@@ -126,7 +127,7 @@ impl Pipeline {
         Self::start_with_feed_and_finder(setup, default_finder(), wake)
     }
 
-    /// Starts as [`Pipeline::start_with_feed`] does, before `onlookers`.
+    /// Starts like [`Pipeline::start_with_feed`], with `onlookers`.
     ///
     /// # Errors
     ///
@@ -139,7 +140,7 @@ impl Pipeline {
         Self::start_feeding(setup, default_finder(), onlookers, wake)
     }
 
-    /// Starts as [`Pipeline::start_with_feed`] does, with another `finder` in the detector's place.
+    /// Starts like [`Pipeline::start_with_feed`], with `finder` in the detector's place.
     ///
     /// # Errors
     ///
@@ -197,7 +198,7 @@ impl Pipeline {
         let (snapshots_in, snapshots_out) = latest();
         let (inbox, inbox_out) = bounded(INBOX_CAPACITY);
         let (control_requests, control_requests_out) = bounded(CONTROL_REQUESTS_CAPACITY);
-        // Pictures on their way to the recorder: as many as observations can be under way.
+        // Pictures on their way to the recorder: as many as there can be observations on their way.
         let (pictures, pictures_out) = bounded(FRAMES_KEPT);
         for onlooker in onlookers {
             onlooker.began(CommandLink::new(inbox.clone()));
@@ -252,7 +253,7 @@ impl Pipeline {
                 if snapshot.decision.frame.is_some() {
                     gate.count_one();
                 }
-                // What ends a session ends a pause: the last frames are still looked at.
+                // The end of a session ends a pause: the last frames are still searched.
                 let is_over = snapshot.source_ended || !snapshot.failures.is_empty();
                 rests.set(snapshot.paused && !is_over);
                 if snapshots_in.publish(snapshot).is_ok() {
@@ -277,19 +278,19 @@ impl Pipeline {
         })
     }
 
-    /// Asks the source to set one of the camera's controls before its next frame. Ignored when 16 requests
-    /// are pending; the result appears in [`boresight_guide::session::CameraState`].
+    /// Asks the source to set a camera control before the next frame. Ignored if 16 requests are
+    /// pending; the result appears in [`boresight_guide::session::CameraState`].
     pub fn adjust(&self, control: Control, value: i64) {
         self.control_requests.try_send((control, value)).ok();
     }
 
-    /// Frames so far that newer ones replaced before the detector was free.
+    /// Number of frames replaced before the detector was free.
     pub fn frames_replaced(&self) -> u64 {
         self.replaced.load(Ordering::Relaxed)
     }
 
-    /// Ends the threads as [`Self::stop`] does, without waiting: `then` turns the outcome, on a background thread, into
-    /// a value for the window.
+    /// Ends the threads like [`Self::stop`], without waiting: `then` turns the outcome, on a
+    /// background thread, into a value for the window.
     ///
     /// # Errors
     ///
@@ -301,7 +302,7 @@ impl Pipeline {
         Background::start(move || then(self.stop()))
     }
 
-    /// Ends the threads in the order in which the data flows, and returns the session's contents.
+    /// Ends the threads in the order of the data flow, and returns the session's contents.
     ///
     /// # Errors
     ///
@@ -315,7 +316,7 @@ impl Pipeline {
         let Workers { capture, detector, session } = self.workers.take()?;
         self.stop.store(true, Ordering::Relaxed);
         // A panic upstream is already in the session as `WorkerFailed`; it must not cost the person
-        // the views they have.
+        // the accepted views.
         capture.join().ok();
         self.rest.set(false);
         detector.join().ok();
@@ -330,7 +331,7 @@ impl Pipeline {
 
 impl Drop for Pipeline {
     fn drop(&mut self) {
-        // `stop` is the way to the outcome.
+        // The outcome is only available from `stop`.
         self.end();
     }
 }

@@ -9,12 +9,12 @@ use crate::recording::{RecordingError, SessionFolder};
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::{Decision, Input, Observation, Outcome, Session, Snapshot};
 
-/// A frame that the session has judged.
+/// A judged frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameReport<'a> {
     /// Result of the detector.
     pub observation: &'a Observation,
-    /// The session's state after this frame.
+    /// State of the session after the frame.
     pub snapshot: &'a Snapshot,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn run_session(
     Ok(session)
 }
 
-/// Keeps the pictures that may still be accepted, and writes everything that must outlast a crash.
+/// Keeps the pictures still acceptable, and writes everything that must outlast a crash.
 pub struct Recorder {
     folder: Option<SessionFolder>,
     record_stream: bool,
@@ -66,19 +66,20 @@ impl Recorder {
         Self { folder, record_stream, pictures, kept: VecDeque::new() }
     }
 
-    /// Records into `folder` what a caller does by itself: each picture is given to [`Self::keep`] before its observation is
-    /// given to [`Self::record`].
+    /// Recorder for a caller without threads: each picture goes to [`Self::keep`] before its
+    /// observation goes to [`Self::record`].
     pub fn by_hand(folder: SessionFolder) -> Self {
         Self::new(Some(folder), false, crossbeam_channel::never())
     }
 
-    /// Keeps a picture that may be accepted.
+    /// Keeps an acceptable picture.
     pub fn keep(&mut self, picture: Arc<Frame>) {
         self.kept.push_back(picture);
     }
 
-    /// Writes the journal line of `decision`, which `session` made of `input`, and its picture. Returns the picture of a view
-    /// that was accepted. When it returns, an accepted view outlasts a power cut.
+    /// Writes the journal line of `decision`, made by `session` on `input`, and the picture.
+    /// Returns the picture of an accepted view. After returning, an accepted view outlasts a power
+    /// cut.
     ///
     /// # Errors
     ///
@@ -91,7 +92,7 @@ impl Recorder {
     ) -> Result<Option<Arc<Frame>>, RecordingError> {
         let mut current = None;
         if let Input::Observed(observation) = input {
-            // The detector sends a picture before its observation, so it is there.
+            // The detector sends a picture before its observation, so it has arrived.
             while let Ok(picture) = self.pictures.try_recv() {
                 self.kept.push_back(picture);
             }
@@ -104,7 +105,7 @@ impl Recorder {
         let picture =
             accepted.and_then(|id| self.kept.iter().find(|picture| picture.id.0 == id).cloned());
         if let Some(folder) = &mut self.folder {
-            // With the whole stream recorded, the accepted frame was stored when it was seen.
+            // With the whole stream recorded, the accepted frame was stored on arrival.
             let to_store = if self.record_stream { current.clone() } else { picture.clone() };
             let stored = to_store.map(|frame| folder.store_frame(frame.id, &frame)).transpose()?;
             // A picture on the disk without its line would look like a lost line.

@@ -1,4 +1,4 @@
-//! A named thread that reports its own death and is always joined.
+//! A named thread, always joined, that reports its own death.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},

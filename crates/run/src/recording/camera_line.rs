@@ -1,4 +1,4 @@
-//! Camera events, as the journal writes them.
+//! Camera events in the journal.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The camera in `session.toml`: its identity, its mode, and its controls before the session locked them.
+//! The camera in `session.toml`: identity, mode, and controls before the session locked them.
 
 use serde::{Deserialize, Serialize};
 
@@ -33,28 +33,28 @@ struct ControlTable {
     value: Option<i64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     automatic: Option<bool>,
-    /// The driver's numbers and values, to put back.
+    /// The driver's numbers and values, for restoring.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     exact: Vec<(u32, i64)>,
 }
 
 impl CameraTable {
-    /// Name, as the camera says it; may hold anything.
+    /// Name stated by the camera; may hold anything.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// USB serial number; empty if there is none.
+    /// USB serial number; empty if none.
     pub fn serial(&self) -> &str {
         &self.serial
     }
 
-    /// USB vendor and product, `vvvv:pppp` in hexadecimal; `None` if it isn't on USB.
+    /// USB vendor and product, `vvvv:pppp` in hexadecimal; `None` for a camera not on USB.
     pub fn usb(&self) -> Option<&str> {
         self.usb.as_deref()
     }
 
-    /// State of the controls before the session locked them.
+    /// State of the controls before the session's locks.
     pub fn controls_before(&self) -> Vec<ControlBefore> {
         let before = |table: &ControlTable| ControlBefore {
             control: table.control.into(),

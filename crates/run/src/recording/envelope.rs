@@ -1,21 +1,21 @@
-//! A journal line around its body: number and checksum.
+//! Envelope of a journal line: number and checksum.
 
 use serde::{Deserialize, de::IgnoredAny};
 use serde_json::value::RawValue;
 
 use super::format::{Envelope, Line, Stored};
 
-/// Fields read of each line when the whole journal is looked through.
+/// Fields of a line for a pass through the whole journal.
 pub(super) struct Glance {
-    /// The picture stored with it, if one was.
+    /// Picture stored with the line, if any.
     pub(super) stored: Option<Stored>,
     /// True if the session was resumed here.
     pub(super) is_resumed: bool,
-    /// The checksum of `session.toml` that it states.
+    /// Checksum of `session.toml` in the line.
     pub(super) header_crc32: Option<String>,
 }
 
-/// Reads the envelope of a line whose checksum is right.
+/// Reads the envelope of a line with a correct checksum.
 pub(super) fn enveloped(text: &[u8]) -> Result<Envelope, String> {
     let envelope: Envelope = serde_json::from_slice(text).map_err(|err| err.to_string())?;
     if envelope.crc32 != checksum(envelope.body.get().as_bytes()) {
@@ -33,11 +33,11 @@ fn numbered(text: &[u8], seq: u64) -> Result<Envelope, String> {
     Ok(envelope)
 }
 
-/// Why a line can't be read.
+/// Reason for an unreadable line.
 pub(super) enum Unread {
-    /// It isn't what was written.
+    /// The line has changed since the time of writing.
     Damaged(String),
-    /// It's as written, which is more than this version knows.
+    /// The line is unchanged, with contents unknown to the program's version.
     Newer(String),
 }
 
@@ -46,14 +46,14 @@ pub(super) fn parse(text: &[u8], seq: u64) -> Result<Line, Unread> {
     let envelope = numbered(text, seq).map_err(Unread::Damaged)?;
     serde_json::from_str(envelope.body.get()).map_err(|err| {
         let reason = err.to_string();
-        // serde's words for what a type doesn't have.
+        // serde's words for unknown parts of a type.
         let is_unknown =
             reason.starts_with("unknown field") || reason.starts_with("unknown variant");
         if is_unknown { Unread::Newer(reason) } else { Unread::Damaged(reason) }
     })
 }
 
-/// Looks at the line numbered `seq`, from 0: numbers in it aren't read.
+/// Reads the fields of a [`Glance`] from the line numbered `seq`, from 0, skipping numbers.
 pub(super) fn glance(text: &[u8], seq: u64) -> Result<Glance, String> {
     #[derive(Deserialize)]
     struct Body<'a> {

@@ -1,10 +1,10 @@
-//! Why a session folder couldn't be read or written.
+//! Errors of reading and writing session folders.
 
 use std::path::PathBuf;
 
 use boresight_files::FileError;
 
-/// A journal line that has changed since it was written.
+/// A journal line changed after writing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Damage {
     /// Number of the line, from 1.
@@ -13,24 +13,24 @@ pub struct Damage {
     pub reason: String,
 }
 
-/// Why a session folder could not be read or written.
+/// Error of reading or writing a session folder.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// A file could not be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// There is something in the folder that is to become a session.
+    /// The folder for a new session isn't empty.
     #[error("there is something in this folder already: {path:?}")]
     NotNew {
         /// Path of the folder.
         path: PathBuf,
     },
-    /// `session.toml` is not one that this version reads.
+    /// The program's version can't read `session.toml`.
     #[error("not a session this version can read ({reason}): {path:?}")]
     Header {
         /// The mistake, in words.
         reason: String,
-        /// True if a newer version wrote it.
+        /// True if written by a newer version.
         newer: bool,
         /// Path of the file.
         path: PathBuf,
@@ -49,7 +49,7 @@ pub enum RecordingError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// A journal line is whole, and holds what this version doesn't know.
+    /// A journal line is whole, but has contents unknown to the program's version.
     #[error("a newer boresight wrote line {line} of the journal ({reason}): {path:?}")]
     Newer {
         /// Number of the line, from 1.
@@ -59,7 +59,7 @@ pub enum RecordingError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// The journal lacks lines that must have been there.
+    /// The journal lacks lines known to have been written.
     #[error("lines are missing from the journal ({reason}): {path:?}")]
     LinesMissing {
         /// Evidence of the missing lines, in words.

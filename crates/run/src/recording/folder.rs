@@ -1,4 +1,4 @@
-//! The folder of one session.
+//! The folder of a session.
 
 use std::{
     fs::{File, TryLockError},
@@ -31,13 +31,13 @@ use boresight_geometry::{
 };
 use boresight_guide::guidance::RULES;
 
-/// Version of everything in the folder. A newer one is refused, never rewritten.
+/// Version of everything in the folder. A newer version is refused, never rewritten.
 const SCHEMA: &str = "boresight.session/1";
 const SCHEMA_NAME: &str = "boresight.session/";
 pub(super) const HEADER: &str = "session.toml";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 const FRAMES: &str = "frames";
-/// Sizes in bytes of the largest header and the largest stored picture that are read.
+/// Size limits in bytes of the header and of a stored picture.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
 const FRAME_LIMIT: u64 = 512 << 20;
 
@@ -53,20 +53,20 @@ pub struct Header {
     pub source: String,
     /// Width and height of the pictures.
     pub image_size_px: [u32; 2],
-    /// The calibration that this session checks or replaces, if there is one.
+    /// Calibration to check or replace, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub against: Option<String>,
-    /// Version of the rules by which views were taken: [`RULES`] of the build that recorded them.
+    /// Version of the rules for taking views: [`RULES`] of the recording build.
     #[serde(default = "first_rules")]
     pub guidance_rules: u32,
-    /// Everything that was configured.
+    /// All settings.
     pub config: Config,
-    /// The live camera, if the source is one.
+    /// The live camera, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<CameraTable>,
 }
 
-/// Recordings that don't say were made under the first rules.
+/// Recordings without a version were made under the first rules.
 fn first_rules() -> u32 {
     1
 }
@@ -86,12 +86,12 @@ impl Header {
         }
     }
 
-    /// The header for a session that checks or replaces the calibration in `file`.
+    /// The header for a session to check or replace the calibration in `file`.
     pub fn against(self, file: &Path) -> Self {
         Self { against: Some(file.display().to_string()), ..self }
     }
 
-    /// The header for a session of a live camera, if there are `facts` of one.
+    /// The header for a session of a live camera, if `facts` are given.
     pub fn of_camera(self, facts: Option<CameraInfo>) -> Self {
         Self { camera: facts.map(CameraTable::from), ..self }
     }
@@ -105,7 +105,8 @@ impl Header {
         toml::to_string(self)
     }
 
-    /// The header without what a certificate states, and without the name of the calibration that it's against.
+    /// The header without the certificate's statements, and without the name of the calibration to
+    /// check.
     pub(super) fn for_others(mut self) -> Self {
         self.config.certificate = CertificateConfig::default();
         self.against = self.against.map(|_| "hidden".to_owned());
@@ -117,8 +118,8 @@ impl Header {
         ImageSize { width_px: self.image_size_px[0], height_px: self.image_size_px[1] }
     }
 
-    /// The header that `text`, from `path`, states. What a session was taken with is history: its settings that aren't used any
-    /// more are ignored in silence.
+    /// The header in `text`, from `path`. Settings no longer in use are ignored without a note,
+    /// because a session's settings are history.
     fn parsed(text: &str, path: PathBuf, retired: &[Retired]) -> Result<Self, RecordingError> {
         let bad =
             |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
@@ -146,7 +147,7 @@ impl Header {
     }
 }
 
-/// True if nothing stands at `path` but what a crash during creation leaves behind.
+/// True if `path` is free, except for leftovers of a crash during creation.
 fn is_new(path: &Path) -> bool {
     if path.symlink_metadata().is_ok_and(|there| there.is_file()) {
         return false;
@@ -159,7 +160,7 @@ fn is_new(path: &Path) -> bool {
     })
 }
 
-/// An open session folder. One process at a time: the journal is locked while it is open.
+/// An open session folder. The journal is locked while open, so only a single process has access.
 #[derive(Debug)]
 pub struct SessionFolder {
     path: PathBuf,
@@ -168,11 +169,12 @@ pub struct SessionFolder {
 }
 
 impl SessionFolder {
-    /// Creates `path` with its header. The header comes last: where it is, the rest is, too.
+    /// Creates `path` with a header. The header comes last, so a folder with a header is complete.
     ///
     /// # Errors
     ///
-    /// [`RecordingError::NotNew`] if there is something in the folder already, or [`RecordingError::File`].
+    /// [`RecordingError::NotNew`] if there is something in the folder already, or
+    /// [`RecordingError::File`].
     pub fn create(path: &Path, header: &Header) -> Result<Self, RecordingError> {
         if !is_new(path) {
             return Err(RecordingError::NotNew { path: path.to_path_buf() });
@@ -187,12 +189,12 @@ impl SessionFolder {
         Ok(Self { path: path.to_path_buf(), journal, lock: lock(path)? })
     }
 
-    /// Opens a session to resume it. Changes nothing until the first line is appended.
+    /// Opens a session to be resumed. Changes nothing until the first line is appended.
     ///
     /// # Errors
     ///
-    /// [`RecordingError`] if it can't be read, is damaged, lacks lines or is newer, or can't be locked because
-    /// another process has it open or the file system has no locks.
+    /// [`RecordingError`] if it can't be read, is damaged, lacks lines or is newer, or can't be
+    /// locked because another process has it open or the file system has no locks.
     pub fn open(path: &Path) -> Result<(Self, Header, JournalContents), RecordingError> {
         let (header, header_crc32) = Self::header_with_checksum(path)?;
         let lock = lock(path)?;
@@ -210,7 +212,8 @@ impl SessionFolder {
     ///
     /// # Errors
     ///
-    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`] and [`RecordingError::LinesMissing`].
+    /// As [`Self::header`] and [`Journal::read`], and [`RecordingError::OtherHeader`] and
+    /// [`RecordingError::LinesMissing`].
     pub fn read(path: &Path) -> Result<(Header, JournalContents), RecordingError> {
         let (header, header_crc32) = Self::header_with_checksum(path)?;
         Ok((header, Self::journal_of(path, &header_crc32)?))
@@ -240,7 +243,7 @@ impl SessionFolder {
         Self::header_with_checksum(path).map(|(header, _)| header)
     }
 
-    /// Reads `session.toml`, and its checksum.
+    /// Reads `session.toml`, with the checksum.
     pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
         let path = path.join(HEADER);
         let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
@@ -266,8 +269,8 @@ impl SessionFolder {
         &mut self.journal
     }
 
-    /// Stores a picture, lossless, and syncs it. A leftover of a crash under the same number was never
-    /// acknowledged and is replaced.
+    /// Stores a picture, lossless, and syncs it. A leftover of a crash under the same number was
+    /// never acknowledged and is replaced.
     ///
     /// # Errors
     ///
@@ -285,7 +288,7 @@ impl SessionFolder {
     }
 }
 
-/// The file of a picture, lossless, and how the journal names it.
+/// The file of a picture, lossless, and the entry for the journal.
 ///
 /// # Errors
 ///
@@ -314,9 +317,10 @@ fn lock(path: &Path) -> Result<File, RecordingError> {
     }
 }
 
-/// Evidence that the journal of the session at `path` once had more lines than `contents`; `None` if there is none.
+/// Evidence of lines missing from `contents`, the journal of the session at `path`; `None` without
+/// evidence.
 ///
-/// A crash can leave a picture whose line was never written: one, each time that the program ran.
+/// A crash can leave a picture without its line: at most one for each run of the program.
 fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
     let named: std::collections::BTreeSet<PathBuf> = contents
         .stored
@@ -332,7 +336,7 @@ fn missing_lines(path: &Path, contents: &JournalContents) -> Option<String> {
     (nameless > runs).then(|| format!("{nameless} pictures have no line"))
 }
 
-/// Number of views that the lines record as taken, removed ones included.
+/// Number of views taken by the lines, including removed views.
 ///
 /// # Errors
 ///
@@ -344,7 +348,7 @@ pub fn views_taken(contents: &JournalContents) -> Result<usize, RecordingError> 
     })
 }
 
-/// The bytes of a stored picture of the session at `session`, checked.
+/// Bytes of a stored picture of the session at `session`, checked.
 ///
 /// # Errors
 ///
@@ -364,7 +368,7 @@ pub(super) fn stored_bytes(session: &Path, stored: &Stored) -> Result<Vec<u8>, R
     Ok(bytes)
 }
 
-/// Reads a stored picture of the session at `session` and checks it.
+/// Reads and checks a stored picture of the session at `session`.
 ///
 /// # Errors
 ///

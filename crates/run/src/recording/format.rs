@@ -1,4 +1,4 @@
-//! The journal's lines: mirrors of the session's types, so that the file format cannot freeze the core.
+//! The journal's lines: mirrors of the session's types, so the file format cannot freeze the core.
 
 use nalgebra::{Matrix2, Point2};
 use serde::{Deserialize, Serialize};
@@ -203,7 +203,7 @@ pub enum CommandLine {
 }
 
 impl InputLine {
-    /// The observation, if the input is one.
+    /// The observation, if the input has one.
     pub fn observed_mut(&mut self) -> Option<&mut ObservedLine> {
         match self {
             Self::Observed(observed) => Some(observed),
@@ -218,12 +218,12 @@ impl ObservedLine {
         self.frame
     }
 
-    /// Forgets what the picture was called.
+    /// Clears the name of the picture.
     pub(super) fn forget_name(&mut self) {
         self.name.clear();
     }
 
-    /// Puts `seen` in the place of what was seen.
+    /// Replaces the detection by `seen`.
     pub fn see(&mut self, seen: &Result<Detection, Miss>) {
         self.seen = seen.as_ref().into();
     }

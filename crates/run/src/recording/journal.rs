@@ -17,7 +17,7 @@ use boresight_guide::session::{Decision, Input};
 pub struct Journal {
     file: Appending,
     text: JournalText,
-    /// Length in bytes to which the file is cut before the first line is appended.
+    /// Length in bytes to cut the file to before the first line is appended.
     cut_to: Option<u64>,
 }
 
@@ -26,21 +26,22 @@ pub struct Journal {
 pub struct JournalContents {
     /// Whole lines of the journal, in order.
     pub lines: Lines,
-    /// The pictures stored with them, in order.
+    /// Stored pictures of the lines, in order.
     pub stored: Vec<Stored>,
-    /// Number of times that the session was resumed.
+    /// Number of times the session was resumed.
     pub resumed: usize,
     /// Bytes up to the end of the last whole line.
     pub whole_bytes: u64,
-    /// True if the end was cut and is left out: part of a line, or lines that had not been synced.
+    /// True if the end was cut and is left out: part of a line, or lines not synced yet.
     pub cut: bool,
-    /// CRC-32 of the `session.toml` behind the journal; `None` in older recordings and without a line.
+    /// CRC-32 of the `session.toml` behind the journal; `None` in older recordings and without a
+    /// line.
     pub header_crc32: Option<String>,
 }
 
 impl Journal {
-    /// Creates an empty journal at `path`, for a session whose header has that checksum. A journal that is
-    /// empty already is taken.
+    /// Creates an empty journal at `path`, for a session with the given checksum of the header. An
+    /// existing empty journal is reused.
     ///
     /// # Errors
     ///
@@ -51,8 +52,8 @@ impl Journal {
         Ok(Self { file, text: JournalText::after(0, header_crc32), cut_to: None })
     }
 
-    /// Opens `path` for appending after the `contents` read from it. A cut end is dropped with the first line; until
-    /// then nothing is changed.
+    /// Opens `path` for appending after the known `contents`. A cut end is dropped with the first
+    /// line; until then nothing is changed.
     ///
     /// # Errors
     ///
@@ -69,7 +70,7 @@ impl Journal {
         })
     }
 
-    /// Appends one input with its decision in a single write; `sync` makes it outlast a power cut.
+    /// Appends an input with its decision in a single write; `sync` makes it outlast a power cut.
     ///
     /// # Errors
     ///
@@ -86,7 +87,7 @@ impl Journal {
         if sync { self.sync() } else { Ok(()) }
     }
 
-    /// Appends a line as it is.
+    /// Appends a given line.
     ///
     /// # Errors
     ///
@@ -121,7 +122,7 @@ impl Journal {
         boresight_files::FileError::Write { source: err.into(), path }.into()
     }
 
-    /// Reads a journal. An end that was cut is left out and reported.
+    /// Reads a journal. A cut end is left out and reported.
     ///
     /// # Errors
     ///
@@ -143,7 +144,8 @@ impl Journal {
         Self::scan(path).map(|(contents, _)| contents)
     }
 
-    /// Looks through the journal once: checksums, numbers and pictures. The walks through [`Lines`] read the rest.
+    /// Passes through the journal once: checksums, numbers and pictures. The walks through
+    /// [`Lines`] read the rest.
     fn scan(path: &Path) -> Result<(JournalContents, Option<Damage>), RecordingError> {
         let mut contents = JournalContents::default();
         let mut damage = None;
@@ -171,8 +173,8 @@ impl Journal {
                     }
                     Err(reason) => {
                         damage = Some(Damage { line: count + 1, reason });
-                        // No text has a zero: the file system never got these bytes.
-                        // A hole may have taken the end of a line, and joined the next whole one to it.
+                        // No text has a zero: the file system never got these bytes. A hole may
+                        // have taken the end of a line, and joined the next whole line to it.
                         contents.cut = text.contains(&0)
                             && after_hole(text).is_none_or(|later| later.synced <= Some(due));
                     }
@@ -190,7 +192,7 @@ impl Journal {
     }
 }
 
-/// The whole line behind the last zero, if there is one.
+/// The whole line after the last zero, if any.
 fn after_hole(text: &[u8]) -> Option<Envelope> {
     enveloped(text.rsplit(|byte| *byte == 0).next()?).ok()
 }

@@ -1,4 +1,4 @@
-//! The lines of a journal as text, wherever they are kept.
+//! The lines of a journal as text, for any storage.
 
 use super::{
     envelope::{self, Unread, checksum},
@@ -6,29 +6,29 @@ use super::{
 };
 use boresight_guide::session::{Decision, Input};
 
-/// Writer of a journal's lines. What it has written counts once it's kept: [`Self::kept`].
+/// Writer of a journal's lines. A written line counts once confirmed by [`Self::kept`].
 #[derive(Debug)]
 pub struct JournalText {
     next_seq: u64,
     /// CRC-32 of `session.toml`, for the first line.
     header_crc32: String,
-    /// Number of lines that outlast a power cut, and the number that the journal states.
+    /// Number of lines safe from a power cut, and the number stated by the journal.
     synced: u64,
     synced_told: u64,
 }
 
 impl JournalText {
-    /// Of a new session with that text in `session.toml`.
+    /// Writer for a new session with the text `header` in `session.toml`.
     pub fn new(header: &str) -> Self {
         Self::after(0, checksum(header.as_bytes()))
     }
 
-    /// After that many lines, of a session whose header has that checksum.
+    /// Writer after `lines` lines, for a session with the given checksum of the header.
     pub(super) fn after(lines: u64, header_crc32: String) -> Self {
         Self { next_seq: lines, header_crc32, synced: 0, synced_told: 0 }
     }
 
-    /// One input with its decision, and the newline.
+    /// Text of an input with the decision, and the newline.
     ///
     /// # Errors
     ///
@@ -43,11 +43,11 @@ impl JournalText {
         self.enclosed(&Line { input: InputLine::from(input), decision, stored })
     }
 
-    /// The line numbered `seq`, from 0, that `text` writes.
+    /// Reads the line numbered `seq`, from 0, in `text`.
     ///
     /// # Errors
     ///
-    /// Why it isn't one.
+    /// The reason why it isn't one.
     pub fn read(text: &[u8], seq: u64) -> Result<Line, String> {
         envelope::parse(text.trim_ascii_end(), seq).map_err(|unread| match unread {
             Unread::Damaged(reason) | Unread::Newer(reason) => reason,
@@ -68,13 +68,13 @@ impl JournalText {
         Ok(bytes)
     }
 
-    /// The newest line is kept: another one follows it.
+    /// Confirms that the newest line is kept; the next line follows it.
     pub fn kept(&mut self) {
         self.synced_told = self.synced;
         self.next_seq += 1;
     }
 
-    /// Every line that's kept outlasts a power cut.
+    /// Confirms that every kept line outlasts a power cut.
     pub(super) fn synced(&mut self) {
         self.synced = self.next_seq;
     }

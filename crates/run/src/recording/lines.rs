@@ -1,4 +1,4 @@
-//! The lines of a journal, read when they are asked for.
+//! The lines of a journal, read on demand.
 
 use std::path::{Path, PathBuf};
 
@@ -9,11 +9,11 @@ use super::{
 };
 use boresight_files::{LineReader, Links};
 
-/// Length of the longest line that is read, in bytes: ten times the largest board's.
+/// Length limit of a line, in bytes: ten times the largest board's.
 pub(super) const LINE_LIMIT: u64 = 16 << 20;
 
-/// The whole lines of a journal, oldest first. Each walk reads them from the file, so that memory doesn't grow with
-/// the session.
+/// The whole lines of a journal, oldest first. Each walk reads from the file, so memory doesn't
+/// grow with the session.
 #[derive(Clone, Debug, Default)]
 pub struct Lines {
     path: PathBuf,
@@ -31,12 +31,12 @@ impl Lines {
         self.count
     }
 
-    /// True if there are none.
+    /// True without lines.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Walks through them from the first.
+    /// Walks through the lines from the first.
     pub fn iter(&self) -> LinesWalk {
         LinesWalk { lines: self.clone(), next: 0, reader: None, text: Vec::new() }
     }
@@ -51,8 +51,8 @@ impl IntoIterator for &Lines {
     }
 }
 
-/// A walk through [`Lines`]. It ends after an error: [`RecordingError::File`], [`RecordingError::Damaged`] or
-/// [`RecordingError::Newer`].
+/// A walk through [`Lines`]. Ends after an error: [`RecordingError::File`],
+/// [`RecordingError::Damaged`] or [`RecordingError::Newer`].
 #[derive(Debug)]
 pub struct LinesWalk {
     lines: Lines,

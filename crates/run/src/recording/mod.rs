@@ -8,10 +8,11 @@
 //!   calibration.json  the result
 //! ```
 //!
-//! Invariant: a view is shown as accepted only after its picture and then its journal line are synced
-//! to disk. So a crash at any instant loses at most what nobody was told of. A last line that was cut is
-//! dropped when the session is opened again, and so is what a power cut made of lines that were not synced yet; a
-//! damaged line anywhere else is named and refused. The first line holds a checksum of `session.toml`.
+//! Invariant: a view is shown as accepted only after its picture and then its journal line are
+//! synced to disk. So a crash at any instant loses at most unacknowledged data. A cut last line is
+//! dropped when the session is opened again, and so are the remains, after a power cut, of lines
+//! not synced yet; a damaged line anywhere else is named and refused. The first line holds a
+//! checksum of `session.toml`.
 //!
 //! ```
 //! use boresight_geometry::frame::ImageSize;

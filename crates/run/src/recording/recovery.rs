@@ -1,4 +1,4 @@
-//! Copies of a session: of the whole parts of a damaged one, and of what others may see.
+//! Copies of a session: of the whole parts of a damaged session, and without private data.
 
 use std::path::Path;
 
@@ -13,19 +13,19 @@ use boresight_geometry::frame::FrameId;
 /// Counts of a recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Recovered {
-    /// Lines of the journal.
+    /// Number of lines of the journal.
     pub lines: usize,
-    /// Pictures that are missing or damaged and were left out. Their lines are copied, without a picture.
+    /// Number of missing or damaged pictures, left out. Their lines are copied, without a picture.
     pub lost_pictures: usize,
 }
 
-/// Copies header, whole pictures, and the journal of the session `from` up to the first damage, into the new
-/// folder `to`, which appears once it's complete and on the disk.
+/// Copies header, whole pictures, and the journal of the session `from` up to the first damage,
+/// into the new folder `to`, which appears once it's complete and on the disk.
 ///
 /// # Errors
 ///
-/// [`RecordingError`] if something is at `to` already, if the header can't be read or isn't the journal's, or
-/// if a file can't be written.
+/// [`RecordingError`] if something is at `to` already, if the header can't be read or isn't the
+/// journal's, or if a file can't be written.
 pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     let (_, checksum) = SessionFolder::header_with_checksum(from)?;
     let header = read(&from.join(HEADER), HEADER_LIMIT, Links::Refused)?;
@@ -43,9 +43,10 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     })
 }
 
-/// Copies header and journal of the session `from`, up to the first damage, into the new folder `to` as others may see
-/// them: without pictures, names of pictures, and what the certificate states; `hide` takes away what else nobody needs
-/// to know from every text. Decisions follow from the copy as from the session.
+/// Copies header and journal of the session `from`, up to the first damage, into the new folder
+/// `to`, without private data: without pictures, names of pictures, and the certificate's
+/// statements; `hide` removes any other private parts from every text. Decisions follow from the
+/// copy as from the session.
 ///
 /// # Errors
 ///
@@ -74,7 +75,7 @@ pub fn copy_for_others(
     })
 }
 
-/// Puts what `hide` leaves of it in the place of every text in `tree`; names and numbers stay.
+/// Applies `hide` to every text in `tree`; names and numbers stay.
 pub fn hide_in_json(tree: &mut serde_json::Value, hide: &impl Fn(&str) -> String) {
     match tree {
         serde_json::Value::String(text) => *text = hide(text),
@@ -97,8 +98,8 @@ fn hide_in_toml(tree: &mut toml::Value, hide: &impl Fn(&str) -> String) {
     }
 }
 
-/// Copies the session `from`, up to the first damage, under `header` with its checksum. `each` says what becomes of a
-/// line: the line, the bytes of its picture, and whether the picture is lost.
+/// Copies the session `from`, up to the first damage, under `header` with its checksum. `each` maps
+/// a line to the line to write, the bytes of its picture, and whether the picture is lost.
 fn copied(
     from: &Path,
     to: &Path,

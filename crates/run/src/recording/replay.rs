@@ -17,7 +17,7 @@ pub enum RecordedOutcome {
     Accepted {
         /// Number of the view.
         view: ViewNumber,
-        /// The frame it comes from.
+        /// Frame of the view.
         frame: u64,
         /// Role of the view.
         role: Role,
@@ -32,13 +32,13 @@ pub enum RecordedOutcome {
         /// Number of the view.
         view: ViewNumber,
     },
-    /// The views stayed as they were.
+    /// The views are unchanged.
     #[serde(other)]
     Unchanged,
 }
 
 impl RecordedOutcome {
-    /// The outcome in the JSON text of a decision; `None` if it holds none.
+    /// Outcome in the JSON text of a decision; `None` if missing.
     fn of(decision: &str) -> Option<Self> {
         #[derive(Deserialize)]
         struct Recorded {
@@ -49,17 +49,17 @@ impl RecordedOutcome {
 }
 
 impl Line {
-    /// Effect of the recorded decision on the views; `None` if it can't be read.
+    /// Effect of the recorded decision on the views; `None` if unreadable.
     pub fn outcome(&self) -> Option<RecordedOutcome> {
         RecordedOutcome::of(self.decision.get())
     }
 }
 
-/// Relative tolerance (absolute near zero) up to which two numbers differ by rounding only.
-/// Versions may compute the same number in another order.
+/// Relative tolerance (absolute near zero) for two numbers to differ by rounding only. Versions may
+/// compute the same number in another order.
 const ROUNDING: f64 = 1e-7;
 
-/// A decision that came out differently.
+/// A decision with another result in the replay.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Difference {
     /// Line of the journal, from 1.
@@ -71,13 +71,13 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// True if the recorded and the replayed decision do something else to the views.
+    /// True if the recorded and the replayed decision have different effects on the views.
     pub fn changes_views(&self) -> bool {
         RecordedOutcome::of(&self.recorded) != RecordedOutcome::of(&self.replayed)
     }
 
-    /// Largest relative difference of two numbers, if nothing but rounding differs: another version recorded the
-    /// session. `None` if the decision is another.
+    /// Largest relative difference of two numbers, if only rounding differs, as between versions.
+    /// `None` for another decision.
     pub fn rounding(&self) -> Option<f64> {
         let parsed = |text: &str| serde_json::from_str::<Value>(text).ok();
         let largest = apart(&parsed(&self.recorded)?, &parsed(&self.replayed)?);
@@ -85,35 +85,36 @@ impl Difference {
     }
 }
 
-/// Decisions that differ by rounding only.
+/// Decisions with differences by rounding only.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rounding {
     /// Number of decisions.
     pub count: usize,
-    /// The largest of their [`Difference::rounding`]s; 0 if there are none.
+    /// Largest [`Difference::rounding`]; 0 if none.
     pub largest: f64,
 }
 
-/// Comparison of replayed decisions with the recorded ones.
+/// Comparison of replayed with recorded decisions.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replayed {
-    /// Lines of the journal, from 1, whose decisions differ by more than rounding.
+    /// Lines of the journal, from 1, with decisions differing by more than rounding.
     pub different_lines: Vec<usize>,
-    /// The first [`MOST_KEPT`] of these decisions.
+    /// The first [`MOST_KEPT`] of the differing decisions.
     pub differences: Vec<Difference>,
-    /// True if any of the different decisions does something else to the views.
+    /// True if any of the differing decisions has another effect on the views.
     pub changes_views: bool,
-    /// Decisions that differ by rounding only.
+    /// Decisions with differences by rounding only.
     pub rounding: Rounding,
 }
 
-/// Number of differing decisions whose texts are kept: all of a long session would fill the memory.
+/// Number of differing decisions with texts kept: all texts of a long session would fill the
+/// memory.
 pub const MOST_KEPT: usize = 1000;
 
 impl Replayed {
     fn add(&mut self, difference: Difference) {
         if let Some(rounding) = difference.rounding() {
-            // The same values in another order or spelling are no difference.
+            // Equal values in another order or spelling are no difference.
             self.rounding.count += usize::from(rounding > 0.0);
             self.rounding.largest = self.rounding.largest.max(rounding);
             return;
@@ -126,7 +127,8 @@ impl Replayed {
     }
 }
 
-/// Largest relative difference between the numbers of two values; infinite if anything else differs.
+/// Largest relative difference between the numbers of two values; infinite if anything else
+/// differs.
 fn apart(a: &Value, b: &Value) -> f64 {
     let all = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(0.0, f64::max);
     match (a, b) {
