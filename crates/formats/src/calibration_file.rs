@@ -1,7 +1,7 @@
-//! `boresight.calibration/1`: one calibration as JSON, for the program that writes it and all that read it.
+//! `boresight.calibration/1`: a calibration as JSON, for this program and any reader.
 //!
-//! Lengths are in pixels unless the name says otherwise; (0, 0) is the centre of the top-left pixel and y
-//! points down. Fields are only ever added to the schema, so that readers skip what they don't know.
+//! Lengths are in pixels unless the name says otherwise; (0, 0) is the centre of the top-left pixel
+//! and y points down. Fields are only ever added to the schema, so readers skip unknown ones.
 
 use nalgebra::{
     Isometry3, Matrix2, Point2, Point3, Quaternion, Translation3, UnitQuaternion, Vector2,
@@ -122,7 +122,7 @@ pub struct MarkersEntry {
 }
 
 impl MarkersEntry {
-    /// How the tags of an AprilGrid are laid out.
+    /// Layout of the tags of an AprilGrid.
     pub fn tags(&self) -> Option<Tags> {
         let first = self.first_tag.unwrap_or(0);
         self.tag_spacing.map(|spacing| Tags { spacing, first })
@@ -255,7 +255,7 @@ impl From<DistortionEntry> for Distortion {
     }
 }
 
-// By reference, as serde asks.
+// By reference, for serde.
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
@@ -506,7 +506,7 @@ impl CalibrationFile {
         }
     }
 
-    /// A value that no calibration can have; `None` if everything makes sense.
+    /// Description of an impossible value; `None` if everything makes sense.
     fn nonsense(&self) -> Option<&'static str> {
         const LARGEST_SIDE_PX: u32 = 1 << 24;
         const LARGEST_PX: f64 = 1e9;
@@ -533,7 +533,7 @@ impl CalibrationFile {
         None
     }
 
-    /// The tree to write, its fields sorted by name.
+    /// Builds the tree to write, with fields sorted by name.
     ///
     /// # Errors
     ///
@@ -547,14 +547,15 @@ impl CalibrationFile {
         (f64::from(self.image_size[0].max(1)), f64::from(self.image_size[1].max(1)))
     }
 
-    /// The verdict; `None` if the file has none that this version knows.
+    /// The verdict; `None` if missing, or unknown to this version.
     pub fn known_verdict(&self) -> Option<Verdict> {
         [Verdict::Good, Verdict::Care, Verdict::Untrustworthy]
             .into_iter()
             .find(|verdict| verdict.code() == self.verdict)
     }
 
-    /// The board; `None` if the file has none, or one that cannot be. Plain if its markers are unknown here or don't fit.
+    /// The board; `None` if missing or impossible. Plain if the markers are unknown here or don't
+    /// fit.
     pub fn checkerboard(&self) -> Option<Checkerboard> {
         let BoardEntry { columns, rows, square_mm, markers, circles, points_mm: _ } =
             self.board.as_ref()?;
@@ -572,7 +573,7 @@ impl CalibrationFile {
         Some(marked.unwrap_or(plain))
     }
 
-    /// The board's points in metres as the views show them, from which residuals are told. `None` without a board.
+    /// Points of the board in metres as shown by the views, for residuals. `None` without a board.
     pub fn board_m(&self) -> Option<Vec<Point3<f64>>> {
         let flat_m = self.checkerboard()?.corners_in_board_m();
         let found_mm = self.board.as_ref().and_then(|board| board.points_mm.as_ref());
@@ -584,7 +585,8 @@ impl CalibrationFile {
         })
     }
 
-    /// `corners` of `view` as a flat board would show them. `None` without a board, or without the view's pose.
+    /// `corners` of `view` as if on a flat board. `None` without a board, or without the view's
+    /// pose.
     pub fn as_flat(
         &self,
         lens: &LensEntry,
@@ -602,15 +604,15 @@ impl CalibrationFile {
         Some(corners)
     }
 
-    /// The used views, each with its number: the session's, or else its place in [`Self::views`], from 1. The words of
-    /// findings call it so, too.
+    /// The used views, each with a number: the session's, or else the index in [`Self::views`],
+    /// from 1. The words of findings use the same numbers.
     pub fn used(&self) -> impl Iterator<Item = (usize, &ViewEntry)> {
         let used = (1..).zip(&self.views).filter(|(_, view)| view.used);
         used.map(|(place, view)| (view.number.unwrap_or(place), view))
     }
 }
 
-/// True if no number is so large that drawing it would overflow.
+/// True if no number is too large to draw.
 fn has_sane_numbers(tree: &Value) -> bool {
     const LARGEST: f64 = 1e15;
     match tree {
@@ -622,7 +624,7 @@ fn has_sane_numbers(tree: &Value) -> bool {
 }
 
 impl LensEntry {
-    /// The lens. With [`focal_varies`](Self::focal_varies), its focal length is the views' mean.
+    /// The lens. With [`focal_varies`](Self::focal_varies), the focal length is the views' mean.
     pub fn camera(&self) -> Camera {
         Camera {
             f_px: self.f_px.into(),
@@ -631,28 +633,29 @@ impl LensEntry {
         }
     }
 
-    /// Covariance of all lens parameters, doubt about those held at zero included; `None` if the file has
-    /// none that can be used.
+    /// Covariance of all lens parameters, including doubt about parameters held at zero; `None`
+    /// without a usable covariance in the file.
     pub fn full_covariance(&self) -> Option<LensCovariance> {
         self.covariance_all.as_ref()?.full()
     }
 
-    /// The lens model; `None` if this version doesn't know it.
+    /// The lens model; `None` if unknown to this version.
     pub fn lens_model(&self) -> Option<LensModel> {
         LensModel::ALL.into_iter().find(|model| model.code() == self.model)
     }
 
-    /// True if both focal lengths are one parameter.
+    /// True if both focal lengths are a common parameter.
     pub fn square_pixels(&self) -> bool {
         (self.f_px[0] - self.f_px[1]).abs() <= 1e-9 * self.f_px[0].abs()
     }
 
-    /// Whether each view has its own focal length.
+    /// True if each view has an individual focal length.
     pub fn focal_varies(&self) -> bool {
         self.focal.is_some_and(|focal| focal.varies)
     }
 
-    /// `corners` of `view` with the covariances that the adjustment used: the detector's, the excess noise, and the view's.
+    /// `corners` of `view` with the covariances used by the adjustment: the detector's, the excess
+    /// noise, and the view's.
     pub fn weighted(&self, corners: &[Corner], view: &ViewEntry) -> Vec<Corner> {
         let excess_px = match (self.excess_px, self.noise_factor) {
             (Some(excess_px), Some(noise_factor)) if noise_factor > 0.0 => excess_px / noise_factor,
@@ -678,7 +681,7 @@ impl EstimateEntry {
 }
 
 impl ViewEntry {
-    /// Pose of the board; `None` if the file has none or its quaternion is zero.
+    /// Pose of the board; `None` if missing, or if the quaternion is zero.
     pub fn pose(&self) -> Option<Isometry3<f64>> {
         let PoseEntry { rotation_wxyz: [w, i, j, k], translation_m: [x, y, z] } =
             self.cam_from_board?;
@@ -686,7 +689,7 @@ impl ViewEntry {
         Some(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
     }
 
-    /// The lens as it was for this view: with the view's own focal length if each has one.
+    /// The lens at the time of the view: with the view's own focal length, if any.
     pub fn camera(&self, lens: &LensEntry) -> Camera {
         match self.focal_px {
             Some(f_px) if lens.focal_varies() => {
@@ -696,7 +699,7 @@ impl ViewEntry {
         }
     }
 
-    /// Image of the outermost inner corners that were seen, in order around them.
+    /// Image of the outermost seen inner corners, in order.
     pub fn outline(&self) -> Option<[Point2<f64>; 4]> {
         self.outline_px.map(|corners| corners.map(Point2::from))
     }
@@ -717,7 +720,7 @@ impl Serialize for ViewEntry {
             map.serialize_entry("tilt_deg", &self.tilt_deg)?;
             map.serialize_entry("slot_deg", &self.slot_deg)?;
             map.serialize_entry("rms_px", &self.rms_px)?;
-            // Earlier versions don't state it.
+            // Absent from earlier versions.
             if let Some(noise) = self.noise {
                 map.serialize_entry("noise", &noise)?;
             }

@@ -120,8 +120,8 @@ pub struct LensNow {
 }
 
 impl CheckFile {
-    /// The file of a check of `source` against the calibration `against`: what was found, or the stable name
-    /// of why there is no verdict; in words, `message` and `action`.
+    /// Builds the file of a check of `source` against the calibration `against`: the drift, or the
+    /// stable name of the reason without a verdict; `message` and `action` in words.
     pub fn of(
         found: Result<&Drift, &str>,
         (against, source): (&str, &str),
@@ -150,7 +150,7 @@ impl CheckFile {
         schema::read(tree, CHECK_SCHEMA)
     }
 
-    /// The tree to write, its fields sorted by name.
+    /// Builds the tree to write, with fields sorted by name.
     ///
     /// # Errors
     ///

@@ -1,5 +1,5 @@
-//! The corner table that mrcal and mrgingham write and read: `filename x y level`, one corner per line, row
-//! by row over the board. `-` stands for a missing corner, `#` opens a comment.
+//! The corner table of mrcal and mrgingham: `filename x y level`, a corner per line, row by row
+//! over the board. `-` marks a missing corner, `#` opens a comment.
 
 use std::{collections::BTreeMap, fmt::Write};
 
@@ -10,23 +10,23 @@ use boresight_geometry::Corner;
 
 /// First line of a table.
 pub const HEADER: &str = "# filename x y level\n";
-/// Standard deviation of a corner found at level 0, per coordinate; it doubles with each level, a halving of
+/// Standard deviation of a corner at level 0, per coordinate; doubles with each level, a halving of
 /// the picture.
 const LEVEL_0_SIGMA_PX: f64 = 0.1;
-/// Largest level; larger ones count as this.
+/// Largest level; larger ones count as equal.
 const MAX_LEVEL: f64 = 10.0;
 
-/// Corners of one picture.
+/// Corners of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableView {
     /// File name of the picture.
     pub name: String,
-    /// Corners in the board's order, [unseen](Corner::unseen) where they are missing; `None` if the table has none for this
-    /// picture.
+    /// Corners in the board's order, [unseen](Corner::unseen) if missing; `None` if the table has
+    /// none for the picture.
     pub corners: Option<Vec<Corner>>,
 }
 
-/// Why a text is no corner table of a board.
+/// Error of a text that is no corner table of a board.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CornerTableError {
     /// A line with fewer than three fields.
@@ -40,9 +40,9 @@ pub enum CornerTableError {
     Position {
         /// Line, from 1.
         line: usize,
-        /// x as the table writes it.
+        /// x in the table.
         x: String,
-        /// y as the table writes it.
+        /// y in the table.
         y: String,
     },
     /// A level that is not a finite number.
@@ -50,19 +50,19 @@ pub enum CornerTableError {
     Level {
         /// Line, from 1.
         line: usize,
-        /// Level as the table writes it.
+        /// Level in the table.
         level: String,
     },
-    /// A picture with fewer or more lines than the board has corners.
+    /// A picture with another number of lines than the board's corners.
     #[error(
         "{name} has {got} corners, the board has {wanted}: check --board. A missing corner has a line, too, with `-`"
     )]
     Count {
         /// Name of the picture.
         name: String,
-        /// Corners in the table.
+        /// Number of corners in the table.
         got: usize,
-        /// Corners of the board.
+        /// Number of corners of the board.
         wanted: usize,
     },
     /// No picture at all.
@@ -70,10 +70,11 @@ pub enum CornerTableError {
     Empty,
 }
 
-/// Reads a table of a board with `corner_count` corners; pictures come in the order of their first lines.
+/// Reads a table of a board with `corner_count` corners; pictures come in the order of their first
+/// lines.
 ///
-/// A corner's standard deviation is 0.1 px at level 0, which is also taken where the level is missing, and
-/// doubles with each level up to 10.
+/// A corner's standard deviation is 0.1 px at level 0, which is also assumed for a missing level,
+/// and doubles with each level up to 10.
 ///
 /// # Errors
 ///
@@ -107,7 +108,7 @@ pub fn read(text: &str, corner_count: usize) -> Result<Vec<TableView>, CornerTab
         let corners = views.remove(name).unwrap_or_default();
         let name = name.to_owned();
         match corners.len() {
-            // One line says that nothing was found.
+            // A single line reports that nothing was found.
             _ if !corners.iter().any(Corner::is_seen) => Ok(TableView { name, corners: None }),
             got if got == corner_count => Ok(TableView { name, corners: Some(corners) }),
             got => Err(CornerTableError::Count { name, got, wanted: corner_count }),
@@ -133,16 +134,17 @@ fn corner(line: usize, x: &str, y: &str, level: Option<&str>) -> Result<Corner, 
 /// Precision of written coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Digits {
-    /// All 17 significant digits, so that they read back bit for bit.
+    /// All 17 significant digits, to read back bit for bit.
     All,
     /// Four digits after the point: finer than any detector, and easy to read.
     FourDecimals,
 }
 
-/// A table of `views`: pictures with their corners in the board's order, `None` for a picture without.
+/// A table of `views`: pictures with their corners in the board's order, `None` for a picture
+/// without.
 ///
-/// Whitespace, control characters and `#` in names become `_`. Coordinates read back bit for bit; the level is 0, since the table
-/// has no place for a covariance.
+/// Whitespace, control characters and `#` in names become `_`. Coordinates read back bit for bit;
+/// the level is 0, because the table has no place for a covariance.
 pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)>) -> String {
     let mut table = String::from(HEADER);
     for (name, corners) in views {
@@ -151,7 +153,7 @@ pub fn write<'a>(views: impl IntoIterator<Item = (&'a str, Option<&'a [Corner]>)
     table
 }
 
-/// The lines of one picture, each with its line break; names as in [`write()`].
+/// Lines of a picture, each with a line break; names as in [`write()`].
 pub fn lines(name: &str, corners: Option<&[Corner]>, digits: Digits) -> String {
     let name = name.replace(|c: char| c.is_whitespace() || c.is_control() || c == '#', "_");
     let Some(corners) = corners else {

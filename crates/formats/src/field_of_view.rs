@@ -3,9 +3,9 @@ use nalgebra::{Point2, Vector3};
 use super::CalibrationFile;
 
 impl CalibrationFile {
-    /// Angles between the rays of opposite borders: across and down through the middle of the picture, and from
-    /// its top-left to its bottom-right corner, in degrees. `None` without a lens, with a focal length for each
-    /// view, or where the lens model doesn't reach the borders.
+    /// Angles between the rays of opposite borders: across and down through the middle of the
+    /// picture, and from the top-left to the bottom-right corner, in degrees. `None` without a
+    /// lens, with a focal length for each view, or if the lens model doesn't reach the borders.
     pub fn field_of_view_deg(&self) -> Option<[f64; 3]> {
         let lens = self.result.as_ref().filter(|lens| !lens.focal_varies())?;
         let camera = lens.camera();

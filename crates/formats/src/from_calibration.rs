@@ -1,4 +1,4 @@
-//! A calibration in memory → its file.
+//! Conversion of a calibration in memory to a file.
 
 use nalgebra::{Point2, Point3};
 
@@ -26,25 +26,26 @@ use boresight_geometry::{
 pub struct ViewName {
     /// File name of the picture.
     pub name: String,
-    /// What its session calls it; `None` for its place among all pictures, from 1.
+    /// Number in the session; `None` for the index among all pictures, from 1.
     pub number: Option<usize>,
-    /// Why it was not used; `None` if it was.
+    /// Reason for not using the picture; `None` if used.
     pub reason: Option<String>,
 }
 
-/// Words for findings, each with its action.
+/// Words for findings, each with an action.
 #[derive(Clone, Copy, Debug)]
 pub struct FindingWords {
-    /// Words for a finding on a calibration from these views.
+    /// Words for a finding on a calibration from the given views.
     pub finding: fn(&Finding, &[ViewName]) -> (String, &'static str),
-    /// Words for the reason why there is no calibration from these views.
+    /// Words for the reason of a missing calibration from the given views.
     pub not_calibrated: fn(&NotCalibrated, &[ViewName]) -> (String, String),
-    /// Words for the verdict on a goal: the verdict, and the action, empty if there is none.
+    /// Words for the verdict on a goal: the verdict, and the action, empty if none.
     pub acceptance: fn(&Acceptance) -> (String, &'static str),
 }
 
 impl CalibrationFile {
-    /// The file of a calibration from pictures of `image_size` with the used ones of `views`, in their order.
+    /// The file of a calibration from pictures of `image_size`, with the used pictures of `views`
+    /// in order.
     ///
     /// Without a calibration the verdict is `untrustworthy`, and the reason is the only finding.
     pub fn of(
@@ -143,7 +144,8 @@ impl CalibrationFile {
 }
 
 impl CalibrationFile {
-    /// The file of another program's calibration, with the lens alone: `finding` says what isn't known of it.
+    /// The file of another program's calibration, with the lens alone: `finding` lists the
+    /// unknowns.
     pub fn of_imported(old: &OldCalibration, (message, action): (String, &str)) -> Self {
         let camera = &old.camera;
         let lens = LensEntry {
@@ -170,8 +172,8 @@ impl CalibrationFile {
         }
     }
 
-    /// Judges the calibration by `goal`, with `scale_sd` the relative standard deviation of the board's square size.
-    /// `None` if the file has no lens, or doesn't state its covariance.
+    /// Judges the calibration by `goal`, with `scale_sd` the relative standard deviation of the
+    /// board's square size. `None` if the file has no lens, or doesn't state its covariance.
     pub fn judged(&self, goal: AcceptanceGoal, scale_sd: f64) -> Option<Acceptance> {
         let lens = self.result.as_ref()?;
         let covariance = lens.full_covariance()?;
@@ -182,7 +184,7 @@ impl CalibrationFile {
 }
 
 impl AcceptanceEntry {
-    /// The entry of a verdict, with its words: the finding, and the action.
+    /// The entry of a verdict, in words: the finding, and the action.
     pub fn of(judged: &Acceptance, (message, action): (String, &str)) -> Self {
         let (unit, per_unit) = match judged.goal {
             AcceptanceGoal::Projection { .. } => ("px", 1.0),
@@ -203,7 +205,7 @@ impl AcceptanceEntry {
     }
 }
 
-/// The points of a board that isn't as `board` names it.
+/// Points of a board with other dimensions than `board`.
 fn found_mm(calibration: &Calibration, board: &Checkerboard) -> Option<Vec<[f64; 3]>> {
     let named_m = board.corners_in_board_m();
     let is_named =
@@ -213,7 +215,7 @@ fn found_mm(calibration: &Calibration, board: &Checkerboard) -> Option<Vec<[f64;
         .then(|| calibration.board_m.iter().map(|p| [p.x, p.y, p.z].map(|m| 1000.0 * m)).collect())
 }
 
-/// A board's side has at most 65 535 corners.
+/// Count of corners as `u32`. A board's side has at most 65 535 corners.
 fn count(corners: usize) -> u32 {
     u32::try_from(corners).unwrap_or(u32::MAX)
 }
@@ -328,7 +330,8 @@ fn projection(calibration: &Calibration) -> ProjectionEntry {
     ProjectionEntry { mean: sd.mean_px, max: sd.max_px, grid }
 }
 
-/// The used pictures carry the values of the calibration's views, which are in the same order.
+/// Entries of all pictures. The used pictures have the values of the calibration's views, in the
+/// same order.
 fn view_entries(
     calibration: &Calibration,
     board: &Checkerboard,
@@ -382,7 +385,7 @@ impl LineEntry {
     }
 }
 
-/// Image of the outline of what was seen of the board; `None` if the lens model doesn't reach it.
+/// Image of the outline of the board's seen part; `None` if the lens model doesn't reach it.
 fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
     let image = |point_m: &Point2<f64>| {
         let image = camera.project_board_point(&view.cam_from_board, point_m);

@@ -1,5 +1,5 @@
-//! Calibrations as text: boresight's own, and those of OpenCV, ROS, Kalibr, mrcal, COLMAP, MATLAB, ORB-SLAM3,
-//! Nerfstudio, Metashape and others.
+//! Calibrations as text: boresight's own, and those of OpenCV, ROS, Kalibr, mrcal, COLMAP, MATLAB,
+//! ORB-SLAM3, Nerfstudio, Metashape and others.
 //!
 //! ```
 //! use boresight_formats::{
@@ -32,12 +32,13 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `calibration_file`, `from_calibration`, `named_covariance` | `boresight.calibration/1`: the type, and how a [`Calibration`](boresight_calibrate::Calibration) becomes one |
-//! | `field_of_view` | the angles that a file's camera sees |
+//! | `calibration_file`, `named_covariance` | the type of `boresight.calibration/1` |
+//! | `from_calibration` | [`Calibration`](boresight_calibrate::Calibration) → file |
+//! | `field_of_view` | viewing angles of a file's camera |
 //! | `check_file` | `boresight.check/1` |
-//! | `schema` | reading files that name their schema |
-//! | [`corner_table`] | corners of many pictures, as other detectors write them |
-//! | [`import`] | calibrations of this and other programs → [`OldCalibration`](import::OldCalibration) |
+//! | `schema` | reading files with a schema |
+//! | [`corner_table`] | corners of many pictures, from other detectors |
+//! | [`import`] | files of many programs → [`OldCalibration`](import::OldCalibration) |
 //! | [`export`] | a calibration → the formats of other programs |
 //!
 //! # Features
@@ -46,17 +47,18 @@
 //! |---|---|
 //! | `schemas` (off by default) | JSON Schema of the files, for the tests of this repository |
 //!
-//! # What it needs
+//! # Environment
 //!
-//! Text comes in, text goes out: no files, clocks, chance, threads or unsafe code. It compiles for
-//! `wasm32-unknown-unknown`.
+//! Text comes in, text goes out: no files, clocks, random numbers, threads or unsafe code. Compiles
+//! for `wasm32-unknown-unknown`.
 //!
-//! # What isn't promised
+//! # Limitations
 //!
 //! - Of a file with several cameras, the first is read.
 //! - MATLAB's files are written, not read.
-//! - Only boresight's own file states the covariance. What a format can't hold is refused, never dropped.
-//! - A lens that needs more than k1, k2, p1, p2, k3, k4, k5 and k6 is refused.
+//! - Only boresight's own file states the covariance. A lens beyond a format is refused, never
+//!   truncated.
+//! - A lens with more coefficients than k1, k2, p1, p2, k3, k4, k5 and k6 is refused.
 //! - Other programs may change their formats. boresight's own only grows: see `docs/versioning.md`.
 
 #![forbid(unsafe_code)]

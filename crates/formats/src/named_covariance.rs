@@ -1,4 +1,4 @@
-//! A covariance matrix that names its rows.
+//! A covariance matrix with named rows.
 
 use serde::{Deserialize, Serialize};
 
@@ -24,8 +24,8 @@ pub struct NamedCovariance {
 }
 
 impl NamedCovariance {
-    /// The rows and columns of `covariance` whose parameters satisfy `keep`. With `square_pixels`, fx and fy are
-    /// one row, `f`.
+    /// The rows and columns of `covariance` with parameters satisfying `keep`. With
+    /// `square_pixels`, fx and fy are a single row, `f`.
     pub(super) fn of(
         covariance: &LensCovariance,
         square_pixels: bool,
@@ -48,8 +48,8 @@ impl NamedCovariance {
 
     /// The full matrix.
     ///
-    /// `None` if it is no covariance: no row, an unknown name, a missing or infinite entry, or a negative
-    /// variance.
+    /// `None` for an invalid covariance: no row, an unknown name, a missing or infinite entry, or a
+    /// negative variance.
     pub fn full(&self) -> Option<LensCovariance> {
         let named: Vec<Vec<LensParameter>> =
             self.order.iter().map(|name| parameters(name)).collect::<Option<_>>()?;

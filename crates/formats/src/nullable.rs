@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer};
 
-/// Reads `None` if the field is absent, `Some(None)` if it is null. Needs `#[serde(default)]`.
+/// Reads `None` for an absent field, `Some(None)` for null. Needs `#[serde(default)]`.
 pub(super) fn nullable<'de, D, T>(deserializer: D) -> Result<Option<Option<T>>, D::Error>
 where
     D: Deserializer<'de>,

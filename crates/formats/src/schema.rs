@@ -1,28 +1,28 @@
-//! Reading files that name their schema.
+//! Reading files with a named schema.
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// Why a file of this program cannot be read.
+/// Reason for a file of boresight not to be readable.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotRead {
     /// The file is of another schema, or of another version.
     #[error("its schema is {found:?}, this version reads {wanted:?}")]
     Schema {
-        /// The schema in the file; empty if it names none.
+        /// The schema in the file; empty if missing.
         found: String,
-        /// The schema that can be read.
+        /// The readable schema.
         wanted: &'static str,
     },
     /// A field is missing or of another type.
     #[error("{reason}")]
     Field {
-        /// The field, and its mistake.
+        /// The field, and the mistake.
         reason: String,
     },
 }
 
-/// Reads `tree` if it names the schema `wanted`.
+/// Reads `tree` with the schema `wanted`.
 ///
 /// # Errors
 ///

@@ -1,7 +1,7 @@
 use super::{Coefficients, ExportedCamera, number::number};
 
-/// The camera in Basalt's calibration file: `pinhole`, `pinhole-radtan8` or `kb4`. Its pose on the rig is the identity,
-/// and nothing is said of an inertial unit: a camera's calibration knows neither.
+/// The camera in Basalt's calibration file: `pinhole`, `pinhole-radtan8` or `kb4`. The pose on the
+/// rig is the identity, and there is no inertial unit: a camera's calibration knows neither.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> String {
     let browns = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "rpmax"];
     let (model, names, coefficients): (_, &[&str], Vec<f64>) = match exported.coefficients() {

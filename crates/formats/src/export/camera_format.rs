@@ -4,7 +4,7 @@ use super::{
     photonvision, realitycapture, ros_camera_info, vins,
 };
 
-/// A format of another program that holds one camera.
+/// File format of another program's camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CameraFormat {
     /// OpenCV's `FileStorage` as YAML: every lens.
@@ -15,7 +15,7 @@ pub enum CameraFormat {
     OpencvJson,
     /// ROS `camera_info`: every lens.
     RosYaml,
-    /// Kalibr camchain, which OpenVINS reads, too: Brown's without k3, fisheye.
+    /// Kalibr camchain, also for OpenVINS: Brown's without k3, fisheye.
     Kalibr,
     /// COLMAP `cameras.txt`: every lens.
     Colmap,
@@ -44,7 +44,7 @@ pub enum CameraFormat {
 }
 
 impl CameraFormat {
-    /// Every format, in the order in which a person is offered them.
+    /// Every format, in the order shown to a person.
     pub const ALL: [Self; 17] = [
         Self::OpencvYaml,
         Self::OpencvXml,
@@ -103,7 +103,7 @@ impl CameraFormat {
         self.names()[2]
     }
 
-    /// What the format is for, and which lenses it can't hold.
+    /// Purpose of the format, and unsupported lenses.
     pub fn about(self) -> &'static str {
         match self {
             Self::OpencvYaml => "OpenCV's FileStorage",
@@ -126,7 +126,7 @@ impl CameraFormat {
         }
     }
 
-    /// The camera as a file of this format.
+    /// The camera as a file of the format.
     ///
     /// # Errors
     ///
@@ -179,7 +179,7 @@ mod tests {
                 assert_eq!(read.image_size, lens.image_size, "{format:?}");
                 let pairs =
                     read.camera.lens_parameters().into_iter().zip(lens.camera.lens_parameters());
-                // Formats that count from another origin round once.
+                // Formats with another origin round once.
                 for (read, written) in pairs {
                     assert!(
                         (read - written).abs() <= 1e-15 * 2.0 * 1280.0,

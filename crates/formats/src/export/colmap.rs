@@ -1,18 +1,19 @@
 use super::{Coefficients, ExportedCamera, number::number};
 use boresight_geometry::{LensMatrix, LensParameter, LensParts};
 
-/// The calibration as a line of COLMAP's `cameras.txt`: `PINHOLE`, `OPENCV` (`k1 k2 p1 p2`), `FULL_OPENCV` with k3 or for a
-/// rational lens, `OPENCV_FISHEYE`.
+/// The calibration as a line of COLMAP's `cameras.txt`: `PINHOLE`, `OPENCV` (`k1 k2 p1 p2`),
+/// `FULL_OPENCV` with k3 or for a rational lens, `OPENCV_FISHEYE`.
 ///
-/// COLMAP counts pixels from the top-left *corner* of the top-left one, so its principal point is half a
-/// pixel larger.
+/// COLMAP counts pixels from the top-left *corner* of the top-left one, so its principal point is
+/// half a pixel larger.
 pub fn colmap_cameras(exported: &ExportedCamera<'_>) -> String {
     let (model, parameters) = model(exported);
     file(exported, model, &parameters, "")
 }
 
-/// As [`colmap_cameras`], with the standard deviation of each parameter as a comment, which COLMAP skips: for a prior in a
-/// bundle adjustment, whose weights are the inverse squares. Zero is a parameter that was held fixed.
+/// The file of [`colmap_cameras`] with the standard deviation of each parameter in a comment,
+/// skipped by COLMAP: for a prior in a bundle adjustment, with weights of the inverse squares. Zero
+/// means a parameter held fixed.
 pub fn colmap_cameras_with_sd(exported: &ExportedCamera<'_>, covariance: &LensMatrix) -> String {
     let (model, parameters) = model(exported);
     let coefficients = match model {
@@ -30,7 +31,7 @@ pub fn colmap_cameras_with_sd(exported: &ExportedCamera<'_>, covariance: &LensMa
 const FISHEYE: [LensParameter; 4] =
     [LensParameter::K1, LensParameter::K2, LensParameter::K3, LensParameter::K4];
 
-/// Name of the model, and its parameters.
+/// Name of the model, and the parameters.
 fn model(exported: &ExportedCamera<'_>) -> (&'static str, Vec<f64>) {
     let [fx, fy, cx, cy] = exported.intrinsics();
     let mut parameters = vec![fx, fy, cx + 0.5, cy + 0.5];

@@ -3,8 +3,8 @@ use std::fmt::Write;
 use super::number::number;
 use crate::calibration_file::ViewEntry;
 
-/// The views as comma-separated values, RFC 4180: a header, then one line per view, angles in degrees. A field
-/// is empty where a view has no such number.
+/// The views as comma-separated values, RFC 4180: a header, then a line per view, angles in
+/// degrees. Missing numbers are empty fields.
 pub fn views_csv(views: &[ViewEntry]) -> String {
     let mut csv = String::from(
         "name,used,reason,tilt_deg,slot_deg,rms_px,pl_residual_px,focal_px,focal_sigma_px\r\n",
@@ -32,13 +32,13 @@ pub fn views_csv(views: &[ViewEntry]) -> String {
     csv
 }
 
-/// `text` so that a spreadsheet takes it for text.
+/// Protects `text` from being a formula in a spreadsheet.
 fn no_formula(text: &str) -> String {
     let is_formula = text.starts_with(['=', '+', '-', '@', '\t']);
     if is_formula { format!("'{text}") } else { text.to_owned() }
 }
 
-/// `text` as one field of comma-separated values: quoted where it must be.
+/// `text` as a field of comma-separated values: quoted if necessary.
 pub fn csv_field(text: &str) -> String {
     if text.contains([',', '"', '\r', '\n']) {
         format!("\"{}\"", text.replace('"', "\"\""))

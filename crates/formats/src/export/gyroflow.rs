@@ -1,6 +1,7 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number, number::numbers};
 
-/// A lens profile of Gyroflow: its `opencv_fisheye` model, for the camera's picture without stabilisation or crop.
+/// A lens profile of Gyroflow with the `opencv_fisheye` model, for the camera's picture without
+/// stabilisation or crop.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let coefficients = match exported.coefficients() {
         Coefficients::Fisheye(coefficients) => coefficients,

@@ -2,8 +2,8 @@ use std::fmt::Write;
 
 use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 
-/// The calibration as a Kalibr camchain of one camera: `pinhole` with `radtan` (`k1 k2 p1 p2`) or `equidistant`
-/// (`k1 k2 k3 k4`).
+/// The calibration as a Kalibr camchain of a single camera: `pinhole` with `radtan` (`k1 k2 p1 p2`)
+/// or `equidistant` (`k1 k2 k3 k4`).
 ///
 /// # Errors
 ///

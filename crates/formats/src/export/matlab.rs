@@ -2,15 +2,16 @@ use std::fmt::Write;
 
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number, number::numbers};
 
-/// The calibration as a script that MATLAB and Octave run: plain variables, and MATLAB's
-/// `cameraIntrinsics` where its Computer Vision Toolbox is there.
+/// The calibration as a script for MATLAB and Octave: plain variables, and MATLAB's
+/// `cameraIntrinsics` if its Computer Vision Toolbox is installed.
 ///
-/// MATLAB counts pixels from 1 at the centre of the top-left one, so its principal point is one pixel
-/// larger; its picture sizes are rows, then columns.
+/// MATLAB counts pixels from 1 at the centre of the top-left one, so its principal point is one
+/// pixel larger; its picture sizes are rows, then columns.
 ///
 /// # Errors
 ///
-/// [`NotExpressible`] for rational and fisheye lenses: MATLAB's `fisheyeIntrinsics` has another model.
+/// [`NotExpressible`] for rational and fisheye lenses: MATLAB's `fisheyeIntrinsics` has another
+/// model.
 pub fn matlab_script(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let [fx, fy, cx, cy] = exported.intrinsics();
     let [k1, k2, p1, p2, k3] = match exported.coefficients() {

@@ -1,9 +1,10 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number};
 
-/// The calibration as Agisoft Metashape's XML: `frame` with `k1 k2 k3 p1 p2`, or `fisheye` with `k1 k2 k3 k4`.
+/// The calibration as Agisoft Metashape's XML: `frame` with `k1 k2 k3 p1 p2`, or `fisheye` with `k1
+/// k2 k3 k4`.
 ///
-/// Metashape counts from the picture's middle, with pixels from the corner of the top-left one; its `p1` and `p2` are
-/// OpenCV's `p2` and `p1`; `b1` is `fx - fy`.
+/// Metashape counts from the picture's middle, with pixels from the corner of the top-left one; its
+/// `p1` and `p2` are OpenCV's `p2` and `p1`; `b1` is `fx - fy`.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let (projection, [k1, k2, k3, k4], [p1, p2]) = match exported.coefficients() {
         Coefficients::None => ("frame", [0.0; 4], [0.0; 2]),

@@ -2,26 +2,27 @@
 //!
 //! | format | read by | holds the lens |
 //! |---|---|---|
-//! | [`opencv_yaml`] | OpenCV's `FileStorage` (XML and JSON, too) | every lens; a fisheye one for `cv::fisheye` |
-//! | [`ros_camera_info`] | ROS `camera_info_manager`, `image_proc` | every lens: `plumb_bob`, `rational_polynomial`, `equidistant` |
-//! | [`kalibr_camchain`] | Kalibr and what reads its camchain | Brown's without k3 as `radtan`, a fisheye as `equidistant` |
-//! | [`colmap_cameras`] | COLMAP | every lens; pixels counted from the picture's corner |
-//! | [`mrcal_cameramodel`] | mrcal | Brown's as `LENSMODEL_OPENCV5`, rational as `LENSMODEL_OPENCV8`; with views, also `optimization_inputs` |
-//! | [`matlab_script`] | MATLAB, Octave | Brown's; pixels counted from 1 |
-//! | `orb_slam` | ORB-SLAM3 | Brown's as `PinHole`, a fisheye as `KannalaBrandt8` |
-//! | `nerf` | Nerfstudio, instant-ngp | Brown's as `OPENCV`, a fisheye as `OPENCV_FISHEYE`; pixels counted from the corner |
-//! | `metashape` | Agisoft Metashape | Brown's as `frame`, a fisheye as `fisheye`; counted from the middle |
-//! | `realitycapture` | RealityCapture | Brown's as `brown3` or `brown3t2`, with square pixels; counted from the middle, in longer sides |
+//! | [`opencv_yaml`] | OpenCV's `FileStorage` | every lens |
+//! | [`ros_camera_info`] | ROS `camera_info_manager`, `image_proc` | every lens |
+//! | [`kalibr_camchain`] | Kalibr, OpenVINS | Brown's without k3, fisheye |
+//! | [`colmap_cameras`] | COLMAP | every lens; pixels from the corner |
+//! | [`mrcal_cameramodel`] | mrcal | Brown's, rational; also with views |
+//! | [`matlab_script`] | MATLAB, Octave | Brown's; pixels from 1 |
+//! | `orb_slam` | ORB-SLAM3 | Brown's, fisheye |
+//! | `nerf` | Nerfstudio, instant-ngp | Brown's, fisheye; pixels from the corner |
+//! | `metashape` | Agisoft Metashape | Brown's, fisheye; from the middle |
+//! | `realitycapture` | RealityCapture | Brown's, square pixels; from the middle |
 //! | `basalt` | Basalt | every lens: `pinhole`, `pinhole-radtan8`, `kb4` |
-//! | `vins` | VINS-Mono, VINS-Fusion | Brown's without k3 as `PINHOLE`, a fisheye as `KANNALA_BRANDT` |
+//! | `vins` | VINS-Mono, VINS-Fusion | Brown's without k3, fisheye |
 //! | `photonvision` | PhotonVision | Brown's and rational |
 //! | `gyroflow` | Gyroflow | a fisheye |
 //! | `open3d` | Open3D | a pinhole without distortion |
 //! | [`views_csv`] | spreadsheets | each view with its numbers |
-//! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, this program | the corners themselves |
+//! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, boresight | corners |
 //!
-//! [`CameraFormat`] names all those that hold a camera. Numbers have 17 significant digits and a decimal point in every locale, so that they read back bit for
-//! bit. What a format can't hold is refused, never dropped.
+//! Each format's function names the models used for the lens. [`CameraFormat`] lists all formats
+//! for a camera. Numbers have 17 significant digits and a decimal point in every locale, so they
+//! read back bit for bit. A lens beyond a format is refused, never truncated.
 
 mod basalt;
 mod camera_format;
@@ -63,16 +64,17 @@ pub struct ExportedCamera<'a> {
     pub name: &'a str,
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
-    /// Size of the picture that the lens belongs to.
+    /// Size of the picture behind the lens.
     pub image_size: ImageSize,
-    /// Root mean square reprojection residual per coordinate; 0 if it isn't known, and then no file states it.
+    /// Root mean square reprojection residual per coordinate; 0 if unknown, and then left out of
+    /// all files.
     pub rms_px: f64,
 }
 
-/// Why a format can't hold a calibration.
+/// Reason for a calibration not to fit a format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotExpressible {
-    /// The format has no field for a coefficient that isn't zero.
+    /// The format has no field for a nonzero coefficient.
     #[error("the format has no {coefficient}, which this lens model needs")]
     Coefficient {
         /// Name of the coefficient.
@@ -86,7 +88,7 @@ pub enum NotExpressible {
     },
 }
 
-/// The smallest family that holds a lens, with its coefficients in OpenCV's order.
+/// Smallest family for a lens, with coefficients in OpenCV's order.
 pub(super) enum Coefficients {
     /// No distortion: a pinhole.
     None,
@@ -114,11 +116,11 @@ impl ExportedCamera<'_> {
         }
     }
 
-    /// The name in letters, digits, `_`, `-` and `.`, so that no format needs quotes around it.
+    /// The name in letters, digits, `_`, `-` and `.`, to need no quotes in any format.
     fn plain_name(&self) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() || "_-.".contains(c) { c } else { '_' };
         let name: String = self.name.chars().map(plain).collect();
-        // A name that starts with a letter is a word to every reader and never a number.
+        // A name with a letter first is a word to every reader and never a number.
         if name.starts_with(|c: char| c.is_ascii_alphabetic()) {
             name
         } else {

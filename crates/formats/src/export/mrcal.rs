@@ -7,8 +7,8 @@ use super::{
 };
 use boresight_geometry::board::Checkerboard;
 
-/// The calibration as an mrcal `.cameramodel` at the origin of the reference frame: `LENSMODEL_PINHOLE`, `LENSMODEL_OPENCV5`,
-/// or `LENSMODEL_OPENCV8` for a rational lens.
+/// The calibration as an mrcal `.cameramodel` at the origin of the reference frame:
+/// `LENSMODEL_PINHOLE`, `LENSMODEL_OPENCV5`, or `LENSMODEL_OPENCV8` for a rational lens.
 ///
 /// mrcal counts pixels from the centre of the top-left one, as we do.
 ///
@@ -19,8 +19,9 @@ pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> Result<String, NotExp
     cameramodel(exported, |_, _| None)
 }
 
-/// As [`mrcal_cameramodel`], with the `views` of `board` that the calibration rests on, from which mrcal works out its own
-/// uncertainty (`mrcal.projection_uncertainty`). Views whose corners aren't the board's, or too many, are left out together.
+/// The model of [`mrcal_cameramodel`] with the `views` of `board` behind the calibration, for
+/// mrcal's own estimate of uncertainty (`mrcal.projection_uncertainty`). The views are left out
+/// together if their corners aren't the board's, or are too many.
 ///
 /// # Errors
 ///

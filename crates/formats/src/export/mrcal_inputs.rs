@@ -1,5 +1,5 @@
-//! What mrcal needs to work out its own uncertainty: its `optimization_inputs`, an archive of arrays as numpy writes it, in
-//! base 85.
+//! Input of mrcal's own estimate of uncertainty: `optimization_inputs`, an archive of numpy arrays
+//! in base 85.
 
 use std::fmt::Write;
 
@@ -7,26 +7,27 @@ use nalgebra::{Isometry3, Point3};
 
 use boresight_geometry::{Corner, board::Checkerboard};
 
-/// A view that a calibration rests on.
+/// A view used by a calibration.
 #[derive(Clone, Copy, Debug)]
 pub struct SolvedView<'a> {
     /// Name of the picture.
     pub name: &'a str,
     /// Corners in the board's numbering order.
     pub corners: &'a [Corner],
-    /// Place of the board, its origin in the middle of the inner corners, in metres.
+    /// Pose of the board, with the origin in the middle of the inner corners, in metres.
     pub cam_from_board: Isometry3<f64>,
 }
 
-/// Most corners that are written: mrcal's files with more grow beyond what programs read.
+/// Most corners written: larger files of mrcal grow beyond the reach of programs.
 const MOST_CORNERS: usize = 400_000;
 
 /// Digits of Python's `base64.b85encode`.
 const DIGITS: &[u8; 85] =
     b"0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;<=>?@^_`{|}~";
 
-/// The `optimization_inputs` of one camera that sees `views` of `board`, as an ASCII text; `None` if there are none, too
-/// many, or one of another board; and for an AprilGrid or shifted rows, since mrcal's boards have even steps.
+/// The `optimization_inputs` of a camera with `views` of `board`, as an ASCII text; `None` if there
+/// are none, too many, or any of another board; and for an AprilGrid or shifted rows, because
+/// mrcal's boards have even steps.
 pub(super) fn optimization_inputs(
     lensmodel: &str,
     intrinsics: &[f64],
@@ -38,7 +39,7 @@ pub(super) fn optimization_inputs(
     let per_view = columns * rows;
     let fits = views.iter().all(|view| view.corners.len() == per_view);
     let [step_m, other_m] = board.target().steps_m();
-    // The second point of a board with even steps is one of them away.
+    // The second point of a board with even steps is one step away.
     let is_even = step_m == other_m && board.target().place_in_steps(1) == [1.0, 0.0];
     if !is_even || views.is_empty() || !fits || views.len() * per_view > MOST_CORNERS {
         return None;
@@ -51,7 +52,7 @@ pub(super) fn optimization_inputs(
         [turn.x, turn.y, turn.z, at.x, at.y, at.z]
     });
     let observed = views.iter().flat_map(|view| view.corners).flat_map(|corner| {
-        // A negative weight is a corner that isn't seen.
+        // A negative weight marks an unseen corner.
         let is_seen = corner.is_seen() && corner.px.iter().all(|px| px.is_finite());
         if is_seen { [corner.px.x, corner.px.y, 1.0] } else { [0.0, 0.0, -1.0] }
     });
@@ -95,7 +96,7 @@ pub(super) fn optimization_inputs(
     Some(base85(&archive(&files)))
 }
 
-/// An array as numpy's `.npy` has it, of elements that `descr` names.
+/// An array in numpy's `.npy` format, of elements described by `descr`.
 fn array(descr: &str, shape: &[usize], data: &[u8]) -> Vec<u8> {
     const START: &[u8] = b"\x93NUMPY\x01\x00";
     let mut sides = String::new();
@@ -124,13 +125,14 @@ fn text(texts: &[&str], shape: &[usize]) -> Vec<u8> {
     array(&format!("<U{longest}"), shape, &data)
 }
 
-/// A ZIP archive of files as they are.
+/// A ZIP archive of uncompressed files.
 fn archive(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     let (mut bytes, mut listed) = (Vec::new(), Vec::new());
     for (name, data) in files {
         let name = format!("{name}.npy");
         let size = (data.len() as u32).to_le_bytes();
-        // Version, flags, method, time, date (1 January 1980), checksum, sizes, lengths of name and extra.
+        // Version, flags, method, time, date (1 January 1980), checksum, sizes, lengths of name and
+        // extra.
         let common = [
             &[20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0][..],
             &crc32fast::hash(data).to_le_bytes(),
@@ -151,7 +153,7 @@ fn archive(files: &[(&str, Vec<u8>)]) -> Vec<u8> {
     [bytes, listed, end].concat()
 }
 
-/// Five digits for each four bytes; those that stand for missing bytes at the end are left out.
+/// Five digits for each four bytes; digits of missing bytes at the end are left out.
 fn base85(bytes: &[u8]) -> String {
     let mut text = String::with_capacity(bytes.len() / 4 * 5 + 5);
     for chunk in bytes.chunks(4) {

@@ -1,7 +1,7 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number};
 
-/// The intrinsics of a `transforms.json`, with no frames yet: `OPENCV` or `OPENCV_FISHEYE`, as Nerfstudio and instant-ngp
-/// read them. They count pixels from the corner of the top-left one.
+/// The intrinsics of a `transforms.json`, with no frames yet: `OPENCV` or `OPENCV_FISHEYE`, for
+/// Nerfstudio and instant-ngp. They count pixels from the corner of the top-left one.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let (model, [k1, k2, k3, k4], [p1, p2]) = match exported.coefficients() {
         Coefficients::None => ("OPENCV", [0.0; 4], [0.0; 2]),

@@ -1,7 +1,7 @@
 //! Numbers that read back bit for bit.
 
-/// 17 significant digits; always with a point, so that no reader takes it for an integer, and with a signed
-/// exponent, without which YAML 1.1 takes it for a text.
+/// 17 significant digits; always with a point, to be no integer for any reader, and with a signed
+/// exponent, to be no text in YAML 1.1.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 {
         return "0.0".into();
@@ -13,7 +13,7 @@ pub(crate) fn number(value: f64) -> String {
     }
 }
 
-/// Numbers with commas between them.
+/// Numbers separated by commas.
 pub(super) fn numbers(values: &[f64]) -> String {
     let numbers: Vec<String> = values.iter().map(|value| number(*value)).collect();
     numbers.join(", ")

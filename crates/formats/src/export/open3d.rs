@@ -1,6 +1,7 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 
-/// The intrinsics as Open3D's `PinholeCameraIntrinsic`: the camera matrix, column by column. It has no distortion.
+/// The intrinsics as Open3D's `PinholeCameraIntrinsic`: the camera matrix, column by column,
+/// without distortion.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let lens = match exported.coefficients() {
         Coefficients::None => {

@@ -2,10 +2,11 @@ use std::fmt::Write;
 
 use super::{Coefficients, ExportedCamera, number::number, number::numbers};
 
-/// The calibration as OpenCV's `FileStorage` writes it: `camera_matrix`, `distortion_coefficients` and the picture's size.
+/// The calibration in OpenCV's `FileStorage` format: `camera_matrix`, `distortion_coefficients` and
+/// the picture's size.
 ///
-/// The coefficients are `k1 k2 p1 p2 k3`, with `k4 k5 k6` if the lens is rational. A fisheye lens has `k1 k2 k3 k4` of
-/// `cv::fisheye`, and `fisheye_model` says so, as in OpenCV's own sample.
+/// The coefficients are `k1 k2 p1 p2 k3`, with `k4 k5 k6` if the lens is rational. A fisheye lens
+/// has `k1 k2 k3 k4` of `cv::fisheye`, marked by `fisheye_model`, as in OpenCV's own sample.
 ///
 /// OpenCV counts pixels from the centre of the top-left one, as we do.
 pub fn opencv_yaml(exported: &ExportedCamera<'_>) -> String {
@@ -76,7 +77,7 @@ pub(super) fn json(exported: &ExportedCamera<'_>) -> String {
     )
 }
 
-/// What every kind of `FileStorage` holds.
+/// Contents common to all kinds of `FileStorage`.
 struct Stored {
     /// Width and height.
     size: [u32; 2],

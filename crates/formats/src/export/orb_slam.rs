@@ -2,8 +2,9 @@ use std::fmt::Write;
 
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number};
 
-/// Camera settings of ORB-SLAM3 1.0: `PinHole` with `k1 k2 p1 p2` and `k3` if it isn't zero, or `KannalaBrandt8` with
-/// `k1 k2 k3 k4`. Pictures per second and the order of colours are left to the person: a calibration doesn't know them.
+/// Camera settings of ORB-SLAM3 1.0: `PinHole` with `k1 k2 p1 p2` and `k3` unless zero, or
+/// `KannalaBrandt8` with `k1 k2 k3 k4`. Pictures per second and the order of colours are left to
+/// the person: a calibration doesn't know them.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let (model, coefficients) = match exported.coefficients() {
         Coefficients::None => ("PinHole", [0.0; 5]),

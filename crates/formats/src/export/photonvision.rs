@@ -1,6 +1,7 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 
-/// The calibration as PhotonVision imports it: `LENSMODEL_OPENCV8`, coefficients that the lens hasn't at zero.
+/// The calibration in PhotonVision's import format: `LENSMODEL_OPENCV8`, with absent coefficients
+/// at zero.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let [k1, k2, p1, p2, k3, k4, k5, k6] = match exported.coefficients() {
         Coefficients::None => [0.0; 8],

@@ -1,11 +1,12 @@
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number};
 
-/// The calibration as RealityCapture's XMP sidecar, without a pose: `perspective`, `brown3`, or `brown3t2` with tangential
-/// distortion.
+/// The calibration as RealityCapture's XMP sidecar, without a pose: `perspective`, `brown3`, or
+/// `brown3t2` with tangential distortion.
 ///
-/// Focal length and principal point are in units of the longer side, the focal length of a film 36 wide; the principal
-/// point counts from the middle, with pixels from the corner of the top-left one. `t1` and `t2` are OpenCV's `p2` and `p1`.
-/// RealityCapture knows the size from the picture; for other readers, it's in XMP's own fields for it.
+/// Focal length and principal point are in units of the longer side, the focal length of a film 36
+/// wide; the principal point counts from the middle, with pixels from the corner of the top-left
+/// one. `t1` and `t2` are OpenCV's `p2` and `p1`. RealityCapture knows the size from the picture;
+/// for other readers, it's in XMP's own fields for it.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let [k1, k2, p1, p2, k3] = match exported.coefficients() {
         Coefficients::None => [0.0; 5],

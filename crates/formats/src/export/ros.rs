@@ -3,11 +3,11 @@ use std::fmt::Write;
 use super::{Coefficients, ExportedCamera, number::numbers};
 use boresight_geometry::frame::ImageSize;
 
-/// A calibration as `sensor_msgs/msg/CameraInfo` of ROS 2 holds it: `plumb_bob` with `k1 k2 p1 p2 k3`, `rational_polynomial`
-/// with `k1 k2 p1 p2 k3 k4 k5 k6`, or `equidistant` with `k1 k2 k3 k4`.
+/// A calibration as `sensor_msgs/msg/CameraInfo` of ROS 2: `plumb_bob` with `k1 k2 p1 p2 k3`,
+/// `rational_polynomial` with `k1 k2 p1 p2 k3 k4 k5 k6`, or `equidistant` with `k1 k2 k3 k4`.
 ///
-/// The rectification is the identity and the projection the camera matrix, as for a camera on its own. ROS counts pixels from
-/// the centre of the top-left one, as we do.
+/// The rectification is the identity and the projection the camera matrix, as for a single camera.
+/// ROS counts pixels from the centre of the top-left one, as we do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RosCameraInfo {
     image_size: ImageSize,
@@ -40,8 +40,8 @@ impl RosCameraInfo {
         [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
     }
 
-    /// The message in the Common Data Representation, the lower byte first, with the stamp and the frame of the picture that
-    /// it belongs to; without its encapsulation header, which is [`Self::CDR_HEADER`].
+    /// The message in the Common Data Representation, the lower byte first, with the stamp and the
+    /// frame of the picture; without the encapsulation header [`Self::CDR_HEADER`].
     pub fn message(&self, stamp_nanos: u64, frame_id: &str) -> Vec<u8> {
         const SECOND: u64 = 1_000_000_000;
         let mut cdr = Cdr(Vec::new());
@@ -56,7 +56,7 @@ impl RosCameraInfo {
         cdr.numbers(&self.camera_matrix());
         cdr.numbers(&IDENTITY);
         cdr.numbers(&self.projection());
-        // Neither binning nor a region of interest: 0 stands for the whole picture.
+        // Neither binning nor a region of interest: 0 means the whole picture.
         for _ in 0..6 {
             cdr.whole(0);
         }
@@ -64,13 +64,13 @@ impl RosCameraInfo {
         cdr.0
     }
 
-    /// What stands before a message: its bytes are plain, the lower one first.
+    /// Encapsulation header of a message: plain bytes, the lower one first.
     pub const CDR_HEADER: [u8; 4] = [0, 1, 0, 0];
 }
 
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
-/// Bytes in the Common Data Representation: numbers stand at multiples of their size.
+/// Bytes in the Common Data Representation: numbers are aligned to multiples of their size.
 struct Cdr(Vec<u8>);
 
 impl Cdr {
@@ -97,7 +97,7 @@ impl Cdr {
     }
 }
 
-/// The calibration as ROS `camera_calibration_parsers` reads it, see [`RosCameraInfo`].
+/// The calibration for ROS `camera_calibration_parsers`, see [`RosCameraInfo`].
 pub fn ros_camera_info(exported: &ExportedCamera<'_>) -> String {
     let info = RosCameraInfo::of(exported);
     let mut yaml = String::new();
@@ -143,14 +143,16 @@ mod tests {
         }
     }
 
-    /// The length is that of the message which rclpy serialises for this lens; tests/sources reads one with rosbags.
+    /// The length is that of rclpy's message for the same lens; tests/sources reads one with
+    /// rosbags.
     #[test]
     fn a_message_holds_what_the_file_holds() {
         let exported = exported(0.0);
         let message = RosCameraInfo::of(&exported).message(7_000_000_005, "optical");
         let number = |at: usize| f64::from_le_bytes(*message[at..].first_chunk().expect("there"));
         assert_eq!(&message[..8], [7, 0, 0, 0, 5, 0, 0, 0]);
-        // 8 bytes of time, 12 of the name, 8 of the size, 14 of the model, 6 to the next multiple of 4 and 8.
+        // 8 bytes of time, 12 of the name, 8 of the size, 14 of the model, 6 to the next multiple
+        // of 4 and 8.
         let coefficients = 48;
         assert_eq!(number(coefficients), -0.3);
         assert_eq!(number(coefficients + 40), 1000.0 / 3.0, "fx");

@@ -2,8 +2,8 @@ use std::fmt::Write;
 
 use super::{Coefficients, ExportedCamera, NotExpressible, number::number};
 
-/// The camera file of VINS-Mono and VINS-Fusion (camodocal): `PINHOLE` with `k1 k2 p1 p2`, or `KANNALA_BRANDT`, whose
-/// `k2 k3 k4 k5` are OpenCV's fisheye `k1 k2 k3 k4`.
+/// The camera file of VINS-Mono and VINS-Fusion (camodocal): `PINHOLE` with `k1 k2 p1 p2`, or
+/// `KANNALA_BRANDT`, whose `k2 k3 k4 k5` are OpenCV's fisheye `k1 k2 k3 k4`.
 pub(super) fn write(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
     let pinhole = |[k1, k2, p1, p2]: [f64; 4]| {
         let [fx, fy, cx, cy] = exported.intrinsics();

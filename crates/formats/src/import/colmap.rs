@@ -4,7 +4,7 @@ use super::{
 };
 use boresight_geometry::LensKind;
 
-/// COLMAP's models, with their parameters.
+/// COLMAP's models, with the numbers of parameters.
 const MODELS: [(&str, usize); 7] = [
     ("SIMPLE_PINHOLE", 3),
     ("PINHOLE", 4),
@@ -22,7 +22,8 @@ fn cameras(text: &str) -> impl Iterator<Item = Vec<&str>> {
         .map(|line| line.split_ascii_whitespace().collect())
 }
 
-/// True if the first line with anything in it is a camera of `cameras.txt`: a number, a model in capitals, numbers.
+/// True if the first nonempty line is a camera of `cameras.txt`: a number, a model in capitals,
+/// numbers.
 pub(super) fn recognises(text: &str) -> bool {
     let is_number = |word: &&str| word.parse::<f64>().is_ok();
     let is_name =
@@ -36,7 +37,8 @@ pub(super) fn recognises(text: &str) -> bool {
     })
 }
 
-/// Reads the first camera of COLMAP's `cameras.txt`, which counts pixels from the corner of the top-left one.
+/// Reads the first camera of COLMAP's `cameras.txt`, with pixels counted from the corner of the
+/// top-left pixel.
 pub(super) fn read(text: &str) -> Result<OldCalibration, NotImported> {
     let words = cameras(text).next().unwrap_or_default();
     let [_, model, numbers @ ..] = words.as_slice() else {
@@ -53,7 +55,7 @@ pub(super) fn read(text: &str) -> Result<OldCalibration, NotImported> {
     if values.len() != count {
         return Err(missing);
     }
-    // The first models have one focal length, and Brown's with k1 and k2 alone.
+    // The first models have a single focal length, and Brown's with k1 and k2 alone.
     let f_count =
         if matches!(*model, "SIMPLE_PINHOLE" | "SIMPLE_RADIAL" | "RADIAL") { 1 } else { 2 };
     let (f, rest) = values.split_at(f_count);

@@ -6,8 +6,8 @@ use super::{
 };
 use boresight_geometry::LensKind;
 
-/// Reads the first camera of a Kalibr camchain: `pinhole` with `radtan` (k1 k2 p1 p2), `equidistant`
-/// (k1 k2 k3 k4) or no distortion.
+/// Reads the first camera of a Kalibr camchain: `pinhole` with `radtan` (k1 k2 p1 p2),
+/// `equidistant` (k1 k2 k3 k4) or no distortion.
 pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     let camera = &tree["cam0"];
     let missing = |name, wanted| NotImported::Missing { name, wanted };

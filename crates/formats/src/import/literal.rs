@@ -1,14 +1,14 @@
-//! The subset of Python's literals that mrcal writes: dictionaries, lists, tuples, strings, bytes, numbers,
-//! `None`, `True`, `False`, and comments. Nothing is evaluated.
+//! The subset of Python's literals in mrcal's files: dictionaries, lists, tuples, strings, bytes,
+//! numbers, `None`, `True`, `False`, and comments. Nothing is evaluated.
 
 use serde_json::{Map, Number, Value};
 
 use super::old_calibration::NotImported;
 
-/// Deepest nesting that is read.
+/// Deepest nesting allowed.
 const MAX_DEPTH: usize = 32;
 
-/// Parses one literal and nothing behind it.
+/// Parses a single literal up to the end of the text.
 pub(super) fn parse(text: &str) -> Result<Value, NotImported> {
     let mut parser = Parser { text, at: 0 };
     let value = parser.value(0)?;
@@ -74,7 +74,8 @@ impl<'a> Parser<'a> {
         Ok(items)
     }
 
-    /// A string in quotes, on one line, without escapes: mrcal's keys, names and base-85 data need none.
+    /// A string in quotes, on a line, without escapes: mrcal's keys, names and base-85 data need
+    /// none.
     fn string(&mut self) -> Result<String, NotImported> {
         let quote = &self.rest()[..1];
         let body = &self.rest()[1..];
@@ -120,7 +121,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// Takes `wanted` if it comes next.
+    /// Takes `wanted` if next.
     fn take(&mut self, wanted: char) -> bool {
         let there = self.peek() == Some(wanted);
         if there {

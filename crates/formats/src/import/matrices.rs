@@ -6,11 +6,13 @@ use super::{
 };
 use boresight_geometry::LensKind;
 
-/// Reads files of OpenCV, its Python users and ROS: a camera matrix, coefficients and the picture's size.
+/// Reads files of OpenCV, Python programs and ROS: a camera matrix, coefficients and the picture's
+/// size.
 ///
-/// Names as in OpenCV's samples and tutorials through the years, as Python programs dump them (`K`, `dist`), and
-/// as in the ROS message. ROS files without a `distortion_model` are `plumb_bob`, as ROS itself reads them. OpenCV's own
-/// sample marks the coefficients of `cv::fisheye` by `fisheye_model`, ROS by `equidistant`.
+/// Names as in OpenCV's samples and tutorials through the years, as dumped by Python programs (`K`,
+/// `dist`), and as in the ROS message. ROS files without a `distortion_model` are `plumb_bob`, as
+/// for ROS itself. OpenCV's own sample marks the coefficients of `cv::fisheye` by `fisheye_model`,
+/// ROS by `equidistant`.
 pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     let matrix = first(tree, &["cameramatrix", "intrinsicmatrix", "k", "mtx"])
         .ok_or(NotImported::UnknownFormat)?;
@@ -61,7 +63,7 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     Ok(old)
 }
 
-/// Kind of the named lens model. Refuses models that are not OpenCV's.
+/// Kind of the named lens model. Refuses models other than OpenCV's.
 fn lens_kind(tree: &Value, is_ros: bool) -> Result<LensKind, NotImported> {
     if let Some(model) = first(tree, &["distortionmodel"]) {
         return match model.as_str().filter(|_| is_ros) {

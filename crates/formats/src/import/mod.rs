@@ -1,31 +1,37 @@
-//! Reads calibrations that this and other programs wrote.
+//! Reads calibrations of boresight and other programs.
 //!
-//! | format | recognised by | holds in addition to lens and picture size |
+//! | format | recognised by | holds in addition |
 //! |---|---|---|
-//! | `boresight.calibration/1` (`own`) | its schema | covariance, where the boards were, verdict, board, source |
+//! | `boresight.calibration/1` (`own`) | its schema | covariance, outlines, verdict, board |
 //! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |
-//! | ROS `camera_info` (`matrices`) | a camera matrix, and a `distortion_model`, `camera_name` or `projection_matrix` | – |
-//! | Kalibr camchain (`kalibr`) | `cam0` | how many cameras there are |
+//! | ROS `camera_info` (`matrices`) | a camera matrix, and a name of ROS | – |
+//! | Kalibr camchain (`kalibr`) | `cam0` | number of cameras |
 //! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
 //! | OpenCV XML (`xml`, `matrices`) | `<opencv_storage>` | – |
 //! | Metashape (`xml`, `named`) | `<calibration>` | – |
-//! | RealityCapture XMP (`xml`, `named`) | `<x:xmpmeta>`; needs the picture's size in `tiff:` or `exif:` | – |
-//! | COLMAP `cameras.txt` (`colmap`) | a line of number, model, numbers | how many cameras there are |
+//! | RealityCapture XMP (`xml`, `named`) | `<x:xmpmeta>` | – |
+//! | COLMAP `cameras.txt` (`colmap`) | a line of number, model, numbers | number of cameras |
 //! | ORB-SLAM3 (`named`) | `Camera.type` | – |
 //! | `transforms.json` (`named`) | `fl_x` | – |
-//! | Basalt (`named`) | `value0` | how many cameras there are |
+//! | Basalt (`named`) | `value0` | number of cameras |
 //! | VINS (`named`) | `model_type` | – |
 //! | PhotonVision (`named`) | `cameraIntrinsics` | – |
 //! | Gyroflow (`named`) | `fisheye_params` | – |
-//! | Open3D (`named`) | `intrinsic_matrix` as one list, without distortion | – |
+//! | Open3D (`named`) | `intrinsic_matrix` as one list | – |
 //!
 //! ```text
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, as this program does, so
-//! numbers are kept bit for bit. COLMAP, `transforms.json`, Metashape and RealityCapture count from elsewhere: there the principal point
-//! is rounded once. A lens that needs more than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in, numbers go out; nothing here opens a file.
+//! boresight's own file also holds the source. The names of ROS are `distortion_model`,
+//! `camera_name` and `projection_matrix`. RealityCapture's XMP needs the picture's size in `tiff:`
+//! or `exif:`; Open3D's file has no distortion.
+//!
+//! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, like
+//! boresight, so numbers are kept bit for bit. COLMAP, `transforms.json`, Metashape and
+//! RealityCapture count from elsewhere: there the principal point is rounded once. A lens with more
+//! coefficients than k1, k2, p1, p2, k3, k4, k5, k6 is refused, never truncated. Text comes in,
+//! numbers go out; nothing here opens a file.
 
 mod colmap;
 mod kalibr;
@@ -41,10 +47,11 @@ mod xml;
 
 pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
 
-/// Longest text that is read. A calibration has kilobytes; mrcal's, with every observation, has megabytes.
+/// Longest text allowed. A calibration has kilobytes; mrcal's, with every observation, has
+/// megabytes.
 pub const MAX_BYTES: usize = 16 << 20;
 
-/// Reads a calibration in any of the formats, recognised by its content.
+/// Reads a calibration in any of the formats, recognised by content.
 ///
 /// # Errors
 ///

@@ -6,7 +6,8 @@ use super::{
 };
 use boresight_geometry::LensKind;
 
-/// Reads an mrcal `.cameramodel`: `LENSMODEL_PINHOLE` and `LENSMODEL_OPENCV…`. The camera's pose is ignored.
+/// Reads an mrcal `.cameramodel`: `LENSMODEL_PINHOLE` and `LENSMODEL_OPENCV…`. The camera's pose is
+/// ignored.
 pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     let missing = |name, wanted| NotImported::Missing { name, wanted };
     let model =

@@ -1,4 +1,5 @@
-//! Formats that name each of their numbers: ORB-SLAM3, `transforms.json`, Metashape, RealityCapture, Basalt, VINS, Gyroflow.
+//! Formats with named numbers: ORB-SLAM3, `transforms.json`, Metashape, RealityCapture, Basalt,
+//! VINS, Gyroflow.
 
 use serde_json::Value;
 
@@ -18,7 +19,7 @@ fn number(tree: &Value, name: &'static str) -> Result<f64, NotImported> {
     number.ok_or(NotImported::Missing { name, wanted: NUMBER })
 }
 
-/// The number under `name`, 0 where there is none.
+/// The number under `name`, 0 if missing.
 fn or_zero(tree: &Value, name: &'static str) -> Result<f64, NotImported> {
     if tree.get(name).is_none() { Ok(0.0) } else { number(tree, name) }
 }
@@ -39,7 +40,7 @@ fn other_model<T>(found: &str) -> Result<T, NotImported> {
     Err(NotImported::Model { found: found.into() })
 }
 
-/// A coefficient that the format has and we don't.
+/// Refuses unsupported coefficients of the format unless zero.
 fn only_zero(tree: &Value, names: &[&'static str]) -> Result<(), NotImported> {
     for name in names {
         let value = or_zero(tree, name)?;
@@ -50,7 +51,7 @@ fn only_zero(tree: &Value, names: &[&'static str]) -> Result<(), NotImported> {
     Ok(())
 }
 
-/// A lens of Brown's model or OpenCV's fisheye, of the coefficients that a file names.
+/// A lens of Brown's model or OpenCV's fisheye, from named coefficients of a file.
 enum Named {
     Brown([f64; 5]),
     Fisheye([f64; 4]),
@@ -76,7 +77,8 @@ impl Named {
     }
 }
 
-/// ORB-SLAM3's settings, of version 1.0 (`Camera1.fx`) and before (`Camera.fx`). The first camera is read.
+/// ORB-SLAM3's settings, of version 1.0 (`Camera1.fx`) and before (`Camera.fx`). The first camera
+/// is read.
 pub(super) fn orb_slam(tree: &Value) -> Result<OldCalibration, NotImported> {
     let model = tree["Camera.type"].as_str().unwrap_or_default();
     let under = |prefix: &str| {
@@ -95,7 +97,8 @@ pub(super) fn orb_slam(tree: &Value) -> Result<OldCalibration, NotImported> {
     lens.calibration(OldFormat::OrbSlam3, all(&numbers, INTRINSICS, number)?, size)
 }
 
-/// `transforms.json` of Nerfstudio and instant-ngp. They count pixels from the corner of the top-left one.
+/// `transforms.json` of Nerfstudio and instant-ngp. They count pixels from the corner of the
+/// top-left one.
 pub(super) fn nerf(tree: &Value) -> Result<OldCalibration, NotImported> {
     let lens = match tree["camera_model"].as_str().unwrap_or("OPENCV") {
         "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" => {
@@ -113,7 +116,8 @@ pub(super) fn nerf(tree: &Value) -> Result<OldCalibration, NotImported> {
     lens.calibration(OldFormat::Nerf, [fx, fy, cx - 0.5, cy - 0.5], size)
 }
 
-/// Metashape's `<calibration>`. It counts from the picture's middle, with pixels from the corner of the top-left one.
+/// Metashape's `<calibration>`. It counts from the picture's middle, with pixels from the corner of
+/// the top-left one.
 pub(super) fn metashape(tree: &Value) -> Result<OldCalibration, NotImported> {
     only_zero(tree, &["b2", "p3", "p4", "skew"])?;
     let lens = match tree["projection"].as_str().unwrap_or_default() {
@@ -144,7 +148,7 @@ pub(super) fn realitycapture(tree: &Value) -> Result<OldCalibration, NotImported
         return Err(NotImported::Coefficient { coefficient, value: ratio.to_string() });
     }
     let model = tree["DistortionModel"].as_str().unwrap_or_default();
-    // Files of some programs leave out the coefficients that a model hasn't.
+    // Files of some programs leave out the coefficients absent from a model.
     let stated = super::numbers::list(&tree["DistortionCoeficients"]).unwrap_or_default();
     let mut coefficients = [0.0; 6];
     for (coefficient, stated) in coefficients.iter_mut().zip(&stated) {
@@ -218,7 +222,7 @@ pub(super) fn vins(tree: &Value) -> Result<OldCalibration, NotImported> {
     Ok(old)
 }
 
-/// A lens profile of Gyroflow, of its fisheye model.
+/// A lens profile of Gyroflow with the fisheye model.
 pub(super) fn gyroflow(tree: &Value) -> Result<OldCalibration, NotImported> {
     let missing = |name, wanted| NotImported::Missing { name, wanted };
     match tree["distortion_model"].as_str() {

@@ -5,19 +5,19 @@ use serde_json::Value;
 use super::old_calibration::NotImported;
 use boresight_geometry::{Camera, Distortion, LENS_PARAMETERS, LensKind, LensParameter};
 
-/// Coefficients in OpenCV's order, starting with the ones that we have.
+/// Coefficients in OpenCV's order, the supported ones first.
 const COEFFICIENTS: [&str; 14] =
     ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x", "tau_y"];
 
-/// The first of `names` that the object has, ignoring capitals and underscores.
+/// The first of `names` present in the object, ignoring capitals and underscores.
 pub(super) fn first<'a>(tree: &'a Value, names: &[&str]) -> Option<&'a Value> {
     let plain = |key: &str| key.replace('_', "").to_ascii_lowercase();
     let keys = tree.as_object()?;
     names.iter().find_map(|name| keys.iter().find(|(key, _)| plain(key) == **name).map(|(_, v)| v))
 }
 
-/// A list of numbers: a list, a list of equally long rows, or a matrix with `data`. `None` if anything in it is no number
-/// or `rows` and `cols` say another count.
+/// A list of numbers: a list, a list of equally long rows, or a matrix with `data`. `None` if
+/// anything in it is no number or `rows` and `cols` give another count.
 pub(super) fn list(value: &Value) -> Option<Vec<f64>> {
     if let Some(data) = value.get("data").filter(|data| data.is_array()) {
         let numbers = list(data)?;
@@ -47,7 +47,7 @@ pub(super) fn exactly<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list(value)?.try_into().ok()
 }
 
-/// A pinhole with these `fx fy cx cy`.
+/// A pinhole with the given `fx fy cx cy`.
 fn pinhole([fx, fy, cx, cy]: [f64; 4]) -> Camera {
     Camera { f_px: [fx, fy].into(), ..Camera::pinhole(fx, [cx, cy].into()) }
 }
@@ -62,7 +62,7 @@ pub(super) fn fisheye_lens(
     Camera { distortion, ..pinhole(intrinsics) }.lens_parameters()
 }
 
-/// Lens parameters of `fx fy cx cy` and OpenCV's coefficients, however many the format has.
+/// Lens parameters of `fx fy cx cy` and OpenCV's coefficients, of any number.
 pub(super) fn lens(
     intrinsics: [f64; 4],
     coefficients: &[f64],

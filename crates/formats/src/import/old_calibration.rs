@@ -1,4 +1,4 @@
-//! A calibration read from a file of any format, and why a file is refused.
+//! A calibration read from a file of any format, and reasons for refusing a file.
 
 use crate::named_covariance::LensCovariance;
 use boresight_calibrate::Verdict;
@@ -10,33 +10,34 @@ use boresight_geometry::{
 /// A calibration read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OldCalibration {
-    /// The file's format.
+    /// Format of the file.
     pub format: OldFormat,
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
-    /// Size of the picture that the lens belongs to.
+    /// Size of the picture behind the lens.
     pub image_size: ImageSize,
-    /// Covariance of the lens parameters, zero for those held fixed. Only this program's files state it.
+    /// Covariance of the lens parameters, zero for parameters held fixed. Only boresight's files
+    /// state it.
     pub covariance: Option<LensCovariance>,
     /// Outlines of the boards, in pixels; empty if the file holds none.
     pub outlines: Vec<BoardOutline>,
-    /// Root mean square reprojection residual, if the file says.
+    /// Root mean square reprojection residual, if stated.
     pub rms_px: Option<f64>,
-    /// The verdict, if the file states one.
+    /// The verdict, if stated.
     pub verdict: Option<Verdict>,
-    /// The board, if the file states one.
+    /// The board, if stated.
     pub board: Option<Checkerboard>,
-    /// Name of the camera, if the file states one: this program's `source`, ROS's `camera_name`, Kalibr's topic.
+    /// Name of the camera, if stated: boresight's `source`, ROS's `camera_name`, Kalibr's topic.
     pub source: Option<String>,
-    /// Values at which focus and zoom were locked, if the file states them.
+    /// Locked values of focus and zoom, if stated.
     pub locked: LockedLens,
-    /// True if each view has its own focal length and the camera's is their mean.
+    /// True if each view has an individual focal length and the camera's is their mean.
     pub focal_varies: bool,
-    /// Number of cameras in the file; this is the first.
+    /// Number of cameras in the file; the first was read.
     pub camera_count: usize,
 }
 
-/// Locked controls that the calibration depends on, in the driver's units.
+/// Locked controls with an effect on the calibration, in the driver's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LockedLens {
     /// Distance at which the lens is sharp.
@@ -45,10 +46,10 @@ pub struct LockedLens {
     pub zoom: Option<i64>,
 }
 
-/// Formats that can be read.
+/// Readable formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OldFormat {
-    /// This program's `boresight.calibration/1`.
+    /// boresight's own `boresight.calibration/1`.
     Own,
     /// Output of OpenCV's `FileStorage`: YAML, XML or JSON.
     OpenCv,
@@ -80,7 +81,7 @@ pub enum OldFormat {
     Open3d,
 }
 
-/// Why a text can't be used as a calibration.
+/// Reason for a text not to be usable as a calibration.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotImported {
     /// More than [`MAX_BYTES`](super::MAX_BYTES).
@@ -89,25 +90,25 @@ pub enum NotImported {
         /// Length in bytes.
         bytes: usize,
     },
-    /// None of the formats.
+    /// The text is in none of the formats.
     #[error("it is in none of the formats that can be read: {FORMATS}")]
     UnknownFormat,
-    /// The text breaks the rules of its format.
+    /// The text breaks the format's rules.
     #[error("not well formed: {reason}")]
     Malformed {
         /// The mistake in the file.
         reason: String,
     },
-    /// A later version of this program's own schema.
+    /// The schema is a later version of boresight's own.
     #[error("its schema is {found:?}, this version reads \"boresight.calibration/1\"")]
     Schema {
-        /// The schema named.
+        /// Schema in the file.
         found: String,
     },
     /// The session ended without a calibration.
     #[error("it holds no result")]
     NoResult,
-    /// A value is missing, no number, or not as many numbers as it should be.
+    /// A value is missing, no number, or of the wrong count of numbers.
     #[error("{name} is missing or not {wanted}")]
     Missing {
         /// Name in the file.
@@ -115,13 +116,13 @@ pub enum NotImported {
         /// The expected value.
         wanted: &'static str,
     },
-    /// A lens model that is none of OpenCV's.
+    /// The lens model is none of OpenCV's.
     #[error("its lens model is {found:?}; {KNOWN_LENS}")]
     Model {
-        /// The model named.
+        /// Lens model in the file.
         found: String,
     },
-    /// A coefficient beyond k1, k2, p1, p2, k3, k4, k5, k6 that is not zero.
+    /// A coefficient beyond k1, k2, p1, p2, k3, k4, k5, k6 is not zero.
     #[error("its lens has {coefficient} = {value}; {KNOWN_LENS}")]
     Coefficient {
         /// Name of the coefficient.
@@ -129,7 +130,7 @@ pub enum NotImported {
         /// Value of the coefficient, as text.
         value: String,
     },
-    /// Numbers that no camera has.
+    /// A number is impossible for a camera.
     #[error("{name} is {value}, which no camera has")]
     Nonsense {
         /// Name of the number.
@@ -167,7 +168,7 @@ impl OldFormat {
 }
 
 impl OldCalibration {
-    /// Checks what every format holds.
+    /// Checks the contents common to all formats.
     pub(super) fn new(
         format: OldFormat,
         kind: LensKind,

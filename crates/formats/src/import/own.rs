@@ -37,7 +37,8 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     Ok(old)
 }
 
-/// The doubt about coefficients held at zero moves with the others' doubt: without it, theirs would grow.
+/// Covariance of all parameters if given. The doubt about coefficients held at zero is correlated
+/// with the others' doubt: without it, theirs would grow.
 fn covariance(lens: &LensEntry) -> Option<LensCovariance> {
     let named = |named: &Option<NamedCovariance>| named.as_ref()?.full();
     named(&lens.covariance_all).or_else(|| named(&lens.covariance))

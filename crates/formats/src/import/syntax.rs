@@ -5,7 +5,7 @@ use super::{literal, old_calibration::NotImported};
 
 /// The tree behind `text`: JSON, YAML, or the Python literal of an mrcal `.cameramodel`.
 ///
-/// Depth and size are bounded by each parser. Numbers that are not finite come out as null.
+/// Depth and size are bounded by each parser. Infinite numbers and NaN become null.
 pub(super) fn parse(text: &str) -> Result<Value, NotImported> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let tree = if starts_with_brace(text) {
@@ -17,7 +17,7 @@ pub(super) fn parse(text: &str) -> Result<Value, NotImported> {
     if tree.is_object() { Ok(tree) } else { Err(NotImported::UnknownFormat) }
 }
 
-/// JSON, or mrcal's literal. JSON of older OpenCV has numbers such as `1.`, which only YAML allows.
+/// JSON, or mrcal's literal. JSON of older OpenCV has numbers such as `1.`, allowed in YAML only.
 fn braced(text: &str) -> Result<Value, NotImported> {
     let as_json = serde_json::from_str(text);
     if as_json.is_err() && text.contains("lensmodel") {
@@ -29,14 +29,14 @@ fn braced(text: &str) -> Result<Value, NotImported> {
 }
 
 fn yaml(text: &str) -> Result<Value, String> {
-    // Before version 5 OpenCV writes a first line that no version of YAML has.
+    // OpenCV before version 5 writes a first line invalid in every version of YAML.
     let body = match text.split_once('\n') {
         Some((first, rest)) if first.starts_with("%YAML") => rest,
         _ => text,
     };
-    // `rostopic echo` closes each message with the mark that opens the next.
+    // `rostopic echo` closes each message with the opening mark of the next.
     let body = body.trim_end().strip_suffix("\n---").unwrap_or(body);
-    // A number that isn't finite becomes null, which is refused only where a number is wanted.
+    // An infinite number or NaN becomes null, refused only in place of a required number.
     let options =
         serde_saphyr::options! { non_finite_float_policy: NonFiniteFloatPolicy::PassThrough };
     serde_saphyr::from_str_with_options(body, options).map_err(|err| {
@@ -46,7 +46,7 @@ fn yaml(text: &str) -> Result<Value, String> {
     })
 }
 
-/// True if the first thing that is no comment is a brace.
+/// True if the text starts with a brace, after comments.
 fn starts_with_brace(text: &str) -> bool {
     let mut lines = text.lines().map(str::trim_start);
     lines

@@ -5,13 +5,14 @@ use serde_json::{Map, Value};
 
 use super::old_calibration::NotImported;
 
-/// Most elements and texts in a file. A calibration has tens, OpenCV's with every corner has hundreds.
+/// Most elements and texts in a file. A calibration has tens, OpenCV's with every corner has
+/// hundreds.
 const MAX_NODES: u32 = 10_000;
-/// Deepest nesting that is read.
+/// Deepest nesting allowed.
 const MAX_DEPTH: usize = 32;
 
-/// The root element's name and what it holds. An element with elements is an object, one of numbers a number or a list,
-/// another one a text; an element that comes twice counts once.
+/// Name and contents of the root element. An element with elements is an object, one of numbers a
+/// number or a list, another one a text; a repeated element counts once.
 pub(super) fn parse(text: &str) -> Result<(String, Value), NotImported> {
     let malformed = |reason: String| NotImported::Malformed { reason };
     let options =
@@ -25,7 +26,7 @@ pub(super) fn parse(text: &str) -> Result<(String, Value), NotImported> {
     Ok((name.to_owned(), tree))
 }
 
-/// What XMP describes: a property is an attribute or an element of `<rdf:Description>`.
+/// Properties in XMP: attributes or elements of `<rdf:Description>`.
 fn xmp(root: Node<'_, '_>) -> Option<Value> {
     let mut map = Map::new();
     let is_description = |node: &Node<'_, '_>| node.tag_name().name() == "Description";
