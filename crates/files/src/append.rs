@@ -1,4 +1,4 @@
-//! A file that only grows.
+//! A growing file.
 
 use std::{
     fs::File,
@@ -12,7 +12,7 @@ use super::{
     plain::{file_or_nothing, options, other_than_file},
 };
 
-/// A file that is appended to.
+/// A file for appending.
 #[derive(Debug)]
 pub struct Appending {
     file: File,
@@ -20,7 +20,7 @@ pub struct Appending {
 }
 
 impl Appending {
-    /// Creates an empty file at `path`, synced. Its name lasts once the folder is synced, too.
+    /// Creates an empty file at `path`, synced. The name is safe once the folder is synced, too.
     ///
     /// # Errors
     ///

@@ -1,4 +1,5 @@
-//! Log of changes to the disk, in order, for tests that rebuild each state that a power cut may leave.
+//! Log of changes to the disk, in order, for tests that rebuild each possible state after a power
+//! cut.
 
 use std::path::Path;
 
@@ -49,7 +50,7 @@ mod listening {
 
     static LOGS: Mutex<Vec<(PathBuf, Vec<LoggedChange>)>> = Mutex::new(Vec::new());
 
-    /// The changes in one folder, from any thread, while this value lives.
+    /// The changes in a folder, from any thread, during the life of the value.
     #[derive(Debug)]
     pub struct DiskLog {
         root: PathBuf,

@@ -1,11 +1,11 @@
-//! Why a file couldn't be read or written.
+//! Errors of reading and writing files.
 
 use std::{io, path::Path, path::PathBuf};
 
-/// Why a file couldn't be read or written.
+/// Error of reading or writing a file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The system refused to read it.
+    /// The system refused to read the file.
     #[error("could not read {path:?}")]
     Read {
         /// The system's error.
@@ -13,7 +13,7 @@ pub enum FileError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// The system refused to write it.
+    /// The system refused to write the file.
     #[error("could not write {path:?}")]
     Write {
         /// The system's error.
@@ -27,23 +27,23 @@ pub enum FileError {
         /// Path of the file.
         path: PathBuf,
     },
-    /// Something else than a file stands there.
+    /// The entry is no file.
     #[error("this is {what}, not a file: {path:?}")]
     NotAFile {
-        /// Kind of directory entry, with its article.
+        /// Kind of directory entry, with an article.
         what: &'static str,
         /// The path.
         path: PathBuf,
     },
-    /// The file is larger than any of its kind.
+    /// The file is too large.
     #[error("larger than {limit_bytes} bytes: {path:?}")]
     TooLarge {
-        /// The largest that is read.
+        /// Size limit in bytes.
         limit_bytes: u64,
         /// Path of the file.
         path: PathBuf,
     },
-    /// The file holds a secret, and others may read it.
+    /// The file holds a secret, and others may read the file.
     #[error("others can read this secret: {path:?}")]
     NotPrivate {
         /// Path of the file.
@@ -58,12 +58,12 @@ pub enum FileError {
 }
 
 impl FileError {
-    /// Turns what the system said while reading `path` into an error.
+    /// Turns a system error while reading `path` into an error.
     pub fn reading(path: &Path) -> impl Fn(io::Error) -> Self {
         move |source| Self::Read { source, path: path.to_path_buf() }
     }
 
-    /// Turns what the system said while writing `path` into an error.
+    /// Turns a system error while writing `path` into an error.
     pub fn writing(path: &Path) -> impl Fn(io::Error) -> Self {
         move |source| Self::Write { source, path: path.to_path_buf() }
     }

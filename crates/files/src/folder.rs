@@ -11,10 +11,10 @@ use super::{
     disk_log::{Change, note},
 };
 
-/// Prefix of the names of files and folders that are not complete yet.
+/// Prefix of the names of incomplete files and folders.
 pub const UNFINISHED: &str = ".boresight-";
 
-/// Creates the folder `path` with those above it; the names of new ones last.
+/// Creates the folder `path` and missing parents, and syncs the new names.
 ///
 /// # Errors
 ///
@@ -38,8 +38,8 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     if path.is_dir() { Ok(()) } else { Err(writing(io::ErrorKind::NotADirectory.into())) }
 }
 
-/// Makes the names in `folder` last: without this, a power cut could lose a new name itself. Only Unix opens folders as
-/// files.
+/// Syncs the names in `folder`: without this, a power cut could lose a new name itself. Only Unix
+/// opens folders as files.
 ///
 /// # Errors
 ///
@@ -53,7 +53,7 @@ pub fn sync_folder(folder: &Path) -> Result<(), FileError> {
     Ok(())
 }
 
-/// True if `path` is a folder itself, not a link to one.
+/// True if `path` is a folder, not a link to a folder.
 pub fn is_own_folder(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|found| found.is_dir())
 }
@@ -84,7 +84,7 @@ fn parent(path: &Path) -> &Path {
     }
 }
 
-/// A new folder that appears under its name once it's complete. Dropped before that, it's removed.
+/// A new folder, visible under the final name when complete. Removed if dropped before.
 #[derive(Debug)]
 pub struct Draft {
     folder: tempfile::TempDir,
@@ -112,12 +112,12 @@ impl Draft {
         Ok(Self { folder, wanted: wanted.to_path_buf() })
     }
 
-    /// Path of the folder until it's complete.
+    /// Path of the folder until complete.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Gives it its name, which lasts.
+    /// Gives the folder the final name, and syncs the name.
     ///
     /// # Errors
     ///

@@ -1,6 +1,6 @@
-//! The only place that opens and writes files: those of a session, and those that a person names.
+//! The only place that opens and writes files: those of a session, and those named by a person.
 //!
-//! | | a session's files | files that a person names |
+//! | | a session's files | files named by a person |
 //! |---|---|---|
 //! | links | refused | followed to read, refused to replace |
 //! | devices, FIFOs, sockets, folders | refused | refused |
@@ -8,7 +8,8 @@
 //! | mode | by the umask; a replaced file keeps its mode | the same |
 //! | written | beside the target, synced, renamed, folder synced | the same |
 //!
-//! A session folder may come from somebody else: nothing in it may lead out of it, block, or fill the memory.
+//! A session folder may come from another person: nothing in it may lead out of it, block, or fill
+//! the memory.
 //!
 //! ```
 //! use boresight_files::{Links, Overwrite, read_text, save};
@@ -24,7 +25,7 @@
 //!
 //! The feature `disk-log` logs every change of the disk, for tests of power cuts.
 //!
-//! What isn't promised: off Unix, a link or device that replaces a file between the look at it and the opening is
+//! Limitation: off Unix, a link or device that replaces a file between the check and the opening is
 //! followed; on Unix, flags of the opening refuse it.
 
 #![forbid(unsafe_code)]

@@ -1,4 +1,4 @@
-//! A lock that a program holds while it changes a file.
+//! Lock of a file, held by a program during changes.
 
 use std::{
     ffi::OsString,
@@ -12,7 +12,7 @@ use super::{
     plain::{file_or_nothing, options},
 };
 
-/// The right to change a file, until it's dropped or the program ends.
+/// The right to change a file, until dropped or until the program ends.
 #[derive(Debug)]
 pub struct FileLock {
     _file: File,
@@ -20,9 +20,9 @@ pub struct FileLock {
 }
 
 impl FileLock {
-    /// Waits until no other program changes the file at `path` under this lock, and keeps others from it. The file itself is
-    /// replaced when it's written, so what is locked is an empty one beside it, `.NAME.lock`, which stays. On a file system
-    /// without locks, nobody waits.
+    /// Waits for the lock of the file at `path`, and takes the lock. The file itself is replaced on
+    /// writing, so the lock is an empty file beside it, `.NAME.lock`, which stays. On a file system
+    /// without locks, there is no waiting.
     ///
     /// # Errors
     ///
@@ -40,7 +40,7 @@ impl FileLock {
         }
     }
 
-    /// As [`Self::wait_for`], but `None` at once if another program has the lock.
+    /// Takes the lock like [`Self::wait_for`], but returns `None` at once if the lock is taken.
     ///
     /// # Errors
     ///
@@ -57,15 +57,15 @@ impl FileLock {
         }
     }
 
-    /// Gives the lock back, and removes its file. Only right once nobody acts on having this lock any more: who asks for it
-    /// later gets another one.
+    /// Releases the lock, and removes the lock file. Only correct if no program relies on the lock
+    /// any more: later requests get another file.
     pub fn finish(self) {
-        // A leftover is in nobody's way.
+        // A leftover is harmless.
         let _ = std::fs::remove_file(&self.beside);
     }
 }
 
-/// The empty file beside `path`, and its name.
+/// The empty file beside `path`, and the name.
 fn opened(path: &Path) -> Result<(File, PathBuf), FileError> {
     let beside = beside(path);
     file_or_nothing(&beside)?;

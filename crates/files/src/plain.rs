@@ -8,7 +8,7 @@ use std::{
 
 use super::FileError;
 
-/// Kind of a directory entry that is no file, with its article; `None` for a file.
+/// Kind of a directory entry other than a file, with an article; `None` for a file.
 pub(super) fn other_than_file(kind: FileType) -> Option<&'static str> {
     if kind.is_file() {
         return None;
@@ -47,7 +47,7 @@ pub(super) fn file_or_nothing(path: &Path) -> Result<bool, FileError> {
     }
 }
 
-/// Whether the open `file` still is what stands at `path`: nobody has renamed its folder and put another in its place.
+/// True if the open `file` is still at `path`: its folder hasn't been renamed and replaced.
 #[cfg(unix)]
 pub fn is_still_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -58,13 +58,13 @@ pub fn is_still_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Off Unix, an open file keeps its folder from being renamed.
+/// Always true: off Unix, an open file keeps the folder from being renamed.
 #[cfg(not(unix))]
 pub fn is_still_at(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Options of an opening that never waits for another program, and that refuses links if `refuse_links`.
+/// Options to open without waiting for another program; links are refused if `refuse_links`.
 pub(super) fn options(refuse_links: bool) -> OpenOptions {
     #[cfg_attr(not(unix), expect(unused_mut, reason = "the flags are those of Unix"))]
     let mut options = OpenOptions::new();

@@ -1,6 +1,6 @@
-//! What a parser of TOML says of a wrong value, in words for people.
+//! Messages of TOML parsers about wrong values, in words for people.
 
-/// The types that Rust calls otherwise than people do.
+/// Types with other names in Rust than in plain words.
 const TYPES: [(&str, &str); 11] = [
     ("f64", "a number"),
     ("u64", WHOLE_POSITIVE),
@@ -16,7 +16,7 @@ const TYPES: [(&str, &str); 11] = [
 ];
 const WHOLE_POSITIVE: &str = "a whole number from 0";
 
-/// A parser's `message` without Rust's names of types, and in one line if it's about a value.
+/// A parser's `message` without Rust's names of types, and in a single line if about a value.
 pub fn plain_words(message: &str) -> String {
     let message = message.trim_end().replace("\nin ", " in ");
     let Some(wrong) = message.strip_prefix("invalid ") else { return message };

@@ -1,16 +1,16 @@
-//! Secrets that are kept in a file.
+//! Secrets in a file.
 
 use std::path::Path;
 
 use super::{FileError, Links, Overwrite, plain::file_or_nothing, read_text, save::save_with_mode};
 
-/// Text of the file at `path`, which nobody but its owner may read. If there is no file, stores and returns `fresh`; of
-/// several programs that store at once, all return the text of the first.
+/// Text of the file at `path`, readable by the owner only. Without a file, stores and returns
+/// `fresh`; if several programs store at once, all return the text of the first.
 ///
 /// # Errors
 ///
-/// [`FileError::NotPrivate`] if others may read the file; as [`read_text`] and [`super::save()`]. Links are
-/// refused.
+/// [`FileError::NotPrivate`] if others may read the file; as [`read_text`] and [`super::save()`].
+/// Links are refused.
 pub fn read_or_make_private(
     path: &Path,
     limit_bytes: u64,

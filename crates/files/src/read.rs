@@ -1,4 +1,4 @@
-//! Reads files whose size is bounded.
+//! Reads files of bounded size.
 
 use std::{
     fs::File,
@@ -11,15 +11,15 @@ use super::{
     plain::{file_or_nothing, options, other_than_file},
 };
 
-/// The largest text that is read whole: settings, scenes, corner tables, calibrations.
+/// Size limit of a text read whole: settings, scenes, corner tables, calibrations.
 pub const TEXT_LIMIT: u64 = 256 << 20;
 
 /// Treatment of a symbolic link at the path itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Links {
-    /// Yes: a person named the file.
+    /// Follow links: a person named the file.
     Followed,
-    /// No: the file is a session's.
+    /// Refuse links: the file is a session's.
     Refused,
 }
 
@@ -61,7 +61,7 @@ pub fn read(path: &Path, limit_bytes: u64, links: Links) -> Result<Vec<u8>, File
         return Err(too_large());
     }
     let mut bytes = Vec::with_capacity(size as usize);
-    // It may grow while it's read.
+    // The file may grow while being read.
     file.take(limit_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(&reading)?;
     if bytes.len() as u64 > limit_bytes { Err(too_large()) } else { Ok(bytes) }
 }
@@ -79,7 +79,7 @@ pub fn read_text(path: &Path, limit_bytes: u64, links: Links) -> Result<String, 
     String::from_utf8(bytes).map_err(|_| FileError::NotText { path: path.to_path_buf() })
 }
 
-/// The lines of a file, one after the other, in the same buffer.
+/// The lines of a file, in order, in a common buffer.
 #[derive(Debug)]
 pub struct LineReader {
     reader: BufReader<File>,
@@ -88,7 +88,8 @@ pub struct LineReader {
 }
 
 impl LineReader {
-    /// Opens the file at `path`. A line longer than `limit_bytes` comes in pieces without a line break.
+    /// Opens the file at `path`. A line longer than `limit_bytes` comes in pieces without a line
+    /// break.
     ///
     /// # Errors
     ///
@@ -98,7 +99,7 @@ impl LineReader {
         Ok(Self { reader, limit_bytes, path: path.to_path_buf() })
     }
 
-    /// Reads the next line into `line`, its line break included; false at the end of the file.
+    /// Reads the next line into `line`, including the line break; false at the end of the file.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Writes whole files so that they are either the old or the new ones, never half of one.
+//! Writes whole files atomically: either the old or the new contents, never half of them.
 
 use std::{
     io,
@@ -19,11 +19,11 @@ use super::{
 pub enum Overwrite {
     /// Refuse with [`FileError::Exists`].
     Never,
-    /// Replace it, if it's a file; it keeps its mode. A link is refused, not followed.
+    /// Replace the file, with an unchanged mode. A link is refused, not followed.
     Allowed,
 }
 
-/// Checks, before any work is done, that [`save`] could write a file at `path`, as far as can be told.
+/// Checks, before any work is done, if [`save`] could write a file at `path`, as far as possible.
 ///
 /// # Errors
 ///
@@ -52,13 +52,14 @@ fn folder_of(path: &Path) -> &Path {
 ///
 /// # Errors
 ///
-/// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; what was at `path` is then untouched.
+/// [`FileError::Exists`], [`FileError::NotAFile`] or [`FileError::Write`]; the contents of `path`
+/// are then untouched.
 pub fn save(path: &Path, bytes: &[u8], overwrite: Overwrite) -> Result<(), FileError> {
-    // The umask takes away what the person doesn't want to share.
+    // The umask removes the permissions a person doesn't share.
     save_with_mode(path, bytes, overwrite, 0o666)
 }
 
-/// Saves as [`save`] does; a new file has `mode`, less what the umask takes away.
+/// Saves like [`save`]; a new file has `mode`, less the umask.
 pub(super) fn save_with_mode(
     path: &Path,
     bytes: &[u8],
@@ -68,7 +69,7 @@ pub(super) fn save_with_mode(
     save_pieces(path, overwrite, mode, |piece| piece(bytes))
 }
 
-/// Removes a file, if it's there. A link or anything else isn't touched.
+/// Removes a file, if present. A link or anything else isn't touched.
 ///
 /// # Errors
 ///
@@ -81,7 +82,7 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Copies the file at `from`, of any length, to `path`, as [`save`] writes.
+/// Copies the file at `from`, of any length, to `path`, written like [`save`].
 ///
 /// # Errors
 ///
@@ -107,11 +108,12 @@ pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileEr
     unread.map_or(saved, Err)
 }
 
-/// Writes the output of `fill`, of any length, as [`save`] does. If `fill` fails, the old contents of `path` stay.
+/// Writes the output of `fill`, of any length, like [`save`]. If `fill` fails, the old contents of
+/// `path` stay.
 ///
 /// # Errors
 ///
-/// What `fill` fails with, or as [`save`].
+/// The error of `fill`, or as [`save`].
 pub fn save_streamed<T, E: From<FileError>>(
     path: &Path,
     overwrite: Overwrite,
@@ -133,10 +135,10 @@ pub fn save_streamed<T, E: From<FileError>>(
     }
 }
 
-/// Takes the next bytes of a file that is written in pieces.
+/// Writes the next bytes of a file in pieces.
 type Piece<'a> = dyn FnMut(&[u8]) -> io::Result<()> + Send + 'a;
 
-/// A file while it's written: see [`save_streamed`].
+/// A file during writing: see [`save_streamed`].
 pub struct FileStream<'a> {
     piece: &'a mut Piece<'a>,
 }
@@ -152,7 +154,7 @@ impl io::Write for FileStream<'_> {
     }
 }
 
-/// Writes the pieces that `fill` hands over, one after the other.
+/// Writes the pieces from `fill`, in order.
 fn save_pieces(
     path: &Path,
     overwrite: Overwrite,

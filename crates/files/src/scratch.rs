@@ -1,4 +1,4 @@
-//! Files that are needed for a while only.
+//! Temporary files.
 
 use std::{
     fs::{self, File},
@@ -8,7 +8,7 @@ use std::{
 
 use super::FileError;
 
-/// A new folder that only its owner can look into, removed with its contents when dropped. After a killed program it's
+/// A new folder for the owner only, removed with all contents on drop. After a killed program it's
 /// left below the system's folder for temporary files. Nothing in it is synced.
 #[derive(Debug)]
 pub struct Scratch {
@@ -34,7 +34,7 @@ impl Scratch {
         self.folder.path()
     }
 
-    /// Makes a new file, and the folders above it.
+    /// Makes a new file, and missing folders above.
     ///
     /// # Errors
     ///
@@ -50,7 +50,7 @@ impl Scratch {
         })
     }
 
-    /// Removes a file, or a folder with all that it holds, if it's there.
+    /// Removes a file, or a folder with all contents, if present.
     ///
     /// # Errors
     ///
