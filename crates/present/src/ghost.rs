@@ -1,21 +1,22 @@
-//! The board as it should be held, as a card in space: pixels of its parts, and the closeness of a live board.
+//! The requested pose of the board as a card in space: pixels of its parts, and closeness of the
+//! live board.
 
 use nalgebra::{Isometry3, Point2, Point3};
 
 use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose, frame::ImageSize};
 
-/// White around the outer squares, in squares.
+/// White margin around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
-/// Points on each side of the card: a lens bends it, and a fisheye lens more.
+/// Points per side of the card; a lens bends its sides, a fisheye lens most.
 const RIM_STEPS: usize = 4;
 const FISHEYE_RIM_STEPS: usize = 12;
-/// Length of the arrow, relative to the way from the middle to the edge, and how far it bends aside.
+/// Length of the arrow relative to the distance from centre to edge, and its sideways bend.
 const ARROW: [f64; 2] = [0.8, 0.35];
-/// Parts of each side that are looked for in the picture.
+/// Parts per side tested against the picture's edge.
 const PARTS: usize = 16;
 
-/// How near the live corners are to the ghost's: 0 at half a board's width away or farther, 1 on it.
-/// `None` unless both are all corners of `board`.
+/// Closeness of the live corners to the ghost's: 0 from half a board's width away, 1 on it. `None`
+/// unless both are all corners of `board`.
 pub fn closeness(
     live_px: &[Point2<f64>],
     ghost_px: &[Point2<f64>],
@@ -37,24 +38,25 @@ pub fn closeness(
     Some((1.0 - 2.0 * off_px / span_px).clamp(0.0, 1.0) as f32)
 }
 
-/// The card in space, in front of the lens that shows it.
+/// Card in space, in front of the lens that shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct Card {
     cam_from_board: Isometry3<f64>,
     lens: Camera,
-    /// Half its width and height, with the white margin.
+    /// Half width and half height, with the white margin.
     half_m: [f64; 2],
-    /// Half the width and height of the inner corners.
+    /// Half width and half height of the inner corners.
     inner_half_m: [f64; 2],
 }
 
 impl Card {
-    /// The card whose inner corners are seen at `corners_px`. `None` if their number isn't the board's, or no pose fits.
+    /// Card with its inner corners at `corners_px`. `None` if their number isn't the board's, or no
+    /// pose fits.
     pub fn new(corners_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
         if corners_px.len() != board.corner_count() {
             return None;
         }
-        // Four corners are exact enough for a drawing.
+        // Four corners are accurate enough for a drawing.
         let outer = board.target().rim();
         if !outer.iter().all(|at| corners_px[*at].iter().all(|px| px.is_finite())) {
             return None;
@@ -68,7 +70,8 @@ impl Card {
         Some(Self { cam_from_board, lens: *lens, half_m, inner_half_m })
     }
 
-    /// Pixel of a point on the board; a pinhole's beyond the radius at which the lens model folds back.
+    /// Pixel of a point on the board; without distortion beyond the radius at which the lens model
+    /// folds.
     fn px(&self, in_board_m: &Point3<f64>) -> Option<Point2<f64>> {
         let in_cam = self.cam_from_board * in_board_m;
         if !self.lens.distortion.kind.keeps_lines() {
@@ -89,7 +92,7 @@ impl Card {
         (self.cam_from_board * Point3::new(x_m, y_m, 0.0)).z
     }
 
-    /// Nearness of a point of the card to the camera: 0 for its farthest point, 1 for its nearest.
+    /// Nearness of a point of the card to the camera: 0 for the farthest point, 1 for the nearest.
     fn nearness(&self, x_m: f64, y_m: f64) -> f32 {
         let [half_x, half_y] = self.half_m;
         let depths_m = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
@@ -107,8 +110,8 @@ impl Card {
         self.px(&Point3::new(x_m, y_m, 0.0))
     }
 
-    /// Points around the card, clockwise from its first corner, as many on each side: pixel and nearness. `None` if one is
-    /// behind the camera.
+    /// Points around the card, clockwise from its first corner, equally many per side: pixel and
+    /// nearness. `None` if a point is behind the camera.
     pub fn rim(&self) -> Option<Vec<(Point2<f64>, f32)>> {
         let steps =
             if self.lens.distortion.kind.keeps_lines() { RIM_STEPS } else { FISHEYE_RIM_STEPS };
@@ -117,15 +120,17 @@ impl Card {
         around([-x, -y], [x, y], steps).map(near).collect()
     }
 
-    /// The card's four corners, clockwise: pixel and nearness. `None` if one is behind the camera.
+    /// The card's four corners, clockwise: pixel and nearness. `None` if a corner is behind the
+    /// camera.
     pub fn corners(&self) -> Option<[(Point2<f64>, f32); 4]> {
         let rim = self.rim()?;
         let side = rim.len() / 4;
         Some([rim[0], rim[side], rim[2 * side], rim[3 * side]])
     }
 
-    /// A curved arrow to the edge that should go away from the camera, for programs that draw a guide of their own. It ends at
-    /// the outermost inner corners; its bend keeps it from reading as a shift. Empty if the card faces the camera.
+    /// Curved arrow to the edge to tip away from the camera, for programs that draw their own
+    /// guide. The arrow ends at the outermost inner corners; its bend keeps it from reading as a
+    /// shift. Empty if the card faces the camera.
     pub fn arrow(&self) -> Vec<Point2<f64>> {
         let rotation = self.cam_from_board.rotation.to_rotation_matrix();
         let (x, y) = (rotation[(2, 0)], rotation[(2, 1)]);
@@ -141,20 +146,20 @@ impl Card {
             .filter_map(|i| {
                 let share = f64::from(i) / 16.0;
                 let along_m = reach_m - length_m * (1.0 - share);
-                // It arrives at a right angle.
+                // Arrives at a right angle.
                 let aside_m = bend_m * (1.0 - share) * (1.0 - share);
                 self.seen_px(x * along_m - y * aside_m, y * along_m + x * aside_m)
             })
             .collect()
     }
 
-    /// True if more than a quarter of the card's rim lies outside a picture of `image_size`: what is left doesn't tell which
-    /// edge is near.
+    /// True if more than a quarter of the card's rim lies outside a picture of `image_size`: the
+    /// rest doesn't show the near edge.
     pub fn lies_outside(&self, image_size: ImageSize) -> bool {
         self.share_outside(image_size) > 0.25
     }
 
-    /// Share of the card's rim that lies outside the picture, or behind the camera, 0 to 1.
+    /// Share of the card's rim outside the picture or behind the camera, 0 to 1.
     fn share_outside(&self, image_size: ImageSize) -> f64 {
         let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
         let [x, y] = self.half_m;

@@ -1,5 +1,5 @@
-//! What a person is shown and told after a decision, as one value. Window, phone, terminal, voice and the simulated
-//! person show it and nothing else, so that no two of them contradict each other.
+//! The instruction to a person after a decision, as one value. Window, phone, terminal, voice and
+//! the simulated person show nothing else, so they can't contradict each other.
 
 use boresight_guide::{
     guidance::Advice,
@@ -11,33 +11,33 @@ use crate::{
     text::{self, window::Gauge},
 };
 
-/// What a session is about at a moment, as a person would call it. It says what's on the picture.
+/// Moment of a session, in a person's terms. Determines the content of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Moment {
-    /// The board isn't found, or not well enough: the card alone.
+    /// No usable board found: the card alone.
     Search,
-    /// The board is on its way: the card, and the board's outline.
+    /// Board far from the requested pose: the card, and the board's outline.
     Approach,
-    /// The board is nearly there: the same.
+    /// Board close to the requested pose: drawn as in `Approach`.
     Match,
-    /// A view is about to be taken: the board's outline in green, and the ring that fills.
+    /// View about to be taken: the board's outline in green, and the ring filling up.
     Hold,
-    /// A view was taken: nothing.
+    /// View taken: nothing.
     Taken,
-    /// The person paused: nothing.
+    /// Paused: nothing.
     Rest,
-    /// Camera or picture need attention: nothing.
+    /// Camera or picture needs attention: nothing.
     Lost,
-    /// Another board than the chosen one is seen: nothing.
+    /// Board differs from the chosen one: nothing.
     OtherBoard,
-    /// The card leaves the picture, where a board is only followed to: the card alone.
+    /// Card leaves the picture, and the board is only followed: the card alone.
     BeyondEdge,
-    /// No view is asked for any more: nothing.
+    /// No further view requested: nothing.
     Done,
 }
 
-/// A movement of the board, with its direction on the screen.
+/// Movement of the board, with its direction on the screen.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Movement {
@@ -48,7 +48,7 @@ pub enum Movement {
     },
     /// Shift towards this angle, clockwise from the right.
     Shift {
-        /// Angle of the way.
+        /// Angle of the shift.
         towards_rad: f32,
     },
     /// Towards the camera.
@@ -57,29 +57,29 @@ pub enum Movement {
     Farther,
 }
 
-/// The one thing to do now, and everything that shows it.
+/// The next action, and everything needed to show it.
 #[derive(Clone, Debug)]
 pub struct Instruction {
     /// See [`Moment`].
     pub moment: Moment,
-    /// The board as it should be held; `None` when no pose is asked for.
+    /// Requested pose of the board; `None` without a request.
     pub card: Option<Card>,
-    /// The board as it's seen, if it's shown.
+    /// Board as seen, if it's shown.
     pub board: Option<Card>,
-    /// How near the board is to where it should be: see [`closeness`]; 1 in [`Moment::Hold`].
+    /// Closeness of the board to the requested pose, see [`closeness`]; 1 in [`Moment::Hold`].
     pub close: Option<f32>,
-    /// Share of the hold that has passed, 0 to 1; only in [`Moment::Hold`].
+    /// Elapsed share of the hold, 0 to 1; only in [`Moment::Hold`].
     pub hold: Option<f64>,
-    /// What the sentence is about, of what is measured: the one gauge that isn't good enough.
+    /// Gauge out of range, if the sentence is about a gauge.
     pub lacks: Option<Gauge>,
-    /// The view that was taken with this decision.
+    /// View taken with this decision.
     pub taken: Option<ViewNumber>,
     prompt: Prompt,
     has_picture: bool,
 }
 
 impl Instruction {
-    /// The instruction after the decision of `snapshot`.
+    /// Instruction after the decision of `snapshot`.
     pub fn of(snapshot: &Snapshot) -> Self {
         let prompt = snapshot.shown.prompt;
         let moment = moment(prompt);
@@ -97,7 +97,7 @@ impl Instruction {
             card: target.and_then(|target| card(&target.ghost_px)),
             board: seen.and_then(|corners| card(corners)),
             close: match moment {
-                // Whoever holds still is where they should be.
+                // Whoever holds still is in the right place.
                 Moment::Hold => Some(1.0),
                 _ => target.zip(seen).and_then(|(t, live)| closeness(live, &t.ghost_px, board)),
             },
@@ -112,7 +112,7 @@ impl Instruction {
         }
     }
 
-    /// The same while no pictures come: what was measured last isn't so now.
+    /// The same instruction without pictures: earlier measurements no longer hold.
     #[must_use]
     pub fn without_picture(self) -> Self {
         Self {
@@ -127,12 +127,12 @@ impl Instruction {
         }
     }
 
-    /// The request, with left and right exchanged if `mirrored`, for a person who faces the camera.
+    /// The request, with left and right exchanged if `mirrored`, for a person facing the camera.
     pub fn prompt(&self, mirrored: bool) -> Prompt {
         if mirrored { self.prompt.mirrored() } else { self.prompt }
     }
 
-    /// The sentence to read.
+    /// Sentence to read.
     pub fn sentence(&self, mirrored: bool) -> String {
         if self.has_picture { text::prompt(self.prompt(mirrored)) } else { text::NO_PICTURE.into() }
     }
@@ -142,7 +142,7 @@ impl Instruction {
         if self.has_picture { self.prompt.gravity() } else { Gravity::Bad }
     }
 
-    /// The movement that the sentence asks for, if it's one: the sign beside it.
+    /// Movement requested by the sentence, if any: the sign beside it.
     pub fn movement(&self, mirrored: bool) -> Option<Movement> {
         let prompt = self.has_picture.then(|| self.prompt(mirrored))?;
         match prompt {

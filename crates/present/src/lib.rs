@@ -1,13 +1,13 @@
-//! What a person sees, hears and reads of a calibration session.
+//! Everything a person sees, hears and reads of a calibration session.
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`instruction`] | what a person is shown and told after a decision, as one value |
-//! | [`reading`] | what the newest frame measures, beside what is asked for |
+//! | [`instruction`] | the instruction after a decision, as one value |
+//! | [`reading`] | measurements of the newest frame, beside the requested values |
 //! | [`text`] | the sentences; decides nothing |
-//! | [`speech`] | what is said aloud, and when |
-//! | [`browser`] | a session as pages in a browser show it |
-//! | [`ghost`] | the board as it should be held |
+//! | [`speech`] | spoken words, and their timing |
+//! | [`browser`] | a session as pages in a browser |
+//! | [`ghost`] | the requested pose of the board |
 //! | [`chart`] | drawings as SVG text |
 //! | `report` | a calibration as one HTML page, with the feature `report` |
 //! | [`target`] | the printable board |

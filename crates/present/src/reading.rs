@@ -1,4 +1,4 @@
-//! What the newest frame measures, beside what the pose asked for has; and what a fit's drawings show.
+//! Measurements of the newest frame beside the requested values, and data for a fit's drawings.
 
 pub mod fit;
 
@@ -11,8 +11,8 @@ use boresight_guide::{
     session::{Snapshot, lateral_offset_px},
 };
 
-/// The largest standard deviation of a cell that counts as valid: as many cells of the picture as `share` says. `sds_px` are
-/// those of the cells that the lens maps.
+/// Largest valid standard deviation of a cell, such that a `share` of the picture's cells is valid.
+/// `sds_px` are those of the cells mapped by the lens.
 pub fn valid_up_to_px(sds_px: impl IntoIterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = sds_px.into_iter().collect();
     sorted.sort_by(f64::total_cmp);
@@ -20,20 +20,20 @@ pub fn valid_up_to_px(sds_px: impl IntoIterator<Item = f64>, share: f64) -> f64 
     count.checked_sub(1).and_then(|last| sorted.get(last)).map_or(f64::NEG_INFINITY, |sd| *sd)
 }
 
-/// A measurement on its scale, in the unit of its gauge: radians, shares of the picture, or pixels.
+/// Measurement on its scale, in the unit of its gauge: radians, shares of the picture, or pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Measured value, if there is one.
+    /// Measured value, if any.
     pub value: Option<f64>,
-    /// Value of the pose asked for; of what has only a limit, the limit.
+    /// Requested value; for a gauge with only a limit, the limit.
     pub aim: f64,
-    /// Lowest and highest value that counts as good.
+    /// Lowest and highest good value.
     pub good: (f64, f64),
     /// Ends of the scale.
     pub scale: (f64, f64),
 }
 
-/// Reads `gauge` off the snapshot.
+/// Reading of `gauge` in the snapshot.
 pub fn reading(gauge: Gauge, snapshot: &Snapshot) -> Reading {
     let live = snapshot.live.as_deref();
     let measured = live.and_then(|live| live.measured.as_ref());
@@ -93,7 +93,7 @@ fn middle(points: &[Point2<f64>]) -> Point2<f64> {
     Point2::from(sum / points.len().max(1) as f64)
 }
 
-/// Shares of the tilt and the size asked for that are drawn as good. A gauge limits nothing.
+/// Range drawn as good, relative to the requested tilt and size. A gauge limits nothing.
 const NEAR: (f64, f64) = (0.75, 1.4);
 const NEAR_DIRECTION_RAD: f64 = 22.5 * std::f64::consts::PI / 180.0;
 const NEAR_PLACE_WIDTHS: f64 = 0.04;

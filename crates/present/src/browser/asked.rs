@@ -1,10 +1,10 @@
-//! What a page asks of a session.
+//! Commands from a page to a session.
 
 use serde::Deserialize;
 
 use boresight_guide::session::{Command, ViewNumber};
 
-/// A command of a page, as JSON.
+/// Command of a page, as JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "command", deny_unknown_fields)]
 #[expect(missing_docs, reason = "the names of the page's buttons")]
@@ -21,7 +21,7 @@ pub enum Asked {
 }
 
 impl Asked {
-    /// The session's command; `None` for those that end or leave a session: they are its owner's business.
+    /// Session command; `None` for commands to end or leave a session, which its owner handles.
     #[must_use]
     pub fn command(self) -> Option<Command> {
         Some(match self {

@@ -1,4 +1,4 @@
-//! The result, as a page shows it.
+//! The result as shown on a page.
 
 use std::sync::Arc;
 
@@ -10,57 +10,57 @@ use boresight_calibrate::{NotCalibrated, Verdict};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::Session;
 
-/// A result, as the page shows it.
+/// Result as shown on a page.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct EndedPage {
     /// `good`, `care`, `bad`, or `none` without a calibration.
     pub verdict: &'static str,
-    /// The verdict in words.
+    /// Verdict in words.
     pub what: String,
-    /// The next action.
+    /// Next action.
     pub action: String,
-    /// The verdict for the ear, in six words at most.
+    /// Spoken verdict, six words at most.
     pub aloud: &'static str,
     /// Names and values.
     pub lines: Vec<(String, String)>,
-    /// Findings, each with its action.
+    /// Findings with their actions.
     pub findings: Vec<(String, String)>,
-    /// Size of the picture.
+    /// Picture size.
     pub image_size_px: [u32; 2],
-    /// Where the picture is known well enough; none if that isn't known.
+    /// Map of the valid area; `None` if unknown.
     pub map: Option<ValidMap>,
     /// True if the page may start another session.
     pub can_restart: bool,
-    /// True if this session can go on with two more views.
+    /// True if this session can continue with two more views.
     pub can_go_on: bool,
     /// Files offered for download.
     pub files: Vec<PageFile>,
 }
 
-/// A file to download, in memory.
+/// Downloadable file, in memory.
 #[derive(Clone, Debug, Serialize)]
 pub struct PageFile {
-    /// The name to save it under.
+    /// File name for saving.
     pub name: String,
     /// Label on the button.
     pub label: String,
-    /// Media type of its contents.
+    /// Media type.
     #[serde(skip)]
     pub media_type: &'static str,
-    /// Contents of the file.
+    /// Contents.
     #[serde(skip)]
     pub bytes: Arc<[u8]>,
 }
 
 impl PageFile {
-    /// A file with these contents.
+    /// File with these contents.
     pub fn new(name: &str, label: &str, media_type: &'static str, bytes: Vec<u8>) -> Self {
         Self { name: name.to_owned(), label: label.to_owned(), media_type, bytes: bytes.into() }
     }
 }
 
 impl EndedPage {
-    /// The page about `session`, which has run, and whose calibration file is `result`.
+    /// Page about the finished `session` with the calibration file `result`.
     pub fn of(session: &Session, result: &CalibrationFile, files: Vec<PageFile>) -> Self {
         let source = result.source.as_deref().unwrap_or_default();
         let image_size = session.setup().image_size;

@@ -1,4 +1,5 @@
-//! A session as the page's JSON: a part that changes with every frame, and a part that changes with a view.
+//! A session as the page's JSON: a part that changes with every frame, and a part that changes with
+//! a view.
 
 use std::sync::Arc;
 
@@ -22,21 +23,21 @@ use boresight_guide::{
 pub struct Live {
     /// `waiting`, `starting`, `guiding`, `adjusting`, `ending` or `ended`.
     pub stage: &'static str,
-    /// Number of the frame that this is about.
+    /// Frame number.
     pub frame: Option<u64>,
-    /// The sentence, and the same with left and right exchanged.
+    /// Sentence, and its mirrored form with left and right exchanged.
     pub sentence: [String; 2],
-    /// How grave the sentence is.
+    /// Gravity of the sentence.
     pub tone: Gravity,
-    /// Share of the hold that has passed, 0 to 1.
+    /// Elapsed share of the hold, 0 to 1.
     pub hold: Option<f64>,
-    /// What the session is about now.
+    /// Current moment of the session.
     pub moment: Option<Moment>,
-    /// Sign of the movement that the sentence asks for, and the same with left and right exchanged.
+    /// Sign of the requested movement, and its mirrored form.
     pub sign: [Option<Movement>; 2],
     /// True if the card is shown.
     pub card: bool,
-    /// True if so much of it lies outside the picture that it's shown beside the board, small and whole.
+    /// True if the card lies mostly outside the picture and is drawn beside it, small and whole.
     pub beside: bool,
     /// Closeness of the board to the card, 0 to 1.
     pub close: Option<f32>,
@@ -46,23 +47,23 @@ pub struct Live {
     pub away_rad: Option<f64>,
     /// Number of views.
     pub views: usize,
-    /// Number of the view taken last, from 1; 0 without one.
+    /// Number of the newest view, from 1; 0 without views.
     pub taken: u32,
     /// True if the pictures are rendered.
     pub simulated: bool,
-    /// Views still to take, as far as that can be told.
+    /// Estimated number of views still to take, if known.
     pub to_go: Option<usize>,
-    /// True if the person paused.
+    /// True if paused.
     pub paused: bool,
-    /// Why the newest frame wasn't taken.
+    /// Reason for not taking the newest frame.
     pub reason: Option<String>,
-    /// The trouble and the next action.
+    /// Trouble and next action.
     pub trouble: Option<(String, String)>,
-    /// A doubt, with which views are taken all the same, and the next action.
+    /// Doubt that still permits taking views, and the next action.
     pub doubt: Option<(String, String)>,
     /// Words to say while the state lasts.
     pub say: Option<Word>,
-    /// The newest view that can be restored.
+    /// Newest view that can be restored.
     pub removed: Option<u32>,
 }
 
@@ -77,16 +78,16 @@ pub struct Plan {
     pairs: Vec<[f64; 2]>,
     /// Reasons for refusing frames, with their shares in per cent.
     refused: Vec<(String, u64)>,
-    /// Points on edges where a watched camera should show them.
+    /// Points on the edges expected from a watched camera.
     outline: Vec<[i32; 2]>,
-    /// Where the picture is known well enough so far.
+    /// Map of the area valid so far.
     map: Option<ValidMap>,
 }
 
-/// What a plan shows: plans of equal sources are equal, and most frames change nothing of it.
+/// Source of a plan. Equal sources give equal plans, and most frames leave the source unchanged.
 #[derive(Clone, Debug)]
 pub struct PlanSource {
-    /// The newest state.
+    /// Newest state.
     pub snapshot: Arc<Snapshot>,
     /// See [`Teller::refused`](super::Teller::refused).
     pub refused: Vec<(Refusal, u64)>,
@@ -103,19 +104,19 @@ impl PartialEq for PlanSource {
     }
 }
 
-/// The card, in the picture's pixels.
+/// Card, in the picture's pixels.
 #[derive(Clone, Debug, Serialize)]
 struct Ghost {
-    /// Points around it and their nearness.
+    /// Points around the card with their nearness.
     rim: Vec<[f64; 3]>,
 }
 
 #[derive(Clone, Debug, Serialize)]
 struct View {
     number: u32,
-    /// Name for people.
+    /// Display name.
     name: String,
-    /// The edge that was away, and the same mirrored.
+    /// Edge tipped away, and its mirrored form.
     edge: [&'static str; 2],
     direction_rad: f64,
     partner: Option<String>,
@@ -128,13 +129,13 @@ struct Slot {
     wanted: bool,
 }
 
-/// Number of a view as people count, from 1.
+/// View number as shown, from 1.
 pub fn counted(view: ViewNumber) -> u32 {
     view.0.saturating_add(1)
 }
 
 impl Live {
-    /// Before the first frame.
+    /// State before the first frame.
     pub fn empty(stage: &'static str, simulated: bool) -> Self {
         Self {
             stage,
@@ -162,7 +163,7 @@ impl Live {
         }
     }
 
-    /// What `snapshot` shows at that stage.
+    /// State of `snapshot` at `stage`.
     pub fn of(snapshot: &Snapshot, stage: &'static str, simulated: bool) -> Self {
         let seen = snapshot.live.as_ref();
         let now = Instruction::of(snapshot);
@@ -210,7 +211,7 @@ impl Live {
     }
 }
 
-/// The most important of `troubles`, with the device's words.
+/// Most important of `troubles`, with the device's words.
 fn first(troubles: Vec<Trouble>) -> Option<(String, String)> {
     let Trouble { what, action, detail, .. } = troubles.into_iter().next()?;
     let what = if detail.is_empty() { what } else { format!("{what} ({detail})") };
@@ -218,13 +219,13 @@ fn first(troubles: Vec<Trouble>) -> Option<(String, String)> {
 }
 
 impl Plan {
-    /// Of a watched camera: the size of its picture, and points on the edges that it should show.
+    /// Plan of a watched camera: its picture size, and points on the expected edges.
     #[must_use]
     pub fn of_edges(size: [u32; 2], outline: Vec<[i32; 2]>) -> Self {
         Self { size, outline, ..Self::default() }
     }
 
-    /// The plan of a session.
+    /// Plan of a session.
     pub fn of(PlanSource { snapshot, refused }: &PlanSource) -> Self {
         let size = snapshot.setup.image_size;
         let name = |index: usize| Some(snapshot.views.get(index)?.number.to_string());

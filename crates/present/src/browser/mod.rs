@@ -1,14 +1,15 @@
-//! A session as pages in a browser show it: the phone's page, and the page that calibrates in the browser.
+//! A session as pages in a browser show it: the phone's page, and the page that calibrates in the
+//! browser.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `live` | a snapshot as JSON: [`Live`] changes with every frame, [`Plan`] with a view |
 //! | `ended` | the result, with the files to download |
-//! | `teller` | what pages are told once, and why frames were refused |
-//! | `valid_map` | where the picture is known well enough |
-//! | `asked` | what pages ask of a session |
-//! | `page` | one HTML file from the parts below and a page's own |
-//! | `style.css`, `body.html`, `show.js` | what both pages have: colours, places, drawing, speech |
+//! | `teller` | one-time news for pages, and reasons for refusals |
+//! | `valid_map` | map of the valid area |
+//! | `asked` | commands from pages |
+//! | `page` | one HTML file from the shared parts and a page's own |
+//! | `style.css`, `body.html`, `show.js` | shared by both pages: colours, layout, drawing, speech |
 
 mod asked;
 mod ended;

@@ -1,6 +1,6 @@
-//! One HTML file from what all pages have and what one has for itself.
+//! One HTML file from the shared parts and a page's own parts.
 
-/// Parts of a page of its own.
+/// Page-specific parts.
 #[derive(Clone, Copy, Debug)]
 pub struct Own<'a> {
     /// Elements after the shared ones.
@@ -9,7 +9,7 @@ pub struct Own<'a> {
     pub script: &'a str,
 }
 
-/// The page: one file with style and script in it, which loads nothing.
+/// Self-contained page: one file with inline style and script.
 pub fn page(own: Own<'_>) -> String {
     let parts = [
         include_str!("head.html"),

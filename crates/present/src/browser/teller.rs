@@ -1,4 +1,4 @@
-//! What pages are told once, and why frames were refused.
+//! One-time news for pages, and reasons for refusals.
 
 use serde::Serialize;
 
@@ -12,34 +12,34 @@ use boresight_guide::{
     session::{Outcome, Snapshot, ViewNumber},
 };
 
-/// Reasons for refusing frames that a page lists.
+/// Maximum number of refusal reasons on a page.
 const MOST_REASONS: usize = 6;
 
-/// Reader of every snapshot of a session: finds news and counts refusals.
+/// Reader of all snapshots of a session: finds news and counts refusals.
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
     narrator: Narrator,
-    /// A refusal of each kind, and how often there was one.
+    /// One refusal of each kind, and the count of that kind.
     refused: Vec<(Refusal, u64)>,
 }
 
-/// Something that happened once.
+/// One-time event.
 #[derive(Clone, Debug)]
 pub struct News {
     /// Words to say.
     pub word: Word,
-    /// The view that was taken.
+    /// View that was taken.
     pub view: Option<ViewNumber>,
 }
 
 /// News as a page reads it.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct NewsEvent<'a> {
-    /// Its number in the session.
+    /// Sequence number in the session.
     pub number: u64,
-    /// How long ago it came.
+    /// Age in milliseconds.
     pub age_ms: u64,
-    /// Number of the view that was taken, from 1.
+    /// Number of the view taken, from 1.
     pub view: Option<u32>,
     /// Words to say.
     #[serde(flatten)]
@@ -47,7 +47,7 @@ pub struct NewsEvent<'a> {
 }
 
 impl Teller {
-    /// The news in `snapshot`, oldest first. It must get every snapshot.
+    /// News in `snapshot`, oldest first. Must get every snapshot.
     pub fn tell(&mut self, snapshot: &Snapshot) -> Vec<News> {
         if let Outcome::Refused { refusal } = snapshot.decision.outcome {
             let same = |(kind, _): &&mut (Refusal, u64)| {
@@ -64,8 +64,8 @@ impl Teller {
         news.map(|word| News { view: of_view(&word), word }).collect()
     }
 
-    /// The most frequent kinds of refusals, each with its share of all in per cent, in steps of 5: pages aren't sent a list
-    /// anew with every frame.
+    /// Most frequent kinds of refusal with their shares in per cent. Shares are rounded to 5 %, so
+    /// pages don't get a new list with every frame.
     pub fn refused(&self) -> Vec<(Refusal, u64)> {
         let all: u64 = self.refused.iter().map(|(_, count)| count).sum();
         let mut refused = self.refused.clone();
@@ -79,7 +79,7 @@ impl Teller {
     }
 }
 
-/// The kind of a refusal in words, without its numbers.
+/// Kind of a refusal in words, without its numbers.
 pub(super) fn kind(refusal: &Refusal) -> String {
     let value = serde_json::to_value(refusal).unwrap_or_default();
     refusal_kind(value["why"].as_str().unwrap_or_default()).to_owned()

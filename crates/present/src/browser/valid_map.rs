@@ -1,4 +1,4 @@
-//! Where the picture is known well enough, as a page draws it.
+//! Map of the valid area of the picture, for a page.
 
 use serde::Serialize;
 
@@ -8,22 +8,22 @@ use crate::{
 };
 use boresight_calibrate::Calibration;
 
-/// The uncertainty of projection over the picture, against the goal.
+/// Uncertainty of projection over the picture, against the goal.
 #[derive(Clone, Debug, Serialize)]
 pub struct ValidMap {
-    /// x, y and standard deviation of each cell's middle, in pixels.
+    /// x, y and standard deviation at each cell's centre, in pixels.
     pub cells: Vec<[f64; 3]>,
-    /// Cells up to this standard deviation meet the goal, in pixels.
+    /// Largest standard deviation that meets the goal, in pixels.
     pub valid_px: f64,
-    /// What the colours mean.
+    /// Legend of the colours.
     pub legend: String,
 }
 
 impl ValidMap {
-    /// Of `calibration`; `None` while too few views tell its uncertainty.
+    /// Map of `calibration`; `None` while too few views determine its uncertainty.
     pub fn of(calibration: &Calibration) -> Option<Self> {
         let (sd, area) = (&calibration.projection_sd, &calibration.valid_area);
-        // As many digits as somebody sees, for slow links.
+        // Fewer digits, for slow links.
         let short = |px: f64| (1e4 * px).round() / 1e4;
         let sds_px = sd.grid.iter().map(|cell| cell.sd_px);
         knows_sd(calibration).then(|| Self {

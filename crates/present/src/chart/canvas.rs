@@ -4,35 +4,35 @@ use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::{DASHES, escaped, push, short, ticks};
 
-/// Size of a drawing in its own units, which a page scales.
+/// Width of a drawing in its own units, which a page scales.
 const WIDTH: f64 = 300.0;
 const CHART_HEIGHT: f64 = 204.0;
-/// Largest height of a picture, so that tall ones leave room for others.
+/// Maximum height of a picture; leaves room beside tall pictures.
 const PICTURE_HEIGHT: f64 = 230.0;
-/// Size of a drawing where two stand side by side instead of three.
+/// Width of a drawing in rows of two instead of three.
 const LARGE_WIDTH: f64 = 450.0;
 const LARGE_HEIGHT: f64 = 240.0;
 const LEFT: f64 = 50.0;
 const BOTTOM: f64 = 36.0;
 const MARGIN: f64 = 8.0;
-/// Width of a digit in letters of the usual size.
+/// Width of a digit in the normal letter size.
 const DIGIT: f64 = 6.4;
-/// Corners of a polygon that draws an ellipse.
+/// Vertices of an ellipse drawn as a polygon.
 const ELLIPSE_POINTS: usize = 60;
 
 /// Style of a line or an area.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke<'a> {
-    /// Colour as CSS writes it.
+    /// CSS colour.
     pub colour: &'a str,
-    /// Width of the line, in units of the drawing.
+    /// Line width, in units of the drawing.
     pub width: f64,
-    /// Number of the dash pattern; 0 is drawn through.
+    /// Index of the dash pattern; 0 is solid.
     pub dash: usize,
 }
 
 impl<'a> Stroke<'a> {
-    /// An unbroken line of width 1.
+    /// Solid line of width 1.
     pub fn thin(colour: &'a str) -> Self {
         Self { colour, width: 1.0, dash: 0 }
     }
@@ -44,22 +44,22 @@ impl<'a> Stroke<'a> {
     }
 }
 
-/// Labels at the axes.
+/// Axis labels.
 #[derive(Clone, Copy, Debug)]
 pub struct Axes<'a> {
     /// Label of the horizontal axis.
     pub x: &'a str,
     /// Label of the vertical axis.
     pub y: &'a str,
-    /// Pixels of a picture: y points down, and one unit is as long on both axes.
+    /// True for pixels of a picture: y points down, and both axes have the same scale.
     pub pixels: bool,
 }
 
-/// A drawing under way.
+/// Drawing under construction.
 pub struct Canvas {
     width: f64,
     height: f64,
-    /// Left, top, width and height of the part with the data.
+    /// Left, top, width and height of the data area.
     frame: [f64; 4],
     x: (f64, f64),
     y: (f64, f64),
@@ -70,12 +70,12 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// The whole of a picture, to its outer edges: the centre of its first pixel is (0, 0).
+    /// Canvas over a whole picture, to its outer edges: the centre of its first pixel is (0, 0).
     pub fn picture(size_px: (f64, f64), title: &str) -> Self {
         Self::picture_of(WIDTH, PICTURE_HEIGHT, size_px, title)
     }
 
-    /// A picture for a wider place on the page: words are as large there.
+    /// Canvas over a picture for a wider place on the page, with letters of the same size.
     pub fn large_picture(size_px: (f64, f64), title: &str) -> Self {
         Self::picture_of(LARGE_WIDTH, PICTURE_HEIGHT, size_px, title)
     }
@@ -105,12 +105,12 @@ impl Canvas {
         canvas
     }
 
-    /// Two axes that hold all of `points`, with some space around.
+    /// Chart whose axes cover `points` with some margin.
     pub fn chart(points: &[Point2<f64>], axes: Axes<'_>, title: &str) -> Self {
         Self::chart_of((WIDTH, CHART_HEIGHT), points, axes, title)
     }
 
-    /// A chart for a wider place on the page.
+    /// Chart for a wider place on the page.
     pub fn large_chart(points: &[Point2<f64>], axes: Axes<'_>, title: &str) -> Self {
         Self::chart_of((LARGE_WIDTH, LARGE_HEIGHT), points, axes, title)
     }
@@ -152,7 +152,7 @@ impl Canvas {
         for tick in ticks(x.0, x.1) {
             let (at, _) = canvas.at(Point2::new(tick, y.0));
             let label = short(tick);
-            // A number at the right end isn't cut off.
+            // Keep a number at the right end from being cut off.
             let half = 0.5 * DIGIT * label.chars().count() as f64;
             push(
                 &mut below,
@@ -190,7 +190,7 @@ impl Canvas {
         canvas
     }
 
-    /// Place of `point` on the drawing.
+    /// Position of `point` on the drawing.
     fn at(&self, point: Point2<f64>) -> (f64, f64) {
         let [left, top, width, height] = self.frame;
         let share = |value: f64, (from, to): (f64, f64)| (value - from) / (to - from);
@@ -202,14 +202,14 @@ impl Canvas {
         let places: Vec<String> = finite
             .map(|point| {
                 let (x, y) = self.at(*point);
-                // Far away is as good as farther away, and stays readable.
+                // Clamped, to stay readable.
                 format!("{:.1},{:.1}", x.clamp(-1e5, 1e5), y.clamp(-1e5, 1e5))
             })
             .collect();
         places.join(" ")
     }
 
-    /// Joins `points` by straight lines.
+    /// Polyline through `points`.
     pub fn curve(&mut self, points: &[Point2<f64>], stroke: Stroke<'_>) {
         let places = self.places(points);
         push(
@@ -218,7 +218,7 @@ impl Canvas {
         );
     }
 
-    /// The whole of an endless line, as far as it crosses the drawing.
+    /// Infinite line, clipped to the drawing.
     pub fn line(&mut self, through: Point2<f64>, along: Vector2<f64>, stroke: Stroke<'_>) {
         let middle = Point2::new(0.5 * (self.x.0 + self.x.1), 0.5 * (self.y.0 + self.y.1));
         let reach = (self.x.1 - self.x.0).abs() + (self.y.1 - self.y.0).abs();
@@ -226,7 +226,7 @@ impl Canvas {
         self.curve(&[nearest - along * reach, nearest + along * reach], stroke);
     }
 
-    /// Fills the polygon of `points`.
+    /// Filled polygon.
     pub fn area(&mut self, points: &[Point2<f64>], fill: &str, stroke: Stroke<'_>) {
         let places = self.places(points);
         push(
@@ -238,7 +238,7 @@ impl Canvas {
         );
     }
 
-    /// Diagonal lines over a rectangle, given by its corners in order.
+    /// Diagonal hatching of a rectangle, given by its corners in order.
     pub fn hatch(&mut self, corners: &[Point2<f64>; 4]) {
         let [first, second, third, fourth] = *corners;
         let thin = Stroke { colour: "#999", width: 0.6, dash: 0 };
@@ -248,7 +248,7 @@ impl Canvas {
         self.curve(&[half(&fourth, &third), half(&second, &third)], thin);
     }
 
-    /// A cross, `size` units of the drawing wide.
+    /// Cross, `size` units of the drawing wide.
     pub fn cross(&mut self, point: Point2<f64>, size: f64) {
         let (x, y) = self.at(point);
         let half = 0.5 * size;
@@ -262,7 +262,7 @@ impl Canvas {
         );
     }
 
-    /// A dot of `radius` units of the drawing.
+    /// Dot with a radius in units of the drawing.
     pub fn dot(&mut self, point: Point2<f64>, radius: f64) {
         let (x, y) = self.at(point);
         push(
@@ -271,7 +271,7 @@ impl Canvas {
         );
     }
 
-    /// Words at the top, left of `x`.
+    /// Text at the top, left of `x`.
     pub fn at_top(&mut self, x: f64, text: &str) {
         let (at, _) = self.at(Point2::new(x, self.y.0));
         push(
@@ -285,7 +285,7 @@ impl Canvas {
         );
     }
 
-    /// Draws one of four marks.
+    /// One of four marks.
     pub fn mark(&mut self, kind: usize, point: Point2<f64>, colour: &str) {
         let (x, y) = self.at(point);
         if x.is_finite() && y.is_finite() {
@@ -293,7 +293,7 @@ impl Canvas {
         }
     }
 
-    /// Words beside a point, on a white edge that keeps them readable on lines.
+    /// Text beside a point, outlined in white to stay readable on lines.
     pub fn label(&mut self, point: Point2<f64>, shift: (f64, f64), text: &str) {
         let (x, y) = self.at(point);
         if x.is_finite() && y.is_finite() {
@@ -309,7 +309,7 @@ impl Canvas {
         }
     }
 
-    /// Words in the colour `fill`, small.
+    /// Small text in the colour `fill`.
     pub fn number(&mut self, point: Point2<f64>, fill: &str, text: &str) {
         let (x, y) = self.at(point);
         push(
@@ -322,7 +322,7 @@ impl Canvas {
         );
     }
 
-    /// Explains the marks below the drawing, in two columns.
+    /// Legend of the marks below the drawing, in two columns.
     pub fn legend(&mut self, entries: &[(usize, &str, String)]) {
         let top = self.height;
         for (i, (kind, colour, text)) in entries.iter().enumerate() {
@@ -341,8 +341,8 @@ impl Canvas {
         self.height += 13.0 * entries.len().div_ceil(2) as f64 + 2.0;
     }
 
-    /// Points of the outline of the area that holds a normally distributed point with `sds` deviations.
-    /// Empty if the covariance is not one.
+    /// Outline of the `sds`-deviation ellipse of a normally distributed point. Empty if the
+    /// covariance is invalid.
     pub fn ellipse_points(
         centre: Point2<f64>,
         covariance: &Matrix2<f64>,
@@ -377,7 +377,7 @@ impl Canvas {
     }
 }
 
-/// Range from the least to the largest finite value, with some space; never empty.
+/// Range of the finite values, with some margin; never empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .filter(|value| value.is_finite())

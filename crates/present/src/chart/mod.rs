@@ -1,6 +1,6 @@
-//! Drawings as SVG text, for pages that need no network and no script.
+//! Drawings as SVG text, for pages without network and script.
 //!
-//! Everything can be distinguished without colour, too: by dashes, marks and labels.
+//! Everything can also be told apart without colour: by dashes, marks and labels.
 
 mod canvas;
 mod plot;
@@ -8,7 +8,8 @@ mod plot;
 pub use canvas::{Axes, Canvas, Stroke};
 pub use plot::{COLOURS, DASHES, Plot, Series, mark, push, short, ticks};
 
-/// Escapes any `text` for HTML, SVG and their quoted attributes. Characters that XML has no place for become U+FFFD.
+/// Escapes `text` for HTML, SVG and their quoted attributes. Characters not allowed in XML become
+/// U+FFFD.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::escaped;
 
-/// Colours that can be distinguished in print and by most eyes (Okabe & Ito 2008).
+/// Colours distinguishable in print and by most eyes (Okabe & Ito 2008).
 pub const COLOURS: [&str; 7] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444"];
 
@@ -12,22 +12,22 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;
-/// Most names that stand among the curves.
+/// Maximum number of names placed among the curves.
 const NAMES_INSIDE: usize = 5;
 
-/// A curve or a cloud.
+/// Curve or point cloud.
 #[derive(Clone, Debug)]
 pub struct Series {
     /// Name in the legend.
     pub label: String,
     /// Points (x, y), in units of the axes.
     pub points: Vec<(f64, f64)>,
-    /// Draws a line through the points instead of marks at them.
+    /// True for a line through the points, false for marks.
     pub line: bool,
 }
 
 impl Series {
-    /// A curve through `points`.
+    /// Curve through `points`.
     pub fn line(label: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
         Self { label: label.into(), points, line: true }
     }
@@ -51,17 +51,17 @@ pub struct Plot {
     pub series: Vec<Series>,
     /// True for equal units on both axes and y pointing down, as in a picture.
     pub picture: bool,
-    /// The vertical axis is logarithmic.
+    /// True for a logarithmic vertical axis.
     pub log_y: bool,
 }
 
 impl Plot {
-    /// A plot with linear axes of independent scales.
+    /// Plot with linear axes of independent scales.
     pub fn new(title: &str, x: &str, y: &str, series: Vec<Series>) -> Self {
         Self { title: title.into(), x: x.into(), y: y.into(), series, picture: false, log_y: false }
     }
 
-    /// The drawing, 420 × 320 units; wider if there are too many names to stand among the curves.
+    /// SVG drawing, 420 × 320 units; wider if there are too many names to place among the curves.
     pub fn svg(&self) -> String {
         let (inner_width, inner_height) = (420.0 - LEFT - RIGHT, 320.0 - TOP - BOTTOM);
         let beside = self.series.len() > NAMES_INSIDE;
@@ -85,7 +85,7 @@ impl Plot {
             let (x_middle, y_middle) = (0.5 * (x_low + x_high), 0.5 * (y_low + y_high));
             let (half_x, half_y) = (0.5 * per_unit * inner_width, 0.5 * per_unit * inner_height);
             (x_low, x_high) = (x_middle - half_x, x_middle + half_x);
-            // Down is up.
+            // SVG's y axis points down.
             (y_low, y_high) = (y_middle + half_y, y_middle - half_y);
         }
         let across = |x: f64| LEFT + (x - x_low) / (x_high - x_low) * inner_width;
@@ -174,7 +174,7 @@ impl Plot {
     }
 }
 
-/// Curves can be distinguished without colour, too.
+/// Dash patterns, to tell curves apart without colour.
 pub const DASHES: [&str; 4] =
     ["", " stroke-dasharray=\"6 3\"", " stroke-dasharray=\"2 2\"", " stroke-dasharray=\"8 3 2 3\""];
 
@@ -196,7 +196,7 @@ pub fn mark(k: usize, x: f64, y: f64, colour: &str) -> String {
     }
 }
 
-/// Round numbers between two, about five of them.
+/// About five round numbers between `low` and `high`.
 pub fn ticks(low: f64, high: f64) -> Vec<f64> {
     let rough = (high - low) / 5.0;
     if !(rough > 0.0 && rough.is_finite()) {
@@ -225,7 +225,7 @@ fn log_ticks(low: f64, high: f64) -> Vec<f64> {
         .collect()
 }
 
-/// `value` in few characters, for the labels of an axis.
+/// Short text of `value`, for axis labels.
 pub fn short(value: f64) -> String {
     if value == 0.0 {
         "0".into()
@@ -237,7 +237,7 @@ pub fn short(value: f64) -> String {
     }
 }
 
-/// Writing to a text cannot fail.
+/// Appends to `svg`; cannot fail.
 pub fn push(svg: &mut String, part: std::fmt::Arguments<'_>) {
     svg.write_fmt(part).ok();
 }

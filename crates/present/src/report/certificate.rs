@@ -1,4 +1,4 @@
-//! The first sheet, for the customer: the camera, the result with its limits, and the signature.
+//! The first sheet, for the customer: camera, result with its limits, and signature.
 
 use super::{
     Certificate, Report,
@@ -18,10 +18,10 @@ use boresight_geometry::frame::ImageSize;
 
 /// Coverage factor of expanded uncertainties.
 const COVERAGE_FACTOR: f64 = 2.0;
-/// Most warnings on the sheet; the others are on the next.
+/// Maximum number of warnings on the sheet; further warnings go to the next sheet.
 const WARNINGS: usize = 3;
 
-/// The sheet. Empty if the report has no certificate, or there is nothing to certify.
+/// First sheet. Empty without a certificate in the report, or without a result to certify.
 pub(super) fn sheet(report: &Report) -> String {
     let (Some(certificate), Some(lens)) = (&report.certificate, &report.calibration.result) else {
         return String::new();
@@ -88,7 +88,7 @@ pub(super) fn sheet(report: &Report) -> String {
     section_with(report_words::Section::Certificate, "certificate", &body)
 }
 
-/// The content of a CSS string, for any `text`.
+/// Contents of a CSS string for any `text`.
 pub(super) fn css_string(text: &str) -> String {
     let mut safe = String::new();
     for c in text.chars().filter(|c| !c.is_control()) {
@@ -164,7 +164,7 @@ fn identity(report: &Report, certificate: &Certificate) -> String {
     )
 }
 
-/// A row of the table of results. Cells are HTML; `met` is empty where there is no limit.
+/// Row of the table of results. Cells are HTML; `met` is empty without a limit.
 struct ResultRow {
     name: &'static str,
     result: String,
@@ -187,7 +187,7 @@ impl ResultRow {
         )
     }
 
-    /// An estimate with its expanded uncertainty.
+    /// Row of an estimate with its expanded uncertainty.
     fn estimate(name: &'static str, value_px: f64, sd_px: Option<f64>) -> Self {
         let limit = String::new();
         let Some(expanded_px) = sd_px.map(|sd_px| COVERAGE_FACTOR * sd_px) else {
@@ -205,7 +205,7 @@ impl ResultRow {
         }
     }
 
-    /// A number that has a limit.
+    /// Row of a number with a limit.
     fn at_most(name: &'static str, value: f64, limit: f64, unit: &str) -> Self {
         let (reached, limit_text) = beside(value, limit);
         Self {
@@ -218,7 +218,7 @@ impl ResultRow {
     }
 }
 
-/// A number and its limit, with enough digits to tell them apart.
+/// Number and limit, with enough digits to tell them apart.
 fn beside(value: f64, limit: f64) -> (String, String) {
     let (mut reached, limit_text) = (brief(value, 2), brief(limit, 2));
     let number = |text: &str| text.parse::<f64>().unwrap_or(f64::NAN);
@@ -244,7 +244,7 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     ];
     let f_sd_px = |axis: usize| sd.map(|sd| sd.f_px[axis]);
     if lens.focal_varies() {
-        // Each view has its own.
+        // Each view has its own focal length.
     } else if lens.square_pixels() {
         rows.push(estimate(name::F, lens.f_px[0], f_sd_px(0)));
     } else {
@@ -261,7 +261,7 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
         });
     }
     if let Some(area) = calibration.valid_area.as_ref().filter(|_| !few) {
-        // Rounded down: a value below the limit must not look as if it reached it.
+        // Rounded down: a value below the limit must not appear to reach it.
         let percent = (1000.0 * area.share).floor() / 10.0;
         rows.push(ResultRow {
             name: name::VALID,
@@ -317,7 +317,8 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
     )
 }
 
-/// Distance of the result from the principal point of the free homographies, with the verdict on their agreement.
+/// Distance of the result from the principal point of the free homographies, and whether they
+/// agree.
 fn independent_check(calibration: &CalibrationFile, lens: &LensEntry) -> Option<(f64, bool)> {
     let free = calibration.principal_point.as_ref()?.free_homography?;
     if lens.focal_varies() {

@@ -16,7 +16,7 @@ use crate::{
 };
 use boresight_formats::{ChangeEntry, CheckFile, VisibleEntry};
 
-/// Section about a check: old calibration, change, and the smallest change that would have been found.
+/// Section about a check: old calibration, change, and the smallest detectable change.
 pub(super) fn html(check: &CheckFile) -> String {
     let mut rows = row(words::drift::OLD, &[escaped(&check.against)]);
     if let Some(change) = &check.change {
@@ -43,7 +43,7 @@ pub(super) fn html(check: &CheckFile) -> String {
     section(Section::Drift, &body)
 }
 
-/// The change of the principal point with its uncertainty, and a circle of the smallest visible change.
+/// Change of the principal point with its uncertainty, and a circle of the smallest visible change.
 fn drawing(change: &ChangeEntry, visible: Option<VisibleEntry>) -> String {
     let moved = Point2::from(change.pp_px);
     let [x, y] = change.sigma.pp_px;

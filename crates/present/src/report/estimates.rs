@@ -13,12 +13,12 @@ use crate::{
 };
 use boresight_formats::{CalibrationFile, EstimateEntry, LensEntry};
 
-/// Standard deviations that an ellipse covers.
+/// Standard deviations covered by an ellipse.
 pub(super) const SDS: f64 = 2.0;
-/// Most labels: more would hide the lines.
+/// Maximum number of labels: more would hide the lines.
 const LABELS: usize = 24;
 
-/// Stable name and mark of each method, and true if it models the lens.
+/// Stable name and mark of each method, and true if the method models the lens.
 const METHODS: [(&str, bool); 6] = [
     ("pl_unweighted", false),
     ("pl_weighted", false),
@@ -28,7 +28,7 @@ const METHODS: [(&str, bool); 6] = [
     ("zhang", true),
 ];
 
-/// Number of a method, its stable name, and what it says.
+/// Index, stable name and estimate of each method.
 fn estimates(calibration: &CalibrationFile) -> Vec<(usize, &'static str, EstimateEntry)> {
     let Some(points) = &calibration.principal_point else { return Vec::new() };
     let by_method = [
@@ -47,7 +47,7 @@ fn estimates(calibration: &CalibrationFile) -> Vec<(usize, &'static str, Estimat
         .collect()
 }
 
-/// The lines of all views, crossing the picture.
+/// Principal lines of all views across the picture.
 pub(super) fn fan(calibration: &CalibrationFile) -> String {
     let lines: Vec<(usize, Line, f64)> = calibration
         .used()
@@ -85,7 +85,7 @@ pub(super) fn fan(calibration: &CalibrationFile) -> String {
     figure(Section::Fan, &canvas.svg(), words::FAN_NOTE)
 }
 
-/// Point where the line leaves the picture, a little inside, on the side to which the board recedes.
+/// Point slightly inside the picture's edge, on the side of the receding board edge.
 fn towards(
     line: &Line,
     near: Point2<f64>,
@@ -104,13 +104,13 @@ fn towards(
     from + along * length.clamp(-1e6, 1e6)
 }
 
-/// Name of the method whose principal point is the result.
+/// Name of the method behind the resulting principal point.
 fn result_method(calibration: &CalibrationFile) -> &'static str {
     let varies = calibration.result.as_ref().is_some_and(LensEntry::focal_varies);
     if varies { "free_homography" } else { "bundle" }
 }
 
-/// All methods, and those that model the lens from nearer.
+/// All methods, and a close-up of the methods with a lens model.
 pub(super) fn drawings(calibration: &CalibrationFile) -> String {
     let all = estimates(calibration);
     let near: Vec<_> = all.iter().filter(|(i, _, _)| METHODS[*i].1).copied().collect();
@@ -150,11 +150,11 @@ fn drawing(
     figure(section, &canvas.svg(), note)
 }
 
-/// Every method's principal point with its standard deviations.
+/// Table of every method's principal point with its standard deviations.
 pub(super) fn table(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else { return String::new() };
     let [name, x, y, from] = words::METHOD_COLUMNS;
-    // Only those who know the methods can read it.
+    // Only for readers who know the methods.
     let heading = crate::text::result::METHODS;
     let mut html = format!(
         "<details class=\"screen\"><summary>{heading}</summary><table id=\"methods\"><thead><tr><th>{name}</th><th>{x}</th><th>{y}</th><th>{from}</th></tr></thead><tbody>\n"

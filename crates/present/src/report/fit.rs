@@ -1,4 +1,4 @@
-//! How the views fit, and what the lens's uncertainty means: drawings for a screen.
+//! Fit of the views and meaning of the lens's uncertainty: drawings for a screen.
 
 use nalgebra::{Point2, Point3};
 
@@ -18,17 +18,17 @@ use boresight_geometry::LensParameter;
 
 /// Size of a drawing without axes, in its own units.
 const SIZE: (f64, f64) = (300.0, 204.0);
-/// Colour of the views that don't stand out, and of what is behind the data.
+/// Colour of ordinary views, and of the background of the data.
 const USUAL: &str = COLOURS[5];
 const GREY: &str = "#999";
-/// Colour of what stands out.
+/// Colour of outstanding views.
 const WORST: &str = COLOURS[1];
-/// How far the boards are seen from the side, rad.
+/// Viewing angle of the boards from the side, rad.
 const ASIDE_RAD: f64 = 0.7;
-/// Farthest distance of the uncertainty's curve, metres.
+/// Maximum distance of the uncertainty's curve, metres.
 const FAR_M: f64 = 10.0;
 
-/// The section; empty without a result.
+/// Section of the fit; empty without a result.
 pub(super) fn section(report: &Report) -> String {
     let calibration = &report.calibration;
     let Some(lens) = &calibration.result else { return String::new() };
@@ -54,7 +54,7 @@ pub(super) fn section(report: &Report) -> String {
     )
 }
 
-/// A drawing as SVG, and what its numbers say.
+/// SVG drawing, and a sentence about its numbers.
 type Drawn = Option<(String, String)>;
 
 /// Residual of each view, the largest marked.
@@ -86,7 +86,7 @@ fn bars(calibration: &CalibrationFile) -> Drawn {
     Some((canvas.svg(), note))
 }
 
-/// The boards before the camera, and its field of view, from above and the side.
+/// Boards before the camera, and its field of view, from above and the side.
 fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     let board = calibration.checkerboard()?;
     let corners_m = board.corners_in_board_m();
@@ -98,7 +98,7 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
             Some((number, rim.map(|i| pose * Point3::new(corners_m[i].x, corners_m[i].y, 0.0))))
         })
         .collect();
-    // Beside a fisheye, what is near needn't be in front.
+    // For a fisheye lens, near boards needn't be in front.
     let away_m = boards.iter().flat_map(|(_, corners)| corners).map(|point| point.coords.norm());
     let (nearest_m, farthest_m) = away_m
         .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), away| {
@@ -109,7 +109,7 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     }
     let field = field(&lens.camera(), calibration.size_px(), farthest_m);
     let turn = from_aside(ASIDE_RAD);
-    // Without perspective, so that sizes compare.
+    // No perspective, so sizes compare.
     let seen = |point: &Point3<f64>| (turn * point).xy();
     let all = boards.iter().flat_map(|(_, corners)| corners).chain(&field);
     let places: Vec<Point2<f64>> = all.map(seen).chain(std::iter::once(Point2::origin())).collect();
@@ -128,7 +128,7 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     let around: Vec<Point2<f64>> = field.iter().map(on_page).collect();
     canvas.area(&around, "none", Stroke::thin(GREY));
     canvas.dot(eye, 3.0);
-    // The farthest first.
+    // Farthest first.
     let mut order: Vec<usize> = (0..boards.len()).collect();
     let depth = |i: usize| boards[i].1.iter().map(|point| (turn * point).z).sum::<f64>();
     order.sort_by(|a, b| depth(*b).total_cmp(&depth(*a)));
@@ -143,7 +143,7 @@ fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     Some((canvas.svg(), format!("{}.", words::poses(boards.len(), nearest_m, farthest_m))))
 }
 
-/// How far each corner is off, as a cloud, and how often, beside the normal distribution.
+/// Corner residuals as a cloud and a histogram, beside the normal distribution.
 fn scatter(report: &Report) -> Drawn {
     let offs: Vec<_> = arrows(report).into_iter().map(|(_, off_px)| off_px).collect();
     let squares: f64 = offs.iter().map(nalgebra::Vector2::norm_squared).sum();
@@ -180,7 +180,7 @@ fn scatter(report: &Report) -> Drawn {
     Some((cloud.svg() + &often.svg(), format!("{}.", words::scatter(offs.len(), rms_px))))
 }
 
-/// How far a point beside may be at a distance, on average over the picture and at worst.
+/// Sideways error of a point against its distance: mean over the picture and worst place.
 fn distance(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     let projection = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())?;
     let f_px = 0.5 * (lens.f_px[0] + lens.f_px[1]);
@@ -197,7 +197,7 @@ fn distance(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     Some((canvas.svg(), format!("{note}.")))
 }
 
-/// Correlations of the lens parameters that the corners determined.
+/// Correlations of the lens parameters determined by the corners.
 fn correlations(lens: &LensEntry) -> Drawn {
     let covariance = lens.covariance.as_ref()?.full()?;
     let sd = |parameter: LensParameter| {
@@ -205,7 +205,7 @@ fn correlations(lens: &LensEntry) -> Drawn {
     };
     let used: Vec<LensParameter> = LensParameter::ALL
         .into_iter()
-        // With square pixels, both focal lengths are one.
+        // With square pixels, both focal lengths are the same.
         .filter(|parameter| !(lens.square_pixels() && *parameter == LensParameter::Fy))
         .filter(|parameter| sd(*parameter) > 0.0)
         .collect();

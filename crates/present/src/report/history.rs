@@ -16,25 +16,25 @@ td.n,th.n{text-align:right;font-variant-numeric:tabular-nums}
 p{margin:.2em 0}
 ";
 
-/// Standard deviations of the intervals that are drawn.
+/// Standard deviations of the drawn intervals.
 const SDS: f64 = 1.96;
 
 /// Contents of the page.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HistoryPage {
-    /// Time at which the index was read, in words.
+    /// Time of reading the index, in words.
     pub made: String,
     /// Age from which a camera is due, in words.
     pub due_after: String,
-    /// A line for each model.
+    /// Line per model.
     pub models: Vec<ModelLine>,
-    /// Every camera; those that drift first.
+    /// All cameras, drifting ones first.
     pub cameras: Vec<CameraCurve>,
-    /// Cameras that are watched.
+    /// Watched cameras.
     pub watched: Vec<WatchedCurve>,
 }
 
-/// The cameras of one model.
+/// Cameras of a model.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ModelLine {
     /// Name of the model.
@@ -43,28 +43,28 @@ pub struct ModelLine {
     pub cameras: usize,
     /// Number of calibrations.
     pub calibrations: usize,
-    /// Cameras that drift.
+    /// Drifting cameras.
     pub drifting: usize,
-    /// Cameras that are due.
+    /// Cameras due for calibration.
     pub due: usize,
 }
 
-/// One camera with its calibrations.
+/// Camera with its calibrations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraCurve {
-    /// Name of the camera and the size of its pictures.
+    /// Name of the camera and size of its pictures.
     pub name: String,
-    /// The trend, in words.
+    /// Trend in words.
     pub trend: String,
     /// True if the calibrations drift by more than chance.
     pub drifts: bool,
-    /// Reason why the next calibration is due, in words; empty if it isn't.
+    /// Reason for the next calibration being due, in words; empty if not due.
     pub due: String,
     /// Usable calibrations of the camera, by time.
     pub points: Vec<CurvePoint>,
 }
 
-/// One calibration of a camera.
+/// Calibration of a camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CurvePoint {
     /// Days since the camera's first calibration.
@@ -75,7 +75,7 @@ pub struct CurvePoint {
     pub sd_px: [f64; 3],
 }
 
-/// The page: one self-contained HTML file, and well-formed XML.
+/// History page: one self-contained HTML file, and well-formed XML.
 pub fn history_page(page: &HistoryPage) -> String {
     let HistoryPage { made, due_after, models, cameras, watched } = page;
     let drifting = cameras.iter().filter(|camera| camera.drifts).count();

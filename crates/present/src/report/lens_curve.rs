@@ -1,4 +1,4 @@
-//! Curve of the displacement by the lens, with its uncertainty.
+//! Displacement by the lens as a curve, with its uncertainty.
 
 use nalgebra::Point2;
 
@@ -23,7 +23,7 @@ struct Shift {
     sd_px: Option<f64>,
 }
 
-/// The curve out to the picture's farthest corner.
+/// Curve out to the picture's farthest corner.
 pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else {
         return figure(Section::Lens, &missing(words::NO_CALIBRATION), "");
@@ -41,7 +41,7 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let line = points.clone();
     let (upper, lower) = (edge(1.0), edge(-1.0));
     points.extend(upper.iter().chain(&lower));
-    // Something to see where there is no distortion.
+    // Minimum range, for a lens without distortion.
     points.extend([Point2::new(0.0, -0.5), Point2::new(0.0, 0.5)]);
     let axes = Axes { x: words::name::RADIUS, y: words::name::SHIFT, pixels: false };
     let mut canvas = Canvas::large_chart(&points, axes, Section::Lens.heading());
@@ -70,9 +70,9 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     figure(Section::Lens, &canvas.svg(), &note)
 }
 
-/// `Δ = f r (m − 1)` at the seen radius `f r + Δ`, with `m` the radial factor of the lens model and `r` the flat
-/// radius: `tan θ`, or θ of a fisheye lens. Its sd comes from f and the radial coefficients. Ends where the lens model
-/// folds over.
+/// `Δ = f r (m − 1)` at the observed radius `f r + Δ`, with `m` the radial factor of the lens model
+/// and `r` the undistorted radius: `tan θ`, or θ of a fisheye lens. The sd comes from f and the
+/// radial coefficients. Ends where the lens model folds over.
 fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
     let f_px = 0.5 * (lens.f_px[0] + lens.f_px[1]);
     let radial = Distortion { p1: 0.0, p2: 0.0, ..lens.distortion.into() };
@@ -91,7 +91,8 @@ fn curve(lens: &LensEntry, reach_px: f64) -> Vec<Shift> {
     };
     let mut shifts = vec![at(0.0)];
     let step = reach_px / f_px / STEPS as f64;
-    // A lens that draws points inwards needs more steps to reach as far; no usual one needs four times as many.
+    // A lens that draws points inwards needs more steps to reach as far, but never four times as
+    // many.
     for k in 1..4 * STEPS {
         let next = at(step * k as f64);
         let last = shifts.last().map_or(0.0, |shift| shift.radius_px);

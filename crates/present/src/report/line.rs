@@ -5,7 +5,7 @@ use nalgebra::{Matrix4, Point2, Vector2};
 use boresight_formats::LineEntry;
 use boresight_geometry::PrincipalLine;
 
-/// A line in the picture, in pixels: a point on it and its direction, a unit vector.
+/// Line in the picture, in pixels: a point on it and its direction, a unit vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
     pub(super) through_px: Point2<f64>,
@@ -23,7 +23,7 @@ impl From<LineEntry> for Line {
     }
 }
 
-/// The line for intersecting it with others without weights: its covariance is zero.
+/// Line for unweighted intersection: its covariance is zero.
 pub(super) fn unweighted_line(entry: &LineEntry, slot_rad: f64) -> PrincipalLine {
     PrincipalLine {
         phi_rad: entry.phi_rad,

@@ -5,10 +5,10 @@ use std::io::Cursor;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use image::{ImageFormat, ImageReader};
 
-/// Longest side of a logo.
+/// Maximum side length of a logo.
 const LONGEST_PX: u32 = 8192;
 
-/// A PNG or JPEG, as it is in its file.
+/// PNG or JPEG, with the bytes of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Logo {
     address: String,
@@ -17,7 +17,7 @@ pub struct Logo {
 }
 
 impl Logo {
-    /// Reads the bytes of a file. `None` if they are no PNG or JPEG, or of more than 8192 pixels in a row.
+    /// Logo from the bytes of a file. `None` unless PNG or JPEG with sides up to 8192 pixels.
     pub fn of(bytes: &[u8]) -> Option<Self> {
         let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?;
         let kind = match reader.format()? {
@@ -31,7 +31,7 @@ impl Logo {
         (is_side(width_px) && is_side(height_px)).then_some(Self { address, width_px, height_px })
     }
 
-    /// The drawing, which keeps its shape.
+    /// SVG drawing with the logo's aspect ratio.
     pub(super) fn svg(&self) -> String {
         let Self { address, width_px, height_px } = self;
         format!(

@@ -1,5 +1,5 @@
-//! A calibration as one HTML page: readable offline on any screen, and printed on three sheets. The first is the
-//! certificate for the customer, the others are for the engineer.
+//! A calibration as one HTML page: readable offline on any screen, and printed on three sheets. The
+//! first is the certificate for the customer, the others are for the engineer.
 //!
 //! ```text
 //! calibration.json ─┐
@@ -9,10 +9,9 @@
 //! check ────────────┘
 //! ```
 //!
-//! The numbers are those of the calibration file, so page and file can't differ; each number is in a
-//! `<data value="…">` with all its digits. Corners, pictures, refusals and the check are shown where they are
-//! known; where they aren't, the page says so. Text from outside, such as a file name, is escaped. Nothing
-//! here opens a file.
+//! The numbers come from the calibration file, so page and file can't differ; each number is in a
+//! `<data value="…">` with all its digits. Missing corners, pictures, refusals or checks are stated
+//! as missing. Text from outside, such as a file name, is escaped. Nothing here opens a file.
 //!
 //! [`history_page`] shows many calibrations of many cameras over time.
 
@@ -47,28 +46,28 @@ pub use watched::{WatchedCurve, WatchedEvent, WatchedPoint, watched_chart};
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::Corner;
 
-/// The contents of the page.
+/// Contents of the page.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// Name of the session, or of the files that were calibrated.
+    /// Name of the session, or of the calibrated files.
     pub name: String,
-    /// Calibration that the page reports.
+    /// Reported calibration.
     pub calibration: CalibrationFile,
     /// Sentences to read before the numbers.
     pub notes: Vec<String>,
-    /// Statements of the first sheet beside the numbers; `None` for a report without one.
+    /// Statements of the first sheet beside the numbers; `None` for a report without a certificate.
     pub certificate: Option<Certificate>,
-    /// The camera and what happened to it.
+    /// Camera and its changes.
     pub camera: CameraSection,
     /// Corners of each used view, in pixels; empty if unknown.
     pub corners: Vec<Vec<Corner>>,
-    /// Picture of each used view, `None` where there is none.
+    /// Picture of each used view, or `None`.
     pub pictures: Vec<Option<Thumbnail>>,
-    /// Check against an older calibration of the same camera, if there was one.
+    /// Check against an older calibration of the same camera, if any.
     pub check: Option<CheckFile>,
     /// Reasons for refusing frames, the most frequent first.
     pub refused: Vec<Refused>,
-    /// Versions, sources, and the command that repeats the result.
+    /// Versions, sources, and the command to repeat the result.
     pub provenance: Provenance,
 }
 
@@ -83,31 +82,31 @@ pub struct CameraSection {
     pub changes: Vec<CameraChange>,
 }
 
-/// A change of the camera or its controls, or an interruption.
+/// Change of the camera or its controls, or an interruption.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraChange {
-    /// When, in words.
+    /// Time in words.
     pub when: String,
-    /// The change, in words.
+    /// Change in words.
     pub what: String,
 }
 
-/// A reason for refusing frames or pictures.
+/// Reason for refusing frames or pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refused {
-    /// The reason, or the picture with its reason.
+    /// Reason, or picture with its reason.
     pub what: String,
     /// Number of frames or pictures.
     pub count: usize,
-    /// Time that they lasted, of a video.
+    /// Total duration of refused frames, for a video.
     pub secs: Option<f64>,
 }
 
-/// Source of a result, and the command that repeats it.
+/// Source of a result, and the command to repeat it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Provenance {
     /// Versions and sources: name and value of each row.
     pub rows: Vec<(String, String)>,
-    /// The command that repeats the result, quoted for a shell.
+    /// Command to repeat the result, quoted for a shell.
     pub command: String,
 }

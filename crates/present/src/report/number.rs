@@ -1,8 +1,9 @@
-//! Numbers as the page shows them: as many digits as their uncertainty leaves, all of them beside it.
+//! Number formatting for the page: as many digits as the uncertainty justifies, and all digits
+//! beside them.
 
 use crate::chart::escaped;
 
-/// Decimals that show two digits of `sd`.
+/// Number of decimals for two digits of `sd`.
 pub(super) fn decimals(sd: f64) -> usize {
     if !(sd > 0.0 && sd.is_finite()) {
         return 2;
@@ -11,7 +12,7 @@ pub(super) fn decimals(sd: f64) -> usize {
     (1.0 - libm::log10(sd).floor()).clamp(0.0, 9.0) as usize
 }
 
-/// A number with `decimals` digits after the point; all digits stand in its `value`.
+/// Number with `decimals` decimals; all digits are in its `value`.
 pub(super) fn plain(value: f64, decimals: usize) -> String {
     format!("<data value=\"{value}\">{}</data>", text(value, decimals))
 }
@@ -31,7 +32,7 @@ pub(super) fn brief(value: f64, digits: i32) -> String {
     text(value, brief_decimals(value, digits))
 }
 
-/// Text as [`brief`] writes it, with all digits in its `value`.
+/// Text of [`brief`], with all digits in its `value`.
 pub(super) fn brief_data(value: f64, digits: i32) -> String {
     plain(value, brief_decimals(value, digits))
 }
@@ -43,14 +44,15 @@ fn brief_decimals(value: f64, digits: i32) -> usize {
     (f64::from(digits) - 1.0 - libm::log10(value.abs()).floor()).clamp(0.0, 6.0) as usize
 }
 
-/// `value ± sd`, the value alone if there is no standard deviation; both with all digits in their `value`.
+/// `value ± sd`, or the value alone without a standard deviation; both with all digits in their
+/// `value`.
 pub(super) fn measured(value: f64, sd: Option<f64>) -> String {
     let Some(sd) = sd else { return plain(value, 2) };
     let decimals = decimals(sd);
     format!("{} ± {}", plain(value, decimals), plain(sd, decimals))
 }
 
-/// A row of a table: name, and cells that are HTML already.
+/// Table row: name, and cells in HTML.
 pub(super) fn row(name: &str, cells: &[String]) -> String {
     let cells: String = cells.iter().map(|cell| format!("<td class=\"n\">{cell}</td>")).collect();
     format!("<tr><th scope=\"row\">{}</th>{cells}</tr>\n", escaped(name))

@@ -9,7 +9,7 @@ use crate::{
     text::{certificate as certificate_words, report as words},
 };
 
-/// Sizes are of paper: the page is read on a screen as it is printed.
+/// Style sheet in paper sizes: the page looks the same on screen and in print.
 const STYLE: &str = "\
 @page{margin:9mm 10mm}
 *{box-sizing:border-box}
@@ -82,7 +82,7 @@ section,figure,.two>table{margin-bottom:4mm}.masthead{display:block}.title{text-
 @media print{.certificate{border:0;margin:0;padding:0}html{background:#fff}body{margin:0;padding:0;width:auto}.screen{display:none}.command{max-height:9.1em;overflow:hidden}.dense{zoom:.84}.denser{zoom:.72}}
 ";
 
-/// The page: one self-contained HTML file, and well-formed XML.
+/// Report page: one self-contained HTML file, and well-formed XML.
 pub fn page(report: &Report) -> String {
     let report = &*unknown_sd::shown(report);
     let calibration = &report.calibration;
@@ -115,7 +115,7 @@ pub fn page(report: &Report) -> String {
     html + "</body></html>\n"
 }
 
-/// Number and sheet on every printed sheet.
+/// Running lines: certificate number and sheet number on every printed sheet.
 fn running_lines(report: &Report) -> String {
     let line = |place: &str, content: &str| {
         format!("@{place}{{content:{content};font:7.5pt Arial,sans-serif}}")
@@ -132,9 +132,9 @@ fn running_lines(report: &Report) -> String {
     format!("@page{{{above}{left}{right}}}\n")
 }
 
-/// CSS class for the density that lets the page fit on two sheets, by the number of findings.
+/// CSS class of the density needed to fit on two sheets, by the number of findings.
 fn density(report: &Report) -> &'static str {
-    // A drift section takes as much room as some findings.
+    // A drift section takes as much room as four findings.
     let findings = report.calibration.findings.len() + if report.check.is_some() { 4 } else { 0 };
     match findings {
         0..=5 => "",

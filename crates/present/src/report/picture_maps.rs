@@ -1,4 +1,4 @@
-//! Maps over the picture: the boards, and the residuals of their corners.
+//! Maps over the picture: boards, and residuals of their corners.
 
 use nalgebra::{Point2, Vector2};
 
@@ -15,14 +15,14 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{BoardOutline, frame::ImageSize};
 
-/// Most labels: more would hide the outlines.
+/// Maximum number of labels: more would hide the outlines.
 pub(super) const LABELS: usize = 24;
-/// Most arrows: more can't be told apart.
+/// Maximum number of arrows: more can't be told apart.
 pub(super) const MOST_ARROWS: usize = 1200;
 /// Length of a typical arrow as share of the picture's width.
 const ARROW: f64 = 0.02;
 
-/// Outlines of all boards; what none of them covers is hatched.
+/// Outlines of all boards; uncovered area is hatched.
 pub(super) fn coverage(calibration: &CalibrationFile) -> String {
     let outlines: Vec<(usize, [Point2<f64>; 4])> =
         calibration.used().filter_map(|(number, view)| Some((number, view.outline()?))).collect();
@@ -39,7 +39,7 @@ pub(super) fn coverage(calibration: &CalibrationFile) -> String {
             canvas.hatch(&cell);
         }
     }
-    // Many layers of the faintest blue would hide what is below.
+    // Many layers of even the faintest blue would hide the outlines below.
     let fill = if outlines.len() <= LABELS { "#0072b20d" } else { "none" };
     for (number, corners) in &outlines {
         let stroke = Stroke { colour: COLOURS[number % COLOURS.len()], width: 1.1, dash: *number };
@@ -47,7 +47,7 @@ pub(super) fn coverage(calibration: &CalibrationFile) -> String {
     }
     if outlines.len() <= LABELS {
         for (index, (number, corners)) in outlines.iter().enumerate() {
-            // Boards that lie upon each other have their numbers in different corners.
+            // Overlapping boards have their numbers at different corners.
             let corner = corners[index % 4];
             let middle = corners.iter().fold(Vector2::zeros(), |sum, c| sum + c.coords) / 4.0;
             let place = corner + (Point2::from(middle) - corner) * 0.12;
@@ -84,7 +84,7 @@ pub(super) fn residuals(report: &Report) -> String {
     figure(Section::Residuals, &canvas.svg(), &words::residuals_note(&times, shown, arrows.len()))
 }
 
-/// Every corner with its offset from the predicted place.
+/// Every corner with its offset from the predicted position.
 pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     let calibration = &report.calibration;
     let (Some(lens), Some(board_m)) = (&calibration.result, calibration.board_m()) else {
@@ -103,7 +103,7 @@ pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     arrows
 }
 
-/// 1, 2 or 5 times a power of ten, at most `value`; at least 1.
+/// Largest of 1, 2 or 5 times a power of ten up to `value`; at least 1.
 fn round_down(value: f64) -> f64 {
     let power = libm::pow(10.0, libm::log10(value.max(1.0)).floor());
     let digit = [5.0, 2.0, 1.0].into_iter().find(|digit| digit * power <= value).unwrap_or(1.0);

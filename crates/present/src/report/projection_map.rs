@@ -14,12 +14,12 @@ use crate::{
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
 
-/// Colours where the goal is met, from the surest to the least certain …
+/// Colours where the goal is met, from least to most uncertain.
 const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
-/// … and where it isn't.
+/// Colours where the goal isn't met.
 const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
 
-/// Drawing of the map, as SVG.
+/// SVG drawing of the map.
 pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let Some(projection) = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
     else {

@@ -16,7 +16,7 @@ pub(super) fn section_with(section: Section, class: &str, body: &str) -> String 
     )
 }
 
-/// A drawing with its heading and what it says.
+/// Drawing with its heading and a note.
 pub(super) fn figure(section: Section, drawing: &str, note: &str) -> String {
     let note =
         if note.is_empty() { String::new() } else { format!("<p class=\"note\">{note}</p>") };

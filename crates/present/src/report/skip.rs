@@ -1,4 +1,4 @@
-//! Estimates with views left out: the dependence of the result on single views.
+//! Estimates with views left out: dependence of the result on single views.
 
 use nalgebra::{Isometry3, Point2};
 
@@ -19,24 +19,26 @@ use boresight_calibrate::{
 use boresight_formats::ViewEntry;
 use boresight_geometry::{Corner, PrincipalLine, frame::ImageSize, intersect_unweighted};
 
-/// Most views left out, as in the paper.
+/// Maximum number of views left out, as in the paper.
 const MOST_SKIPPED: usize = 5;
-/// Bundle adjustments for one number of views left out. Each takes as long as a calibration with one lens.
+/// Maximum number of bundle adjustments per number of views left out. Each takes as long as a
+/// calibration with one lens.
 const MOST_STARTS: usize = 24;
-/// Least views without priors, as in a calibration: fewer views lean on weak beliefs about the lens.
+/// Minimum number of views without priors, as in a calibration: fewer views rely on weak priors on
+/// the lens.
 const VIEWS_WITHOUT_PRIOR: usize = 4;
 
-/// The estimates with `skipped` views left out.
+/// Estimates with `skipped` views left out.
 #[derive(Clone, Debug)]
 struct Scatter {
     skipped: usize,
-    /// Estimates that were tried.
+    /// Number of attempted estimates.
     starts: usize,
     points_px: Vec<Point2<f64>>,
     spread: Spread,
 }
 
-/// Drawing, table, and what they say.
+/// Drawing, table, and notes.
 pub(super) fn section(report: &Report) -> (String, String, String) {
     let views = in_order_of_direction(report);
     let lines = by_lines(&views);
@@ -64,7 +66,8 @@ pub(super) fn section(report: &Report) -> (String, String, String) {
     (figure, table(&lines, &bundles), format!("<p class=\"note\">{note}</p>\n"))
 }
 
-/// The used views with the places of their corners, in the order in which the boards recede.
+/// Used views with their positions in the list of corners, ordered by the direction in which the
+/// boards recede.
 fn in_order_of_direction(report: &Report) -> Vec<(usize, &ViewEntry)> {
     let mut views: Vec<(usize, &ViewEntry)> =
         report.calibration.used().map(|(_, view)| view).enumerate().collect();
@@ -92,7 +95,7 @@ fn scatter(
         .collect()
 }
 
-/// Intersections of the principal lines, all weighing the same, as in the paper.
+/// Unweighted intersections of the principal lines, as in the paper.
 fn by_lines(views: &[(usize, &ViewEntry)]) -> Vec<Scatter> {
     let lines: Vec<PrincipalLine> = views
         .iter()
@@ -106,7 +109,7 @@ fn by_lines(views: &[(usize, &ViewEntry)]) -> Vec<Scatter> {
     })
 }
 
-/// Bundle adjustments, or why there are none.
+/// Bundle adjustments, or the reason for having none.
 enum Bundles {
     Done(Vec<Scatter>),
     NotDone(&'static str),
@@ -121,7 +124,7 @@ impl Bundles {
     }
 }
 
-/// The result's lens model, adjusted again from the result.
+/// Bundle adjustments with the result's lens model, started from the result.
 fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
     let Some(lens) = &report.calibration.result else { return Bundles::NotDone(words::TOO_FEW) };
     if lens.focal_varies() {
@@ -150,7 +153,7 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
         let cam_from_board = kept.iter().map(|i| poses[*i]).collect();
         let start = BundleState { camera, cam_from_board };
         let few = kept.len() < VIEWS_WITHOUT_PRIOR;
-        // One view can't determine the rest of a rich lens.
+        // A single view can't determine further parameters of a rich lens model.
         let model = if kept.len() < 2 { model.min(LensModel::K1) } else { model };
         let freedom = model.freedom(lens.square_pixels());
         let bundle = adjust(&observations, &freedom, few.then_some(&prior), start)?;
@@ -158,7 +161,7 @@ fn by_bundle(report: &Report, views: &[(usize, &ViewEntry)]) -> Bundles {
     }))
 }
 
-/// Both clouds, a colour and a mark each; the full estimates are crosses.
+/// Both clouds in different colours and marks; the full estimates are crosses.
 fn cloud(lines: &[Scatter], bundles: &[Scatter]) -> String {
     let points: Vec<Point2<f64>> =
         lines.iter().chain(bundles).flat_map(|scatter| scatter.points_px.clone()).collect();
@@ -171,7 +174,7 @@ fn cloud(lines: &[Scatter], bundles: &[Scatter]) -> String {
                 canvas.mark(kind, *point, COLOURS[kind]);
             }
         }
-        // The way of the centroids.
+        // Path of the centroids.
         let centroids: Vec<Point2<f64>> =
             method.iter().map(|scatter| scatter.spread.centroid_px).collect();
         canvas.curve(&centroids, Stroke::thin("#000"));

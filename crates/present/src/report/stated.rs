@@ -7,7 +7,7 @@ pub struct Certificate {
     pub number: String,
     /// Date of the calibration, with its time zone.
     pub date: String,
-    /// Date when the next check is due.
+    /// Due date of the next check.
     pub check_due: Option<String>,
     pub company: String,
     pub logo: Option<Logo>,
@@ -21,6 +21,6 @@ pub struct Certificate {
     pub mode: String,
     pub board_id: String,
     pub square_measured: String,
-    /// The calibration file: its name and SHA-256.
+    /// Name and SHA-256 of the calibration file.
     pub file: Option<(String, String)>,
 }

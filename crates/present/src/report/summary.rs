@@ -1,4 +1,4 @@
-//! The words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
+//! Words and tables of the page: verdict, camera, numbers, findings, refusals, provenance.
 
 use super::{
     Refused, Report,
@@ -17,7 +17,7 @@ use crate::{
 use boresight_formats::{CalibrationFile, LensEntry, SigmaEntry};
 use boresight_geometry::{self as geometry, BoardOutline, frame::ImageSize};
 
-/// Verdict, next action, and notes to read first. On the page of a check, the check's.
+/// Verdict, next action, and notes to read first. On the page of a check, the check's verdict.
 pub(super) fn verdict(report: &Report) -> String {
     let calibration = &report.calibration;
     let code = calibration.verdict.as_str();
@@ -67,7 +67,7 @@ pub(super) fn verdict(report: &Report) -> String {
     section_with(Section::Verdict, "box", &body)
 }
 
-/// Corners of the picture that boards have hardly reached, in words.
+/// Corners of the picture hardly covered by boards, in words.
 fn open_corners(calibration: &CalibrationFile) -> Option<String> {
     let outlines: Vec<BoardOutline> =
         calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
@@ -76,7 +76,7 @@ fn open_corners(calibration: &CalibrationFile) -> Option<String> {
     if outlines.is_empty() { None } else { result::open_corners(open) }
 }
 
-/// Action of the worst finding, or of a goal that isn't met.
+/// Action of the worst finding, or of a missed goal.
 fn next_action(calibration: &CalibrationFile) -> String {
     let of =
         |severity: &str| calibration.findings.iter().find(|finding| finding.severity == severity);
@@ -111,7 +111,7 @@ pub(super) fn camera(report: &Report) -> String {
     section(Section::Camera, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
 }
 
-/// The estimates with their standard deviations; reprojection RMS last.
+/// Estimates with their standard deviations; reprojection RMS last.
 pub(super) fn numbers(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else {
         let body = format!("<p>{}</p>\n", words::NO_CALIBRATION);
@@ -169,7 +169,7 @@ fn focal_length(lens: &LensEntry) -> String {
     }
 }
 
-/// The lens model and its coefficients, without the ones that it holds at zero.
+/// Lens model and its coefficients, without those fixed at zero.
 fn distortion(lens: &LensEntry) -> String {
     let value = lens.distortion;
     let sd = |of: fn(&SigmaEntry) -> f64| lens.sigma.as_ref().map(of);
@@ -191,7 +191,7 @@ fn distortion(lens: &LensEntry) -> String {
     rows
 }
 
-/// Most findings that stand one below the other.
+/// Maximum number of findings in a single column.
 const FEW_FINDINGS: usize = 4;
 
 /// Findings of the checks, each with its action.
@@ -218,15 +218,15 @@ pub(super) fn findings(calibration: &CalibrationFile) -> String {
     section(Section::Findings, &body)
 }
 
-/// Most characters of a command on paper.
+/// Maximum length of a command on paper, in characters.
 const LONG_COMMAND: usize = 700;
-/// Most reasons on paper, and most names after one.
+/// Maximum number of reasons on paper, and of names per reason.
 const REASONS: usize = 12;
 const NAMES: usize = 6;
 
 /// Refused frames and pictures: reasons with counts, pictures by reason.
 pub(super) fn refused(report: &Report) -> String {
-    // The reason, how often or how long, and the names of pictures.
+    // Reason, count or duration, and names of pictures.
     let mut items: Vec<(&str, String, Vec<&str>)> = report
         .refused
         .iter()
@@ -280,12 +280,12 @@ pub(super) fn refused(report: &Report) -> String {
     section(Section::Refused, &body)
 }
 
-/// A row with words for a value.
+/// Table row with words for a value.
 fn said(name: &str, what: &str) -> String {
     format!("<tr><th scope=\"row\">{}</th><td>{}</td></tr>\n", escaped(name), escaped(what))
 }
 
-/// Versions, and the command that gives the same again.
+/// Versions, and the command to repeat the result.
 pub(super) fn provenance(report: &Report) -> String {
     let mut rows = String::new();
     for (name, what) in &report.provenance.rows {

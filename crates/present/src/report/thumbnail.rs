@@ -8,16 +8,16 @@ use boresight_geometry::frame::ImageSize;
 const WIDEST_PX: u32 = 320;
 const QUALITY: u8 = 72;
 
-/// A picture, made small.
+/// Reduced picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Thumbnail {
     jpeg: Vec<u8>,
-    /// Size of the picture that it was made from.
+    /// Size of the original picture.
     full: ImageSize,
 }
 
 impl Thumbnail {
-    /// Thumbnail of a picture. `None` if it has no pixels.
+    /// Thumbnail of a picture. `None` without pixels.
     pub fn of(picture: &GrayImage) -> Option<Self> {
         let full = ImageSize::of(picture);
         let longest = full.width_px.max(full.height_px);
@@ -36,12 +36,12 @@ impl Thumbnail {
         Some(Self { jpeg, full })
     }
 
-    /// Size of the picture that it was made from.
+    /// Size of the original picture.
     pub fn full_size(&self) -> ImageSize {
         self.full
     }
 
-    /// Address that holds the picture itself.
+    /// Data URI of the picture.
     pub(super) fn data_uri(&self) -> String {
         format!("data:image/jpeg;base64,{}", STANDARD.encode(&self.jpeg))
     }

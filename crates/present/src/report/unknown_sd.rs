@@ -1,4 +1,4 @@
-//! Leaves standard deviations out of a page where they aren't known.
+//! Removal of unknown standard deviations from a page.
 
 use std::borrow::Cow;
 
@@ -6,8 +6,8 @@ use super::Report;
 use crate::text::{acceptance::TOO_EARLY, is_sd_known};
 use boresight_formats::CalibrationFile;
 
-/// `report` as its page shows it: without standard deviations, and without what is made of them, if they aren't known.
-/// The drawings and tables then say what they say about a file that states none.
+/// `report` as shown on its page: if the standard deviations are unknown, without them and
+/// everything derived from them. Drawings and tables then look as for a file that states none.
 pub(super) fn shown(report: &Report) -> Cow<'_, Report> {
     if knows_sd(&report.calibration) {
         return Cow::Borrowed(report);

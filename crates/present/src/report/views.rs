@@ -1,4 +1,4 @@
-//! Every view in small, with its principal line over it.
+//! Thumbnails of all views, with their principal lines.
 
 use nalgebra::Point2;
 
@@ -14,18 +14,18 @@ use crate::{
 };
 use boresight_formats::ViewEntry;
 
-/// Most views: more would need a third sheet.
+/// Maximum number of views: more would need a third sheet.
 const MOST_SHOWN: usize = 60;
-/// Number of views above which there is room for only one line below each.
+/// Number of views above which only one caption line fits below each.
 const MANY: usize = 16;
 /// Width and height of all views on the page, and the height beside a drift section.
 const ROOM: (f64, f64) = (190.0, 86.0);
 const ROOM_BESIDE_DRIFT: f64 = 42.0;
-/// Height of the words below a view in that unit.
+/// Height of a view's caption in the same unit.
 const CAPTION: f64 = 6.5;
 const COLUMNS: std::ops::RangeInclusive<usize> = 4..=15;
 
-/// The views, side by side.
+/// Views side by side.
 pub(super) fn views(report: &Report) -> String {
     let views: Vec<(usize, &ViewEntry)> = report.calibration.used().collect();
     if views.is_empty() {
@@ -62,7 +62,7 @@ pub(super) fn views(report: &Report) -> String {
     section(Section::Views, &html)
 }
 
-/// Fewest columns that leave room for all rows.
+/// Smallest number of columns with room for all rows.
 fn columns(count: usize, height_per_width: f64, room: f64) -> usize {
     let fits = |columns: &usize| {
         let row = ROOM.0 / *columns as f64 * height_per_width + CAPTION;
@@ -85,8 +85,8 @@ fn caption(number: usize, view: &ViewEntry) -> String {
     )
 }
 
-/// Thumbnail of the view at `place` among the used ones in the picture's own pixels: the picture, the board's outline or
-/// corners, the line.
+/// Thumbnail of the view at `place` among the used ones, in the picture's own pixels: picture,
+/// outline or corners of the board, and principal line.
 fn thumbnail(report: &Report, view: &ViewEntry, number: usize, place: usize) -> String {
     let (width, height) = report.calibration.size_px();
     let mut svg = format!(
@@ -146,7 +146,7 @@ fn thumbnail(report: &Report, view: &ViewEntry, number: usize, place: usize) -> 
     svg + "</svg>"
 }
 
-/// All numbers of all views, for screens.
+/// Table of all numbers of all views, for screens.
 fn table(views: &[(usize, &ViewEntry)]) -> String {
     let heads: String = words::VIEW_COLUMNS.iter().map(|head| format!("<th>{head}</th>")).collect();
     let mut html = format!(

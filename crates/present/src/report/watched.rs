@@ -1,10 +1,11 @@
-//! A watched camera over time as one drawing: four curves with what repeats daily, and what happened, on one axis.
+//! A watched camera over time as one drawing: four curves with their daily pattern, and events, on
+//! one axis.
 
 use std::fmt::Write;
 
 use crate::chart::{COLOURS, escaped, short, ticks};
 
-/// Size of the drawing in its own units, and of a curve's strip.
+/// Width of the drawing, in its own units.
 const WIDTH: f64 = 900.0;
 const STRIP: f64 = 105.0;
 const GAP: f64 = 14.0;
@@ -12,45 +13,46 @@ const LEFT: f64 = 62.0;
 const RIGHT: f64 = 10.0;
 const TOP: f64 = 22.0;
 const BOTTOM: f64 = 36.0;
-/// Most dots of a curve: a drawing shows no more.
+/// Maximum number of dots per curve: a drawing can't resolve more.
 const MOST_DOTS: usize = 1500;
-/// The curves and their units.
+/// Curves and their units.
 const NAMES: [&str; 4] = ["pan, px", "tilt, px", "roll, °", "focal, %"];
 
-/// A watched camera over time. Each four numbers are pan and tilt (px), roll (degrees), and focal length (per cent).
+/// Watched camera over time. Arrays of four numbers are pan and tilt (px), roll (degrees), and
+/// focal length (per cent).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WatchedCurve {
     /// Name of the camera.
     pub name: String,
-    /// Its newest state in words.
+    /// Newest state in words.
     pub sentence: String,
-    /// The day on which it began, in words.
+    /// First day of watching, in words.
     pub began: String,
     /// Pictures with an answer, by time.
     pub points: Vec<WatchedPoint>,
-    /// What happened, by time.
+    /// Events, by time.
     pub events: Vec<WatchedEvent>,
 }
 
-/// One picture.
+/// Single picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WatchedPoint {
-    /// Days since the first one.
+    /// Days since the first picture.
     pub day: f64,
-    /// Where the camera points.
+    /// Pointing of the camera.
     pub value: [f64; 4],
-    /// Where one that stays points at this hour, and the smallest change that is seen; `None` while learning.
+    /// Usual pointing at this hour, and the smallest visible change; `None` while learning.
     pub usual: Option<[[f64; 4]; 2]>,
 }
 
-/// Something that happened to a camera.
+/// Event of a camera.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WatchedEvent {
     /// Seconds since the first picture; negative before it.
     pub secs: i64,
-    /// When, in words.
+    /// Time in words.
     pub when: String,
-    /// What, in words.
+    /// Event in words.
     pub what: String,
 }
 
@@ -60,12 +62,12 @@ impl WatchedEvent {
     }
 }
 
-/// The drawing, as SVG.
+/// SVG drawing.
 pub fn watched_chart(curve: &WatchedCurve) -> String {
     let height = TOP + 4.0 * STRIP + 3.0 * GAP + BOTTOM;
     let last = curve.points.last().map_or(1.0, |point| point.day).max(0.1);
     let first = curve.events.iter().map(WatchedEvent::day).fold(0.0, f64::min);
-    // One from long before would leave the pictures no room: it's only listed.
+    // An event from long before would leave the pictures no room; such an event is only listed.
     let first = if first < -0.1 * last { 0.0 } else { first };
     let x = |day: f64| LEFT + (WIDTH - LEFT - RIGHT) * (day - first) / (last - first);
     let mut svg = format!(
@@ -97,7 +99,7 @@ pub fn watched_chart(curve: &WatchedCurve) -> String {
             escaped(&curve.began)
         ),
     );
-    // A number that would lie on the one before stands beside it.
+    // A number that would overlap the previous one is placed beside it.
     let mut free = 0.0;
     for (n, event) in curve.events.iter().enumerate() {
         let at = x(event.day());
@@ -160,7 +162,7 @@ fn strip(
     );
     let every = curve.points.len().div_ceil(MOST_DOTS).max(1);
     let drawn: Vec<&WatchedPoint> = curve.points.iter().step_by(every).collect();
-    // Where learning begins anew, the band begins anew.
+    // When learning restarts, the band restarts.
     for known in drawn.split(|point| point.usual.is_none()).filter(|known| known.len() > 1) {
         let at = |end: usize, p: &WatchedPoint| {
             let value = band(p).map_or(f64::NAN, |band| band[end]);
@@ -199,7 +201,7 @@ fn put(text: &mut String, what: std::fmt::Arguments<'_>) {
     let _ = text.write_fmt(what);
 }
 
-/// The camera's part of a page.
+/// Section of the camera on a page.
 pub(super) fn section(curve: &WatchedCurve) -> String {
     let mut html = format!(
         "<section><h3>{}</h3><p>{}</p>\n<figure>{}</figure>\n",
@@ -250,7 +252,8 @@ mod tests {
         let svg = |name: &'static str| ("http://www.w3.org/2000/svg", name);
         let of_svg = |name| tree.descendants().filter(|n| n.has_tag_name(svg(name))).count();
         assert_eq!((of_svg("polygon"), of_svg("polyline"), of_svg("path")), (4, 4, 4));
-        // The calibration lies long before the first picture, so it's listed only; labels don't hide each other.
+        // The calibration precedes the first picture by far, so it is only listed; labels don't
+        // hide each other.
         assert_eq!((count("li"), html.matches("stroke-dasharray").count()), (3, 2));
         let labels: Vec<f64> = tree
             .descendants()

@@ -2,8 +2,8 @@ use super::{Rank, Word};
 use crate::{instruction::Instruction, text};
 use boresight_guide::session::{Prompt, ViewNumber};
 
-/// Turns the instructions of one session into words. It must get every one: each piece of news is in only one of
-/// them.
+/// Turns the instructions of a session into words. Must get every instruction: each piece of news
+/// is in only one of them.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
     state: Option<Prompt>,
@@ -11,7 +11,7 @@ pub struct Narrator {
 }
 
 impl Narrator {
-    /// The news in `now`, oldest first.
+    /// News in `now`, oldest first.
     pub fn news(&mut self, now: &Instruction) -> Vec<Word> {
         let mut news = Vec::new();
         if let Some(view) = now.taken
@@ -25,14 +25,14 @@ impl Narrator {
         news
     }
 
-    /// The news of `state`, or that the one before is over; `None` without a change.
+    /// News of `state`, or of the end of the previous state; `None` without a change.
     fn change_to(&mut self, state: Option<(Prompt, Word)>) -> Option<Word> {
         let (prompt, word) = state.unzip();
         let before = std::mem::replace(&mut self.state, prompt);
         if prompt == before { None } else { word.or_else(|| before.map(back)) }
     }
 
-    /// The words of `now`, news or not.
+    /// Words of `now`, news or not.
     pub fn word(now: &Instruction) -> Word {
         let [prompt, mirrored] = [false, true].map(|mirrored| now.prompt(mirrored));
         let rank = match prompt {
@@ -44,20 +44,20 @@ impl Narrator {
         Word { rank, text: text::spoken(prompt), mirrored: text::spoken(mirrored) }
     }
 
-    /// The request of `now`, valid as long as it's shown; `None` for news.
+    /// Request of `now`, valid while shown; `None` for news.
     pub fn request(now: &Instruction) -> Option<Word> {
         let word = Self::word(now);
         (!word.rank.is_news()).then_some(word)
     }
 }
 
-/// A view was taken, whatever is shown by then.
+/// News of a view taken, independent of the current instruction.
 fn taken() -> Word {
     let text = text::spoken(Prompt::Taken);
     Word { rank: Rank::Taken, mirrored: text.clone(), text }
 }
 
-/// The news that `ended` holds no longer.
+/// News of the end of `ended`.
 fn back(ended: Prompt) -> Word {
     let text = text::spoken_after(ended).to_owned();
     Word { rank: Rank::Back, mirrored: text.clone(), text }

@@ -2,11 +2,11 @@ use std::collections::VecDeque;
 
 use super::{Rank, Word};
 
-/// Time after which a waiting request isn't begun any more.
+/// Maximum waiting time of a request.
 pub const STALE_SECS: f64 = 1.0;
-/// Least time between two begins of guidance.
+/// Minimum time between two beginnings of guidance.
 pub const GUIDANCE_GAP_SECS: f64 = 2.0;
-/// Time after which a request that hasn't changed is said again.
+/// Time after which an unchanged request is repeated.
 pub const REPEAT_SECS: f64 = 8.0;
 
 /// Next step of the voice.
@@ -14,31 +14,33 @@ pub const REPEAT_SECS: f64 = 8.0;
 pub struct Step {
     /// The word to say.
     pub word: Word,
-    /// Time for which it has waited, in seconds.
+    /// Waiting time, in seconds.
     pub waited_secs: f64,
-    /// True if the word being said is cut short for it.
+    /// True if this word cuts the current one short.
     pub cuts: bool,
 }
 
-/// Words that wait for one voice. Times are seconds of any clock that doesn't go back.
+/// Words waiting for a voice. Times are seconds of any monotonic clock.
 ///
-/// - News is said in the order of its rank, then of its arrival; it's never cut short. A view that was taken is always
-///   said. Of what is lost or back only the newest waits; what is back by the time it would be said wasn't lost.
-/// - Any other word is cut short by one of a higher rank.
+/// - News is said in the order of rank, then of arrival; it's never cut short. A view taken is
+///   always said. Of lost and back only the newest waits; a loss that ended before its turn isn't
+///   said.
+/// - Any other word is cut short by a word of higher rank.
 /// - Of requests only the newest waits, and at most for [`STALE_SECS`].
-/// - Guidance is begun every [`GUIDANCE_GAP_SECS`] at most. A request said last is repeated after [`REPEAT_SECS`] only.
+/// - Guidance is begun every [`GUIDANCE_GAP_SECS`] at most. A request said last is repeated only
+///   after [`REPEAT_SECS`].
 #[derive(Clone, Debug, Default)]
 pub struct Queue {
     news: VecDeque<(f64, Word)>,
     request: Option<(f64, Word)>,
     speaking: Option<Rank>,
-    /// The request said last, and when it was begun.
+    /// Last request said, and its start time.
     said: Option<(f64, Word)>,
     guided_secs: Option<f64>,
 }
 
 impl Queue {
-    /// Hands over a word at `now_secs`. A request may be offered as often as it's shown.
+    /// Offers a word at `now_secs`. A request may be offered as often as it's shown.
     pub fn offer(&mut self, now_secs: f64, word: Word) {
         if word.rank.is_news() {
             // Earlier requests are over.
@@ -65,7 +67,7 @@ impl Queue {
             .is_some_and(|(at_secs, said)| said == word && now_secs - at_secs < REPEAT_SECS)
     }
 
-    /// The word to begin at `now_secs`, if any. It then counts as being said until [`Self::finished`].
+    /// Word to begin at `now_secs`, if any. Counts as being said until [`Self::finished`].
     pub fn next(&mut self, now_secs: f64) -> Option<Step> {
         if self.request.as_ref().is_some_and(|(at_secs, _)| now_secs - at_secs > STALE_SECS) {
             self.request = None;
@@ -94,17 +96,17 @@ impl Queue {
         Some(Step { word, waited_secs: now_secs - at_secs, cuts })
     }
 
-    /// The voice has ended what it was saying.
+    /// Marks the current word as finished.
     pub fn finished(&mut self) {
         self.speaking = None;
     }
 
-    /// True if all news has been said, to its end.
+    /// True if all news has been said to its end.
     pub fn is_quiet(&self) -> bool {
         self.news.is_empty() && !self.speaking.is_some_and(Rank::is_news)
     }
 
-    /// Most important news; the oldest of several.
+    /// Index of the most important news; the oldest of several.
     fn first_news(&self) -> Option<usize> {
         let highest = self.news.iter().map(|(_, word)| word.rank).max()?;
         self.news.iter().position(|(_, word)| word.rank == highest)
@@ -222,7 +224,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is offered, and however long it takes to say: the promises of the queue.
+        /// The queue's promises hold for all offers and durations.
         #[test]
         fn promises_are_kept(
             offers in proptest::collection::vec((0.01_f64..0.6, 0_u8..12, 0.2_f64..1.8), 1..400),

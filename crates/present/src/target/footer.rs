@@ -1,22 +1,22 @@
-//! Room for the ruler and the words below the board.
+//! Space for the ruler and the words below the board.
 
 use super::Page;
 
 /// Lines of words beside the ruler; the first is in bold type.
 pub const LINES: usize = 5;
 
-/// White between the board's surroundings and the footer.
+/// White gap between the board's surroundings and the footer.
 pub(super) const FOOTER_GAP_MM: f64 = 2.0;
 
-/// Letters in a line that stays in its normal size.
+/// Number of letters in a line of normal size.
 pub(super) const LETTERS: f64 = 52.0;
 /// Width of a letter as a share of its size, for typewriter type, the widest in use.
 pub(super) const LETTER_WIDTH: f64 = 0.6;
-/// Distance of lines as a multiple of their size.
+/// Line spacing as a multiple of the type size.
 pub(super) const LEADING: f64 = 1.25;
 pub(super) const TICK_MM: [f64; 3] = [1.6, 2.6, 4.0];
 
-/// The longest ruler for the page's width. `None` if there is none of 10 mm.
+/// Longest ruler for the page's width. `None` if not even 10 mm fit.
 pub(super) fn ruler_mm(page: &Page) -> Option<f64> {
     let room_mm = page.width_mm - 2.0 * edge_mm(page) - 3.0 * page.text_mm;
     [100.0, 50.0, 20.0, 10.0].into_iter().find(|length_mm| *length_mm <= room_mm)
@@ -41,7 +41,7 @@ pub(super) fn ruler_gap_mm(page: &Page) -> f64 {
     4.0 * page.text_mm
 }
 
-/// True if the words stand beside the ruler, or else below it.
+/// True if the words are beside the ruler, false if below.
 pub(super) fn beside(page: &Page) -> bool {
     let words_mm = LETTERS * LETTER_WIDTH * page.text_mm;
     page.width_mm - 2.0 * edge_mm(page) >= 100.0 + ruler_gap_mm(page) + words_mm

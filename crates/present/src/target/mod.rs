@@ -5,7 +5,7 @@
 //!                                                                        └─▶ pdf · svg · png
 //! ```
 //!
-//! A page is measured in millimetres from its top-left corner, `y` down. Everything on a sheet is black on
+//! A page is measured in millimetres from its top-left corner, `y` down. A sheet has only black on
 //! white: axis-aligned rectangles and words, the same in all three formats.
 
 mod footer;

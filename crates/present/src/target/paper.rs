@@ -1,4 +1,4 @@
-/// Sheets that printers take.
+/// Paper sizes of printers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Paper {
     /// 210 × 297 mm.
@@ -9,29 +9,29 @@ pub enum Paper {
     A3,
 }
 
-/// Pixels per metre, as a PNG states it: a whole number.
+/// Pixels per metre, a whole number as in PNG.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
     per_m: u32,
 }
 
-/// Sheet of paper or screen that carries the board.
+/// Paper or screen for the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Page {
     /// Width of the page.
     pub width_mm: f64,
     /// Height of the page.
     pub height_mm: f64,
-    /// White that printers leave along each edge.
+    /// Unprintable margin along each edge.
     pub margin_mm: f64,
-    /// Size of the words.
+    /// Type size.
     pub text_mm: f64,
-    /// A screen's pixels, whose borders the squares keep to.
+    /// Pixels of a screen, to which the squares are aligned.
     pub pixels: Option<Resolution>,
 }
 
 impl Paper {
-    /// All of them, smallest first.
+    /// All paper sizes, smallest first.
     pub const ALL: [Self; 3] = [Self::A4, Self::Letter, Self::A3];
 
     /// Name of the paper, such as "A4".
@@ -87,7 +87,7 @@ impl Page {
             width_mm: mm(width_px.into()),
             height_mm: mm(height_px.into()),
             margin_mm: mm(8.0),
-            // Small print on a coarse screen cannot be read.
+            // Small print on a coarse screen is unreadable.
             text_mm: mm(13.0).max(2.5),
             pixels: Some(resolution),
         }

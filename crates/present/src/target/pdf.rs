@@ -2,17 +2,17 @@ use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, Str, TextStr};
 
 use super::{Sheet, Words};
 
-/// A point, the unit of a PDF, is 1/72 inch.
+/// Points, the unit of PDF, per millimetre: 1/72 inch each.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
-/// Length of the tangents of a Bézier curve that is a quarter of a circle, in radii: to 2e-4 of a radius.
+/// Tangent length of a Bézier quarter circle, in radii: accurate to 2e-4 of a radius.
 const QUARTER: f32 = 0.551_915;
 /// Width of Helvetica's digits as a share of their size.
 const DIGIT_WIDTH: f64 = 0.556;
 
-/// The sheet as a PDF of one page. Equal sheets give equal bytes.
+/// One-page PDF of the sheet. Equal sheets give equal bytes.
 ///
-/// The content is drawn in millimetres under one scale, so a viewer shows the sheet's numbers. The file asks to be
-/// printed without scaling, which some viewers then propose.
+/// The content is drawn in millimetres under one scale, so a viewer shows the sheet's numbers. The
+/// file requests printing without scaling, and some viewers then propose it.
 pub fn pdf(sheet: &Sheet) -> Vec<u8> {
     let [catalog, pages, page, regular, bold, content, info] = [1, 2, 3, 4, 5, 6, 7].map(Ref::new);
     let mut pdf = Pdf::new();
@@ -52,7 +52,7 @@ fn drawn(sheet: &Sheet) -> Vec<u8> {
         let radius = disc.radius_mm as f32;
         content.move_to(x + radius, y);
         for (cosine, sine) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)] {
-            // A quarter turn from (1, 0), turned to its place.
+            // A quarter turn from (1, 0), rotated into place.
             let at = |along: f32, across: f32| {
                 (
                     x + radius * (along * cosine - across * sine),
@@ -70,7 +70,7 @@ fn drawn(sheet: &Sheet) -> Vec<u8> {
         let Words { text, x_mm, baseline_mm, size_mm, bold, centred } = words;
         let shift_mm = if *centred { DIGIT_WIDTH * text.len() as f64 * size_mm / 2.0 } else { 0.0 };
         content.set_font(Name(if *bold { b"B" } else { b"R" }), *size_mm as f32);
-        // Letters stand upright in a page whose y points down.
+        // Letters upright although the page's y points down.
         content.set_text_matrix([
             1.0,
             0.0,

@@ -17,7 +17,7 @@ pub enum Square {
         /// Side of a square.
         mm: f64,
     },
-    /// Squares as large as fit with white around the board that is a square wide.
+    /// Squares as large as fit with a white margin of one square around the board.
     Largest,
 }
 
@@ -28,46 +28,48 @@ pub struct Plan {
     pub columns: u16,
     /// Inner corners in a column.
     pub rows: u16,
-    /// Side of a square or tag, or the distance of rows of circles. On a screen a whole number of its pixels.
+    /// Side of a square or tag, or distance between rows of circles. On a screen, a whole number of
+    /// pixels.
     pub square_mm: f64,
-    /// Markers in the light squares, or tags or circles instead; none on a plain board.
+    /// Markers in the light squares, or tags or circles instead; `None` on a plain board.
     pub markers: Option<Markers>,
     /// Left edge of the board.
     pub left_mm: f64,
     /// Upper edge of the board.
     pub top_mm: f64,
-    /// The page, turned as fits best.
+    /// Page, in the orientation that fits best.
     pub page: Page,
     /// Length of the ruler: 100 mm if the page is wide enough.
     pub ruler_mm: f64,
 }
 
-/// Why a board cannot be put on a page.
+/// Reason why a board doesn't fit on a page.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DoesNotFit {
-    /// The board is larger than the page.
+    /// Board larger than the page.
     #[error("{columns}x{rows} inner corners do not fit")]
     TooLarge {
         /// Inner corners in a row.
         columns: u16,
         /// Inner corners in a column.
         rows: u16,
-        /// The largest squares that fit, if any do.
+        /// Largest squares that fit, if any.
         largest_mm: Option<f64>,
-        /// The smallest paper that holds the requested board.
+        /// Smallest paper for the requested board.
         paper: Option<Paper>,
     },
-    /// Squares that no camera makes out: less than a millimetre or, on a screen, eight pixels.
+    /// Squares too small for any camera: less than a millimetre or, on a screen, eight pixels.
     #[error("squares of {square_mm} mm are too small")]
     TooSmall {
         /// Requested side of a square.
         square_mm: f64,
-        /// Side of the smallest squares allowed.
+        /// Side of the smallest allowed squares.
         least_mm: f64,
     },
 }
 
-/// Places a board of `columns` × `rows` inner corners on the one of `pages` that leaves most white around it.
+/// Places a board of `columns` × `rows` inner corners on the one of `pages` with most white around
+/// it.
 ///
 /// # Errors
 ///
@@ -76,7 +78,8 @@ pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<P
     plan_of(&BoardChoice { columns, rows, markers: None }, square, pages)
 }
 
-/// Places a board on the one of `pages` that leaves most white around it, with room for its markers, but without them.
+/// Places a board on the one of `pages` with most white around it, reserving room for its markers,
+/// but without them.
 ///
 /// # Errors
 ///
@@ -99,7 +102,7 @@ pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Pl
     });
     let best = plans.max_by(|a, b| {
         let rank = |plan: &Plan| (plan.square_mm, plan.white_mm());
-        // The first of equals, landscape, wins.
+        // Of equals, the first one (landscape) wins.
         rank(a)
             .partial_cmp(&rank(b))
             .unwrap_or(std::cmp::Ordering::Equal)
@@ -136,7 +139,7 @@ impl Plan {
         Ok(self)
     }
 
-    /// Name of a file with the board, without its extension: the numbers by which a program finds it.
+    /// File name stem with the numbers needed to detect the board.
     pub fn file_stem(&self) -> String {
         let (choice, square_mm) = (self.choice(), (1000.0 * self.square_mm).round() / 1000.0);
         let [across, down] = choice.counted();
@@ -146,7 +149,7 @@ impl Plan {
         format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
     }
 
-    /// The board as it's named on a command line, with the side of its markers to a micrometre.
+    /// Board as on a command line, with the side of its markers to a micrometre.
     pub fn choice(&self) -> BoardChoice {
         let Self { columns, rows, markers, .. } = *self;
         let markers = markers.map(|markers| {
@@ -157,7 +160,7 @@ impl Plan {
         BoardChoice { columns, rows, markers }
     }
 
-    /// The board in metres; `None` if there is no such board.
+    /// Board in metres; `None` if it's invalid.
     pub fn board(&self) -> Option<Board> {
         let plain = Board::new(self.columns, self.rows, self.square_mm * 1e-3).ok()?;
         self.markers.map_or(Some(plain), |markers| plain.with_markers(markers).ok())
@@ -177,12 +180,12 @@ impl Plan {
         Squares::of([self.columns, self.rows], self.markers)
     }
 
-    /// Width of the white around the board with which it's found best: of a square, or as wide as between tags.
+    /// White margin for best detection: one square, or the space between tags.
     pub fn wanted_white_mm(&self) -> f64 {
         self.squares().white * self.square_mm
     }
 
-    /// Edges of the board whose margins have room for a code: the long ones before the short ones, at most two.
+    /// Edges of the board with room for a code in the margin: long edges first, at most two.
     pub fn edges_with_room(&self) -> Vec<Edge> {
         let needed_mm = FAR * self.square_mm + self.page.margin_mm;
         let pairs =
@@ -193,17 +196,17 @@ impl Plan {
         with_room.map_or_else(Vec::new, |(one, other, _)| vec![one, other])
     }
 
-    /// Width of the white around the board where it is narrowest.
+    /// Narrowest white margin around the board.
     pub fn white_mm(&self) -> f64 {
         self.left_mm.min(self.top_mm)
     }
 }
 
-/// White that the board needs on each side.
+/// White space needed on each side of the board.
 #[derive(Clone, Copy)]
 enum White {
     Wanted,
-    /// The margin that printers leave white anyway.
+    /// The printer's margin alone.
     Margin,
 }
 
@@ -213,7 +216,7 @@ struct Squares {
     rows: u16,
     /// Width and height of the pattern, in squares.
     sides: [f64; 2],
-    /// Width of the white that's wanted around it, in squares.
+    /// Wanted white margin around the pattern, in squares.
     white: f64,
 }
 
@@ -221,7 +224,7 @@ impl Squares {
     fn of([columns, rows]: [u16; 2], markers: Option<Markers>) -> Self {
         let board = Board::new(columns, rows, 1.0).ok();
         let board = board.map(|plain| markers.map_or(plain, |markers| plain.drawn_with(markers)));
-        // Counts that no board has are squares.
+        // Treat invalid counts as squares.
         let plain = [columns, rows].map(|corners| f64::from(corners) + 1.0);
         let sides = board.map_or(plain, |board| board.target().size_m());
         let white = board.map_or(1.0, |board| board.target().steps_m()[1]);
@@ -240,14 +243,15 @@ impl Squares {
         let most_mm = side(width_mm, self.sides[0]).min(side(height_mm, self.sides[1]));
         let round_mm = match page.pixels {
             Some(_) => on_pixels(page, most_mm, f64::floor),
-            // Rounding must not lose the square that fits exactly.
+            // Rounding must not lose an exactly fitting square.
             None if most_mm < 5.0 => (2.0 * most_mm + 1e-9).floor() / 2.0,
             None => (most_mm + 1e-9).floor(),
         };
         (round_mm > 0.999 * least_mm(page)).then_some(round_mm)
     }
 
-    /// Places the board in the middle of the page. `None` if there is less white than the margins.
+    /// Places the board in the middle of the page. `None` if the white is narrower than the
+    /// margins.
     fn place(self, page: &Page, square_mm: f64) -> Option<Plan> {
         let (width_mm, height_mm) = room_mm(page)?;
         let start = |room_mm: f64, squares: f64| {
@@ -278,7 +282,7 @@ fn room_mm(page: &Page) -> Option<(f64, f64)> {
     Some((page.width_mm, page.height_mm - below_mm))
 }
 
-/// A length in whole pixels, if the page has any.
+/// Length in whole pixels, if the page has pixels.
 fn on_pixels(page: &Page, mm: f64, whole: fn(f64) -> f64) -> f64 {
     page.pixels.map_or(mm, |pixels| whole(mm * pixels.per_mm() + 1e-9) / pixels.per_mm())
 }

@@ -4,12 +4,12 @@ use png::{BitDepth, ColorType, Encoder, PixelDimensions, Unit};
 
 use super::{Disc, Rectangle, Resolution, Sheet, Words};
 
-/// A font's size as a share of the height of its letters' boxes.
+/// Font size as a share of the height of the letters' boxes.
 const SIZE_OF_BOX: f64 = 0.73;
-/// The baseline's place in a box.
+/// Position of the baseline in a box.
 const BASELINE_OF_BOX: f64 = 0.78;
 
-/// Why there is no picture.
+/// Reason for not writing a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum NotWritten {
     /// More pixels than any printer needs.
@@ -25,10 +25,10 @@ pub enum NotWritten {
     Encode(#[from] png::EncodingError),
 }
 
-/// The sheet as a grey PNG that states its resolution, and so prints in true size.
+/// Grey PNG of the sheet with its resolution, which makes it print in true size.
 ///
-/// Pixels that an edge crosses are grey by the share that it covers: edges are where they should be to a
-/// fraction of a pixel.
+/// Pixels on an edge are grey by their covered share, so edges are accurate to a fraction of a
+/// pixel.
 ///
 /// # Errors
 ///
@@ -62,7 +62,7 @@ pub fn png(sheet: &Sheet, resolution: Resolution) -> Result<Vec<u8>, NotWritten>
     Ok(file)
 }
 
-/// Darkens each pixel by the share that the rectangle covers.
+/// Darkens each pixel by the share covered by the rectangle.
 fn fill(picture: &mut GrayImage, black: &Rectangle, per_mm: f64) {
     let Rectangle { left_mm, top_mm, width_mm, height_mm } = *black;
     let across = covered(left_mm * per_mm, (left_mm + width_mm) * per_mm, picture.width());
@@ -74,9 +74,9 @@ fn fill(picture: &mut GrayImage, black: &Rectangle, per_mm: f64) {
     }
 }
 
-/// Darkens each pixel by the share that the disc covers, to a thousandth of a pixel.
+/// Darkens each pixel by the share covered by the disc, to a thousandth of a pixel.
 fn fill_disc(picture: &mut GrayImage, disc: &Disc, per_mm: f64) {
-    /// Lines in a pixel.
+    /// Scan lines per pixel.
     const LINES: u32 = 16;
     let ([x, y], radius) = (disc.centre_mm.map(|mm| mm * per_mm), disc.radius_mm * per_mm);
     for (row, _) in covered(y - radius, y + radius, picture.height()) {
@@ -96,7 +96,7 @@ fn fill_disc(picture: &mut GrayImage, disc: &Disc, per_mm: f64) {
     }
 }
 
-/// The pixels between two places, each with the share that lies between them.
+/// Pixels between two positions, each with its covered share.
 fn covered(from: f64, to: f64, size: u32) -> impl Iterator<Item = (u32, f64)> + Clone {
     // Rounding must not leave a trace on the next pixel.
     let (from, to) = (near_whole(from).max(0.0), near_whole(to).min(size.into()));

@@ -13,24 +13,25 @@ use boresight_geometry::{
 
 const STROKE_MM: f64 = 0.2;
 
-/// A page with everything that is on it.
+/// Page with its contents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
-    /// Title in one line.
+    /// One-line title.
     pub title: String,
     /// Width of the page.
     pub width_mm: f64,
     /// Height of the page.
     pub height_mm: f64,
-    /// The dark squares, row by row; none if there is no such board.
+    /// Dark squares, row by row; none for an invalid board.
     pub squares: Vec<Rectangle>,
-    /// The dark discs of a circle grid, row by row.
+    /// Dark discs of a circle grid, row by row.
     pub discs: Vec<Disc>,
-    /// The black cells of markers, in rows and in columns: each is covered twice, so that no seam shows between them.
+    /// Black cells of markers, in rows and in columns: each is covered twice, so no seam shows
+    /// between them.
     pub markers: Vec<Rectangle>,
-    /// The bars of the code in the margin.
+    /// Bars of the code in the margin.
     pub code: Vec<Rectangle>,
-    /// The ruler: its line, then its ticks from left to right, each centred on its place.
+    /// The ruler: its line, then its ticks from left to right, each centred on its position.
     pub ruler: Vec<Rectangle>,
     /// All words on the sheet.
     pub words: Vec<Words>,
@@ -52,30 +53,30 @@ pub struct Rectangle {
 /// A black disc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
-    /// Its centre, from the page's upper left corner.
+    /// Centre, from the page's upper left corner.
     pub centre_mm: [f64; 2],
-    /// Its radius.
+    /// Radius.
     pub radius_mm: f64,
 }
 
-/// Words on one line. Plain ASCII, so that every font has them.
+/// One line of words in plain ASCII, available in every font.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
     /// Text of one line.
     pub text: String,
     /// Left end; with `centred`, the middle.
     pub x_mm: f64,
-    /// The line that the letters stand on.
+    /// Baseline of the letters.
     pub baseline_mm: f64,
-    /// Size of the type.
+    /// Type size.
     pub size_mm: f64,
     /// True for bold type.
     pub bold: bool,
-    /// Around `x_mm`; for numbers only.
+    /// True for text centred at `x_mm`; for numbers only.
     pub centred: bool,
 }
 
-/// Draws a plan with `lines` of words beside its ruler. Other than ASCII characters become question marks.
+/// Draws a plan with `lines` of words beside its ruler. Non-ASCII characters become question marks.
 pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
     let page = &plan.page;
     let edge_mm = edge_mm(page);
@@ -96,7 +97,7 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
         words.push(Words {
             text,
             x_mm,
-            // Lines of every size keep their distance.
+            // Lines of every size keep their spacing.
             baseline_mm: first_mm + page.text_mm * (1.0 + LEADING * i as f64),
             size_mm: page.text_mm.min(fits_mm),
             bold: i == 0,
@@ -117,7 +118,8 @@ pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
 }
 
 impl Sheet {
-    /// The sheet with `code` in the margins of `plan`'s board that have room for it; unchanged if none has.
+    /// Adds `code` to those margins of `plan`'s board with room for it; unchanged if there are
+    /// none.
     #[must_use]
     pub fn with_code(mut self, plan: &Plan, code: &BoardCode) -> Self {
         let size = (usize::from(plan.columns), usize::from(plan.rows));
@@ -135,7 +137,7 @@ impl Sheet {
     }
 }
 
-/// The middle of `plan`'s board on its page.
+/// Centre of `plan`'s board on its page.
 fn middle_mm(plan: &Plan) -> [f64; 2] {
     [plan.left_mm + 0.5 * plan.board_width_mm(), plan.top_mm + 0.5 * plan.board_height_mm()]
 }
@@ -205,7 +207,7 @@ fn ruler_words(plan: &Plan, left_mm: f64, top_mm: f64) -> Vec<Words> {
         bold: false,
         centred,
     };
-    // Numbers at every centimetre where there is room for them.
+    // Numbers at every centimetre if there is room.
     let step = if 3.0 * size_mm * LETTER_WIDTH < 8.0 { 10 } else { 50 };
     let ends_mm = plan.ruler_mm as u32;
     let numbers = (0..=ends_mm).filter(|mm| mm % step == 0 || *mm == ends_mm);

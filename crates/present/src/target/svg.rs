@@ -46,7 +46,7 @@ pub fn svg(sheet: &Sheet) -> String {
     svg
 }
 
-/// Text of a length to a nanometre, without idle zeros.
+/// Length to a nanometre, without trailing zeros.
 fn short(mm: f64) -> String {
     let text = format!("{mm:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
