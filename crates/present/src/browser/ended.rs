@@ -23,7 +23,7 @@ pub struct EndedPage {
     pub aloud: &'static str,
     /// Names and values.
     pub lines: Vec<(String, String)>,
-    /// Findings with their actions.
+    /// Findings with actions.
     pub findings: Vec<(String, String)>,
     /// Picture size.
     pub image_size_px: [u32; 2],

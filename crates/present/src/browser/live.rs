@@ -25,7 +25,7 @@ pub struct Live {
     pub stage: &'static str,
     /// Frame number.
     pub frame: Option<u64>,
-    /// Sentence, and its mirrored form with left and right exchanged.
+    /// Sentence, and the mirrored form with left and right exchanged.
     pub sentence: [String; 2],
     /// Gravity of the sentence.
     pub tone: Gravity,
@@ -33,15 +33,15 @@ pub struct Live {
     pub hold: Option<f64>,
     /// Current moment of the session.
     pub moment: Option<Moment>,
-    /// Sign of the requested movement, and its mirrored form.
+    /// Sign of the requested movement, plain and mirrored.
     pub sign: [Option<Movement>; 2],
     /// True if the card is shown.
     pub card: bool,
-    /// True if the card lies mostly outside the picture and is drawn beside it, small and whole.
+    /// True if the card is mostly outside the picture and drawn small and whole beside the board.
     pub beside: bool,
     /// Closeness of the board to the card, 0 to 1.
     pub close: Option<f32>,
-    /// Points around the board, in the picture's pixels, if its outline is shown.
+    /// Points around the board, in the picture's pixels, if the outline is shown.
     pub board: Option<Vec<[f64; 2]>>,
     /// Direction in which the board recedes.
     pub away_rad: Option<f64>,
@@ -76,7 +76,7 @@ pub struct Plan {
     wheel: Vec<Slot>,
     /// Directions of opposed views.
     pairs: Vec<[f64; 2]>,
-    /// Reasons for refusing frames, with their shares in per cent.
+    /// Reasons for refusing frames, with shares in per cent.
     refused: Vec<(String, u64)>,
     /// Points on the edges expected from a watched camera.
     outline: Vec<[i32; 2]>,
@@ -107,7 +107,7 @@ impl PartialEq for PlanSource {
 /// Card, in the picture's pixels.
 #[derive(Clone, Debug, Serialize)]
 struct Ghost {
-    /// Points around the card with their nearness.
+    /// Points around the card with nearness.
     rim: Vec<[f64; 3]>,
 }
 
@@ -116,7 +116,7 @@ struct View {
     number: u32,
     /// Display name.
     name: String,
-    /// Edge tipped away, and its mirrored form.
+    /// Edge tipped away, plain and mirrored.
     edge: [&'static str; 2],
     direction_rad: f64,
     partner: Option<String>,

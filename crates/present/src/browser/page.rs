@@ -3,9 +3,9 @@
 /// Page-specific parts.
 #[derive(Clone, Copy, Debug)]
 pub struct Own<'a> {
-    /// Elements after the shared ones.
+    /// Elements after the shared elements.
     pub body: &'a str,
-    /// Script after the shared one.
+    /// Script after the shared script.
     pub script: &'a str,
 }
 

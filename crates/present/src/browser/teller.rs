@@ -19,7 +19,7 @@ const MOST_REASONS: usize = 6;
 #[derive(Clone, Debug, Default)]
 pub struct Teller {
     narrator: Narrator,
-    /// One refusal of each kind, and the count of that kind.
+    /// First refusal of each kind, and the count.
     refused: Vec<(Refusal, u64)>,
 }
 
@@ -32,7 +32,7 @@ pub struct News {
     pub view: Option<ViewNumber>,
 }
 
-/// News as a page reads it.
+/// News for a page.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct NewsEvent<'a> {
     /// Sequence number in the session.
@@ -64,7 +64,7 @@ impl Teller {
         news.map(|word| News { view: of_view(&word), word }).collect()
     }
 
-    /// Most frequent kinds of refusal with their shares in per cent. Shares are rounded to 5 %, so
+    /// Most frequent kinds of refusal with shares in per cent. Shares are rounded to 5 %, so
     /// pages don't get a new list with every frame.
     pub fn refused(&self) -> Vec<(Refusal, u64)> {
         let all: u64 = self.refused.iter().map(|(_, count)| count).sum();
@@ -79,7 +79,7 @@ impl Teller {
     }
 }
 
-/// Kind of a refusal in words, without its numbers.
+/// Kind of a refusal in words, without numbers.
 pub(super) fn kind(refusal: &Refusal) -> String {
     let value = serde_json::to_value(refusal).unwrap_or_default();
     refusal_kind(value["why"].as_str().unwrap_or_default()).to_owned()

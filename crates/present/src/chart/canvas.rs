@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
 
 use super::{DASHES, escaped, push, short, ticks};
 
-/// Width of a drawing in its own units, which a page scales.
+/// Width of a drawing in drawing units, which a page scales.
 const WIDTH: f64 = 300.0;
 const CHART_HEIGHT: f64 = 204.0;
 /// Maximum height of a picture; leaves room beside tall pictures.
@@ -70,7 +70,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// Canvas over a whole picture, to its outer edges: the centre of its first pixel is (0, 0).
+    /// Canvas over a whole picture up to the outer edges: the centre of its first pixel is (0, 0).
     pub fn picture(size_px: (f64, f64), title: &str) -> Self {
         Self::picture_of(WIDTH, PICTURE_HEIGHT, size_px, title)
     }
@@ -285,7 +285,7 @@ impl Canvas {
         );
     }
 
-    /// One of four marks.
+    /// Mark of one of four kinds.
     pub fn mark(&mut self, kind: usize, point: Point2<f64>, colour: &str) {
         let (x, y) = self.at(point);
         if x.is_finite() && y.is_finite() {

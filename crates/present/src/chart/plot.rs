@@ -38,7 +38,7 @@ impl Series {
     }
 }
 
-/// Axes, and the curves and clouds in them.
+/// Axes with curves and clouds.
 #[derive(Clone, Debug)]
 pub struct Plot {
     /// Heading above the axes.
@@ -47,7 +47,7 @@ pub struct Plot {
     pub x: String,
     /// Label of the vertical axis.
     pub y: String,
-    /// Curves and clouds, in the order of their colours.
+    /// Curves and clouds, in the order of the colours.
     pub series: Vec<Series>,
     /// True for equal units on both axes and y pointing down, as in a picture.
     pub picture: bool,

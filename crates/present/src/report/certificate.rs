@@ -187,7 +187,7 @@ impl ResultRow {
         )
     }
 
-    /// Row of an estimate with its expanded uncertainty.
+    /// Row of an estimate with expanded uncertainty.
     fn estimate(name: &'static str, value_px: f64, sd_px: Option<f64>) -> Self {
         let limit = String::new();
         let Some(expanded_px) = sd_px.map(|sd_px| COVERAGE_FACTOR * sd_px) else {

@@ -43,7 +43,7 @@ pub(super) fn html(check: &CheckFile) -> String {
     section(Section::Drift, &body)
 }
 
-/// Change of the principal point with its uncertainty, and a circle of the smallest visible change.
+/// Change of the principal point with uncertainty, and a circle of the smallest visible change.
 fn drawing(change: &ChangeEntry, visible: Option<VisibleEntry>) -> String {
     let moved = Point2::from(change.pp_px);
     let [x, y] = change.sigma.pp_px;

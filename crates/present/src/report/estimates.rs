@@ -150,7 +150,7 @@ fn drawing(
     figure(section, &canvas.svg(), note)
 }
 
-/// Table of every method's principal point with its standard deviations.
+/// Table of every method's principal point with standard deviations.
 pub(super) fn table(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else { return String::new() };
     let [name, x, y, from] = words::METHOD_COLUMNS;

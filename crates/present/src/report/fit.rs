@@ -16,7 +16,7 @@ use crate::{
 use boresight_formats::{CalibrationFile, LensEntry};
 use boresight_geometry::LensParameter;
 
-/// Size of a drawing without axes, in its own units.
+/// Size of a drawing without axes, in drawing units.
 const SIZE: (f64, f64) = (300.0, 204.0);
 /// Colour of ordinary views, and of the background of the data.
 const USUAL: &str = COLOURS[5];
@@ -54,7 +54,7 @@ pub(super) fn section(report: &Report) -> String {
     )
 }
 
-/// SVG drawing, and a sentence about its numbers.
+/// SVG drawing, and a sentence about the numbers.
 type Drawn = Option<(String, String)>;
 
 /// Residual of each view, the largest marked.
@@ -86,7 +86,7 @@ fn bars(calibration: &CalibrationFile) -> Drawn {
     Some((canvas.svg(), note))
 }
 
-/// Boards before the camera, and its field of view, from above and the side.
+/// Boards before the camera, and the field of view, from above and the side.
 fn poses(calibration: &CalibrationFile, lens: &LensEntry) -> Drawn {
     let board = calibration.checkerboard()?;
     let corners_m = board.corners_in_board_m();

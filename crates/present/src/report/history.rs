@@ -49,7 +49,7 @@ pub struct ModelLine {
     pub due: usize,
 }
 
-/// Camera with its calibrations.
+/// Camera with calibrations.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CameraCurve {
     /// Name of the camera and size of its pictures.
@@ -138,7 +138,7 @@ fn section(camera: &CameraCurve) -> String {
     html + "</section>\n"
 }
 
-/// Curve of one parameter over time with its intervals.
+/// Curve of a parameter over time with intervals.
 fn curve(points: &[CurvePoint], parameter: usize, name: &str) -> String {
     let at = |point: &CurvePoint, sds: f64| {
         Point2::new(point.day, point.f_pp_px[parameter] + sds * point.sd_px[parameter])

@@ -1,4 +1,4 @@
-//! Displacement by the lens as a curve, with its uncertainty.
+//! Displacement by the lens as a curve with uncertainty.
 
 use nalgebra::Point2;
 

@@ -57,7 +57,7 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Statements of the first sheet beside the numbers; `None` for a report without a certificate.
     pub certificate: Option<Certificate>,
-    /// Camera and its changes.
+    /// Camera and changes of the camera.
     pub camera: CameraSection,
     /// Corners of each used view, in pixels; empty if unknown.
     pub corners: Vec<Vec<Corner>>,
@@ -82,7 +82,7 @@ pub struct CameraSection {
     pub changes: Vec<CameraChange>,
 }
 
-/// Change of the camera or its controls, or an interruption.
+/// Change of the camera or a control, or an interruption.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraChange {
     /// Time in words.

@@ -32,7 +32,7 @@ pub(super) fn brief(value: f64, digits: i32) -> String {
     text(value, brief_decimals(value, digits))
 }
 
-/// Text of [`brief`], with all digits in its `value`.
+/// Text of [`brief`], with all digits in `value`.
 pub(super) fn brief_data(value: f64, digits: i32) -> String {
     plain(value, brief_decimals(value, digits))
 }

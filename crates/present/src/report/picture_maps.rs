@@ -84,7 +84,7 @@ pub(super) fn residuals(report: &Report) -> String {
     figure(Section::Residuals, &canvas.svg(), &words::residuals_note(&times, shown, arrows.len()))
 }
 
-/// Every corner with its offset from the predicted position.
+/// Every corner with the offset from the predicted position.
 pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
     let calibration = &report.calibration;
     let (Some(lens), Some(board_m)) = (&calibration.result, calibration.board_m()) else {

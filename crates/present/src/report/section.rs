@@ -7,7 +7,7 @@ pub(super) fn section(section: Section, body: &str) -> String {
     section_with(section, "part", body)
 }
 
-/// A part of the page with its own style class.
+/// Part of the page with a style class.
 pub(super) fn section_with(section: Section, class: &str, body: &str) -> String {
     format!(
         "<section id=\"{}\" class=\"{class}\"><h2>{}</h2>\n{body}</section>\n",
@@ -16,7 +16,7 @@ pub(super) fn section_with(section: Section, class: &str, body: &str) -> String 
     )
 }
 
-/// Drawing with its heading and a note.
+/// Drawing with heading and note.
 pub(super) fn figure(section: Section, drawing: &str, note: &str) -> String {
     let note =
         if note.is_empty() { String::new() } else { format!("<p class=\"note\">{note}</p>") };

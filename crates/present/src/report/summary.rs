@@ -89,7 +89,7 @@ fn next_action(calibration: &CalibrationFile) -> String {
     }
 }
 
-/// Facts about the camera, with its changes.
+/// Facts about the camera, and changes.
 pub(super) fn camera(report: &Report) -> String {
     let calibration = &report.calibration;
     let mut rows = String::new();
@@ -111,7 +111,7 @@ pub(super) fn camera(report: &Report) -> String {
     section(Section::Camera, &format!("<table><tbody>\n{rows}</tbody></table>\n"))
 }
 
-/// Estimates with their standard deviations; reprojection RMS last.
+/// Estimates with standard deviations; reprojection RMS last.
 pub(super) fn numbers(calibration: &CalibrationFile) -> String {
     let Some(lens) = &calibration.result else {
         let body = format!("<p>{}</p>\n", words::NO_CALIBRATION);
@@ -169,7 +169,7 @@ fn focal_length(lens: &LensEntry) -> String {
     }
 }
 
-/// Lens model and its coefficients, without those fixed at zero.
+/// Lens model and coefficients, without those fixed at zero.
 fn distortion(lens: &LensEntry) -> String {
     let value = lens.distortion;
     let sd = |of: fn(&SigmaEntry) -> f64| lens.sigma.as_ref().map(of);
@@ -194,7 +194,7 @@ fn distortion(lens: &LensEntry) -> String {
 /// Maximum number of findings in a single column.
 const FEW_FINDINGS: usize = 4;
 
-/// Findings of the checks, each with its action.
+/// Findings of the checks, each with an action.
 pub(super) fn findings(calibration: &CalibrationFile) -> String {
     if calibration.findings.is_empty() {
         return section(Section::Findings, &format!("<p>{}</p>\n", words::NO_FINDINGS));

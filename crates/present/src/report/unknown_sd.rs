@@ -6,7 +6,7 @@ use super::Report;
 use crate::text::{acceptance::TOO_EARLY, is_sd_known};
 use boresight_formats::CalibrationFile;
 
-/// `report` as shown on its page: if the standard deviations are unknown, without them and
+/// `report` as shown on the page: if the standard deviations are unknown, without them and
 /// everything derived from them. Drawings and tables then look as for a file that states none.
 pub(super) fn shown(report: &Report) -> Cow<'_, Report> {
     if knows_sd(&report.calibration) {

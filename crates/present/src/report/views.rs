@@ -1,4 +1,4 @@
-//! Thumbnails of all views, with their principal lines.
+//! Thumbnails of all views, with principal lines.
 
 use nalgebra::Point2;
 
@@ -16,7 +16,7 @@ use boresight_formats::ViewEntry;
 
 /// Maximum number of views: more would need a third sheet.
 const MOST_SHOWN: usize = 60;
-/// Number of views above which only one caption line fits below each.
+/// Number of views with room for only a single caption line.
 const MANY: usize = 16;
 /// Width and height of all views on the page, and the height beside a drift section.
 const ROOM: (f64, f64) = (190.0, 86.0);

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use crate::chart::{COLOURS, escaped, short, ticks};
 
-/// Width of the drawing, in its own units.
+/// Width of the drawing, in drawing units.
 const WIDTH: f64 = 900.0;
 const STRIP: f64 = 105.0;
 const GAP: f64 = 14.0;
@@ -15,7 +15,7 @@ const TOP: f64 = 22.0;
 const BOTTOM: f64 = 36.0;
 /// Maximum number of dots per curve: a drawing can't resolve more.
 const MOST_DOTS: usize = 1500;
-/// Curves and their units.
+/// Curves and units.
 const NAMES: [&str; 4] = ["pan, px", "tilt, px", "roll, °", "focal, %"];
 
 /// Watched camera over time. Arrays of four numbers are pan and tilt (px), roll (degrees), and

@@ -16,7 +16,7 @@ pub struct Step {
     pub word: Word,
     /// Waiting time, in seconds.
     pub waited_secs: f64,
-    /// True if this word cuts the current one short.
+    /// True if this word cuts the current word short.
     pub cuts: bool,
 }
 
@@ -34,7 +34,7 @@ pub struct Queue {
     news: VecDeque<(f64, Word)>,
     request: Option<(f64, Word)>,
     speaking: Option<Rank>,
-    /// Last request said, and its start time.
+    /// Last request said, and the start time.
     said: Option<(f64, Word)>,
     guided_secs: Option<f64>,
 }
@@ -101,7 +101,7 @@ impl Queue {
         self.speaking = None;
     }
 
-    /// True if all news has been said to its end.
+    /// True if all news has been said to the end.
     pub fn is_quiet(&self) -> bool {
         self.news.is_empty() && !self.speaking.is_some_and(Rank::is_news)
     }

@@ -10,7 +10,7 @@ pub(super) const FOOTER_GAP_MM: f64 = 2.0;
 
 /// Number of letters in a line of normal size.
 pub(super) const LETTERS: f64 = 52.0;
-/// Width of a letter as a share of its size, for typewriter type, the widest in use.
+/// Width of a letter as a share of the type size, for typewriter type, the widest in use.
 pub(super) const LETTER_WIDTH: f64 = 0.6;
 /// Line spacing as a multiple of the type size.
 pub(super) const LEADING: f64 = 1.25;

@@ -6,7 +6,7 @@ use super::{Sheet, Words};
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
 /// Tangent length of a Bézier quarter circle, in radii: accurate to 2e-4 of a radius.
 const QUARTER: f32 = 0.551_915;
-/// Width of Helvetica's digits as a share of their size.
+/// Width of Helvetica's digits as a share of the type size.
 const DIGIT_WIDTH: f64 = 0.556;
 
 /// One-page PDF of the sheet. Equal sheets give equal bytes.

@@ -12,7 +12,7 @@ use boresight_geometry::{
 /// Size of the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Square {
-    /// Squares of exactly this side.
+    /// Squares of exactly the given side.
     Exactly {
         /// Side of a square.
         mm: f64,
@@ -149,7 +149,7 @@ impl Plan {
         format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
     }
 
-    /// Board as on a command line, with the side of its markers to a micrometre.
+    /// Board as on a command line, with the side of the markers to a micrometre.
     pub fn choice(&self) -> BoardChoice {
         let Self { columns, rows, markers, .. } = *self;
         let markers = markers.map(|markers| {

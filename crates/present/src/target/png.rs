@@ -25,7 +25,7 @@ pub enum NotWritten {
     Encode(#[from] png::EncodingError),
 }
 
-/// Grey PNG of the sheet with its resolution, which makes it print in true size.
+/// Grey PNG of the sheet with the resolution, for printing in true size.
 ///
 /// Pixels on an edge are grey by their covered share, so edges are accurate to a fraction of a
 /// pixel.
@@ -96,7 +96,7 @@ fn fill_disc(picture: &mut GrayImage, disc: &Disc, per_mm: f64) {
     }
 }
 
-/// Pixels between two positions, each with its covered share.
+/// Pixels between two positions, each with the covered share.
 fn covered(from: f64, to: f64, size: u32) -> impl Iterator<Item = (u32, f64)> + Clone {
     // Rounding must not leave a trace on the next pixel.
     let (from, to) = (near_whole(from).max(0.0), near_whole(to).min(size.into()));

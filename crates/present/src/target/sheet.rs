@@ -13,7 +13,7 @@ use boresight_geometry::{
 
 const STROKE_MM: f64 = 0.2;
 
-/// Page with its contents.
+/// Page with contents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sheet {
     /// One-line title.
@@ -62,7 +62,7 @@ pub struct Disc {
 /// One line of words in plain ASCII, available in every font.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Words {
-    /// Text of one line.
+    /// Text of the line.
     pub text: String,
     /// Left end; with `centred`, the middle.
     pub x_mm: f64,
@@ -76,7 +76,7 @@ pub struct Words {
     pub centred: bool,
 }
 
-/// Draws a plan with `lines` of words beside its ruler. Non-ASCII characters become question marks.
+/// Draws a plan with `lines` of words beside the ruler. Non-ASCII characters become question marks.
 pub fn sheet(plan: &Plan, lines: &[String; LINES]) -> Sheet {
     let page = &plan.page;
     let edge_mm = edge_mm(page);
@@ -137,12 +137,12 @@ impl Sheet {
     }
 }
 
-/// Centre of `plan`'s board on its page.
+/// Centre of `plan`'s board on the page.
 fn middle_mm(plan: &Plan) -> [f64; 2] {
     [plan.left_mm + 0.5 * plan.board_width_mm(), plan.top_mm + 0.5 * plan.board_height_mm()]
 }
 
-/// Rectangles of `plan`'s board on its page.
+/// Rectangles of `plan`'s board on the page.
 fn rectangles(plan: &Plan, shapes: Vec<Shape>) -> Vec<Rectangle> {
     let middle_mm = middle_mm(plan);
     let on_page = |shape| match shape {
@@ -157,7 +157,7 @@ fn rectangles(plan: &Plan, shapes: Vec<Shape>) -> Vec<Rectangle> {
     shapes.into_iter().filter_map(on_page).collect()
 }
 
-/// Discs of `plan`'s board on its page.
+/// Discs of `plan`'s board on the page.
 fn discs(plan: &Plan, shapes: &[Shape]) -> Vec<Disc> {
     let middle_mm = middle_mm(plan);
     let on_page = |shape: &Shape| match *shape {

@@ -1,22 +1,23 @@
-//! Sentences about the goal of a calibration, in the goal's unit.
+//! Sentences about a calibration's goal, in the goal's unit.
 
 use super::uncertainty::knows_sd;
 use boresight_calibrate::{Acceptance, AcceptanceGoal, Calibration, ErrorBound};
 
-/// Verdict on a goal where standard deviations aren't known, and what to do.
+/// Verdict and action for a goal while standard deviations are unknown.
 pub const TOO_EARLY: (&str, &str) = (
     "Your goal can't be judged: fewer than four different views",
     "Take more views, tipped in different directions.",
 );
 
-/// The verdict on the goal of `calibration`, and what to do, empty if it's met. `None` without a goal.
+/// Verdict and action for the goal of `calibration`; the action is empty if the goal is met. `None`
+/// without a goal.
 pub fn on_goal(calibration: &Calibration) -> Option<(String, &'static str)> {
     let judged = calibration.acceptance.as_ref()?;
     let (what, action) = TOO_EARLY;
     Some(if knows_sd(calibration) { acceptance(judged) } else { (what.into(), action) })
 }
 
-/// The verdict on a goal and what to do, empty if it's met.
+/// Verdict and action for a goal; the action is empty if the goal is met.
 pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     let goal = judged.goal;
     let Some(bound) = &judged.bound else {
@@ -56,7 +57,8 @@ pub fn acceptance(judged: &Acceptance) -> (String, &'static str) {
     (what, action)
 }
 
-/// Sentence, before the first view, about a goal that no view can reach. `None` if it can be reached.
+/// Sentence before the first view about a goal out of reach of any view. `None` if the goal can be
+/// reached.
 pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     let scale = goal.scale_part(scale_sd);
     (scale >= goal.limit()).then(|| {
@@ -69,7 +71,8 @@ pub fn out_of_reach(goal: AcceptanceGoal, scale_sd: f64) -> Option<String> {
     })
 }
 
-/// The error bound and the goal, in short: "±0.61 mm (goal 0.5 mm)"; "±?" where standard deviations aren't known.
+/// Error bound and goal, short: "±0.61 mm (goal 0.5 mm)"; "±?" while standard deviations are
+/// unknown.
 pub fn progress(judged: &Acceptance, is_sd_known: bool) -> String {
     let goal = judged.goal;
     let wanted = limit(goal);
@@ -95,7 +98,7 @@ fn a_length(length_m: f64, at_m: f64) -> String {
     format!("a length of {length} mm at {} m", rounded(at_m))
 }
 
-/// Rounds to a millionth, which drops digits that only rounding made.
+/// Rounds to a millionth, which drops digits from rounding errors.
 fn rounded(value: f64) -> f64 {
     (1e6 * value).round() / 1e6
 }
@@ -119,12 +122,12 @@ fn error(goal: AcceptanceGoal, value: f64) -> String {
     format!("{} {}", small(in_unit(goal, value)), unit(goal))
 }
 
-/// The largest error accepted, with all of its digits.
+/// Largest accepted error, with all digits.
 fn limit(goal: AcceptanceGoal) -> String {
     format!("{} {}", rounded(in_unit(goal, goal.limit())), unit(goal))
 }
 
-/// A positive number to two significant digits: 1.6, 0.32, 0.5, 12.
+/// Positive number to two significant digits: 1.6, 0.32, 0.5, 12.
 pub(super) fn small(value: f64) -> String {
     if !(value.is_finite() && value > 0.0) {
         return format!("{value}");

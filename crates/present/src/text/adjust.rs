@@ -7,7 +7,7 @@ pub fn name(control: Control) -> String {
     super::camera::capital(super::camera::control(control))
 }
 
-/// Effect of a control, and of setting it.
+/// Effect of a control, and of setting the control.
 pub fn tip(control: Control) -> &'static str {
     match control {
         Control::Focus => {
@@ -28,7 +28,7 @@ pub fn tip(control: Control) -> &'static str {
     }
 }
 
-/// State of a control, as read back; `asked` is on its way to the camera.
+/// State of a control, as read back; `asked` is on the way to the camera.
 pub fn state(lock: Lock, asked: Option<i64>) -> String {
     match (asked, lock) {
         (Some(asked), _) => format!("setting to {asked}"),
@@ -36,17 +36,17 @@ pub fn state(lock: Lock, asked: Option<i64>) -> String {
     }
 }
 
-/// The button that undoes a change.
+/// Button to undo a change.
 pub fn back(first: i64) -> String {
     format!("reset to {first}")
 }
 
-/// The button that sets a control back to its value while the views were taken.
+/// Button to reset a control to the value used for the views.
 pub fn set_back(control: Control, value: i64) -> String {
     format!("Set the {} back to {value}", super::camera::control(control))
 }
 
-/// Explanation of that button.
+/// Tooltip of the button.
 pub fn back_tip(control: Control, first: i64) -> String {
     format!(
         "Set the {} back to its value at the start of the session: {first}.",

@@ -160,11 +160,11 @@ const OTHER_MODE_WAITS: &str = "The session's mode is asked for until the camera
 
 /// Action while a camera is lost by `fault`.
 pub(super) fn action_while_lost(lost: Fault) -> &'static str {
-    // Without the session's mode it isn't used at all.
+    // Without the session's mode the camera isn't used at all.
     if lost == Fault::OtherMode { OTHER_MODE_WAITS } else { fault(lost).1 }
 }
 
-/// Obstacle that keeps views from being taken, and the next action; `None` if there is none.
+/// Obstacle to taking views, and the next action; `None` without an obstacle.
 pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     if let Stream::Lost { fault: lost, detail } = &camera.stream {
         let (cause, _) = with_detail(*lost, detail);
@@ -176,7 +176,7 @@ pub fn obstacle(camera: &CameraState) -> Option<(String, String)> {
     })
 }
 
-/// A focus or zoom that has left its place, and the next action.
+/// Moved focus or zoom, and the next action.
 pub(super) fn geometry_moved(camera: &CameraState) -> Option<(String, String)> {
     let change = camera.changed.values().find(|change| change.control.moves_geometry())?;
     if camera.set_by_hand.contains(&change.control) {
@@ -192,28 +192,29 @@ pub(super) fn geometry_moved(camera: &CameraState) -> Option<(String, String)> {
     Some((what, fault(Fault::GeometryMoved).1.into()))
 }
 
-/// A control that changed, such as `Focus changed (30 → 45)`.
+/// Changed control, such as `Focus changed (30 → 45)`.
 fn moved(change: &ControlChange) -> String {
     format!("{} changed ({} to {})", capital(control(change.control)), change.from, change.to)
 }
 
-/// A control that changed and doesn't hold up the session: "Exposure changed (8000 to 33333). Setting it back…".
+/// Changed control that doesn't hold up the session: "Exposure changed (8000 to 33333). Setting it
+/// back…".
 pub fn put_right(change: &ControlChange) -> String {
     format!("{}. Setting it back…", moved(change))
 }
 
-/// A control that is as it was: "Exposure is set back".
+/// Restored control: "Exposure is set back".
 pub fn is_back(which: Control) -> String {
     format!("{} is set back", capital(control(which)))
 }
 
-/// A control that the person set.
+/// Control set by the person.
 fn set(change: &ControlChange) -> String {
     let name = capital(control(change.control));
     format!("{name} was set by hand ({} to {})", change.from, change.to)
 }
 
-/// A fault with its details: what happened, and what to do.
+/// Fault with details: cause and action.
 pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
     let (cause, action) = fault(what);
     let detail = printable(detail);
@@ -221,7 +222,7 @@ pub fn with_detail(what: Fault, detail: &str) -> (String, String) {
     (cause, action.into())
 }
 
-/// Event of the camera, for a list of such; `None` for one that is no news.
+/// Event of the camera, for a list of events; `None` if it's no news.
 pub fn event(event: &CameraEvent) -> Option<String> {
     Some(match event {
         CameraEvent::Started { mode: granted } => format!("streaming {}", mode(granted)),
@@ -239,7 +240,7 @@ pub fn event(event: &CameraEvent) -> Option<String> {
     })
 }
 
-/// The name of a control.
+/// Name of a control.
 pub fn control(control: Control) -> &'static str {
     match control {
         Control::Focus => "focus",
@@ -261,7 +262,7 @@ pub fn lock(lock: Lock) -> String {
     }
 }
 
-/// A camera's mode, such as `1280x720 MJPG at 30 fps`.
+/// Camera mode, such as `1280x720 MJPG at 30 fps`.
 pub fn mode(mode: &Mode) -> String {
     let size = format!("{} {}", mode.size, mode.layout.name());
     match mode.rate_hz() {
@@ -270,18 +271,19 @@ pub fn mode(mode: &Mode) -> String {
     }
 }
 
-/// Text from a device or a file without what could command a terminal, or turn the order of its letters.
+/// Text from a device or a file without characters that control a terminal or the direction of
+/// writing.
 pub fn printable(text: &str) -> String {
     text.chars().filter(|c| is_harmless(*c)).collect()
 }
 
-/// Whether a letter commands no terminal: it's no control character, and turns no direction of writing.
+/// False for control characters and for characters that change the direction of writing.
 pub fn is_harmless(c: char) -> bool {
     !c.is_control()
         && !matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// `word` with a capital letter, as at the start of a line.
+/// `word` capitalised, as at the start of a line.
 pub fn capital(word: &str) -> String {
     let mut letters = word.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())

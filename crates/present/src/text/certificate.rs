@@ -1,15 +1,15 @@
 //! The certificate in words.
 
-/// Title, if the calibration may be used.
+/// Title of a usable calibration.
 pub const TITLE: &str = "Calibration certificate";
-/// Title, if it may not.
+/// Title of an unusable calibration.
 pub const NO_CERTIFICATE: &str = "Calibration record (not a certificate)";
-/// Across the sheet of a simulated camera.
+/// Watermark on the sheet of a simulated camera.
 pub const SIMULATED: &str = "SIMULATED";
 /// Camera of a simulated session.
 pub const SIMULATED_CAMERA: &str = "simulated camera";
 
-/// Number of the certificate.
+/// Certificate number.
 pub fn number(number: &str) -> String {
     format!("No. {number}")
 }
@@ -53,12 +53,12 @@ pub mod name {
     pub const SIGNATURE: &str = "name, date, signature";
 }
 
-/// Limits: at least, at most.
+/// Lower limit.
 pub fn at_least(value: &str) -> String {
     format!("≥ {value}")
 }
 
-/// See [`at_least`].
+/// Upper limit.
 pub fn at_most(value: &str) -> String {
     format!("≤ {value}")
 }
@@ -71,13 +71,13 @@ pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
     format!("{across:.1}° × {down:.1}°, diagonal {diagonal:.1}°")
 }
 
-/// Below the table.
+/// Note below the table.
 pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
 
-/// Conditions under which the numbers hold.
+/// Validity conditions of the numbers.
 pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
 
-/// Heading of warnings by the checks.
+/// Heading of the checks' warnings.
 pub const WARNINGS: &str = "Warnings:";
 
 /// Checksum of the calibration file.
@@ -85,12 +85,12 @@ pub fn checksum(file: &str, sha256: &str) -> String {
     format!("{file}, SHA-256 {sha256}")
 }
 
-/// Error for a logo that isn't there.
+/// Error for a missing logo.
 pub fn no_logo(path: &str, why: &str) -> String {
     format!("The logo {path} can't be shown: {why}")
 }
 
-/// Error for a session that names a logo which only its owner may mean.
+/// Error for a session whose logo only the session's owner may name.
 pub fn logo_of_session(path: &str) -> String {
     format!(
         "The session's logo {path} is outside of this folder. To show it: --set certificate.logo={path}"

@@ -2,7 +2,7 @@
 
 use crate::chart::Axes;
 
-/// A chart of the result page.
+/// Chart of the result page.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Chart {
     /// Uncertainty of projection over the picture.
@@ -10,11 +10,11 @@ pub enum Chart {
     Uncertainty,
     /// Residual of each corner.
     Residuals,
-    /// The principal lines around the principal point.
+    /// Principal lines around the principal point.
     Lines,
-    /// The principal point with views left out.
+    /// Principal point with views left out.
     Skipped,
-    /// The newest picture without distortion.
+    /// Newest picture without distortion.
     Undistorted,
     /// Change since an older calibration.
     Change,
@@ -31,7 +31,7 @@ pub enum Chart {
 }
 
 impl Chart {
-    /// Charts for everybody.
+    /// Charts for everyone.
     pub const PLAIN: [Self; 5] =
         [Self::Uncertainty, Self::Views, Self::Poses, Self::Undistorted, Self::Change];
     /// Charts for engineers.
@@ -101,9 +101,9 @@ impl Chart {
     }
 }
 
-/// Heading of the charts of a report that are for a screen.
+/// Heading of a report's charts for a screen.
 pub const FIT: &str = "How the views fit";
-/// Note in place of a chart of a report that the file has no numbers for.
+/// Note in place of a report's chart whose numbers are missing from the file.
 pub const NOT_KNOWN: &str = "Not shown: this file doesn't have its numbers.";
 
 /// Axes of the bars of the views.
@@ -119,17 +119,18 @@ pub const DISTANCE_AXES: Axes<'_> =
 /// Heading of the charts for engineers.
 pub const MORE: &str = "Residuals and lines";
 
-/// Below the chart of uncertainty.
+/// Note below the chart of uncertainty.
 pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {
     format!("{mean_px:.3} px on average, {max_px:.3} px at worst")
 }
 
-/// Legend of green cells: the error stays below the goal there.
+/// Legend of green cells, where the error stays below the goal.
 pub fn within_goal(goal_px: f64, share: f64) -> String {
     format!("below {goal_px:.1} px: {} of the picture", super::percent(share))
 }
 
-/// Below the small map of a session that goes on: the share of the picture that meets the goal, if that's known yet.
+/// Note below the small map of a running session: the share of the picture that meets the goal, if
+/// known yet.
 pub fn valid_so_far(share: Option<f64>) -> String {
     share.map_or_else(
         || "Valid: not yet".into(),
@@ -150,7 +151,7 @@ pub fn valid_tip(goal_px: Option<f64>) -> String {
 /// Legend of amber cells.
 pub const BEYOND_GOAL: &str = "above it";
 
-/// Slider from the picture as it is to the picture without distortion.
+/// Slider from the original picture to the picture without distortion.
 pub const AFTER: &str = "Distortion removed";
 
 /// Name of a view in a chart.
@@ -158,56 +159,56 @@ pub fn view(number: &str) -> String {
     format!("View {number}")
 }
 
-/// Below the picture of the view that fits worst.
+/// Note below the picture of the worst-fitting view.
 pub fn worst(view: &str) -> String {
     format!("{view} fits worst")
 }
 
-/// Below the bars: how far the worst view is from the rest.
+/// Note below the bars: distance of the worst view from the rest.
 pub fn per_view(times: f64) -> String {
     format!("The worst view has {times:.1} times the usual residual")
 }
 
-/// Below the cloud of residuals.
+/// Note below the cloud of residuals.
 pub fn scatter(corners: usize, rms_px: f64) -> String {
     format!("{corners} corners, {rms_px:.3} px RMS; rings at 1 and 2 times that")
 }
 
-/// Below the drawing of the poses.
+/// Note below the drawing of the poses.
 pub fn poses(views: usize, nearest_m: f64, farthest_m: f64) -> String {
     format!("{views} boards, {nearest_m:.2} to {farthest_m:.2} m away; grey: what the camera sees")
 }
 
-/// In the window, the drawing of the poses turns.
+/// Hint on the drawing of the poses, which turns in the window.
 pub const DRAG: &str = "drag to turn";
 
-/// Curve of the mean over the picture.
+/// Label of the curve of the mean over the picture.
 pub const MEAN: &str = "on average";
-/// Curve of the worst place in the picture.
+/// Label of the curve of the worst place in the picture.
 pub const WORST_PLACE: &str = "at worst";
 
-/// Below the curves of uncertainty against distance.
+/// Note below the curves of uncertainty against distance.
 pub fn at_a_distance(mean_m: f64, worst_m: f64) -> String {
     let [mean_mm, worst_mm] = [mean_m, worst_m].map(|length_m| 1e3 * length_m);
     format!("At 1 m: {mean_mm:.3} mm on average, {worst_mm:.3} mm at worst")
 }
 
-/// A power of ten, at an axis.
+/// Power of ten, at an axis.
 pub fn millimetres(length_m: f64) -> String {
     format!("{} mm", (1e12 * length_m).round() / 1e9)
 }
 
-/// Below the correlations.
+/// Note below the correlations.
 pub fn strongest(one: &str, other: &str, value: f64) -> String {
     format!("Strongest: {one} and {other}, {value:.2}")
 }
 
-/// Below the chart of residuals.
+/// Note below the chart of residuals.
 pub fn residual_scale(times: f64, rms_px: f64) -> String {
     format!("enlarged {times:.0}×; {rms_px:.3} px RMS")
 }
 
-/// Below a chart of the surroundings of the principal point.
+/// Note below a chart of the surroundings of the principal point.
 pub fn width(width_px: f64) -> String {
     if width_px >= 10.0 {
         format!("{width_px:.0} px wide")
@@ -216,20 +217,20 @@ pub fn width(width_px: f64) -> String {
     }
 }
 
-/// Below the chart of views left out.
+/// Note below the chart of views left out.
 pub fn skipped_scale(width_px: f64, counts: [usize; 3]) -> String {
     let [one, two, three] = counts;
     format!("{}; one view left out: {one} points, two: {two}, three: {three}", width(width_px))
 }
 
-/// Below the chart of a change.
+/// Note below the chart of a change.
 pub fn change_scale(times: f64, most_px: f64, matters_px: f64) -> String {
     format!("enlarged {times:.0}×; up to {most_px:.2} px (limit {matters_px:.2} px)")
 }
 
-/// Note in place of a chart that needs an older calibration.
+/// Note in place of a chart of changes, without an older calibration.
 pub const NOT_COMPARED: &str = "Compare with an older calibration to see this.";
-/// Note in place of a chart that needs more views.
+/// Note in place of a chart, with too few views.
 pub const TOO_FEW: &str = "Take more views to see this.";
-/// Note in place of a chart that needs a picture.
+/// Note in place of a chart, without a picture.
 pub const NO_PICTURE: &str = "No picture yet.";

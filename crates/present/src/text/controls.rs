@@ -1,26 +1,26 @@
-//! Everything that can be done in the window: one list for buttons, keyboard and help.
+//! All actions in the window: one list for buttons, keyboard and help.
 
-/// A control: its label, its explanation, and the name of its key.
+/// Control: label, explanation, and key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Control {
     /// Label of the button.
     pub label: &'static str,
     /// Explanation for a tooltip.
     pub tip: &'static str,
-    /// Name of its key.
+    /// Name of the key.
     pub key: &'static str,
 }
 
 macro_rules! controls {
     ($($act:ident, $label:literal, $key:literal, $tip:literal;)*) => {
-        /// Something the person can ask for without naming anything.
+        /// Action without arguments.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Act {
             $(#[doc = $tip] $act,)*
         }
 
         impl Act {
-            /// All, in the order of the help.
+            /// All actions, in the order of the help.
             pub const ALL: &[Self] = &[$(Self::$act,)*];
 
             /// Words of the control.

@@ -2,21 +2,21 @@
 
 use std::path::Path;
 
-/// The header differs from the one with which the journal was recorded.
+/// Finding of a header that differs from the recorded journal's header.
 pub const FOREIGN_HEADER: &str =
     "every decision comes out differently: session.toml doesn't belong to this journal";
 
-/// Lines are missing from the journal, as `reason` shows.
+/// Finding of lines missing from the journal, as shown by `reason`.
 pub fn lines_missing(reason: &str) -> String {
     format!("lines are missing from journal.jsonl: {reason}")
 }
 
-/// The result has more views than the journal.
+/// Finding of more views in the result than in the journal.
 pub fn fewer_views(in_result: usize, in_journal: usize) -> String {
     format!("calibration.json has {in_result} views, the journal {in_journal}")
 }
 
-/// What to do with a `session` that can't be read whole: nothing is damaged in one that a newer version recorded.
+/// Action for an unreadable `session`; a session recorded by a newer version isn't damaged.
 pub fn next(newer: bool, session: &str) -> String {
     if newer {
         return "Nothing is damaged: use the newer boresight that recorded it.".into();
@@ -36,7 +36,7 @@ pub fn recovered(lines: usize, lost_pictures: usize, to: &str) -> String {
     format!("Recovered {lines} lines into {to}{pictures}")
 }
 
-/// Problem of decisions that the rules they were recorded under don't give.
+/// Problem of decisions that differ under the recorded rules.
 pub fn other_decisions(count: usize, first_line: usize) -> String {
     let which = match count {
         1 => format!("the decision at line {first_line} doesn't"),
@@ -47,7 +47,7 @@ pub fn other_decisions(count: usize, first_line: usize) -> String {
     )
 }
 
-/// The bundle for a bug report, and what isn't in it.
+/// Bundle for a bug report, and the omissions.
 pub fn bundled(out: &Path, files: &[String]) -> String {
     let out = out.display();
     format!(

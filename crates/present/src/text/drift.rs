@@ -7,7 +7,7 @@ use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Verdict};
 use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::{Control, Lock};
 
-/// The verdict with its numbers, and the next action.
+/// Verdict with numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, &'static str) {
     let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
     if drift.lens_changed && drift.verdict == DriftVerdict::Recalibrate {
@@ -40,7 +40,7 @@ pub fn drift(drift: &Drift) -> (String, &'static str) {
     }
 }
 
-/// The measured changes: what, and how much.
+/// Measured changes: name and amount.
 pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     let [f, x, y]: [f64; 3] = drift.change_px.into();
     let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
@@ -59,36 +59,36 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     ]
 }
 
-/// The measured changes, one line each.
+/// Measured changes, one line each.
 pub fn drift_numbers(drift: &Drift) -> [String; 4] {
     drift_lines(drift).map(|(what, how_much)| format!("{what:26}  {how_much}"))
 }
 
-/// Action about a change found by a session whose own result is good.
+/// Action for a change found by a session with a good result.
 pub const USE_THE_NEW_ONE: &str =
     "Use the new calibration. Look for a loose lens or mount, or a changed focus or zoom.";
 
-/// Before what a comparison found.
+/// Introduction to a comparison's findings.
 pub fn compared_with(old: &Path) -> String {
     format!("Compared with {}:", old.display())
 }
 
-/// A comparison that was asked for could not be made.
+/// Error of a requested comparison.
 pub const NOT_COMPARED: &str = "The result couldn't be compared with the older calibration";
 
-/// The file names another camera, which may be the same one.
+/// Note about a file with another camera's name, which may be the same camera.
 pub fn maybe_other_camera(old: &str, new: &str) -> String {
     format!(
         "The older calibration is of {old:?}, this camera is {new:?}. The change is meaningful only if they're the same camera"
     )
 }
 
-/// Caveat that the test is weaker than it could be.
+/// Caveat about a weaker test.
 pub fn drift_is_weak() -> &'static str {
     "The old file states no uncertainty. Assumed a typical uncertainty, so small changes can't be detected. A calibration.json from boresight makes the check more sensitive"
 }
 
-/// Why there is no verdict, and what to do.
+/// Reason for having no verdict, and the action.
 pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
     match *reason {
         NoDrift::OtherSize { new, old } => (
@@ -117,7 +117,7 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
     }
 }
 
-/// Why another camera gets no verdict, and what to do.
+/// Reason for having no verdict on another camera, and the action.
 pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
     (
         format!("NO VERDICT: the calibration is of {old:?}, this camera is {new:?}"),
@@ -125,7 +125,7 @@ pub fn other_camera(old: &str, new: &str) -> (String, &'static str) {
     )
 }
 
-/// Why a calibration with a focal length for every view gets no verdict, and what to do.
+/// Reason for having no verdict with a focal length per view, and the action.
 pub fn focal_varied() -> (String, &'static str) {
     (
         "NO VERDICT: the old calibration has a separate focal length for each view".into(),
@@ -133,7 +133,7 @@ pub fn focal_varied() -> (String, &'static str) {
     )
 }
 
-/// Caveats about an old calibration, to know before it is compared with anything.
+/// Caveats about an old calibration, before any comparison.
 pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     let mut doubts = Vec::new();
     if old.verdict == Some(Verdict::Untrustworthy) {
@@ -151,12 +151,12 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     doubts
 }
 
-/// Note that only one of a file's cameras is used.
+/// Note that only the first of a file's cameras is used.
 pub fn first_of_cameras(count: usize) -> String {
     format!("The file has {count} cameras; the first is used")
 }
 
-/// Finding of a calibration in another program's file, and the action.
+/// Finding and action for a calibration in another program's file.
 pub fn imported(format: &str) -> (String, &'static str) {
     let message =
         format!("The lens comes from a {format} file, which doesn't say how certain it is");
@@ -168,7 +168,7 @@ pub fn focal_is_a_mean() -> &'static str {
     "Each view has a separate focal length; the file gets the mean. views-csv lists them all"
 }
 
-/// Note that a control differs from its state when the old calibration was made; `None` if it doesn't.
+/// Note about a control whose state differs from the old calibration's; `None` if equal.
 pub fn lock_differs(control: Control, was: i64, is: Lock) -> Option<String> {
     if is == (Lock::Locked { value: was }) {
         return None;

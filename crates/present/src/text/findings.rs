@@ -14,13 +14,13 @@ use boresight_guide::session::ViewNumber;
 pub const FINDING_WORDS: FindingWords =
     FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
 
-/// The verdict on a calibration.
+/// Verdict on a calibration.
 pub fn verdict_on(calibration: &Calibration) -> &'static str {
     let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
     verdict(calibration.verdict, is_unfinished(bad.map(|finding| finding.code.code())))
 }
 
-/// Meaning of a verdict; `unfinished` if more views would put right what is bad.
+/// Meaning of a verdict; `unfinished` if more views would fix a bad result.
 pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
         Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",
@@ -30,12 +30,12 @@ pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     }
 }
 
-/// True if a source of that name is the simulated camera.
+/// True for the name of the simulated camera.
 pub fn is_simulated(source: &str) -> bool {
     source == "sim" || source.starts_with("sim:")
 }
 
-/// `verdict` on what `source` delivered; marked if the camera was simulated.
+/// `verdict` on a result from `source`; marked if the camera was simulated.
 pub fn of_source(source: &str, verdict: &str) -> String {
     let (grade, why) = verdict.split_at(verdict.find(':').unwrap_or(verdict.len()));
     if !is_simulated(source) {
@@ -47,13 +47,13 @@ pub fn of_source(source: &str, verdict: &str) -> String {
     }
 }
 
-/// Words of a finding on a calibration from `views`, and the action. A view is called by its number in the calibration's
-/// file and report, and by its picture.
+/// Sentence of a finding on a calibration from `views`, and the action. Views are named by their
+/// number in the calibration's file and report, and by their picture.
 pub fn finding(finding: &Finding, views: &[ViewName]) -> (String, &'static str) {
     finding_of_views(finding, &|place| called(place, views))
 }
 
-/// What the view at `place` among the used ones of `views` is called: by its number and its picture.
+/// Name of the view at `place` among the used ones of `views`: its number and picture.
 fn called(place: usize, views: &[ViewName]) -> String {
     match (1..).zip(views).filter(|(_, view)| view.reason.is_none()).nth(place) {
         Some((nth, view)) => format!("{} ({})", view.number.unwrap_or(nth), view.name),
@@ -61,8 +61,8 @@ fn called(place: usize, views: &[ViewName]) -> String {
     }
 }
 
-/// Words of a finding as [`finding`] has them, in a session, where views are called by their numbers alone: `number` tells
-/// them by the views' places in the calibration.
+/// Sentence of a [`finding`] in a session, where views are named by number alone: `number` maps a
+/// view's place in the calibration to its number.
 pub fn finding_in_session(
     finding: &Finding,
     number: &dyn Fn(usize) -> Option<ViewNumber>,
@@ -72,8 +72,8 @@ pub fn finding_in_session(
     })
 }
 
-/// How a view is left out of a session that has ended, if one of `findings` says that one should be: its pictures are in
-/// `frames`, and `board` names their board to a command.
+/// Command to leave a view out of an ended session, if any of `findings` recommends it: `frames` is
+/// the folder of its pictures, and `board` names their board in the command.
 pub fn leaving_out(findings: &[Finding], frames: &Path, board: &str) -> Option<String> {
     let removes = |finding: &Finding| {
         matches!(
@@ -91,8 +91,8 @@ pub fn leaving_out(findings: &[Finding], frames: &Path, board: &str) -> Option<S
     })
 }
 
-/// An action in two parts: what mends the cause, and what to do anew after that. A remark limits nothing, so it asks for
-/// no other views.
+/// Action in two parts: fix the cause, then redo a step. A remark limits nothing, so it needs no
+/// further views.
 macro_rules! mend_then {
     ($finding:ident, $mend:literal, $anew:literal) => {
         if $finding.severity == Severity::Info { $mend } else { concat!($mend, " ", $anew) }
@@ -380,7 +380,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
         ),
         FindingCode::FitFailed { of } => {
-            // Several explanations may have one name.
+            // Several explanations may share a name.
             let mut of: Vec<&str> = of.into_iter().flatten().collect();
             of.sort_unstable();
             of.dedup();
@@ -399,7 +399,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
     }
 }
 
-/// Why `--hold` has no effect, and what to do.
+/// Reason for `--hold` having no effect, and the action.
 fn not_held(reason: NotHeld) -> (String, &'static str) {
     let (why, action) = match reason {
         NotHeld::OtherKind { earlier, now } => (
@@ -417,10 +417,10 @@ fn not_held(reason: NotHeld) -> (String, &'static str) {
     (format!("The lens isn't held to the earlier calibration: {why}"), action)
 }
 
-/// Why one view of several isn't used: its corners are none of the board's.
+/// Reason for not using a single view: wrong corners.
 pub const NOT_OF_THE_BOARD: &str = "its corners aren't the board's: their order or number of columns is another, or some are wrong";
 
-/// Why there is no calibration from `views` at all, and what to do.
+/// Reason for having no calibration from `views`, and the action.
 pub fn not_calibrated(reason: &NotCalibrated, views: &[ViewName]) -> (String, String) {
     let (what, action) = match *reason {
         NotCalibrated::NoViews => {
@@ -461,7 +461,8 @@ pub fn not_calibrated(reason: &NotCalibrated, views: &[ViewName]) -> (String, St
     (what, action.into())
 }
 
-/// Why most of `views` aren't used, as a sentence; of two reasons that are as frequent, the first.
+/// Most frequent reason for not using `views`, as a sentence; the first of equally frequent
+/// reasons.
 fn commonest_reason(views: &[ViewName]) -> Option<String> {
     let reasons = || views.iter().filter_map(|view| view.reason.as_deref());
     let often = |reason: &&str| reasons().filter(|other| other == reason).count();

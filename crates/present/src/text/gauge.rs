@@ -2,14 +2,14 @@
 
 use super::{deg, percent};
 
-/// A gauge's name and explanation.
+/// Gauge beside the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gauge {
     /// Angle between board and image plane.
     Tilt,
-    /// Direction in which the board is tipped.
+    /// Direction of the tilt.
     Direction,
-    /// Share of the picture that the board spans.
+    /// Share of the picture spanned by the board.
     Size,
     /// Offset across the wanted principal line.
     Across,
@@ -20,7 +20,7 @@ pub enum Gauge {
 }
 
 impl Gauge {
-    /// All, in the order in which they are shown.
+    /// All gauges, in display order.
     pub const ALL: [Self; 6] =
         [Self::Tilt, Self::Direction, Self::Size, Self::Across, Self::Still, Self::Sharp];
 
@@ -50,7 +50,7 @@ impl Gauge {
         }
     }
 
-    /// The measured value, and the value or limit asked for, in words; a dash for `None`.
+    /// Measured value, and requested value or limit, in words; a dash for `None`.
     pub fn words(self, value: Option<f64>, aim: f64) -> String {
         let measured = |unit: &dyn Fn(f64) -> String| value.map_or("–".into(), unit);
         match self {

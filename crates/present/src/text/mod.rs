@@ -1,6 +1,6 @@
-//! Every sentence a person reads: data in, words out. Nothing is decided here.
+//! Every sentence shown to a person: data in, words out. Nothing is decided here.
 //!
-//! Directions are as seen in the picture. Each refusal names the measured and the wanted value.
+//! Directions are as seen in the picture. Each refusal gives the measured and the required value.
 
 pub mod acceptance;
 pub mod adjust;
@@ -62,7 +62,7 @@ use boresight_guide::{
     session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
-/// The next action: six words at most and no number, so that it's read from afar and at a glance.
+/// Next action: six words at most and no number, so it can be read from afar at a glance.
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
         Prompt::Complete => "Finished!".into(),
@@ -127,10 +127,10 @@ pub fn prompt(prompt: Prompt) -> String {
     }
 }
 
-/// The sentence while no pictures come.
+/// Sentence while no pictures arrive.
 pub const NO_PICTURE: &str = "No picture";
 
-/// Why a view wasn't taken, with the measured value and its limit.
+/// Reason for not taking a view, with the measured value and the limit.
 pub fn refusal(refusal: &Refusal) -> String {
     match *refusal {
         Refusal::NotFound => "No board found".into(),
@@ -179,7 +179,7 @@ pub fn refusal(refusal: &Refusal) -> String {
     }
 }
 
-/// Why no board was found, with what to do and the measured value.
+/// Reason for finding no board, with the action and the measured value.
 pub fn miss(miss: &Miss) -> String {
     match *miss {
         Miss::NoBoard => "Show the whole board".into(),
@@ -231,7 +231,7 @@ pub fn miss(miss: &Miss) -> String {
     }
 }
 
-/// What is shown instead of the board, and how to choose it.
+/// Name of the board seen instead, and the way to choose it.
 fn different(other: OtherBoard) -> String {
     let it = match other {
         OtherBoard::Plain { columns, rows } => {
@@ -257,12 +257,13 @@ fn different(other: OtherBoard) -> String {
     format!("Different board: {it}")
 }
 
-/// Name of a view, everywhere: "view 3".
+/// Name of a view: "view 3".
 pub fn view_name(number: ViewNumber) -> String {
     format!("view {number}")
 }
 
-/// Effect on the views, if any; if `mirrored`, with the left and right of somebody who faces the camera.
+/// Effect on the views, if any; if `mirrored`, left and right are exchanged for a person facing the
+/// camera.
 pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option<String> {
     match *outcome {
         Outcome::Accepted { view, role, .. } => {
@@ -291,7 +292,7 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option
     }
 }
 
-/// Names the views that the newest decision removed, of which `newest` is one.
+/// Names of the views removed by the newest decision, among them `newest`.
 fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
     match snapshot.just_removed.as_slice() {
         [earlier @ .., last] if !earlier.is_empty() => {
@@ -302,7 +303,7 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
     }
 }
 
-/// End of a session; early, with what it lacks.
+/// Sentence for the end of a session; for an early end, with the lack.
 pub fn ending(ending: Ending, lack: Option<Lack>) -> &'static str {
     match ending {
         Ending::Finished => "Finished: the goal is reached",
@@ -323,13 +324,13 @@ pub fn ending(ending: Ending, lack: Option<Lack>) -> &'static str {
     }
 }
 
-/// Name of a direction in the picture, by the edge of the board that is tipped away.
+/// Name of a direction in the picture, by the board's edge that is tipped away.
 pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
     let direction_rad = if mirrored { std::f64::consts::PI - direction_rad } else { direction_rad };
     edge(Edge::towards(direction_rad))
 }
 
-/// An edge of the board, in words.
+/// Edge of the board, in words.
 fn edge(edge: Edge) -> &'static str {
     match edge {
         Edge::Right => "right",
@@ -351,7 +352,7 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// A measured value and its limit with `places` decimals, or with up to three more until they differ.
+/// Measured value and limit with `places` decimals, or with up to three more until they differ.
 fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
     let both = |places: usize| (format!("{measured:.places$}"), format!("{limit:.places$}"));
     (places..places + 3)

@@ -20,7 +20,7 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
     }
 }
 
-/// A standard deviation to two significant digits at most.
+/// Standard deviation to two significant digits at most.
 pub(super) fn small(sd: f64) -> String {
     match sd {
         tiny if tiny < 0.0095 => format!("{sd:.3}"),
@@ -50,8 +50,8 @@ pub fn views(snapshot: &Snapshot) -> String {
     }
 }
 
-/// Accuracy of the principal point, or the error bound of a goal, with the value to reach; `None` without a
-/// calibration.
+/// Accuracy of the principal point, or the error bound of a goal, with the required value; `None`
+/// without a calibration.
 pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if let Some(judged) = &calibration.acceptance {
@@ -65,13 +65,14 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// The principal point's goal that was set, if a coarser one applies: "1.0 px was set".
+/// Requested goal of the principal point, if a coarser goal applies: "1.0 px was set".
 pub fn pp_goal_set(snapshot: &Snapshot) -> Option<String> {
     let set = pp_goal(snapshot, &snapshot.setup.guidance)?;
     (pp_goal(snapshot, &snapshot.limits)? != set).then(|| format!("{set} was set"))
 }
 
-/// The principal point's goal by `guidance`; `None` without a calibration, or if the plan has none.
+/// Goal of the principal point by `guidance`; `None` without a calibration, or if the plan has
+/// none.
 fn pp_goal(snapshot: &Snapshot, guidance: &GuidanceParams) -> Option<String> {
     let f_px = snapshot.calibration.as_ref()?.camera.f_px.x;
     let size = snapshot.setup.image_size;
@@ -82,11 +83,12 @@ fn pp_goal(snapshot: &Snapshot, guidance: &GuidanceParams) -> Option<String> {
     }
 }
 
-/// Name of [`precision_over_picture`], everywhere.
+/// Name of [`precision_over_picture`] everywhere.
 pub const TYPICAL_ERROR: &str = "Typical error";
 
-/// Accuracy of projection over the whole picture, with the value to reach; over its corners while boards are asked for
-/// beyond its edge. `None` without a calibration, and where a goal takes its place.
+/// Accuracy of projection over the whole picture, with the required value; over the picture's
+/// corners while boards are requested beyond its edge. `None` without a calibration, and if a goal
+/// replaces this accuracy.
 pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     let calibration = snapshot.calibration.as_ref()?;
     if calibration.acceptance.is_some() {
@@ -107,23 +109,23 @@ pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// Error with which the views before the newest pair predicted it; `None` before two pairs.
+/// Prediction error of the newest pair by the views before it; `None` before two pairs.
 pub fn predicted(snapshot: &Snapshot) -> Option<String> {
     snapshot.held_out.map(|pair| format!("{} px", small(pair.rms_px)))
 }
 
-/// Noise of a corner, measured while the board was held; `None` until a hold has shown enough of it.
+/// Corner noise measured during holds; `None` until the holds show enough of it.
 pub fn measured_noise(snapshot: &Snapshot) -> Option<String> {
     snapshot.measured_noise_px.map(|noise_px| format!("{} px", small(noise_px)))
 }
 
-/// Number to a tenth of a pixel, with its sign; zero has none.
+/// Number to a tenth of a pixel, with a sign; zero has none.
 pub(super) fn signed(px: f64) -> String {
     let tenths = (10.0 * px).round();
     if tenths == 0.0 { "0.0".into() } else { format!("{:+.1}", tenths / 10.0) }
 }
 
-/// Remainder of the newest opposed pair after cancellation, with the names of its views.
+/// Remainder of the newest opposed pair after cancellation, with the names of the two views.
 pub fn pair_balance(snapshot: &Snapshot) -> String {
     match snapshot.pairs.last() {
         Some(pair) => {

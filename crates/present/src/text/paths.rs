@@ -1,12 +1,12 @@
-//! Names of what is kept somewhere.
+//! Names of storage places.
 
 /// Folder of new sessions.
 pub const SESSIONS: &str = "new sessions";
-/// The history's index.
+/// Index of the history.
 pub const HISTORY: &str = "history's index";
 /// Stores of watched cameras.
 pub const WATCH: &str = "watched cameras";
-/// What the window remembers.
+/// Memory of the window.
 pub const WINDOW: &str = "window's memory";
-/// Where the system names no folder.
+/// Place where the system names no folder.
 pub const NOWHERE: &str = "nowhere: this system names no folder for settings";

@@ -5,24 +5,24 @@ use boresight_calibrate::Verdict;
 use boresight_formats::{BoardEntry, MarkersEntry};
 use boresight_geometry::markers::{CircleRows, Tags};
 
-/// Headings of the page, in its order, with the names by which a link reaches them.
+/// Sections of the page, in order, with headings and link anchors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Section {
-    /// The first sheet.
+    /// First sheet.
     Certificate,
     /// Verdict on the result, and the next action.
     Verdict,
     /// Identity, mode, controls, board.
     Camera,
-    /// Estimates with their standard deviations.
+    /// Estimates with standard deviations.
     Numbers,
     /// Findings of the honesty checks.
     Findings,
     /// Principal lines in the picture.
     Fan,
-    /// The principal point by every method.
+    /// Principal point by every method.
     Estimates,
-    /// The principal point by the methods that model the lens, enlarged.
+    /// Principal point by the methods with a lens model, enlarged.
     EstimatesNear,
     /// Estimates with views left out.
     Skip,
@@ -36,11 +36,11 @@ pub enum Section {
     Residuals,
     /// Table or pictures of every view.
     Views,
-    /// Against an older calibration.
+    /// Comparison with an older calibration.
     Drift,
-    /// Pictures that were refused, with reasons.
+    /// Refused pictures, with reasons.
     Refused,
-    /// Versions, and the command that repeats it.
+    /// Versions, and the command to repeat the result.
     Provenance,
 }
 
@@ -97,13 +97,14 @@ pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
 }
 
-/// The verdict in words, from its stable name; an unknown one isn't to be trusted. See [`super::verdict`].
+/// Verdict in words, from the stable name; an unknown name isn't to be trusted. See
+/// [`super::verdict`].
 pub fn verdict(code: &str, unfinished: bool) -> &'static str {
     let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
     super::verdict(known.unwrap_or(Verdict::Untrustworthy), unfinished)
 }
 
-/// The sign of a calibration's or a check's verdict, recognisable by its shape.
+/// Sign of a calibration's or a check's verdict, recognisable by shape.
 pub fn verdict_sign(code: &str) -> &'static str {
     match code {
         "good" | "ok" => "✓",
@@ -113,7 +114,7 @@ pub fn verdict_sign(code: &str) -> &'static str {
     }
 }
 
-/// The calibration's verdict on the page of a check.
+/// Calibration's verdict on the page of a check.
 pub fn by_themselves(code: &str, unfinished: bool) -> String {
     format!("Calibration from the check's views: {}", verdict(code, unfinished))
 }
@@ -121,26 +122,26 @@ pub fn by_themselves(code: &str, unfinished: bool) -> String {
 /// Action after a good calibration.
 pub const USE_IT: &str = "Use it. Don't change focus, zoom or picture size. Keep the file to check the camera against it later.";
 
-/// Above the verdict on a simulated camera.
+/// Line above the verdict on a simulated camera.
 pub const SIMULATED: &str = "SIMULATED CAMERA: not a calibration of any real camera";
 
-/// Before the next action.
+/// Label of the next action.
 pub const NEXT: &str = "Next:";
 
-/// Before the verdict on a goal.
+/// Label of the verdict on a goal.
 pub const GOAL: &str = "Goal:";
 
 /// Note in place of a missing calibration.
 pub const NO_CALIBRATION: &str = "No calibration yet.";
 
-/// Note in place of a drawing that needs the corners.
+/// Note in place of a drawing, without the corners.
 pub const NEEDS_CORNERS: &str =
     "Not shown: this file has no corners. The session report and `calibrate --report` have them.";
 
-/// Note in place of a drawing that needs the covariance.
+/// Note in place of a drawing, without the covariance.
 pub const NEEDS_COVARIANCE: &str = "Its uncertainty isn't known.";
 
-/// Note in place of a drawing that needs more lines or views.
+/// Note in place of a drawing, with too few lines or views.
 pub const TOO_FEW: &str = "Not shown: too few views.";
 
 /// Note in place of an empty list of findings.
@@ -149,12 +150,12 @@ pub const NO_FINDINGS: &str = "All checks passed.";
 /// Note in place of an empty list of refusals.
 pub const NOTHING_REFUSED: &str = "Every picture was used.";
 
-/// How long frames of a video were refused for a reason.
+/// Total duration of a video's frames refused for a reason.
 pub fn lasted(secs: f64) -> String {
     format!("{secs:.1} s")
 }
 
-/// Below the first reasons.
+/// Note below the first reasons.
 pub fn more_reasons(count: usize) -> String {
     format!("And {count} more. On screen, open the full list below.")
 }
@@ -162,7 +163,7 @@ pub fn more_reasons(count: usize) -> String {
 /// Label of the list of all refused pictures.
 pub const ALL_REFUSED: &str = "All pictures not used";
 
-/// Below a command that does not fit on paper.
+/// Note below a command shortened on paper.
 pub const CUT_ON_PAPER: &str = "(Shortened on paper; complete in the file.)";
 
 /// Severity in a word.
@@ -186,38 +187,38 @@ pub fn method(code: &str) -> &'static str {
     }
 }
 
-/// Mark of the method whose principal point is the result.
+/// Mark of the method behind the resulting principal point.
 pub const THE_RESULT: &str = "the result";
 
 /// Columns of the table of methods.
 pub const METHOD_COLUMNS: [&str; 4] = ["method", "x px", "y px", "from the result px"];
 
-/// Below the fan.
+/// Note below the fan.
 pub const FAN_NOTE: &str = "Each view's line as seen in the picture, numbered; opposed views share a dash pattern. They meet in the principal point (cross; ellipse 2 sd), except as far as the lens bends them.";
 
-/// Below the estimates.
+/// Note below the estimates.
 pub const ESTIMATES_NOTE: &str = "Ellipses: 2 sd. Principal lines come from raw corners: distortion pulls them towards the middle of the boards, as expected.";
 
-/// Below the estimates of the methods that model the lens.
+/// Note below the estimates of the methods with a lens model.
 pub const ESTIMATES_NEAR_NOTE: &str = "Free homographies assume no common focal length. They're the independent check of the bundle adjustment.";
 
-/// Below the cloud.
+/// Note below the cloud.
 pub const SKIP_NOTE: &str = "n neighbouring views removed, starting at each view in turn. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
 
-/// Note for views that each have their own focal length.
+/// Note for views with a focal length each.
 pub const SKIP_NO_BUNDLE: &str =
     "Each view has a separate focal length, so there's no bundle adjustment to repeat.";
 
-/// Note for a file without the corners that another adjustment needs.
+/// Note for a file without the corners needed for another adjustment.
 pub const SKIP_NEEDS_CORNERS: &str =
     "Bundle adjustment needs the corners, which this file doesn't have.";
 
-/// Note that there were more views than starts.
+/// Note about more views than starts.
 pub fn skip_starts(starts: usize, views: usize) -> String {
     format!("Bundle adjustment: starting at {starts} of the {views} views.")
 }
 
-/// Above the table of estimates with views left out.
+/// Caption of the table of estimates with views left out.
 pub const SKIP_CAPTION: &str = "Stability with n views left out";
 
 /// Columns of the table of estimates with views left out, after n.
@@ -232,7 +233,7 @@ pub fn within_goal(goal_px: f64, share: f64) -> String {
     )
 }
 
-/// Below the map.
+/// Note below the map.
 pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
     let places = if hatched { " Hatched: not covered by the lens model." } else { "" };
     format!(
@@ -240,7 +241,7 @@ pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {
     )
 }
 
-/// Below the distortion curve.
+/// Note below the distortion curve.
 pub const LENS_NOTE: &str = "Radial distortion vs. distance from the principal point; band: 2 sd. Right of the dotted line is extrapolated.";
 
 /// Reference of a fisheye lens's distortion.
@@ -252,26 +253,26 @@ pub fn tangential(shift_px: &str) -> String {
     format!("Tangential distortion adds up to {shift_px} px.")
 }
 
-/// Below the map of outlines.
+/// Note below the map of outlines.
 pub const COVERAGE_NOTE: &str =
     "Outlines of the boards' inner corners. Hatched: not covered by any board.";
 
-/// Share of the picture that was covered.
+/// Covered share of the picture.
 pub fn covered(percent: &str) -> String {
     format!("Covered: {percent} %.")
 }
 
-/// Below the residuals.
+/// Note below the residuals.
 pub fn residuals_note(times: &str, shown: usize, of: usize) -> String {
     let which =
         if shown < of { format!("{shown} of {of} corners") } else { format!("{of} corners") };
     format!("Measured minus predicted, enlarged {times}×; {which}.")
 }
 
-/// Behind the numbers of the view with the largest residual.
+/// Note behind the numbers of the view with the largest residual.
 pub const FITS_WORST: &str = ", fits worst";
 
-/// Below the views.
+/// Note below the views.
 pub fn views_note(shown: usize, of: usize) -> String {
     let more =
         if shown < of { format!(" The first {shown} of {of} are shown.") } else { String::new() };
@@ -333,7 +334,7 @@ pub mod name {
     pub const REPEAT: &str = "Repeat with";
 }
 
-/// The board in words.
+/// Board in words.
 pub fn board(board: &BoardEntry) -> String {
     let BoardEntry { columns, rows, square_mm, markers, circles, .. } = board;
     let tags = markers.as_ref().and_then(MarkersEntry::tags);
@@ -375,7 +376,7 @@ pub mod drift {
     pub const Y: &str = "change of y (px)";
 }
 
-/// A reason for refusing a frame, from its stable name: `why` of a refusal, or the name of a miss.
+/// Reason for refusing a frame, from its stable name: `why` of a refusal, or the name of a miss.
 pub fn refusal_kind(code: &str) -> &str {
     match code {
         "no_board" | "not_found" => "No board found",
@@ -409,20 +410,20 @@ pub fn refusal_kind(code: &str) -> &str {
     }
 }
 
-/// Frame of a session at which something happened.
+/// Frame number of an event in a session.
 pub fn at_frame(frame: Option<u64>) -> String {
     frame.map_or_else(|| "before the first frame".into(), |frame| format!("after frame {frame}"))
 }
 
-/// The session went on after an interruption.
+/// Event of a session resumed after an interruption.
 pub const RESUMED: &str = "The session resumed after an interruption";
 
-/// A worker failed.
+/// Event of a failed worker.
 pub fn failed(worker: &str, reason: &str) -> String {
     format!("The {worker} failed: {reason}")
 }
 
-/// Source of the calibration, if it is files.
+/// Source of a calibration from files.
 pub fn files(folder: &str, count: usize) -> String {
     let files = if count == 1 { "1 file" } else { &format!("{count} files") };
     if folder.is_empty() { files.into() } else { format!("{folder}, {files}") }
@@ -433,14 +434,14 @@ pub fn frames(looked_at: usize, taken: usize) -> String {
     format!("{looked_at} examined, {taken} taken")
 }
 
-/// Error when the page could not be written at the end of a session.
+/// Error of writing the page at the end of a session.
 pub fn not_written(session: &std::path::Path) -> String {
     format!("The report couldn't be written. Try again: boresight report {}", session.display())
 }
 
-/// Note that the folder's result holds other numbers than its journal gives.
+/// Note about a result in the folder that differs from the journal's.
 pub const OTHER_RESULT: &str = "calibration.json in this folder differs from the journal: it's older than the last view or from another version. This page shows the journal's numbers.";
 
-/// Note that a cut or damaged journal was read up to the damage.
+/// Note about a cut or damaged journal, read up to the damage.
 pub const CUT: &str =
     "The journal's last entry was incomplete (never shown as saved) and was dropped.";

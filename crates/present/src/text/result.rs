@@ -9,18 +9,18 @@ use boresight_calibrate::{Calibration, LensModel, PrincipalPoints, ValidArea};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
 
-/// Before the buttons that export.
+/// Label before the export buttons.
 pub const EXPORT: &str = "Export:";
-/// Heading of the result page before there is a result.
+/// Heading of the result page without a result.
 pub const NO_RESULT: &str = "No calibration yet";
-/// Action when there is no result.
+/// Action without a result.
 pub const NO_RESULT_ACTION: &str = "It needs at least two views with the board tipped in different directions. Match the outline on the Guide page.";
 /// Heading of the principal point by every method.
 pub const METHODS: &str = "Principal point by method";
-/// Meaning of the methods' results.
+/// Tooltip of the methods' results.
 pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distortion pulls raw principal lines towards the middle of the boards; that is expected.";
 
-/// The two accuracies that matter, each with its goal.
+/// Both accuracies that matter, each with a goal.
 pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     let has_goal = snapshot.calibration.as_ref().is_some_and(|c| c.acceptance.is_some());
     let first = if has_goal { "Error" } else { "Principal point" };
@@ -33,8 +33,8 @@ pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()
 }
 
-/// Corners of the picture that boards have hardly reached, and a remedy; `None` if there are none. `open` goes
-/// clockwise from the top left.
+/// Corners of the picture hardly covered by boards, and a remedy; `None` without such corners.
+/// `open` goes clockwise from the top left.
 pub fn open_corners(open: [bool; 4]) -> Option<String> {
     const NAMES: [&str; 4] = ["top left", "top right", "bottom right", "bottom left"];
     let names: Vec<&str> =
@@ -55,19 +55,19 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     ))
 }
 
-/// The button that goes on with them.
+/// Button to continue with more views.
 pub const TAKE_MORE: &str = "Take two more";
 /// See [`TAKE_MORE`].
 pub const TAKE_MORE_TIP: &str =
     "Continue this session with two more views, as far into those corners as the board fits.";
 
-/// Distance of the independent check from the result; `None` without one.
+/// Distance of the independent check from the result; `None` without a check.
 pub fn independent_check(points: &PrincipalPoints) -> Option<String> {
     let off_px = (points.free_homography?.px - points.bundle?.px).norm();
     Some(format!("A second method agrees within {} px", super::numbers::small(off_px)))
 }
 
-/// Why there is no view, from the most frequent requests of frames.
+/// Reason for having no view, from the frames' most frequent requests.
 pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
     let most: Vec<String> = asked
         .iter()
@@ -80,40 +80,40 @@ pub fn most_often(asked: &[(Prompt, usize)]) -> Option<String> {
     (!most.is_empty()).then(|| format!("Most often: {}.", most.join(", ")))
 }
 
-/// Headings of the page.
+/// Heading of the page's numbers.
 pub const NUMBERS_HEADING: &str = "Numbers";
 /// Heading of the result page without a view.
 pub const NO_VIEW_TAKEN: &str = "No view was taken";
 /// Advice after a failure.
 pub const TRY: &str = "Fill the picture with the board, match the outline and hold still. Check that the board on the Start page is the one in your hands.";
 
-/// Explanation of the export button for a format.
+/// Tooltip of the export button for a format.
 pub fn export_tip(format: &str) -> String {
     format!("Save the result as {format} in the session folder.")
 }
 
-/// A file that was written.
+/// Note about a written file.
 pub fn written(file: &Path) -> String {
     format!("Written: {}", file.display())
 }
 
-/// Explanation of the button for a file.
+/// Tooltip of the button for a file.
 pub fn show_tip(file: &Path) -> String {
     format!("Show {}", file.display())
 }
 
-/// Before the field for an older calibration.
+/// Label of the field for an older calibration.
 pub const COMPARE: &str = "Compare with an older calibration:";
 /// See [`COMPARE`].
 pub const COMPARE_TIP: &str = "Show what has changed since: principal point, focal length and points of the picture, each with its uncertainty. Choose or drop a calibration.json, or a file from OpenCV, ROS, Kalibr or mrcal. The older file isn't changed. The findings go into this session's report.";
 /// Hint in the empty field.
 pub const COMPARE_HINT: &str = "path of the file";
-/// The button that begins.
+/// Button to start the comparison.
 pub const COMPARE_BUTTON: &str = "Compare";
-/// Shown while a comparison runs.
+/// Note while a comparison runs.
 pub const COMPARING: &str = "Comparing";
 
-/// The desktop does not say how to show a file.
+/// Error of a desktop without a program to show files.
 pub const NO_VIEWER: &str = "No program found to open files (xdg-open)";
 
 /// Folder of the stored session.
@@ -121,7 +121,7 @@ pub fn stored_in(folder: &Path) -> String {
     format!("Session: {}", folder.display())
 }
 
-/// Names and values of the coefficients that the lens's family has.
+/// Names and values of the coefficients in the lens's family.
 pub fn coefficients(distortion: &Distortion) -> String {
     let camera = Camera { distortion: *distortion, ..Camera::pinhole(1.0, Point2::origin()) };
     let lens = camera.lens_parameters();
@@ -134,7 +134,7 @@ pub fn coefficients(distortion: &Distortion) -> String {
     family.richest().distortion().iter().map(named).collect::<Vec<_>>().join(", ")
 }
 
-/// The result: names and values.
+/// Result as names and values.
 pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     let (lens, sd) = (calibration.camera.lens_parameters(), calibration.sd());
     let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
@@ -179,7 +179,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     lines
 }
 
-/// The bound of the error, over the picture and where boards were.
+/// Error bound over the picture and over the area covered by boards.
 pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<String> {
     let picture = picture_px.map(|px| format!("{px:.2} px over the picture"));
     let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));
@@ -187,13 +187,13 @@ pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<S
     (!bounds.is_empty()).then(|| bounds.join(", "))
 }
 
-/// The part of the picture in which the calibration holds, with its goal.
+/// Valid part of the picture, with the goal.
 pub fn valid_area(area: &ValidArea) -> String {
     let ValidArea { goal_px, share, .. } = *area;
     format!("within {goal_px:.1} px in {} of the picture", percent(share))
 }
 
-/// The part of the picture for which the verdict holds; `None` if that isn't known.
+/// Part of the picture for which the verdict holds; `None` if unknown.
 pub fn valid_part(calibration: &Calibration) -> Option<String> {
     let ValidArea { goal_px, share, .. } = calibration.valid_area;
     knows_sd(calibration)
@@ -205,12 +205,12 @@ pub fn unseen_drift(change: f64) -> String {
     format!("stable to {:.2} % in these views", 100.0 * change)
 }
 
-/// Noise of a corner by the fit, beside the measured one.
+/// Corner noise from the fit, beside the measured noise.
 pub fn noise(fit_px: f64, measured_px: f64) -> String {
     format!("{fit_px:.3} px (fit), {measured_px:.3} px (held still)")
 }
 
-/// The principal point by every method: name, value, what it is.
+/// Principal point by every method: name, value, explanation.
 pub fn method_lines(calibration: &Calibration) -> Vec<(&'static str, String, &'static str)> {
     let points = &calibration.principal_point;
     let all = [

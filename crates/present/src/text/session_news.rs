@@ -1,9 +1,9 @@
-//! News of a session on its way, one sentence each.
+//! News of a running session, one sentence each.
 
 use super::percent;
 use boresight_guide::session::{FarBoard, HeldOutPair, Snapshot};
 
-/// Precision within reach of a board that stays small: "The board fills 28 % of the picture. …".
+/// Attainable precision of a board that stays small: "The board fills 28 % of the picture. …".
 pub fn far_board(far: &FarBoard) -> String {
     let (pp, projection) = (px(far.reach.pp_sigma_px), px(far.reach.projection_sigma_px));
     let size = percent(far.span_fraction);
@@ -19,8 +19,8 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
-/// The goals that apply beside those that were set, with the reason, if corners are measured too coarsely for those;
-/// `None` if they aren't.
+/// Goals in effect beside the requested ones, with the reason, if the corner noise is too large for
+/// the latter; `None` otherwise.
 pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     let (set, now) = (&snapshot.setup.guidance, &snapshot.limits);
     let coarser = |set_px: f64, now_px: f64| {
@@ -43,7 +43,7 @@ pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     Some(format!("{} From now on, {goals}.", why_coarse(noise_px, snapshot.moved_px)))
 }
 
-/// The larger of the two causes for which corners are measured coarsely: the camera's `noise_px`, or boards that moved.
+/// Larger cause of coarse corners: the camera's `noise_px`, or moving boards.
 fn why_coarse(noise_px: f64, moved_px: f64) -> String {
     if moved_px > noise_px {
         let moved = px(moved_px);
@@ -55,7 +55,8 @@ fn why_coarse(noise_px: f64, moved_px: f64) -> String {
     format!("This camera measures corners to {noise} only. More light may help.")
 }
 
-/// Error with which the newest pair was predicted: "Check: views 3 and 4 agree with the earlier ones to 0.11 px".
+/// Prediction error of the newest pair: "Check: views 3 and 4 agree with the earlier ones to 0.11
+/// px".
 pub fn held_out(pair: &HeldOutPair, snapshot: &Snapshot) -> Option<String> {
     let [first, second] = pair.views.map(|index| snapshot.views.get(index));
     let (first, second) = (first?.number, second?.number);

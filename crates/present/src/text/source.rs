@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-/// A resumed session doesn't connect to an address by itself.
+/// Refusal of a resumed session to connect to an address unasked.
 pub fn address_is_asked_for(address: &str, session: &Path) -> String {
     format!(
         "this session's pictures came over the network, from {address}. To continue, give the address again: boresight guide --session {} --source ADDRESS",
@@ -10,7 +10,7 @@ pub fn address_is_asked_for(address: &str, session: &Path) -> String {
     )
 }
 
-/// A resumed session doesn't run a command by itself.
+/// Refusal of a resumed session to run a command unasked.
 pub fn command_is_asked_for(command: &str, session: &Path) -> String {
     let session = session.display();
     if command == "pipe:-" {
@@ -23,7 +23,7 @@ pub fn command_is_asked_for(command: &str, session: &Path) -> String {
     )
 }
 
-/// The source of a resumed session can't be opened.
+/// Error of opening a resumed session's source.
 pub fn source_is_asked_for(source: &str, session: &Path) -> String {
     format!(
         "could not open this session's source {source} (if it's elsewhere now: boresight guide --session {} --source SOURCE)",
@@ -31,7 +31,7 @@ pub fn source_is_asked_for(source: &str, session: &Path) -> String {
     )
 }
 
-/// A session that was stopped before it wrote its result.
+/// Error of a session stopped before the result was written.
 pub fn no_result_yet(session: &Path) -> String {
     format!(
         "this session has no result yet. To continue it, or to end it and get one: boresight guide --session {}",
@@ -39,14 +39,14 @@ pub fn no_result_yet(session: &Path) -> String {
     )
 }
 
-/// Pictures have several sizes only because they were turned as their marks say.
+/// Note about pictures of several sizes only because of orientation marks.
 pub const ALIKE_AS_STORED: &str =
     "The phone was held differently. To read the pictures as the camera stored them: --as-stored";
 
-/// Most names that a sentence lists.
+/// Maximum number of names in a sentence.
 const MOST_NAMED: usize = 5;
 
-/// Pictures of a folder are left out, because they're of a kind that isn't read.
+/// Note about pictures of a folder left out because of an unsupported format.
 pub fn pictures_left_out(names: &[String]) -> String {
     let (named, others) = names.split_at(names.len().min(MOST_NAMED));
     let named = named.join(", ");
@@ -59,20 +59,20 @@ pub fn pictures_left_out(names: &[String]) -> String {
     )
 }
 
-/// A phone names no command.
+/// Refusal of a command named by a phone.
 pub const NO_COMMAND_BY_PHONE: &str = "a command can only be given on the computer that runs boresight: boresight serve --source 'pipe:COMMAND'";
 
-/// An untrustworthy result isn't given to a camera's driver.
+/// Refusal to give an untrustworthy result to a camera's driver.
 pub const NOT_FOR_THE_DRIVER: &str =
     "The camera's driver keeps its old calibration: the result is NOT TRUSTWORTHY.";
 
-/// The camera's driver took the result, and said `words`, which may be empty.
+/// Note that the camera's driver took the result, with `words` from the driver, possibly empty.
 pub fn driver_has_it(service: &str, words: &str) -> String {
     let words = if words.is_empty() { String::new() } else { format!(" ({words})") };
     format!("{service} took the calibration{words}.")
 }
 
-/// The camera's driver didn't get the result of `session`.
+/// Error of a camera's driver without the result of `session`.
 pub fn driver_lacks_it(why: &str, session: &Path) -> String {
     format!(
         "The camera's driver keeps its old calibration: {why}. To try again: boresight export {} --set-camera-info ros2:/TOPIC",

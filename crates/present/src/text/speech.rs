@@ -1,11 +1,11 @@
-//! Spoken sentences. Heard once and not read twice: the most important word first, and nothing that only makes sense on
-//! a screen.
+//! Spoken sentences. They are heard once and not read twice: the most important word comes first,
+//! and nothing depends on a screen.
 
 use super::{camera, prompt};
 use boresight_detect::Side;
 use boresight_guide::session::Prompt;
 
-/// The next action, in six spoken words at most and without a number.
+/// Next action, in six spoken words at most and without a number.
 pub fn spoken(asked: Prompt) -> String {
     match asked {
         Prompt::Complete => "Finished. Put the board down".into(),
@@ -31,7 +31,7 @@ pub fn spoken(asked: Prompt) -> String {
     }
 }
 
-/// Words for the end of the state that `ended` reports.
+/// Spoken words for the end of the state `ended`.
 pub fn spoken_after(ended: Prompt) -> &'static str {
     match ended {
         Prompt::CameraLost => "The camera is back",
@@ -39,8 +39,8 @@ pub fn spoken_after(ended: Prompt) -> &'static str {
     }
 }
 
-/// Sentence to try the voice.
+/// Sentence to test the voice.
 pub const VOICE_TEST: &str = "This is how I sound";
-/// No program speaks.
+/// Error for a missing speech program.
 pub const NO_VOICE: &str =
     "No voice: install speech-dispatcher (spd-say) or espeak-ng, then try again";

@@ -16,32 +16,32 @@ pub const START: &str = "Start";
 pub const NO_CAMERA: &str = "No camera found";
 /// Action when there is no camera.
 pub const NO_CAMERA_ACTION: &str = "Plug in a camera, or try the simulation.";
-/// While a camera gets ready.
+/// Note while a camera starts.
 pub const WAITING: &str = "Waiting for a picture";
-/// The button for the simulated camera.
+/// Button for the simulated camera.
 pub const SIMULATION: &str = "Simulation";
 /// See [`SIMULATION`].
 pub const SIMULATION_TIP: &str =
     "Watch a simulated person follow the guidance. It calibrates nothing.";
-/// The button for recordings.
+/// Button for recordings.
 pub const RECORDINGS: &str = "Recordings";
 /// See [`RECORDINGS`].
 pub const RECORDINGS_TIP: &str = "Step through a session you recorded before.";
-/// The field for any other source.
+/// Field for any other source.
 pub const OTHER: &str = "Stream or file";
 /// See [`OTHER`].
 pub const OTHER_TIP: &str = "An address such as rtsp://…, pipe: and a command that sends pictures, ros2: and a topic, gige: and a camera's address, a video file, a recorded bag, a folder of pictures, or sim:SCENE.toml.";
-/// A stream that was used before.
+/// Tooltip of a stream used before.
 pub const RECENT_TIP: &str = "Used before. Passwords aren't stored: add yours again.";
-/// The mode of the chosen camera.
+/// Label of the chosen camera's mode.
 pub const MODE: &str = "Mode";
-/// The best mode.
+/// Choice of the best mode.
 pub const BEST_MODE: &str = "Best mode";
-/// The question about the mirror.
+/// Question about the mirror.
 pub const MIRROR: &str = "Does the camera face you?";
 /// See [`MIRROR`].
 pub const MIRROR_TIP: &str = "If it does, the picture is shown as in a mirror, so left and right match yours. M changes it later.";
-/// Answers to that question.
+/// Answers to the question about the mirror.
 pub const YES: &str = "Yes, mirror it";
 /// See [`YES`].
 pub const NO: &str = "No";
@@ -51,12 +51,13 @@ pub fn mode(width_px: u32, height_px: u32) -> String {
     format!("{width_px} × {height_px}")
 }
 
-/// A camera for a screen reader.
+/// Camera for a screen reader.
 pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
 }
 
-/// The kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS), each with its explanation.
+/// Kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS), each
+/// with an explanation.
 pub const KINDS: [(&str, &str); 5] = [
     ("Checkerboard", "Dark and light squares, nothing else."),
     (
@@ -71,7 +72,7 @@ pub const KINDS: [(&str, &str); 5] = [
     ("Asymmetric circles", "Rows of circles, every second one shifted by half a step."),
 ];
 
-/// The chosen board, with the dictionary of its markers.
+/// Chosen board, with the dictionary of the markers.
 pub fn board([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> String {
     let squares = format!("{} × {} squares", columns + 1, rows + 1);
     match markers {
@@ -84,52 +85,52 @@ pub fn board([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> String
     }
 }
 
-/// Before the counts of an AprilGrid.
+/// Label of the counts of an AprilGrid.
 pub const TAGS: &str = "Tags";
 /// See [`TAGS`].
 pub const TAGS_TIP: &str = "The large ones with a code, in each direction.";
-/// Before the side of a tag.
+/// Label of the side of a tag.
 pub const TAG: &str = "Tag";
 /// See [`TAG`].
 pub const TAG_TIP: &str = "Side of a tag with its black frame: tagSize in Kalibr. Measure it.";
-/// Before the space between tags.
+/// Label of the space between tags.
 pub const SPACING: &str = "Space";
 /// See [`SPACING`].
 pub const SPACING_TIP: &str = "Between tags, as a share of their side: tagSpacing in Kalibr.";
-/// Before the number of the first tag.
+/// Label of the number of the first tag.
 pub const FIRST_TAG: &str = "First tag";
 /// See [`FIRST_TAG`].
 pub const FIRST_TAG_TIP: &str = "Number of the tag in the lower left corner; 0 on most boards.";
 
-/// Before the counts of circles.
+/// Label of the counts of circles.
 pub const CIRCLES: &str = "Circles";
 /// See [`CIRCLES`].
 pub const CIRCLES_TIP: &str = "In a row, and rows.";
-/// Before the distance of rows of circles.
+/// Label of the distance of rows of circles.
 pub const ROW_STEP: &str = "Rows apart";
 /// See [`ROW_STEP`].
 pub const ROW_STEP_TIP: &str = "From the centres of one row to those of the next, shifted or not: squareSize in OpenCV. Measure it over the whole board.";
 
-/// Before the counts of a ChArUco board.
+/// Label of the counts of a ChArUco board.
 pub const SQUARES: &str = "Squares";
 /// See [`SQUARES`].
 pub const SQUARES_TIP: &str = "Dark and light ones, in each direction.";
-/// Before the dictionary.
+/// Label of the dictionary.
 pub const DICTIONARY: &str = "Dictionary";
 /// See [`DICTIONARY`].
 pub const DICTIONARY_TIP: &str = "The set that the markers are from. It's usually printed on the board, and in the program that made it.";
-/// Before the side of a marker.
+/// Label of the side of a marker.
 pub const MARKER: &str = "Marker";
 /// See [`MARKER`].
 pub const MARKER_TIP: &str =
     "Side of a marker with its black frame. Measure it: corners are found between the markers.";
 
-/// A dictionary, as short as OpenCV's users know it.
+/// Short name of a dictionary, as in OpenCV.
 pub fn dictionary(dictionary: Dictionary) -> String {
     dictionary.name().trim_start_matches("DICT_").to_owned()
 }
 
-/// Why a board can't have its markers in squares of `square_m` metres, and the next action.
+/// Reason for markers being impossible in squares of `square_m` metres, and the next action.
 pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str) {
     match why {
         InvalidMarkers::Count { needed, dictionary, count, .. } => (
@@ -147,31 +148,31 @@ pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str)
     }
 }
 
-/// Before the counts.
+/// Label of the counts.
 pub const CORNERS: &str = "Inner corners";
 /// See [`CORNERS`].
 pub const CORNERS_TIP: &str = "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.";
-/// Between the counts, and for a screen reader.
+/// Labels between the counts, and for a screen reader.
 pub const SIDES: [&str; 2] = ["columns", "rows"];
-/// Before the side of a square.
+/// Label of the side of a square.
 pub const SQUARE: &str = "Square";
 /// See [`SQUARE`].
 pub const SQUARE_TIP: &str =
     "Measure several squares and divide. It sets distances only, not the lens.";
 
-/// The side of a square, to a hundredth of a millimetre.
+/// Side of a square, to a hundredth of a millimetre.
 pub fn square(square_m: f64) -> String {
     let text = format!("{:.2}", 1e3 * square_m);
     format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// The button that counts.
+/// Button to count the corners.
 pub const DETECT: &str = "Detect my board";
 /// See [`DETECT`].
 pub const DETECT_TIP: &str = "Hold your board in front of the chosen camera.";
 /// Hint without a camera.
 pub const DETECT_NEEDS: &str = "Choose a camera first.";
-/// While no board is seen.
+/// Note while no board is seen.
 pub const DETECTING: &str = "Show the whole board with its white margin";
 
 /// Size of the counted board.
@@ -179,7 +180,7 @@ pub fn detected([columns, rows]: [impl std::fmt::Display; 2]) -> String {
     format!("Your board has {columns} × {rows} inner corners")
 }
 
-/// The board of another kind that is seen.
+/// Board of another kind seen by the camera.
 pub fn detected_other(other: OtherBoard) -> String {
     match other {
         OtherBoard::Plain { columns, rows } => detected([columns, rows]),
@@ -196,30 +197,30 @@ pub fn detected_other(other: OtherBoard) -> String {
         }
     }
 }
-/// The button that chooses it.
+/// Button to choose that board.
 pub const TAKE_OTHER: &str = "Use it";
 
-/// The button that prints.
+/// Button to print.
 pub const PRINT: &str = "Print this board";
 /// See [`PRINT`].
 pub const PRINT_TIP: &str =
     "Write a PDF with the largest squares that fit, and open it. Nothing is overwritten.";
-/// Before the names of papers.
+/// Label of the paper sizes.
 pub const PAPER: &str = "Paper";
 
-/// A board that was written: the link that opens it.
+/// Link to a written board.
 pub fn printed(file: &std::path::Path, square_m: f64) -> String {
     format!("Saved to {} ({} squares). Open", file.display(), square(square_m))
 }
 
-/// The button that shows it.
+/// Button to show the board.
 pub const SHOW: &str = "Show it on another screen";
 /// See [`SHOW`].
 pub const SHOW_TIP: &str = "Open a window with the board. Drag it to a flat screen and press F11. Move the camera instead of the board.";
-/// Title of that window.
+/// Title of the board's window.
 pub const SHOWN_TITLE: &str = "boresight board";
 
-/// Below the board on a screen.
+/// Line below the board on a screen.
 pub fn shown([columns, rows]: [u16; 2]) -> String {
     format!(
         "{columns} × {rows} inner corners. Measure the {} squares of a row and divide by {}. F11: full screen. Esc: close.",
@@ -228,17 +229,17 @@ pub fn shown([columns, rows]: [u16; 2]) -> String {
     )
 }
 
-/// The button that starts.
+/// Button to start.
 pub const GO: &str = "Start session";
 /// See [`GO`].
 pub const GO_TIP: &str = "Begin. Photos are taken automatically.";
-/// The choice of a plan.
+/// Label of the choice of a plan.
 pub const PLAN: &str = "How thorough?";
-/// Seconds per view, from the first frame on, of people of all kinds: 3 for most simulated ones, 4 for those who don't
-/// look or whose picture is small.
+/// Seconds per view, from the first frame on, for people of all kinds: 3 for most simulated people,
+/// 4 for those who don't look or have a small picture.
 const SECS_PER_VIEW: u32 = 4;
 
-/// Time that a session may last.
+/// Expected duration of a session.
 pub fn duration(plan: Plan) -> String {
     let views = match plan {
         Plan::Quick => 4,
@@ -248,31 +249,32 @@ pub fn duration(plan: Plan) -> String {
     // In steps of five seconds.
     format!("about {} s", (SECS_PER_VIEW * views).div_ceil(5) * 5)
 }
-/// The next steps.
+/// Next steps.
 pub const STEPS: [&str; 3] = [
     "Match the outline with your board.",
     "Hold still: photos are taken automatically.",
     "When it's complete, you get a report.",
 ];
-/// Hint with a board that can't be.
+/// Hint for an impossible board.
 pub const NO_BOARD: &str = "Correct the board first";
 /// Hint without a source.
 pub const NO_SOURCE: &str = "Choose a camera first";
-/// The choice of full screen.
+/// Choice of full screen.
 pub const FULL_SCREEN: &str = "Full screen while you hold the board";
 /// See [`FULL_SCREEN`].
 pub const FULL_SCREEN_TIP: &str =
     "Fills the screen once mouse and keys have rested for two seconds.";
 
-/// While a session runs.
+/// Note while a session runs.
 pub const RUNNING: &str = "A session is running";
 /// See [`RUNNING`].
 pub const RUNNING_ACTION: &str =
     "Finish it to choose another camera or board. Your views are safe.";
-/// The button back to it.
+/// Button back to the session.
 pub const BACK: &str = "Back to the session";
 
-/// Report that the board in view is used from now on: as its code names it, or with squares that nobody has measured.
+/// Report that the board in view is used from now on: as named by its code, or with unmeasured
+/// squares.
 pub fn switched(
     id: Option<&str>,
     [columns, rows]: [u16; 2],
@@ -293,22 +295,22 @@ pub fn switched(
     )
 }
 
-/// What somebody does whose squares are of another size than the session assumes.
+/// Action for squares of another size than the session assumes.
 const IF_NOT: &str =
     "If not, the lens is right all the same; type it on the start page for the next session";
 
-/// A board as its printed code names it; `id` is empty without a code.
+/// Board as named by a printed code; `id` is empty without a code.
 pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> String {
     let gap = if id.is_empty() { "" } else { " " };
     format!("Board{gap}{id}: {columns} × {rows}, {}", square(square_m))
 }
 
-/// Nobody has said how large the squares are, and no code beside the board does.
+/// Note about an assumed square size, given neither by the person nor by a code.
 pub fn assumed_square(square_m: f64) -> String {
     format!("Is a square {}? {IF_NOT}", square(square_m))
 }
 
-/// The side of a square is the usual one, and nobody has said that it's right.
+/// Request to confirm the usual square size.
 pub const ASK_SQUARE: &str = "Measure a square of your board, and type its side above.";
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Words on a printed board, and what to do with it.
+//! Words on a printed board, and instructions for use.
 
 use crate::target::{DoesNotFit, LINES, Plan};
 use boresight_geometry::{
@@ -6,7 +6,7 @@ use boresight_geometry::{
     markers::{CircleRows, Markers, Tags},
 };
 
-/// The board that a code in its margin names.
+/// Board named by a code in its margin.
 pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String {
     let (columns, rows) = (board.columns(), board.rows());
     let printed_mm = board.square_m() * 1e3;
@@ -18,7 +18,7 @@ pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String
     format!("Board from its code: {columns}x{rows}, {}{measured}, ID {id}", millimetres(printed_mm))
 }
 
-/// Note about a board that is printed with a code.
+/// Note about a board printed with a code.
 pub fn code_in_margin(id: &str) -> String {
     format!("Board ID {id}: you won't need to type its size. The code in its margin says it")
 }
@@ -27,7 +27,7 @@ pub fn code_in_margin(id: &str) -> String {
 pub const NO_ROOM_FOR_CODE: &str =
     "No code in the margin: there's no room for it beside squares of this size";
 
-/// Lines printed beside the ruler, with the board's ID if it has one.
+/// Lines printed beside the ruler, with the board's ID if there is an ID.
 pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     let Plan { columns, rows, ruler_mm, .. } = plan;
     let (square, width) = (millimetres(plan.square_mm), millimetres(plan.board_width_mm()));
@@ -69,7 +69,8 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
     ]
 }
 
-/// Instructions for the written file, step by step; with a code in the margin, nobody types the board.
+/// Instructions for the written file, step by step; with a code in the margin, the board needn't be
+/// typed.
 pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
     let tags = plan.markers.and_then(|markers| markers.tags);
@@ -126,7 +127,7 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     steps
 }
 
-/// What a grid of circles is called.
+/// Name of a grid of circles.
 pub(super) fn circles(rows: CircleRows) -> &'static str {
     match rows {
         CircleRows::Symmetric => "Circles",
@@ -156,7 +157,7 @@ pub fn does_not_fit(err: &DoesNotFit) -> String {
     }
 }
 
-/// Note that the squares have another size than requested, if they have: a screen's squares are whole pixels.
+/// Note about squares of another size than requested: a screen's squares are whole pixels.
 pub fn other_square(plan: &Plan, asked_mm: f64) -> Option<String> {
     ((plan.square_mm - asked_mm).abs() > 5e-4).then(|| {
         format!(
@@ -172,7 +173,7 @@ fn arguments(plan: &Plan) -> String {
     format!("--board {} --square {square}", plan.choice())
 }
 
-/// A length to a micrometre, with its unit.
+/// Length to a micrometre, with the unit.
 fn millimetres(mm: f64) -> String {
     let text = format!("{mm:.3}");
     format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))

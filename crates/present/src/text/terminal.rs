@@ -2,7 +2,7 @@
 
 use super::{deg, percent};
 
-/// Tilt and size: each as it is, if it's measured, and as it's asked for. "tilt 19° → 40°  size 60 → 74 %".
+/// Tilt and size, measured (if known) and requested: "tilt 19° → 40°  size 60 → 74 %".
 pub fn pose(
     (tilt_rad, wanted_tilt_rad): (Option<f64>, f64),
     (size, wanted_size): (Option<f64>, f64),
@@ -12,7 +12,7 @@ pub fn pose(
     format!("tilt {tilt} → {}°  size {size} → {}", deg(wanted_tilt_rad), percent(wanted_size))
 }
 
-/// Views taken, and those still to take.
+/// Numbers of views taken and still to take.
 pub fn views(taken: usize, to_go: Option<usize>) -> String {
     match to_go {
         Some(to_go) => format!("{taken} taken, about {to_go} more"),
@@ -20,7 +20,7 @@ pub fn views(taken: usize, to_go: Option<usize>) -> String {
     }
 }
 
-/// Keys of the session; `can_restore` if a view was removed that can come back.
+/// Keys of the session; `can_restore` if a removed view can be restored.
 pub fn keys(is_paused: bool, can_restore: bool) -> String {
     let pause = if is_paused { "resume" } else { "pause" };
     let redo = if can_restore { "  r redo" } else { "" };

@@ -1,4 +1,5 @@
-//! Troubles of a session and their actions, in the order in which the window and the phone's page show them.
+//! Troubles and actions of a session, in the display order of the window and the phone's
+//! page.
 
 use super::{
     camera::{self, printable},
@@ -7,30 +8,30 @@ use super::{
 use boresight_geometry::{device::Fault, target::BoardChoice};
 use boresight_guide::session::{Snapshot, Stream};
 
-/// A trouble and its action.
+/// Trouble with an action.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trouble {
     /// Cause in one sentence.
     pub what: String,
-    /// The next action; may be empty.
+    /// Next action; may be empty.
     pub action: String,
     /// Words of a device or program about it; may be empty.
     pub detail: String,
-    /// A board that could be used instead.
+    /// Board to use instead.
     pub board: Option<BoardChoice>,
-    /// True if views can be taken all the same: a doubt about the camera, which the result states.
+    /// True for a doubt about the camera: views can still be taken, and the result states it.
     pub is_doubt: bool,
 }
 
 impl Trouble {
-    /// A trouble without a detail.
+    /// Trouble without a detail.
     pub fn plain((what, action): (String, String)) -> Self {
         Self { what, action, detail: String::new(), board: None, is_doubt: false }
     }
 }
 
-/// Every trouble, the most important first: a worker that failed, an obstacle to taking views, doubts about the
-/// pictures, another board. Each is named once.
+/// All troubles, most important first: a failed worker, an obstacle to taking views, doubts about
+/// the pictures, another board. Each is named once.
 pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
     let of_fault = |fault: Fault, detail: &str| {
         let (what, action) = camera::fault(fault);
@@ -53,7 +54,7 @@ pub fn troubles(snapshot: &Snapshot) -> Vec<Trouble> {
     let (first, others) =
         (doubts().filter(|(fault, _)| frozen(fault)), doubts().filter(|(fault, _)| !frozen(fault)));
     let doubts = first.chain(others).map(|(fault, detail)| Trouble {
-        // A picture that stands still is none of the board.
+        // A frozen picture is no doubt.
         is_doubt: fault != Fault::Frozen,
         ..of_fault(fault, detail)
     });

@@ -1,12 +1,13 @@
-//! Standard deviations in words, where they are known.
+//! Standard deviations in words, where known.
 
 use boresight_calibrate::Calibration;
 
-/// In place of standard deviations that aren't known.
+/// Note in place of unknown standard deviations.
 pub const SD_UNKNOWN: &str = "not known yet: fewer than four different views";
 
-/// True if the standard deviations of a calibration with findings of these codes can be believed. With fewer than four
-/// different views they come out too small, because the weak priors on the lens are taken at their word.
+/// True if the standard deviations of a calibration with findings of these codes are credible. With
+/// fewer than four different views they come out too small, because the weak priors on the lens are
+/// taken at face value.
 pub fn is_sd_known<'a>(codes: impl IntoIterator<Item = &'a str>) -> bool {
     codes.into_iter().all(|code| code != "VIEWS-FEW")
 }
@@ -16,17 +17,18 @@ pub fn knows_sd(calibration: &Calibration) -> bool {
     is_sd_known(calibration.findings.iter().map(|finding| finding.code.code()))
 }
 
-/// A standard deviation of `calibration`; a question mark if it isn't known.
+/// Standard deviation of `calibration`; a question mark if unknown.
 pub(super) fn sd_of(calibration: &Calibration, sd: String) -> String {
     if knows_sd(calibration) { sd } else { "?".into() }
 }
 
-/// An estimate of `calibration` with its standard deviation, both in the same number of decimals: "653.41 ± 0.20".
+/// Estimate of `calibration` with standard deviation, both with the same number of decimals:
+/// "653.41 ± 0.20".
 pub fn measured(calibration: &Calibration, value: f64, sd: f64, decimals: usize) -> String {
     format!("{value:.decimals$} ± {}", sd_of(calibration, format!("{sd:.decimals$}")))
 }
 
-/// The typical error: the standard deviation of projection over the picture.
+/// Typical error: the standard deviation of projection over the picture.
 pub fn projection(calibration: &Calibration) -> String {
     let sd = &calibration.projection_sd;
     if knows_sd(calibration) {

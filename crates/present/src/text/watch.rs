@@ -1,37 +1,37 @@
-//! What is said of an installed camera that is watched. Left and right are those of someone who stands behind it.
+//! Sentences about a watched camera. Left and right are as seen from behind it.
 
 use boresight_guide::session::Gravity;
 use boresight_watch::{Advice, Axis, Cause, Decision, Finding, NoAnswer, State};
 
-/// What turns pixels of the picture into degrees, and seconds into dates.
+/// Conversion of pixels to degrees, and of seconds to dates.
 pub struct Scale<'a> {
     /// Focal lengths along x and y, px.
     pub f_px: [f64; 2],
-    /// Half the picture's diagonal, px.
+    /// Half diagonal of the picture, px.
     pub half_diagonal_px: f64,
-    /// A time (seconds since 1970) as people say it.
+    /// Formats a time (seconds since 1970).
     pub when: &'a dyn Fn(f64) -> String,
-    /// The day of such a time.
+    /// Formats the day of a time (seconds since 1970).
     pub day: &'a dyn Fn(f64) -> String,
 }
 
-/// Parts below this share of the largest one aren't worth a word.
+/// Parts below this share of the largest part aren't mentioned.
 const WORTH_A_WORD: f64 = 1.0 / 3.0;
 /// Columns and rows of the glass.
 const CELLS: [usize; 2] = [8, 6];
 
-/// A part of a move: what happened, and what undoes it.
+/// Part of a move, with the action that undoes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// Size in px of the picture, for the order.
+    /// Size in pixels of the picture, for sorting.
     pub size_px: f64,
     /// "points 14 px (0.8°) to the left of where it was on 12 March".
     pub what: String,
-    /// "Push it back to the right.", or nothing for a zoom.
+    /// "Push it back to the right.", or empty for a zoom.
     pub action: String,
 }
 
-/// The parts of a move, the largest first; none that is small against it.
+/// Parts of a move, the largest first, without comparatively small parts.
 pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
     let since = (scale.day)(decision.reference_secs);
     let off = decision.off_px;
@@ -80,7 +80,7 @@ pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
     all.into_iter().filter(|part| part.size_px >= WORTH_A_WORD * largest_px).collect()
 }
 
-/// The state in a sentence, and the next action; that is empty if there is nothing to do.
+/// State in a sentence, and the next action; the action is empty if nothing needs doing.
 pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
     let since = || (scale.when)(decision.since_secs);
     match decision.state {
@@ -100,7 +100,7 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
         ),
         State::Moved(cause) => {
             let all = parts(decision, scale);
-            // A zoom isn't undone by pushing.
+            // Pushing doesn't undo a zoom.
             let all: Vec<&Part> = all.iter().filter(|part| !part.action.is_empty()).collect();
             let what: Vec<&str> = all.iter().map(|part| part.what.as_str()).collect();
             let actions: Vec<&str> = all.iter().map(|part| part.action.as_str()).collect();
@@ -142,7 +142,7 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
     }
 }
 
-/// Why there's no answer, and the next action.
+/// Reason for having no answer, and the next action.
 pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
     match reason {
         NoAnswer::TooDark => (
@@ -174,7 +174,7 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
     }
 }
 
-/// The smallest change that would be seen.
+/// Smallest visible change.
 pub fn smallest_visible(decision: &Decision, scale: &Scale<'_>) -> String {
     let v = decision.smallest_visible_px;
     if !v[0].is_finite() {
@@ -189,7 +189,7 @@ pub fn smallest_visible(decision: &Decision, scale: &Scale<'_>) -> String {
     )
 }
 
-/// A finding in a sentence.
+/// Finding in a sentence.
 pub fn finding(finding: &Finding, scale: &Scale<'_>) -> String {
     match finding {
         Finding::Creeps { px_per_day, matters_secs } => {
@@ -219,7 +219,7 @@ pub fn finding(finding: &Finding, scale: &Scale<'_>) -> String {
     }
 }
 
-/// Where a cell of the glass lies.
+/// Position of a cell of the glass.
 fn place([column, row]: [usize; 2]) -> String {
     let third = |at: usize, of: usize| (3 * at + 1) / of;
     let down = ["at the upper", "at the middle", "at the lower"][third(row, CELLS[1]).min(2)];
@@ -242,18 +242,19 @@ fn degrees(deg: f64) -> String {
     if deg < 1.0 { format!("{deg:.2}°") } else { format!("{deg:.1}°") }
 }
 
-/// One thing to do, for who pushes the camera back: an arrow, a number, a sentence.
+/// Single step for the person pushing the camera back: an arrow, a number, a sentence.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cue {
-    /// `←`, `→`, `↑`, `↓`, `↺`, `↻`, `●` while it stands right, `?` if nothing can be told.
+    /// `←`, `→`, `↑`, `↓`, `↺`, `↻`, `●` if aligned, `?` if unknown.
     pub arrow: &'static str,
-    /// How much, with its unit; or how long.
+    /// Amount with unit, or duration.
     pub number: String,
-    /// What to do.
+    /// Action in a sentence.
     pub sentence: String,
 }
 
-/// An advice as someone who faces the camera sees it: left and right, and the sense of rotation, are exchanged.
+/// Advice as seen by a person facing the camera: left and right, and the sense of rotation, are
+/// exchanged.
 pub fn facing(advice: &Advice) -> Advice {
     match *advice {
         Advice::Push { axis: axis @ (Axis::Pan | Axis::Roll), off_px } => {
@@ -263,7 +264,7 @@ pub fn facing(advice: &Advice) -> Advice {
     }
 }
 
-/// The words of an advice.
+/// Words of an advice.
 pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
     let say =
         |arrow, number: String, sentence: &str| Cue { arrow, number, sentence: sentence.into() };
@@ -300,7 +301,7 @@ pub fn cue(advice: &Advice, scale: &Scale<'_>) -> Cue {
     }
 }
 
-/// How the words of an advice look.
+/// Gravity of an advice.
 pub fn gravity(advice: &Advice) -> Gravity {
     match advice {
         Advice::Lost(_) => Gravity::Careful,
@@ -309,10 +310,10 @@ pub fn gravity(advice: &Advice) -> Gravity {
     }
 }
 
-/// The box to tick for who stands before the camera, not behind it.
+/// Checkbox for a person facing the camera.
 pub const FACES: &str = "I face the camera";
 
-/// A few words to say aloud, without numbers; nothing while the camera can't be told where it points.
+/// Few spoken words without numbers; `None` while the camera's pointing is unknown.
 pub fn aloud(advice: &Advice) -> Option<&'static str> {
     Some(match *advice {
         Advice::Lost(_) => return None,
@@ -328,13 +329,13 @@ pub fn aloud(advice: &Advice) -> Option<&'static str> {
     })
 }
 
-/// While a phone still shows the end of the way back.
+/// Note while a phone still shows the end of the way back.
 pub const LINGERING: &str = "The phone's page stays until it's closed. Ctrl-C ends at once.";
 
-/// The question before a camera is accepted as it is.
+/// Question before accepting a camera as it is.
 pub const WHY: &str = "Why may it stay like this? (one line)";
 
-/// Said once a camera was accepted.
+/// Sentence after accepting a camera.
 pub fn accepted(name: &str) -> String {
     format!("{name} stays as it is. It learns again from the next picture, for three days.")
 }
@@ -385,7 +386,8 @@ mod tests {
                         continue;
                     }
                     let said = say(&moved([pan, tilt, roll, 0.0]));
-                    // Who stands behind a camera and pushes it to the right moves the scene to the left, and so on.
+                    // Pushing a camera to the right from behind moves the scene to the left, and so
+                    // on.
                     for (order, part, by) in [
                         ("Push it back to the right.", 0, -9.0),
                         ("Push it back to the left.", 0, 9.0),

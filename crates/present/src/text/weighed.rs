@@ -1,4 +1,4 @@
-//! What the detector weighed: one line a grid, and the bits below it.
+//! Explanations weighed by the detector: one line per grid, and the bits below.
 
 use boresight_detect::{
     GridOutcome, ReadMarker, Searched, Side, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
@@ -7,17 +7,17 @@ use boresight_detect::{
 
 use super::miss;
 
-/// Nothing in the picture looked like a board.
+/// Note that nothing in the picture looked like a board.
 pub const NO_GRID: &str = "no grid of corners or circles was found";
 /// Meaning of the bits, before the first ones.
 pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 256 to 1, and a grid's place needs a lead of 8. \
                          A part of a plain board also needs its code or, live, its track. Where markers say the place, it needs \
                          22 bits beyond chance, too.";
 
-/// How a grid was found, what came of it, and why.
+/// Grid as found, with outcome and reason.
 pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
     let [long, wide] = grid.size;
-    // Grids of circles have neither ends that were weighed nor markers.
+    // Grids of circles have neither weighed ends nor markers.
     let what = if grid.ends.is_empty() && grid.markers.is_none() { "circles" } else { "corners" };
     let outcome = match grid.outcome {
         GridOutcome::Named(seen) => format!("{seen} {what} of the board"),
@@ -45,7 +45,7 @@ pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
     lines
 }
 
-/// Where the markers put a grid, and what each of them has to do with it.
+/// Place of a grid by the markers, and the role of each marker.
 fn markers(WeighedMarkers { read, places }: &WeighedMarkers) -> Vec<String> {
     let mut lines = vec![match (read.len(), places.is_empty()) {
         (0, _) => "   No markers were read".into(),
@@ -75,7 +75,7 @@ fn voted_place(place: &VotedPlace) -> String {
     format!("{} ({})", corner(first.map(i64::from), *quarter_turns), from.join(", "))
 }
 
-/// A marker's cells, row by row: `#` black, `.` white.
+/// Cells of a marker, row by row: `#` black, `.` white.
 fn read_marker(ReadMarker { square, marker, is_white, wrong, bits }: &ReadMarker) -> String {
     let side = is_white.len().isqrt().max(1);
     let row = |cells: &[bool]| cells.iter().map(|white| if *white { '.' } else { '#' }).collect();
@@ -104,7 +104,7 @@ fn counted(count: usize, what: &str) -> String {
     if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
-/// A corner of the board by its place, and how the board is turned.
+/// Corner of the board by position, and the board's rotation.
 fn corner(first: [i64; 2], quarter_turns: usize) -> String {
     let [column, row] = first.map(|index| index + 1);
     let turned = match quarter_turns {

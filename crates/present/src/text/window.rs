@@ -13,30 +13,30 @@ use boresight_guide::{
 use super::{camera::capital, deg, numbers::signed, view_name};
 pub use super::{direction_name, gauge::*, numbers::*, result::*};
 
-/// The window's title.
+/// Title of the window.
 pub const TITLE: &str = "boresight";
 
-/// The window's title while pictures come from `source`.
+/// Title of the window while pictures come from `source`.
 pub fn title(source: &str) -> String {
     format!("{source} – {TITLE}")
 }
 
-/// On the picture of a simulated camera.
+/// Label on the picture of a simulated camera.
 pub const SIMULATED_CAMERA: &str = "SIMULATED";
 
-/// On the picture until somebody's first view is taken.
+/// Hint on the picture until a person's first view is taken.
 pub const HINT: &str = "Match the outline with your board. boresight takes each photo for you.";
 
-/// On the picture of a session that rests, where no button is seen.
+/// Hint on the picture of a paused session without a visible button.
 pub const RESUME: &str = "Press P to resume.";
 
-/// Shown before the first frame is processed.
+/// Note before the first frame is processed.
 pub const STARTING: &str = "Starting";
 
-/// Shown while the result is computed and stored.
+/// Note while the result is computed and stored.
 pub const ENDING: &str = "Saving the result";
 
-/// State of one slot of the wheel; `taken` is the newest view in it.
+/// State of a slot of the wheel; `taken` is its newest view.
 pub fn slot_state(
     slot_rad: f64,
     taken: Option<ViewNumber>,
@@ -62,7 +62,7 @@ pub fn thumbnail(view: &ViewSummary, mirrored: bool) -> String {
     format!("{number} {} {off} px", direction_name(view.tilt_azimuth_rad, mirrored))
 }
 
-/// Tooltip of a thumbnail: what the view measures.
+/// Tooltip of a thumbnail: measurements of the view.
 pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
     let tilt = view.tilt_rad.map_or("?".into(), deg);
     let partner = match view.partner {
@@ -83,7 +83,7 @@ pub fn remove_view(number: ViewNumber) -> String {
     format!("Remove {}", view_name(number))
 }
 
-/// Frame rate of the source, and the number of frames that newer ones replaced.
+/// Frame rate of the source, and the number of skipped frames.
 pub fn frames(per_sec: Option<f64>, replaced: u64) -> String {
     let rate = per_sec.map_or("no pictures".into(), |rate| format!("{rate:.0} pictures/s"));
     match replaced {
@@ -101,19 +101,19 @@ pub fn lost_for(secs: f64) -> String {
     format!("{:.0} s", secs.max(0.0))
 }
 
-/// Heading of what a device or program said.
+/// Heading of the words of a device or program.
 pub const DETAILS: &str = "Details";
 
-/// Shown when no new picture has arrived for a while.
+/// Note when no new picture has arrived for a while.
 pub fn stalled(secs: f64) -> String {
     format!("No picture for {secs:.0} s")
 }
 
-/// Action when no picture comes.
+/// Action when no picture arrives.
 pub const STALLED_ACTION: &str =
     "Your views are safe. Check the cable; capture resumes when pictures arrive.";
 
-/// A worker that failed.
+/// Error of a failed worker.
 pub fn failed(worker: &str, reason: &str) -> String {
     format!("The {worker} failed: {}", super::camera::printable(reason))
 }
@@ -122,7 +122,7 @@ pub fn failed(worker: &str, reason: &str) -> String {
 pub const FAILED_ACTION: &str =
     "Your views are safe. Fix the problem, then choose Continue on the Result page.";
 
-/// The board that is shown instead of the chosen one, and the next action; `None` if it's the chosen one.
+/// Board shown instead of the chosen one, and the next action; `None` if it's the chosen board.
 pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     let Prompt::OtherBoard(other) = snapshot.shown.prompt else { return None };
     let chosen = &snapshot.setup.board;
@@ -165,7 +165,7 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     Some((format!("{this}. You chose {chosen}"), action))
 }
 
-/// The button that uses another board.
+/// Button to use another board.
 pub fn use_board(board: &BoardChoice) -> String {
     capital(&use_it(board))
 }
@@ -175,16 +175,16 @@ fn use_it(board: &BoardChoice) -> String {
     format!("use {} × {}{circles}", board.columns, board.rows)
 }
 
-/// A session has ended while another page is seen.
+/// Note that a session has ended while another page is open.
 pub const FINISHED: &str = "Finished. See Result (F2)";
 
-/// Below the small card that is the board as it's held.
+/// Line below the small card of the board as held.
 pub const NOW: &str = "now";
-/// Below the small card that is the board as it should be held.
+/// Line below the small card of the requested board pose.
 pub const WANTED: &str = "like this";
 /// Label of the live picture for screen readers.
 pub const PICTURE: &str = "Live picture";
-/// Shown before the first view.
+/// Note before the first view.
 pub const NO_VIEWS: &str = "Match the outline and hold still. Photos are taken automatically.";
 /// Tooltip of a thumbnail's button.
 pub const REMOVE_TIP: &str = "Remove this view. Restore (R) undoes it.";
@@ -193,8 +193,8 @@ pub const CAMERA: &str = "Camera";
 /// Tooltip of [`CAMERA`].
 pub const CAMERA_TIP: &str = "Camera settings, as read back from the camera. Focus and zoom must not change during a session.";
 
-/// The live camera's mode, controls except those in `adjustables`, and losses; empty if the source is no live
-/// camera.
+/// Mode, controls except those in `adjustables`, and losses of the live camera; empty for other
+/// sources.
 pub fn camera_lines(
     camera: &CameraState,
     adjustables: &[Adjustable],
@@ -217,7 +217,7 @@ pub fn camera_lines(
     lines
 }
 
-/// Why a replayed frame wasn't taken.
+/// Reason for not taking a replayed frame.
 pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
     match (refusal, live.map(|live| &live.corners_px)) {
         (Refusal::NotFound, Some(Err(miss))) => super::miss(miss),
@@ -236,31 +236,31 @@ pub fn plan(plan: Plan) -> (&'static str, &'static str) {
     }
 }
 
-/// Below the number of photos in the view from afar: of how many, as far as that can be told.
+/// Line below the number of photos in the view from afar: the expected total, if known.
 pub fn of_about(views: usize) -> String {
     format!("of about {views}")
 }
 
-/// A second Ctrl-C.
+/// Note after a second Ctrl-C.
 pub const ENDED_AT_ONCE: &str = "Ended at once. Views shown as taken are on the disk; a camera's focus and exposure may still be locked: resume the session with --session to put them back.";
 
-/// There is no display to open a window on.
+/// Note about a missing display.
 pub const IN_TERMINAL: &str = "No display found. Guiding in this terminal instead.";
-/// The build has no window.
+/// Note about a build without a window.
 pub const BUILT_WITHOUT: &str = "This build has no window. Guiding in this terminal instead.";
 /// Action without a display.
 pub const NO_DISPLAY_ACTION: &str =
     "Use --headless for guidance in the terminal, or set DISPLAY or WAYLAND_DISPLAY.";
-/// Action if the display went away under an open window.
+/// Action if the display was lost under an open window.
 pub const LOST_DISPLAY_ACTION: &str =
     "Your views are saved. To continue: boresight guide --session DIR";
-/// Action if the window system refuses.
+/// Action if the window system fails.
 pub const NO_WINDOW_ACTION: &str = "Check that DISPLAY or WAYLAND_DISPLAY names an existing display. Install what's missing (Debian: sudo apt install libxkbcommon-x11-0 libgl1 libegl1 libgl1-mesa-dri), or use --headless for guidance in the terminal.";
-/// The source was not named and no camera is there.
+/// Note about neither a named source nor a camera.
 pub const NO_CAMERA: &str = "No camera found: showing a simulation";
-/// Heading of the page for a session that could not be started.
+/// Heading of the page for a session that couldn't be started.
 pub const NOT_STARTED: &str = "The session couldn't start";
-/// Buttons of that page, each with its tooltip.
+/// Button of that page to try again.
 pub const TRY_AGAIN: &str = "Try again";
 /// See [`TRY_AGAIN`].
 pub const TRY_AGAIN_TIP: &str = "Try the same source again.";
@@ -272,14 +272,14 @@ pub const SIMULATED: &str = "Try a simulation";
 pub const SIMULATED_TIP: &str =
     "Watch a simulated technician follow the guidance. No camera needed.";
 
-/// The result could not be stored and nobody knows why.
+/// Error of storing the result for an unknown reason.
 pub const ENDING_FAILED: &str = "The result couldn't be saved";
 
-/// Nobody stands at this terminal and in front of the camera at once.
+/// Note that nobody is at this terminal and in front of the camera at once.
 pub const OVER_SSH: &str =
     "The person at the camera can see this on a phone: start with --serve, and scan the code.";
 
-/// Keys that have no button, and what they do.
+/// Keys without a button, with their actions.
 pub const OTHER_KEYS: [(&str, &str); 4] = [
     ("Ctrl +/−/0", "Everything larger, smaller, as usual"),
     ("← →", "In a recording: the frame before, the next"),
