@@ -1,11 +1,13 @@
-//! Redraws camera-years from a recorded camera: false alarms, and how soon planted steps are found.
+//! Redraws camera-years from a recorded camera: rate of false alarms, and delay until planted steps
+//! are found.
 //!
 //! ```text
 //! camera_years WATCH.jsonl WIDTH fx YEARS [--times 1,1.5,2,2.5] [--steps]
 //! ```
 //!
-//! The answers' distances from a daily cycle, without a slow creep, are cut into days; days are drawn at random and put back
-//! on the cycle. Then everything runs through the same fold as in the program: learning, cycle, scatter, sequential test.
+//! The answers' residuals about a daily cycle, without a slow creep, are cut into days; days are
+//! drawn at random and added to the cycle again. Then everything runs through the program's fold:
+//! learning, cycle, scatter, sequential test.
 
 use std::{collections::BTreeMap, io::BufRead};
 
@@ -89,7 +91,7 @@ fn main() -> Result<(), Failed> {
     Ok(())
 }
 
-/// What the camera does by itself, to compare a simulated one with a real one.
+/// Prints the camera's own behaviour, for comparing simulated and real cameras.
 fn describe(answers: &[(f64, Answer)], lens: &Lens, cycle: &Cycle) {
     let px = px_per_turn(lens);
     let spread = |mut values: Vec<f64>| {
@@ -133,7 +135,7 @@ fn describe(answers: &[(f64, Answer)], lens: &Lens, cycle: &Cycle) {
     );
 }
 
-/// Days of residuals, and the cycle that they are put on.
+/// Days of residuals, and the cycle.
 struct Days {
     cycle: Cycle,
     days: Vec<Vec<(f64, Vector4<f64>, Answer)>>,
@@ -149,7 +151,7 @@ impl Days {
         };
         let samples: Vec<Sample> = answers.iter().map(|(at, a)| sample(*at, a)).collect();
         let cycle = Cycle::learn(&samples, f64::from(lens.image_size.width_px), None)?;
-        // A creep, and what the camera did over weeks, is a line through each run of days without a gap.
+        // Creep and slow movements over weeks: a line through each run of days without a gap.
         let mut by_day: BTreeMap<i64, Vec<(f64, Vector4<f64>, Answer)>> = BTreeMap::new();
         for ((at, answer), sample) in answers.iter().zip(&samples) {
             let day = (at / DAY_SECS).floor();
@@ -215,7 +217,7 @@ impl Days {
     }
 }
 
-/// Hours until a step that is planted into a drawn fortnight is found.
+/// Hours until a step planted into a drawn fortnight is found.
 fn steps(days: &Days, lens: &Lens, tries: usize) {
     let half = lens.half_diagonal_px();
     let deg = std::f64::consts::PI / 180.0;

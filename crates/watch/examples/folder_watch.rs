@@ -1,5 +1,5 @@
-//! Learns a folder of pictures of one fixed camera, measures the rest, and plants known changes: answers, scatter, errors,
-//! processor time.
+//! Learns a folder of pictures of a fixed camera, measures the rest, and plants known changes:
+//! answers, scatter, errors, processor time.
 //!
 //! ```text
 //! folder_watch FOLDER fx,fy,cx,cy[,k1,k2,p1,p2,k3] LEARN [--references N] [--plant EVERY] [--every N]
@@ -88,7 +88,7 @@ fn main() -> Result<(), Failed> {
     Ok(())
 }
 
-/// Plants moves and glass into every one of the files and prints what is found of them.
+/// Plants moves and glass into each of `files` and prints the findings.
 fn plant(lens: &Lens, gallery: &Gallery, files: &[&PathBuf]) -> Result<(), Failed> {
     let f = lens.camera.f_px;
     let deg = std::f64::consts::PI / 180.0;
@@ -130,7 +130,7 @@ fn plant(lens: &Lens, gallery: &Gallery, files: &[&PathBuf]) -> Result<(), Faile
             let found = answer(gallery, &view, lens);
             spent += spent_secs() - began;
             if let Ok(found) = found {
-                // First the camera's own turn, then the planted one.
+                // The camera's own turn first, then the planted turn.
                 let truth = own.then(&planted);
                 errors.push((found.turn.vector() - truth.vector()).component_mul(&units(lens)));
             }

@@ -1,5 +1,6 @@
-//! How patches are found: by normalised correlation, by that with Lucas-Kanade steps from its peak, and by Lucas-Kanade
-//! alone. All with the same references, patches, their learned weights, prediction and fit.
+//! Patch searches compared: normalised correlation, correlation with Lucas-Kanade steps from its
+//! peak, and Lucas-Kanade alone, all with the same references, patches, learned weights, prediction
+//! and fit.
 //!
 //! ```text
 //! lucas_kanade FOLDER fx,fy,cx,cy[,k1…] LEARN [EVERY]
@@ -13,11 +14,12 @@ use common::{Failed, learned, lens, middle, pictures, read, spent_secs, turn_by,
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2, Vector2, Vector4};
 
-/// Steps of Lucas-Kanade from the correlation's peak, and alone; the latter may go as far as the correlation searches.
+/// Lucas-Kanade steps from the correlation's peak, and alone; the latter may go as far as the
+/// correlation searches.
 const FROM_PEAK: usize = 3;
 const ALONE: usize = 20;
 const FARTHEST_PX: f64 = 5.0;
-/// As the product's: fewest and least share of agreeing patches, least correlation.
+/// The product's limits: fewest and least share of agreeing patches, least correlation.
 const FEWEST: usize = 20;
 const LEAST_AGREEING: f64 = 0.4;
 const LEAST_CORRELATION: f64 = 0.6;
@@ -77,7 +79,7 @@ fn main() -> Result<(), Failed> {
                 format!("{:.4}", 1.4826 * middle(&mut away) / 2_f64.sqrt())
             })
             .collect();
-        // A planted move against the picture's own estimate.
+        // Planted move against the picture's own estimate.
         let mut largest = Vector4::zeros();
         let mut missed = 0;
         for (grey, own) in tested.iter().zip(&turns).step_by(12) {
@@ -104,7 +106,8 @@ fn main() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The fit against the three nearest references, and how many patches were found; `None` if it isn't credible.
+/// Fit against the three nearest references, and the number of patches found; `None` unless
+/// credible.
 fn measured(gallery: &Gallery, view: &View, lens: &Lens, way: Way) -> Option<(Fit, usize)> {
     let order = gallery.nearest(view);
     let first = &gallery.references[*order.first()?];
@@ -147,7 +150,7 @@ fn measured(gallery: &Gallery, view: &View, lens: &Lens, way: Way) -> Option<(Fi
     enough.then_some((fit, count))
 }
 
-/// Lucas-Kanade of a patch with gain and offset (inverse compositional): its place in the picture, from `start`.
+/// Lucas-Kanade of a patch with gain and offset (inverse compositional), from `start`.
 fn tracked(
     landmark: &Landmark,
     image: &GrayImage,
@@ -205,7 +208,7 @@ fn mean_sd(values: &[f64]) -> (f64, f64) {
     (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt())
 }
 
-/// The square of `side` px around a point, between pixels by straight lines.
+/// Square of `side` px around a point, by bilinear interpolation.
 fn sample(image: &GrayImage, px: Point2<f64>, side: usize, to: &mut [f64]) -> Option<()> {
     let half = (side / 2) as f64;
     let (left, top) = (px.x - half, px.y - half);

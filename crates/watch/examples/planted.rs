@@ -1,4 +1,5 @@
-//! Plants moves, glass, text and foreign pictures into the pictures of one fixed camera, and counts what is answered wrongly.
+//! Plants moves, glass, text and foreign pictures into the pictures of a fixed camera, and counts
+//! wrong answers.
 //!
 //! ```text
 //! planted FOLDER fx,fy,cx,cy[,k1…] LEARN EVERY [FOREIGN_FOLDER…]
@@ -76,7 +77,7 @@ fn small_moves(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
     }
 }
 
-/// Row 5, as far as pictures go: which part of the estimate, in px of the picture's corner, is largest.
+/// Row 5, limited to pictures: largest part of the estimate, in px at the picture's corner.
 fn kinds(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
     let f = lens.camera.f_px.x;
     for (name, turn, part) in [
@@ -103,7 +104,7 @@ fn kinds(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
             "row 5, {name}: {count} planted, {wrong} wrong kind; a turn fits better {turned}, a shift {knocked}"
         );
     }
-    // A principal point that moved: the picture shifts as it is.
+    // A moved principal point shifts the picture without turning it.
     let (mut turned, mut knocked) = (0, 0);
     for grey in tested {
         let shifted = GrayImage::from_fn(grey.width(), grey.height(), |x, y| {
@@ -118,7 +119,7 @@ fn kinds(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
     println!("row 5, shifted by 3 px as it is: a turn fits better {turned}, a shift {knocked}");
 }
 
-/// Row 11, as far as single pictures go.
+/// Row 11, limited to single pictures.
 fn glass(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
     let changes: [(&str, Change); 4] = [
         ("as it is", GrayImage::clone),
@@ -138,7 +139,7 @@ fn glass(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
             let cells = glass.cells.iter().enumerate().filter_map(|(i, cell)| Some((i, (*cell)?)));
             if let Some((cell, value)) = cells.min_by(|a, b| a.1.total_cmp(&b.1)) {
                 darkest.push(value);
-                // The spot lies at 0.63 of the width and half of the height.
+                // The spot is at 0.63 of the width and half of the height.
                 right +=
                     usize::from((4..=6).contains(&(cell % 8)) && (2..=3).contains(&(cell / 8)));
             }
@@ -154,7 +155,7 @@ fn glass(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
     }
 }
 
-/// Row 10: a time and a logo, found in the learning pictures.
+/// Row 10: a time and a logo in the learning pictures.
 fn text(
     lens: &Lens,
     learn: &[std::path::PathBuf],
@@ -196,7 +197,7 @@ fn text(
     Ok(())
 }
 
-/// Row 9: pictures that must not be answered.
+/// Row 9: pictures without a valid answer.
 fn no_answers(
     lens: &Lens,
     gallery: &Gallery,
@@ -240,7 +241,7 @@ fn no_answers(
     Ok(())
 }
 
-/// The pixels of a text of 16 letters and a logo.
+/// Pixels of a text of 16 letters and a logo.
 fn text_pixels(size: ImageSize) -> Vec<(u32, u32)> {
     let letters = (0..16)
         .flat_map(|n| (0..22).flat_map(move |y| (0..12).map(move |x| (24 + 15 * n + x, 24 + y))));
@@ -250,7 +251,7 @@ fn text_pixels(size: ImageSize) -> Vec<(u32, u32)> {
     letters.chain(logo).collect()
 }
 
-/// The picture with a time, whose last letters change, and a logo, both white with a black rim.
+/// Picture with a time (with changing last letters) and a logo, both white with a black rim.
 fn written_over(grey: &GrayImage, n: u32) -> GrayImage {
     let mut out = grey.clone();
     let size = ImageSize::of(grey);

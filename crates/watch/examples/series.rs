@@ -1,13 +1,14 @@
-//! Runs a folder through station and watch as the program does: learning, adopting, cycle, test. From a picture on, something
-//! is planted: several changes are planted one after the other into the same camera. Prints each change of state; writes the
-//! lines.
+//! Runs a folder through station and watch as in the program: learning, adopting, cycle, test.
+//! Changes are planted from a picture on, several of them one after the other into the same camera.
+//! Prints each change of state; writes the lines.
 //!
 //! ```text
 //! series FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE.jsonl]
 //! ```
 //!
-//! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`.
-//! Times are in the names: `2023-06-13T03_11_46`, or seconds since 1970.
+//! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `blur`, `dirt`,
+//! `fog`, `veil`, `dark` or `covered`. Times come from the names: `2023-06-13T03_11_46`, or seconds
+//! since 1970.
 
 mod common;
 
@@ -42,7 +43,7 @@ fn main() -> Result<(), Failed> {
         none: BTreeMap::new(),
         findings: BTreeMap::new(),
     };
-    // What comes before the first change is the same for all.
+    // Everything before the first change is shared.
     let common = planted.iter().map(|p| p.from).min().unwrap_or(files.len()).min(files.len());
     for (number, file) in files.iter().enumerate().take(common) {
         camera.look(number, file, read(file)?, &mut lines)?;

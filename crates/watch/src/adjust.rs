@@ -1,4 +1,4 @@
-//! Pushing a camera back: one thing at a time, and whether it stays.
+//! Pushing a camera back: one step at a time, with a check after tightening.
 
 use std::collections::VecDeque;
 
@@ -6,16 +6,16 @@ use nalgebra::Vector4;
 
 use crate::{level::COARSE, measure::NoAnswer, patches::COARSE_SEARCH, slot::median4};
 
-/// Farther than this the coarse search no longer reaches in one step, px: the tone starts here.
+/// Range of the coarse search in a single step, px: the tone starts here.
 const FAR_PX: f64 = (COARSE * COARSE_SEARCH as u32) as f64;
-/// Time for which it must stand right before it's tightened, and until it's looked at again after that.
+/// Time of alignment before tightening, and time before the check afterwards.
 const HOLD_SECS: f64 = 3.0;
 const TIGHTEN_SECS: f64 = 60.0;
 
-/// What a camera can be turned about.
+/// Axis of rotation of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
-    /// To the left or right.
+    /// Left or right.
     Pan,
     /// Up or down.
     Tilt,
@@ -23,52 +23,53 @@ pub enum Axis {
     Roll,
 }
 
-/// The one thing to do now.
+/// Next action.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Advice {
-    /// The camera can't be told where it points.
+    /// Unknown pointing of the camera.
     Lost(NoAnswer),
-    /// Turn it back by so many px of the picture; the sign is that of [`crate::Turn::in_px`].
+    /// Turn the camera back by `off_px` px of the picture; the sign is that of
+    /// [`crate::Turn::in_px`].
     Push {
-        /// About this axis.
+        /// Axis of rotation.
         axis: Axis,
-        /// How far it is off.
+        /// Offset, px.
         off_px: f64,
     },
-    /// It stands right: hold it.
+    /// Aligned: hold the camera.
     Hold {
-        /// For so long, seconds.
+        /// Remaining time, seconds.
         left_secs: f64,
     },
-    /// Tighten its mount.
+    /// Tighten the mount.
     Tighten {
-        /// It's looked at again after so long, seconds.
+        /// Time until the check, seconds.
         left_secs: f64,
-        /// How far it's off meanwhile, px.
+        /// Current offset, px.
         off_px: f64,
     },
-    /// It's tight and stands right.
+    /// Tight and aligned.
     Right,
 }
 
-/// The way back, as a fold over estimates.
+/// Way back of a camera, as a fold over estimates.
 #[derive(Clone, Debug)]
 pub struct Adjust {
     limits_px: Vector4<f64>,
-    /// Since when the camera has stood right, and its last estimates: a mast trembles while it's held.
+    /// Start time of the alignment, and the last estimates: a mast trembles while held.
     within_since: Option<f64>,
     held: VecDeque<(f64, Vector4<f64>)>,
     tighten_since: Option<f64>,
 }
 
 impl Adjust {
-    /// For a camera that may be left so far off: [`crate::Watch::may_be_left_px`].
+    /// Fold for a camera with permitted offsets `limits_px`: [`crate::Watch::may_be_left_px`].
     pub fn new(limits_px: Vector4<f64>) -> Self {
         Self { limits_px, within_since: None, held: VecDeque::new(), tighten_since: None }
     }
 
-    /// How near the camera is, for a tone: 1 where it stands right, falling with the logarithm of the distance to 0 where
-    /// patches are hardly found. `None` if it isn't known.
+    /// Closeness of the camera, for a tone: 1 when aligned, falling with the logarithm of the
+    /// distance to 0 at the limit of the patch search. `None` if unknown.
     pub fn closeness(&self, advice: &Advice) -> Option<f64> {
         match *advice {
             Advice::Lost(_) => None,
@@ -87,7 +88,7 @@ impl Adjust {
         (1.0 - libm::log(times.max(1.0)) / libm::log(FAR_PX / limit_px)).max(0.0)
     }
 
-    /// Takes how far the camera is from where it should point at this hour, px, or why that isn't known.
+    /// Takes the camera's offset from the hour's target, px, or the reason for having none.
     pub fn handle(&mut self, at_secs: f64, off: Result<Vector4<f64>, NoAnswer>) -> Advice {
         let off = match off {
             Ok(off) => off,
@@ -131,7 +132,7 @@ impl Adjust {
         if within_secs >= 0.0 {
             return Advice::Hold { left_secs: HOLD_SECS - within_secs };
         }
-        // A camera that is turned about its line of sight shows the other two in the wrong direction.
+        // A roll offset would show the directions of pan and tilt wrongly.
         if !is_within(2) {
             return Advice::Push { axis: Axis::Roll, off_px: off[2] };
         }
@@ -188,7 +189,7 @@ mod tests {
         });
         assert!(told.all(|advice| !matches!(advice, Advice::Push { .. })));
         assert_eq!(adjust.handle(66.0, Ok(Vector4::zeros())), Advice::Right);
-        // Whoever pushes it away reads so as soon as most of what was seen is off.
+        // Pushing it away shows as soon as most recent estimates are off.
         let mut adjust = Adjust::new(Vector4::repeat(0.3));
         let seen = (0..60).map(|i| {
             let pushed_px = if i < 10 { 0.0 } else { 5.0 };

@@ -1,4 +1,4 @@
-//! One picture against the nearest references of a gallery.
+//! Comparison of a picture with the nearest references of a gallery.
 
 use crate::{
     fit::{AGREES, Fit, fit, lens_covariance},
@@ -9,18 +9,20 @@ use crate::{
     turn::Lens,
 };
 
-/// Patches of `view` that agree with one reference picture alone, if that's credible: whether both show the same place.
+/// Number of patches of `view` in agreement with a single reference picture, if credible: do both
+/// show the same place?
 pub fn agreeing(reference: &Reference, view: &View, lens: &Lens) -> Option<usize> {
     let gallery = Gallery { references: vec![reference.clone()] };
     gallery.measure(view, lens).ok().map(|measured| measured.inliers)
 }
 
 impl Gallery {
-    /// Measures a picture of a camera that points about where it did. Slow searches are left to [`Self::measure_far`].
+    /// Measures a picture of a camera near the former pointing. Slow searches are left to
+    /// [`Self::measure_far`].
     ///
     /// # Errors
     ///
-    /// Why it isn't credible.
+    /// Reason for the answer not being credible.
     pub fn measure(&self, view: &View, lens: &Lens) -> Result<Measured, NoAnswer> {
         if self.references.is_empty() {
             return Err(NoAnswer::NoReferences);
@@ -34,7 +36,7 @@ impl Gallery {
         credible(self.fit_nearest(view, lens), self.sought(view))
     }
 
-    /// The references that look most alike, the nearest first.
+    /// Most similar references, the nearest first.
     pub fn nearest(&self, view: &View) -> Vec<usize> {
         let mut order: Vec<(usize, f64)> = self
             .references
@@ -50,7 +52,7 @@ impl Gallery {
         self.nearest(view).into_iter().map(|i| self.references[i].landmarks.len()).sum()
     }
 
-    /// The fit against the nearest references, credible or not.
+    /// Fit against the nearest references, credible or not.
     pub(crate) fn fit_nearest(&self, view: &View, lens: &Lens) -> Option<Measured> {
         let order = self.nearest(view);
         let first = &self.references[*order.first()?];

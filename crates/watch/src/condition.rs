@@ -10,12 +10,12 @@ use crate::{
     slot::{DAY_SECS, SLOT_SECS},
 };
 
-/// Logarithm of sharpness that is blur, if the camera's pictures don't scatter more by themselves.
+/// Log sharpness of blur, unless the camera's own pictures scatter more.
 const BLUR: f64 = -0.15;
-/// Logarithm of contrast whose loss matters, two fifths: in a cell for a day and a night it's dirt, everywhere for two days
-/// it's haze.
+/// Log contrast of a significant loss, two fifths: in a cell for a day and a night it's dirt,
+/// everywhere for two days it's haze.
 const LOST: f64 = -0.5;
-/// Least time of a day's answers.
+/// Minimum time covered by a day's answers.
 const LEAST_SECS: f64 = DAY_SECS - SLOT_SECS;
 
 #[derive(Clone, Debug)]
@@ -26,12 +26,12 @@ struct Look {
     cells: Vec<Option<f64>>,
 }
 
-/// The glass in the last two days, and as it usually is.
+/// Glass in the last two days, and usual glass.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Condition {
     looks: VecDeque<Look>,
     usual: Option<Look>,
-    /// Logarithm of sharpness against the usual that is blur.
+    /// Threshold of blur: log sharpness against the usual value.
     blur: f64,
 }
 
@@ -43,7 +43,7 @@ impl Condition {
         self.looks.retain(|look| at_secs - look.at_secs <= 2.0 * DAY_SECS);
     }
 
-    /// What has been seen so far is how the camera looks.
+    /// Takes everything seen so far as the usual look of the camera.
     pub(crate) fn set_usual(&mut self) {
         if self.looks.is_empty() {
             return;
@@ -64,7 +64,7 @@ impl Condition {
         });
     }
 
-    /// The looks of the last `secs`, if they are enough and lie far enough apart.
+    /// Looks of the last `secs`, if numerous and spread enough.
     fn last(&self, secs: f64, least_secs: f64) -> Option<Vec<&Look>> {
         let newest = self.looks.back()?.at_secs;
         let looks: Vec<&Look> = self.looks.iter().filter(|l| newest - l.at_secs <= secs).collect();
@@ -79,11 +79,11 @@ impl Condition {
         let sharp = median(&mut looks.iter().map(|l| l.sharp - usual.sharp).collect::<Vec<_>>());
         let contrast =
             median(&mut looks.iter().map(|l| l.contrast - usual.contrast).collect::<Vec<_>>());
-        // Fog unsharpens, too, but takes more of the contrast.
+        // Fog blurs, too, but takes more of the contrast.
         sharp.zip(contrast).is_some_and(|(s, c)| s < self.blur && s < c)
     }
 
-    /// Since when looks have been blurred one after the other.
+    /// Start of the current run of blurred looks.
     pub(crate) fn blurred_since(&self) -> Option<f64> {
         let usual = self.usual.as_ref()?;
         let blurred = self.looks.iter().rev().take_while(|l| l.sharp - usual.sharp < self.blur);
@@ -101,7 +101,7 @@ impl Condition {
         contrast.is_some_and(|c| c < LOST)
     }
 
-    /// The cell that has lost most contrast in both halves of the last day.
+    /// Cell with the largest loss of contrast in both halves of the last day.
     pub(crate) fn dirt(&self) -> Option<[usize; 2]> {
         let (usual, looks) = (self.usual.as_ref()?, self.last(DAY_SECS, LEAST_SECS)?);
         let middle = looks.last()?.at_secs - DAY_SECS / 2.0;
@@ -118,7 +118,7 @@ impl Condition {
     }
 }
 
-/// The median of a cell, if half of the looks know it.
+/// Median of a cell, if known in half of the looks.
 fn of_cell(looks: &[&Look], cell: usize) -> Option<f64> {
     let mut known: Vec<f64> =
         looks.iter().filter_map(|l| l.cells.get(cell).copied().flatten()).collect();

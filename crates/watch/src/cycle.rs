@@ -1,4 +1,4 @@
-//! What a camera that stays does over a day, and how much remains that doesn't repeat.
+//! Daily cycle of a camera that stays, and the non-repeating remainder.
 
 use nalgebra::{SMatrix, SVector, Vector4};
 
@@ -8,32 +8,35 @@ use crate::{
     slot::{DAY_SECS, SLOT_SECS, median4},
 };
 
-/// Least scatter, as a share of the picture's width: estimates of a camera that stands still scatter by less.
+/// Minimum scatter, as a share of the picture's width: estimates of a stationary camera scatter
+/// less.
 const LEAST_SCATTER: f64 = 0.15 / 1024.0;
-/// Weight of the least scatter, in slots: a day.
+/// Weight of the minimum scatter, in slots: a day.
 const PRIOR_SLOTS: f64 = 4.0;
-/// Ridge on the harmonics, as a share of the number of estimates: a night without answers mustn't invent a wave.
+/// Ridge on the harmonics, as a share of the number of estimates: a night without answers mustn't
+/// produce a wave.
 const RIDGE: f64 = 0.02;
 /// Constant, cosine and sine of a day and of half a day.
 const TERMS: usize = 5;
 
-/// One estimate: when, and pan, tilt, roll and focal length in px of the picture ([`crate::Turn::in_px`]).
+/// Estimate with a time: pan, tilt, roll and focal length in px of the picture
+/// ([`crate::Turn::in_px`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// Seconds since 1970 (UTC).
     pub at_secs: f64,
-    /// px.
+    /// Estimate, px.
     pub value_px: Vector4<f64>,
 }
 
-/// The daily cycle of a camera, and its scatter about it.
+/// Daily cycle of a camera, and scatter about the cycle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cycle {
     terms: SMatrix<f64, TERMS, 4>,
-    /// Scatter of six-hour medians about the cycle, px: what doesn't repeat from day to day. Larger if
-    /// these days alone would come near an alarm.
+    /// Scatter of six-hour medians about the cycle, px: the part that doesn't repeat from day to
+    /// day. Larger if these days alone would come near an alarm.
     pub scatter_px: Vector4<f64>,
-    /// Six-hour slots that it was learned from.
+    /// Number of six-hour slots learned from.
     pub slots: usize,
 }
 
@@ -43,8 +46,8 @@ fn harmonics(at_secs: f64) -> SVector<f64, TERMS> {
 }
 
 impl Cycle {
-    /// Learns the cycle, robustly. With `constant`, only the waves are learned and the mean stays that of the older cycle:
-    /// else a slow creep would be learned away. `None` without samples.
+    /// Learns the cycle, robustly. With `constant`, only the waves are learned and the mean of the
+    /// older cycle is kept: otherwise a slow creep would be learned away. `None` without samples.
     pub fn learn(samples: &[Sample], width_px: f64, constant: Option<&Self>) -> Option<Self> {
         let count = samples.len();
         if count == 0 {
@@ -69,7 +72,7 @@ impl Cycle {
                 normal[(i, i)] += RIDGE * count as f64;
             }
             if held.is_some() {
-                // A constant of this stretch of days is a free nuisance, fitted and then forgotten.
+                // The constant of these days is a free nuisance parameter, fitted and then dropped.
                 normal[(0, 0)] += 1e-9;
             }
             terms = normal.cholesky()?.solve(&right);
@@ -88,7 +91,8 @@ impl Cycle {
             terms.set_row(0, &held);
         }
         let mut cycle = Self { terms, scatter_px: Vector4::zeros(), slots: 0 };
-        // About the mean of these days: where the camera stood meanwhile is the sequential test's business.
+        // About the mean of these days: the sequential test handles the camera's position
+        // meanwhile.
         let drifted = held.map_or(Vector4::zeros(), |_| own_constant.transpose());
         let off = |s: &Sample| cycle.residual(s) - drifted;
         let medians = slot_medians(samples, SLOT_SECS, off);
@@ -101,24 +105,24 @@ impl Cycle {
         Some(cycle)
     }
 
-    /// The value of this hour for a camera that stays, px.
+    /// Value at the hour for a camera that stays, px.
     pub fn at(&self, at_secs: f64) -> Vector4<f64> {
         self.terms.transpose() * harmonics(at_secs)
     }
 
-    /// How far a sample is from the cycle, px.
+    /// Distance of a sample from the cycle, px.
     pub fn residual(&self, sample: &Sample) -> Vector4<f64> {
         sample.value_px - self.at(sample.at_secs)
     }
 }
 
-/// Root mean square about zero, with the least scatter as so many values more.
+/// Root mean square about zero, with the minimum scatter as `prior` additional values.
 fn scatter(values: &[Vector4<f64>], free: f64, least: &Vector4<f64>, prior: f64) -> Vector4<f64> {
     let sum: Vector4<f64> = values.iter().map(|v| v.component_mul(v)).sum();
     ((least.component_mul(least) * prior + sum) / (prior + free)).map(f64::sqrt)
 }
 
-/// Medians of the values in each slot of that length.
+/// Medians of the values in each slot.
 fn slot_medians(
     samples: &[Sample],
     slot_secs: f64,
@@ -131,7 +135,7 @@ fn slot_medians(
     }
     let mut counts: Vec<f64> = slots.values().map(|values| values.len() as f64).collect();
     let usual = crate::fit::median(&mut counts).unwrap_or(0.0);
-    // One that has just begun, or is nearly all night, has no median to speak of.
+    // A slot just begun, or mostly at night, has no reliable median.
     let full = slots.into_values().filter(|values| 2.0 * values.len() as f64 >= usual);
     full.map(|values| median4(&values)).collect()
 }

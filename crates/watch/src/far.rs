@@ -1,4 +1,5 @@
-//! A camera that points elsewhere: find roughly where, turn the picture back, measure the rest.
+//! Search for a camera that points elsewhere: find the rough direction, turn the picture back,
+//! measure the rest.
 
 use image::GrayImage;
 use nalgebra::Point2;
@@ -12,14 +13,14 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// Rolls and scales that are tried: a step apart, neighbours are within reach of the coarse fit.
+/// Candidate rolls and scales: with this step, neighbours are within reach of the coarse fit.
 const ROLLS_DEG: [f64; 9] = [-12.0, -9.0, -6.0, -3.0, 0.0, 3.0, 6.0, 9.0, 12.0];
 const SCALES: [f64; 7] = [0.8, 0.87, 0.93, 1.0, 1.07, 1.15, 1.25];
-/// Starts that are followed.
+/// Number of starts followed.
 const FOLLOWED: usize = 4;
-/// The picture as it would look without the turn. What wasn't seen is of the mean level.
+/// Picture without the turn. Pixels outside the original get the mean level.
 pub fn turn_back(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
-    /// The map between pictures is smooth: it's computed for every eighth pixel.
+    /// Step of the pixel grid: the map between pictures is smooth.
     const STEP: usize = 8;
     let (width, height) = (grey.width() as usize, grey.height() as usize);
     let rotation = turn.rotation();
@@ -53,7 +54,7 @@ pub fn turn_back(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
 }
 
 impl Reference {
-    /// Where the camera points since this reference, among all rolls and scales. `None` if nothing fits.
+    /// Turn of the camera since this reference, among all rolls and scales. `None` if nothing fits.
     fn locate_far(&self, view: &View, lens: &Lens) -> Option<(Turn, usize)> {
         let f = lens.camera.f_px;
         let mut starts = Vec::new();
@@ -81,12 +82,12 @@ impl Reference {
 }
 
 impl Gallery {
-    /// Measures a picture of a camera that may point anywhere near, slowly (a few tenths of a second): for pictures that
-    /// [`Self::measure`] doesn't answer.
+    /// Measures a picture of a camera with any pointing nearby, slowly (a few tenths of a second):
+    /// for pictures without an answer from [`Self::measure`].
     ///
     /// # Errors
     ///
-    /// Why it isn't credible.
+    /// Reason for the answer not being credible.
     pub fn measure_far(&self, view: &View, lens: &Lens) -> Result<Measured, NoAnswer> {
         if !view.shows_something() {
             return Err(NoAnswer::TooDark);
@@ -118,7 +119,7 @@ impl Gallery {
         credible(best, sought)
     }
 
-    /// Turns the picture back by `turn` and measures what is left, twice.
+    /// Turns the picture back by `turn` and measures the rest, twice.
     fn refine(&self, view: &View, lens: &Lens, turn: Turn) -> Option<Measured> {
         let mut total = turn;
         let mut last = None;
@@ -127,7 +128,7 @@ impl Gallery {
             let mut measured = self.fit_nearest(&back, lens)?;
             let rest = measured.turn;
             measured.turned_back = Some(total);
-            // What is left is turned first, then the rest of the way.
+            // The rest is applied first, then the total.
             total = rest.then(&total);
             measured.covariance +=
                 crate::fit::lens_covariance(lens, &total, &measured.sightings, &measured.weights);

@@ -1,45 +1,45 @@
-//! The turn that most of the patches agree with.
+//! Fit of the turn to the majority of patches.
 
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter};
 use nalgebra::{Matrix2x4, Matrix4, Point2, SMatrix, Vector2, Vector3, Vector4};
 
 use crate::turn::{Lens, Turn};
 
-/// Scale of the weights at the start and at the end, in standard deviations of a patch, and how it shrinks: graduated
-/// non-convexity (Black and Rangarajan 1996).
+/// Initial and final scale of the weights, in standard deviations of a patch, and the factor
+/// between steps: graduated non-convexity (Black and Rangarajan 1996).
 const WIDEST: f64 = 16.0;
 const NARROWEST: f64 = 2.5;
 const SHRINK: f64 = 1.6;
 const STEPS: usize = 14;
-/// Squared distance up to which a patch counts for the scatter, in standard deviations.
+/// Squared distance, in standard deviations, up to which a patch counts for the scatter.
 const NEAR: f64 = 9.0;
-/// Weight from which on a patch agrees with the fit.
+/// Minimum weight of an agreeing patch.
 pub(crate) const AGREES: f64 = 0.5;
-/// From the median distance to the standard deviation of a normal distribution.
+/// Standard deviation over median distance, for a normal distribution.
 pub const SIGMA_OF_MEDIAN: f64 = 1.4826;
-/// Patches share shadows, so the covariance of independent ones is too small: pictures of a camera that stood still
-/// scattered twice as much as stated.
+/// Factor on the covariance of independent patches, because patches share shadows: pictures of a
+/// stationary camera scattered twice as much as stated.
 pub(crate) const SHARED: f64 = 4.0;
 
-/// A patch that was found: the ray it was seen along at the reference, and where it is now.
+/// Sighting of a patch: the ray in the reference, and the pixel now.
 #[derive(Clone, Copy, Debug)]
 pub struct Sighting {
     /// Unit ray of the reference picture, in the frame of the gallery.
     pub ray: Vector3<f64>,
-    /// Its pixel there: the lens's own error enters by it.
+    /// Pixel in the reference picture, through which the lens's own error enters.
     pub reference_px: Point2<f64>,
-    /// Log focal ratio of the reference picture itself.
+    /// Log focal ratio of the reference picture.
     pub log_focal: f64,
     /// Pixel now.
     pub px: Point2<f64>,
-    /// Standard deviation as learned, px.
+    /// Learned standard deviation, px.
     pub sigma_px: f64,
 }
 
 /// Result of a robust fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The turn.
+    /// Fitted turn.
     pub turn: Turn,
     /// Covariance of pan, tilt, roll (rad) and log focal ratio, without the lens's own error.
     pub covariance: Matrix4<f64>,
@@ -48,14 +48,14 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Sightings that agree with the turn.
+    /// Number of sightings that agree with the turn.
     pub fn inliers(&self) -> usize {
         self.weights.iter().filter(|w| **w > AGREES).count()
     }
 }
 
-/// Fits a turn by graduated Geman-McClure weights. Without a `start`, the median of the offsets is the first guess.
-/// `None` for fewer than four sightings, or if they don't determine a turn.
+/// Fits a turn by graduated Geman-McClure weights. Without a `start`, the median of the offsets is
+/// the first guess. `None` for fewer than four sightings, or if they don't determine a turn.
 pub fn fit(lens: &Lens, sightings: &[Sighting], start: Option<Turn>) -> Option<Fit> {
     if sightings.len() < 4 {
         return None;
@@ -89,7 +89,8 @@ pub fn fit(lens: &Lens, sightings: &[Sighting], start: Option<Turn>) -> Option<F
     is_finite.then_some(Fit { turn, covariance, weights })
 }
 
-/// Offset of a sighting from where the turn has it, and its derivative, both in the patch's standard deviations.
+/// Offset of a sighting from the predicted pixel, with the derivative, both in the patch's standard
+/// deviations.
 fn residual(
     lens: &Lens,
     turn: &Turn,
@@ -101,7 +102,7 @@ fn residual(
     Some(((sighting.px - seen.px) / sighting.sigma_px, seen.by_turn / sighting.sigma_px))
 }
 
-/// Offset of each sighting from where the turn has it, px; `None` outside the field.
+/// Offset of each sighting from the predicted pixel, px; `None` outside the field.
 pub(crate) fn offsets_px(
     lens: &Lens,
     turn: &Turn,
@@ -115,7 +116,7 @@ pub(crate) fn offsets_px(
     sightings.iter().map(off).collect()
 }
 
-/// The turn by the median offset, which is right in the middle of the picture.
+/// Turn by the median offset, exact in the middle of the picture.
 fn median_turn(lens: &Lens, sightings: &[Sighting]) -> Turn {
     let offsets = offsets_px(lens, &Turn::default(), sightings);
     let of = |axis: usize| {
@@ -126,21 +127,22 @@ fn median_turn(lens: &Lens, sightings: &[Sighting]) -> Turn {
     Turn { pan_rad: of(0) / f.x, tilt_rad: -of(1) / f.y, ..Turn::default() }
 }
 
-/// Middle of the values, which are put in another order; `None` without any.
+/// Median of the values, which are reordered; `None` for none.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     let middle = values.len() / 2;
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Covariance that the lens's own error adds to a fitted turn: each lens parameter moves rays and pixels, which the fit
-/// takes for a turn. It grows with the turn and is nothing where the camera hasn't moved.
+/// Covariance added to a fitted turn by the lens's own error: each lens parameter moves rays and
+/// pixels, and the fit takes the movement for a turn. It grows with the turn and is zero for an
+/// unmoved camera.
 pub fn lens_covariance(
     lens: &Lens,
     turn: &Turn,
     sightings: &[Sighting],
     weights: &[f64],
 ) -> Matrix4<f64> {
-    /// So many sightings tell as much about the lens's error as all.
+    /// Number of sightings sufficient to represent the lens's error.
     const ENOUGH: usize = 60;
     let agreeing: Vec<&Sighting> =
         sightings.iter().zip(weights).filter(|(_, w)| **w > AGREES).map(|(s, _)| s).collect();
@@ -241,7 +243,7 @@ mod tests {
     fn the_lens_error_grows_with_the_turn_and_is_none_without() {
         let mut rng = ChaCha8Rng::seed_from_u64(2);
         let [mut lens, ..] = lenses();
-        // A focal length that is 1 % wrong makes a pan 1 % wrong.
+        // A focal length wrong by 1 % makes a pan wrong by 1 %.
         lens.covariance = LensMatrix::zeros();
         let f = (0.01 * 1800.0_f64).powi(2);
         lens.covariance.set_block(

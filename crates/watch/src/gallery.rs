@@ -1,4 +1,4 @@
-//! The references of a camera: chosen, weighed, and set against each other.
+//! References of a camera: selection, weights, and turns relative to each other.
 
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
@@ -12,43 +12,45 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// References that are learned at first.
+/// Number of references learned at first.
 pub const SIZE: usize = 24;
-/// Share of the pictures like its reference in which a patch must be found.
+/// Minimum share of pictures similar to the reference in which a patch must be found.
 const LEAST_FOUND: f64 = 0.35;
-/// Standard deviations of patches, px: none is better, and one that is worse stands on something that moves.
+/// Bounds on the standard deviations of patches, px: none is better, and a worse patch is on
+/// something that moves.
 const BEST_SIGMA_PX: f64 = 0.1;
 const WORST_SIGMA_PX: f64 = 1.5;
-/// Fewest agreeing patches for a pair of reference and picture that ties references together.
+/// Minimum number of agreeing patches for a pair of reference and picture to tie references
+/// together.
 const FEWEST_TYING: usize = 15;
 
-/// References, in no order.
+/// References, unordered.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gallery {
-    /// Each with its own turn in the common frame.
+    /// References, each with a turn in the common frame.
     pub references: Vec<Reference>,
 }
 
-/// What is known of a learning picture without looking at it again.
+/// Summary of a learning picture, which saves loading the picture again.
 #[derive(Clone, Debug)]
 pub struct Glance {
-    /// When it was taken, seconds since 1970.
+    /// Capture time, seconds since 1970.
     pub taken_secs: f64,
-    /// Its thumbnail.
+    /// Thumbnail.
     pub thumb: Thumb,
-    /// How much there was to see: [`View::texture`].
+    /// Amount of detail: [`View::texture`].
     pub texture: f64,
 }
 
 impl Glance {
-    /// Of a picture.
+    /// Summary of a picture.
     pub fn of(view: &View, taken_secs: f64) -> Self {
         Self { taken_secs, thumb: view.thumb.clone(), texture: view.texture() }
     }
 }
 
-/// Chooses the pictures that represent all of them best: each raises the summed likeness of all to their nearest one most,
-/// and sharper ones count more.
+/// Chooses the most representative pictures: each raises the summed likeness of all to their
+/// nearest one most, and sharper ones count more.
 pub fn choose(glances: &[Glance], size: usize) -> Vec<usize> {
     let sharpest = glances.iter().map(|g| g.texture).fold(1e-9, f64::max);
     let likeness: Vec<Vec<f64>> = glances
@@ -76,7 +78,7 @@ pub fn choose(glances: &[Glance], size: usize) -> Vec<usize> {
     chosen
 }
 
-/// A pair of reference and picture: how the picture had turned since the reference.
+/// Pair of reference and picture: the picture's turn since the reference.
 struct Tie {
     reference: usize,
     picture: usize,
@@ -85,9 +87,9 @@ struct Tie {
 }
 
 impl Gallery {
-    /// Learns `size` references from pictures of a camera that stays. `load` prepares the picture of an index; it's called
-    /// several times, for one picture at a time, so that they needn't fit into memory. A picture that can't be loaded any
-    /// more is left out.
+    /// Learns `size` references from pictures of a camera that stays. `load` prepares the picture
+    /// of an index; it's called several times, for one picture at a time, so the pictures needn't
+    /// fit into memory. Pictures that can no longer be loaded are left out.
     pub fn learn(
         lens: &Lens,
         glances: &[Glance],
@@ -129,8 +131,8 @@ impl Gallery {
         gallery
     }
 
-    /// Least squares of the turns of references and pictures from those between them, one parameter at a time, robust. The
-    /// references' mean is the frame.
+    /// Least squares of the turns of references and pictures from the turns between them, one
+    /// parameter at a time, robust. The references' mean is the frame.
     fn set_offsets(&mut self, ties: &[Tie], pictures: usize) {
         let (g, n) = (self.references.len(), self.references.len() + pictures);
         let mut turns = vec![Vector4::zeros(); g];
@@ -167,9 +169,10 @@ impl Gallery {
         }
     }
 
-    /// A camera that switches to infrared at night changes its focus a little each time: its references fall into two groups
-    /// by focal length, and each group's is its own zero. They are two if more lies between them than within either, and the
-    /// camera went there and came back: one that was touched while it was learned doesn't return.
+    /// A camera that switches to infrared at night changes its focus a little each time: its
+    /// references fall into two groups by focal length, and each group has its own zero. There are
+    /// two groups if the gap between them is larger than within either, and if the camera went
+    /// there and came back: a camera touched during learning doesn't return.
     fn set_modes(&mut self) {
         let mut by_focal: Vec<usize> = (0..self.references.len()).collect();
         let focal = |i: usize| self.references[i].turn.log_focal;
@@ -199,16 +202,16 @@ impl Gallery {
     }
 }
 
-/// What became of the patches of one reference in the pictures that resemble it.
+/// Statistics of a reference's patches in similar pictures.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
     tries: usize,
-    /// For each patch, its distances from the fit, px.
+    /// Distances from the fit for each patch, px.
     off_px: Vec<Vec<f64>>,
 }
 
 impl Track {
-    /// Nothing is known yet of the patches of `reference`.
+    /// Empty track for the patches of `reference`.
     pub(crate) fn of(reference: &Reference) -> Self {
         Self { tries: 0, off_px: vec![Vec::new(); reference.landmarks.len()] }
     }
@@ -238,16 +241,16 @@ impl Track {
         })
     }
 
-    /// Comparisons so far.
+    /// Number of comparisons so far.
     pub(crate) fn tries(&self) -> usize {
         self.tries
     }
 
-    /// Notes a picture in which the reference of that index was looked for.
+    /// Records a picture compared with the reference `index`.
     pub(crate) fn note(&mut self, index: usize, measured: &Measured, lens: &Lens) {
         let mut was_found = false;
         let off = offsets_px(lens, &measured.turn, &measured.sightings);
-        // In a picture that was turned back, sightings are where the camera had seen them before.
+        // In a picture turned back, sightings are where the camera had seen them before.
         if measured.turned_back.is_some() {
             return;
         }
@@ -260,8 +263,8 @@ impl Track {
         self.tries += usize::from(was_found);
     }
 
-    /// Gives each patch its standard deviation, and leaves out those that are found too rarely or scatter too much: what stands
-    /// on people, clouds or shadows.
+    /// Sets each patch's standard deviation, and removes patches found too rarely or with too much
+    /// scatter: patches on people, clouds or shadows.
     pub(crate) fn weigh(&mut self, reference: &mut Reference) {
         let fewest = (LEAST_FOUND * self.tries as f64).max(2.0);
         let mut off_px = std::mem::take(&mut self.off_px).into_iter();
@@ -301,7 +304,8 @@ mod tests {
     fn a_camera_that_switches_to_infrared_and_back_has_two_zeros() {
         let switching = [0.01, -0.01, 0.31, 0.29, 0.30, 0.0];
         assert_eq!(with_focals(&switching), [0.01, -0.01, 0.01, -0.01, 0.0, 0.0]);
-        // One whose zoom was touched while it was learned doesn't come back; one that drifts has no groups.
+        // A camera whose zoom was touched during learning doesn't come back; a drifting camera has
+        // no groups.
         for single in [[0.01, -0.01, 0.0, 0.31, 0.29, 0.30], [0.0, 0.3, 0.1, 0.4, 0.2, 0.5]] {
             assert_eq!(with_focals(&single), single);
         }

@@ -11,23 +11,23 @@ use crate::{
 
 /// Columns and rows of the map of the glass.
 pub const CELLS: [usize; 2] = [8, 6];
-/// Fewest patches for a statement about a cell.
+/// Minimum number of patches for a statement about a cell.
 const FEWEST_IN_CELL: usize = 2;
 
-/// The glass against the references: logarithms, 0 as it was.
+/// Glass against the references: logarithms, 0 if unchanged.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Glass {
     /// Median change of sharpness.
     pub sharpness: f64,
     /// Median change of contrast.
     pub contrast: f64,
-    /// Change of contrast in each cell against the median, row by row; `None` where too few patches are.
+    /// Change of contrast in each cell against the median, row by row; `None` with too few patches.
     pub cells: Vec<Option<f64>>,
 }
 
 impl Glass {
-    /// Judges the glass by the patches that agree. `None` for too few, or for a picture that was turned back: it isn't as
-    /// sharp as it was taken.
+    /// Judges the glass by the agreeing patches. `None` with too few of them, or for a picture
+    /// turned back, which is less sharp than as taken.
     pub fn of(measured: &Measured, gallery: &Gallery, view: &View, lens: &Lens) -> Option<Self> {
         if measured.turned_back.is_some() {
             return None;

@@ -1,4 +1,4 @@
-//! What is recorded of each picture: the inputs of the fold, as lines of text.
+//! Records of pictures: the inputs of the fold, as lines of text.
 
 use nalgebra::{Matrix4, Vector4};
 use serde::{Deserialize, Serialize};
@@ -94,7 +94,7 @@ pub struct Answer {
     pub causes: Option<Causes>,
 }
 
-/// Rounded to so many decimals, so that a line is short and read back as it was.
+/// Rounded to `decimals` decimals: short, and unchanged by writing and reading.
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10_f64.powi(decimals);
     (value * scale).round() / scale
@@ -108,19 +108,19 @@ fn short(value: f64) -> f64 {
     rounded(value, 2 - libm::log10(value.abs()).floor() as i32)
 }
 
-/// A turn in the units of a line.
+/// Turn in the units of a line.
 pub(crate) fn line_turn(turn: &Turn) -> [f64; 4] {
     let v = turn.vector() * 1e6;
     [0, 1, 2, 3].map(|i| rounded(v[i], 2))
 }
 
-/// The turn of a line.
+/// Turn of a line.
 pub fn turn_of(line: &[f64; 4]) -> Turn {
     Turn::from_vector(&(Vector4::from(*line) * 1e-6))
 }
 
 impl Answer {
-    /// What is recorded of a measured picture.
+    /// Record of a measured picture.
     pub fn of(measured: &Measured, glass: Option<&Glass>, causes: Option<Causes>) -> Self {
         let cov = &measured.covariance;
         let mut upper = [0.0; 10];
@@ -143,7 +143,7 @@ impl Answer {
         }
     }
 
-    /// The turn.
+    /// Turn of the answer.
     pub fn turn(&self) -> Turn {
         turn_of(&self.turn)
     }
@@ -158,7 +158,7 @@ impl Answer {
         out
     }
 
-    /// The cells, row by row.
+    /// Cells, row by row.
     pub fn cell_values(&self) -> Vec<Option<f64>> {
         let letters = self.cells.as_deref().unwrap_or_default();
         let values = letters.bytes().take(CELLS[0] * CELLS[1]).map(|letter| {

@@ -1,42 +1,42 @@
-//! A picture whose local brightness and contrast are levelled, so that day and night look alike.
+//! Picture with levelled local brightness and contrast, so that day and night look alike.
 
 use image::GrayImage;
 
 use crate::fit::SIGMA_OF_MEDIAN;
 
-/// Level of a pixel that equals the mean around it.
+/// Level of a pixel equal to the local mean.
 pub(crate) const MEAN_LEVEL: u8 = 127;
-/// Levels per local standard deviation: three of them stay within 8 bits.
+/// Levels per local standard deviation: three deviations stay within 8 bits.
 const LEVELS_PER_DEVIATION: f32 = 42.0;
-/// Added to the local deviation, in grey levels, so that noise in flat areas stays small.
+/// Term added to the local deviation, in grey levels, to keep noise in flat areas small.
 const LEAST_DEVIATION: f32 = 5.0;
-/// Half the width of the window, as a Gaussian's σ, in a picture of full size and in the reduced one.
+/// Half width of the window, as a Gaussian's σ, in the full-size and in the reduced picture.
 const FINE_SIGMA_PX: f32 = 6.0;
 const COARSE_SIGMA_PX: f32 = 4.0;
 /// Reduction of the coarse picture.
 pub(crate) const COARSE: u32 = 4;
-/// Size of the thumbnail by which pictures resemble each other.
+/// Size of the thumbnail for comparing pictures.
 pub(crate) const THUMB_WIDTH: usize = 64;
 /// See [`THUMB_WIDTH`].
 pub(crate) const THUMB_HEIGHT: usize = 48;
 
-/// Standard deviations of a pixel's noise that a scene's contrast must reach.
+/// Minimum contrast of a scene, in standard deviations of a pixel's noise.
 const SEEN: f64 = 3.0;
 
-/// One picture, prepared for comparison.
+/// Picture prepared for comparison.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// The picture as it came.
+    /// Original picture.
     pub grey: GrayImage,
-    /// Levelled, in full size.
+    /// Levelled picture, in full size.
     pub fine: GrayImage,
-    /// Levelled, a quarter as wide and high.
+    /// Levelled picture, a quarter as wide and high.
     pub coarse: GrayImage,
-    /// The levelled picture in 64×48, of unit norm.
+    /// Levelled picture in 64×48, of unit norm.
     pub thumb: Thumb,
 }
 
-/// A levelled thumbnail of unit norm, row by row.
+/// Levelled thumbnail of unit norm, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thumb(pub Vec<f32>);
 
@@ -49,9 +49,9 @@ impl View {
         Self { grey, fine, coarse, thumb }
     }
 
-    /// Whether the scene stands out from the noise of the picture's pixels, so that one pixel tells light from dark: at night
-    /// without lamps, behind a veil, or under a cover, it doesn't, and what correlation still finds there says nothing of
-    /// what the camera sees.
+    /// True if the scene is distinct from the pixel noise, so that a single pixel tells light from
+    /// dark. At night without lamps, behind a veil, or under a cover the scene isn't, and
+    /// correlations then say nothing about the camera's view.
     pub fn shows_something(&self) -> bool {
         let pixels = self.grey.as_raw();
         let count = pixels.len().max(1) as f64;
@@ -61,7 +61,7 @@ impl View {
         (squares as f64 / count - mean * mean).max(0.0).sqrt() >= SEEN * noise(&self.grey)
     }
 
-    /// How much there is to see: the mean distance from the mean level.
+    /// Amount of detail: the mean distance from the mean level.
     pub fn texture(&self) -> f64 {
         let sum: u64 = self.fine.as_raw().iter().map(|&v| u64::from(v.abs_diff(MEAN_LEVEL))).sum();
         sum as f64 / self.fine.as_raw().len().max(1) as f64
@@ -86,19 +86,19 @@ impl Thumb {
         Self(values)
     }
 
-    /// The values in 8 bits, as they are stored.
+    /// Values in 8 bits, as stored.
     pub fn levels(&self) -> Vec<i8> {
         let largest = self.0.iter().fold(1e-9_f32, |m, v| m.max(v.abs()));
         self.0.iter().map(|v| (v / largest * 127.0).round() as i8).collect()
     }
 
-    /// A thumbnail from [`Self::levels`]; `None` if there aren't as many as it has.
+    /// Thumbnail from [`Self::levels`]; `None` for a wrong number of levels.
     pub fn from_levels(levels: &[i8]) -> Option<Self> {
         let is_whole = levels.len() == THUMB_WIDTH * THUMB_HEIGHT;
         is_whole.then(|| Self::normalized(levels.iter().map(|v| f32::from(*v)).collect()))
     }
 
-    /// Correlation of two thumbnails in place, −1 to 1.
+    /// Correlation of two thumbnails without a shift, −1 to 1.
     pub fn likeness(&self, other: &Self) -> f64 {
         self.0.iter().zip(&other.0).map(|(a, b)| f64::from(a * b)).sum()
     }
@@ -106,8 +106,8 @@ impl Thumb {
 
 /// Levels a picture: mean 0 and deviation 1 in a Gaussian window of `sigma_px`, then 8 bits.
 ///
-/// Mean and deviation vary slowly, so they are computed in half the size: three running sums there, and straight lines
-/// between.
+/// Mean and deviation vary slowly, so they are computed in half size: three running sums there,
+/// interpolated linearly.
 fn levelled(grey: &GrayImage, sigma_px: f32) -> GrayImage {
     let (width, height) = (grey.width() as usize, grey.height() as usize);
     let (w, h) = (width.div_ceil(2), height.div_ceil(2));
@@ -124,7 +124,7 @@ fn levelled(grey: &GrayImage, sigma_px: f32) -> GrayImage {
         }
     }
     blur(&mut moments, w, h, sigma_px / 2.0);
-    // From moments to what a pixel is multiplied with and added to.
+    // From moments to gain and offset of a pixel.
     for moment in &mut moments {
         let [mean, square] = *moment;
         let gain =
@@ -134,7 +134,7 @@ fn levelled(grey: &GrayImage, sigma_px: f32) -> GrayImage {
     let mut out = vec![0_u8; width * height];
     let mut row = vec![[0.0_f32; 2]; w + 2];
     for y in 0..height {
-        // A half-size cell's centre lies between two rows: the nearer one counts three quarters.
+        // A half-size cell's centre is between two rows: the nearer row counts three quarters.
         let near = y / 2;
         let far = if y % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(h - 1) };
         let (near, far) = (&moments[near * w..][..w], &moments[far * w..][..w]);
@@ -153,10 +153,11 @@ fn levelled(grey: &GrayImage, sigma_px: f32) -> GrayImage {
     GrayImage::from_raw(grey.width(), grey.height(), out).unwrap_or_default()
 }
 
-/// Standard deviation of a pixel's noise, grey levels: the median of a second difference across both axes, in which smooth
-/// surfaces and straight edges cancel (Immerkær 1996); at least that of rounding to whole levels.
+/// Standard deviation of a pixel's noise, grey levels: from the median of a second difference
+/// across both axes, in which smooth surfaces and straight edges cancel (Immerkær 1996); at least
+/// the noise of rounding to whole levels.
 fn noise(grey: &GrayImage) -> f64 {
-    /// Every third row and column tells enough.
+    /// Every third row and column suffices.
     const EVERY: usize = 3;
     const ROUNDING: f64 = 0.289;
     let (width, height) = (grey.width() as usize, grey.height() as usize);
@@ -175,12 +176,14 @@ fn noise(grey: &GrayImage) -> f64 {
         return ROUNDING;
     }
     let middle = differences.len() / 2;
-    // From the median of its size to the standard deviation of a normal variable; the weights' root sum of squares is 6.
+    // From the median size to the standard deviation of a normal variable; the weights' root sum of
+    // squares is 6.
     let sd = SIGMA_OF_MEDIAN * f64::from(*differences.select_nth_unstable(middle).1) / 6.0;
     sd.max(ROUNDING)
 }
 
-/// Blurs by three running sums along each axis, whose variances add up to about that of a Gaussian of `sigma_px`.
+/// Blurs by three running sums along each axis, with variances that add up to about that of a
+/// Gaussian of `sigma_px`.
 fn blur(values: &mut Vec<[f32; 2]>, w: usize, h: usize, sigma_px: f32) {
     // A window of 2r + 1 has the variance ((2r + 1)² − 1)/12; three of them have σ².
     let radius = (((4.0 * sigma_px * sigma_px + 1.0).sqrt() - 1.0) / 2.0).round().max(1.0) as usize;
@@ -223,7 +226,7 @@ fn blur(values: &mut Vec<[f32; 2]>, w: usize, h: usize, sigma_px: f32) {
     }
 }
 
-/// The picture a quarter as wide and high, each pixel the mean of 16.
+/// Picture a quarter as wide and high, each pixel the mean of 16.
 fn reduced(grey: &GrayImage) -> GrayImage {
     let n = COARSE as usize;
     let (w, h) = ((grey.width() as usize / n).max(1), (grey.height() as usize / n).max(1));
@@ -247,7 +250,7 @@ fn reduced(grey: &GrayImage) -> GrayImage {
     GrayImage::from_raw(w as u32, h as u32, out).unwrap_or_default()
 }
 
-/// Means over equal cells, which may cut pixels.
+/// Means over equal cells, which may split pixels.
 fn area_average(image: &GrayImage, columns: usize, rows: usize) -> Vec<f32> {
     let shares = |length: usize, parts: usize| -> Vec<(usize, usize, f32)> {
         // (part, pixel, length of the pixel inside the part)
@@ -320,7 +323,7 @@ mod tests {
     fn what_noise_hides_is_not_seen() {
         let noisy = |gain: f32, sd: f32| {
             let mut state = 7_u32;
-            // Surfaces with edges between them, as most of a scene is.
+            // Surfaces with edges between them, like most scenes.
             let mut grey = GrayImage::from_fn(320, 240, |x, y| {
                 let is_light = (x / 20 + y / 20) % 2 == 0;
                 image::Luma([(60.0 + gain * if is_light { 150.0 } else { 0.0 }) as u8])

@@ -1,26 +1,29 @@
-//! Watches an installed camera without a board: ordinary pictures of the scene are compared with pictures from the days
-//! after installation, through the calibrated lens.
+//! Watches an installed camera without a board: ordinary pictures of the scene are compared with
+//! pictures from the days after installation, through the calibrated lens.
 //!
 //! ```text
 //! picture ─ level ─▶ View ─ measure ─▶ turn with covariance, or why not ─ glass ─▶ Answer ─▶ Input ─ Watch ─▶ Decision
 //!              nearest references ◀─ gallery ◀─ learn, adopt (station)                     cycle, sequential, condition
 //! ```
 //!
-//! The fold has two halves. A [`Station`] turns pictures into [`Input`]s and keeps the references; a [`Watch`] turns inputs
-//! into [`Decision`]s. Inputs are recorded, so that a replay of them gives every state again. Nothing here reads a clock, a
-//! file, or another thread. The formulas are in `docs/method.md`, section 8.
+//! The fold has two halves. A [`Station`] turns pictures into [`Input`]s and keeps the references;
+//! a [`Watch`] turns inputs into [`Decision`]s. Inputs are recorded, and replaying them reproduces
+//! every state. Nothing here reads a clock, a file, or another thread. The formulas are in
+//! `docs/method.md`, section 8.
 //!
 //! | module | holds |
 //! |---|---|
-//! | `level` | a picture with local brightness and contrast levelled, in three sizes |
-//! | `patches`, `reference` | patches at corners, found again by normalised correlation; those of one picture |
-//! | `turn`, `fit` | pan, tilt, roll and focal ratio through any lens model; the robust fit, with the lens's own error |
-//! | `measure`, `compare`, `far`, `shift` | one picture against the nearest references; a camera that points elsewhere |
+//! | `level` | a picture with levelled local brightness and contrast, in three sizes |
+//! | `patches`, `reference` | patches at corners, found by normalised correlation |
+//! | `turn`, `fit` | pan, tilt, roll, focal ratio through any lens model; the robust fit |
+//! | `measure`, `compare` | one picture against the nearest references |
+//! | `far`, `shift` | a camera that points elsewhere |
 //! | `gallery`, `station` | references: learned, adopted, retired |
-//! | `overlay`, `texture`, `glass`, `condition` | text in the picture; sharpness and contrast of one picture; over days |
-//! | `slot`, `cycle`, `sequential` | estimates that count as one; what repeats daily; a test whether the camera has left it |
+//! | `overlay` | text in the picture |
+//! | `texture`, `glass`, `condition` | sharpness and contrast of a picture; over days |
+//! | `slot`, `cycle`, `sequential` | correlated estimates; the daily cycle; a test for leaving it |
 //! | `input`, `state`, `watch` | the fold |
-//! | `adjust`, `outline` | the way back, for who pushes the camera; the edges that are drawn over the live picture |
+//! | `adjust`, `outline` | pushing the camera back; edges to draw over the live picture |
 #![forbid(unsafe_code)]
 
 mod adjust;

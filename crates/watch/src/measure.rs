@@ -1,4 +1,4 @@
-//! One picture against a gallery: an answer, or why there is none.
+//! Comparison of one picture with a gallery: an answer, or the reason for having none.
 
 use nalgebra::Matrix4;
 
@@ -7,37 +7,37 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// References that a picture is compared with.
+/// Number of references compared with a picture.
 pub const NEAREST: usize = 3;
-/// Fewest patches that must agree: an on-screen text gives about eight.
+/// Minimum number of agreeing patches: an on-screen text gives about eight.
 const FEWEST_INLIERS: usize = 20;
-/// Least share of the patches found that must agree.
+/// Minimum share of agreeing patches among those found.
 const LEAST_AGREEING: f64 = 0.4;
-/// Least spread of the agreeing patches, as a share of an even spread over the picture.
+/// Minimum spread of the agreeing patches, as a share of an even spread over the picture.
 const LEAST_SPREAD: f64 = 0.35;
-/// Fewest patches with which a fit is tried.
+/// Minimum number of patches for a fit.
 pub(crate) const FEWEST_FOUND: usize = 8;
 
-/// What was measured in one picture.
+/// Measurement of a picture.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// Turn since the gallery's frame.
     pub turn: Turn,
     /// Covariance of pan, tilt, roll (rad) and log focal ratio, with the lens's own error.
     pub covariance: Matrix4<f64>,
-    /// Patches that were found.
+    /// Number of patches found.
     pub found: usize,
-    /// Those of them that agree.
+    /// Number of agreeing patches.
     pub inliers: usize,
-    /// How well these cover the picture: 1 evenly, 0 in one place.
+    /// Coverage of the picture by the agreeing patches: 1 if even, 0 if in one place.
     pub spread: f64,
     /// Reference and patch of each sighting.
     pub tags: Vec<(usize, usize)>,
-    /// The sightings, in the same order.
+    /// Sightings, in the same order.
     pub sightings: Vec<Sighting>,
-    /// Their weights, 0 to 1.
+    /// Weights of the sightings, 0 to 1.
     pub weights: Vec<f64>,
-    /// The picture that was compared, if it had been turned back before, because it was far off.
+    /// Turn by which the compared picture had been turned back, if far off.
     pub turned_back: Option<Turn>,
 }
 
@@ -91,8 +91,8 @@ pub(crate) fn credible(measured: Option<Measured>, sought: usize) -> Result<Meas
     }
 }
 
-/// The smaller of the standard deviations of the sightings along x and y, as shares of those of an even spread. Pictures are
-/// wide and horizons flat, so y counts two and a half times.
+/// Smaller standard deviation of the sightings along x and y, as a share of an even spread's.
+/// Pictures are wide and horizons flat, so y counts two and a half times.
 pub(crate) fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f64 {
     const FLAT_HORIZON: f64 = 2.5;
     let total: f64 = weights.iter().sum();
@@ -124,11 +124,13 @@ pub struct Causes {
 }
 
 impl Measured {
-    /// Compares a turn with a shift of the picture as causes of this move. `None` if the move is none, so that both fit.
+    /// Compares a turn with a shift of the picture as causes of this move. `None` without a move,
+    /// when both fit.
     pub fn causes(&self, lens: &Lens) -> Option<Causes> {
         let mut still = Turn { pan_rad: 0.0, tilt_rad: 0.0, ..self.turn };
         let mut shift = nalgebra::Vector2::zeros();
-        // Alternately the median shift, then roll and focal length about it: both are small against the move.
+        // Alternately the median shift, then roll and focal length about it: both are small
+        // compared with the move.
         for _ in 0..3 {
             let off = offsets_px(lens, &still, &self.sightings);
             let of = |axis: usize| {

@@ -1,4 +1,4 @@
-//! The edges of a reference's patches, to be drawn over a live picture.
+//! Edges of a reference's patches, for drawing over a live picture.
 
 use nalgebra::Point2;
 
@@ -8,13 +8,13 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// Share of a patch's steepest slope that is drawn.
+/// Threshold of drawn edges as a share of a patch's steepest slope.
 const DRAWN: f32 = 0.5;
 
 impl Reference {
-    /// Points along the edges of the patches that stay, px, as the camera shows them once it has turned by `turn` since
-    /// this reference. Only patches are stored of a reference, so only they are drawn. Those outside the lens's field are
-    /// left out.
+    /// Points along the edges of permanent patches, px, as seen by the camera after turning by
+    /// `turn` since this reference. Only patches are stored of a reference, so only they are drawn.
+    /// Points outside the lens's field are left out.
     pub fn outline(&self, lens: &Lens, turn: &Turn) -> Vec<Point2<f64>> {
         let rotation = turn.rotation();
         let mut points = Vec::new();
@@ -31,7 +31,7 @@ impl Reference {
     }
 }
 
-/// Pixels of a patch at which its slope is steepest across the edge.
+/// Pixels of a patch with the steepest slope across the edge.
 fn edges(levels: &[u8]) -> Vec<[f64; 2]> {
     let at = |x: usize, y: usize| f32::from(levels[y * SIDE + x]);
     let mut slopes = [[0.0_f32; 2]; SIDE * SIDE];
@@ -72,7 +72,8 @@ mod tests {
 
     #[test]
     fn the_outline_lies_on_the_edges_and_moves_with_the_camera() {
-        // Squares of 24 px: every edge lies between columns or rows whose number is a multiple of 24.
+        // Squares of 24 px: every edge is between columns or rows with a number that is a multiple
+        // of 24.
         let grey = GrayImage::from_fn(320, 240, |x, y| {
             image::Luma([if (x / 24 + y / 24) % 2 == 0 { 60 } else { 190 }])
         });

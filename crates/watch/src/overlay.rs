@@ -1,13 +1,13 @@
-//! Text and logos that the camera or recorder writes into the picture, found without being told.
+//! Text and logos written into the picture by camera or recorder, found automatically.
 
 use image::GrayImage;
 
 use crate::slot::SEVERAL;
 
-/// Share by which the mean brightness of pictures must differ to be of different light.
+/// Minimum ratio of mean brightness between pictures of different light.
 const DIFFERENT_LIGHT: f64 = 1.5;
 
-/// Pixels that belong to text and logos, in boxes.
+/// Pixels of text and logos, in boxes.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mask {
     /// Boxes: left, top, right, bottom, px; right and bottom are outside.
@@ -20,15 +20,15 @@ impl Mask {
         self.boxes.iter().any(|b| (b[0]..b[2]).contains(&x) && (b[1]..b[3]).contains(&y))
     }
 
-    /// Share of a picture that is covered.
+    /// Covered share of a picture.
     pub fn share(&self, width: u32, height: u32) -> f64 {
         let covered = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let count = covered.filter(|&(x, y)| self.covers(x, y)).count();
         count as f64 / f64::from(width * height).max(1.0)
     }
 
-    /// Finds edges whose direction and strength stay the same whatever the light, and what stays bright even at night.
-    /// Nothing is found among fewer than three pictures, or if all are of the same light.
+    /// Finds edges with the same direction and strength in any light, and areas bright even at
+    /// night. Nothing is found among fewer than three pictures, or if all are of the same light.
     pub fn of(pictures: &[GrayImage]) -> Self {
         let Some(first) = pictures.first() else { return Self::default() };
         let (w, h) = (first.width() as usize, first.height() as usize);
@@ -74,7 +74,8 @@ impl Mask {
     }
 }
 
-/// Edges of text are steep and stay: mean slope over 120 (Sobel), scatter below a quarter of it.
+/// True for edges of text, steep and constant: mean slope over 120 (Sobel), scatter below a quarter
+/// of it.
 fn is_constant(slopes: &[[f32; 2]]) -> bool {
     let n = slopes.len() as f32;
     let mean = [0, 1].map(|i| slopes.iter().map(|s| s[i]).sum::<f32>() / n);
@@ -84,14 +85,14 @@ fn is_constant(slopes: &[[f32; 2]]) -> bool {
     strength > 120.0 && scatter.sqrt() < 0.25 * strength
 }
 
-/// Bright even in the darkest tenth of the pictures, and not even.
+/// True for areas bright even in the darkest tenth of the pictures, and not uniform.
 fn is_lit(levels: &mut [u8], strengths: &[f32]) -> bool {
     let tenth = levels.len() / 10;
     let dark = *levels.select_nth_unstable(tenth).1;
     dark > 200 && strengths.iter().sum::<f32>() / strengths.len() as f32 > 60.0
 }
 
-/// Digits that change: bright at times, with a steep edge half of the time.
+/// True for changing digits: bright at times, with a steep edge half of the time.
 fn is_changing_text(levels: &mut [u8], strengths: &mut [f32]) -> bool {
     let (high, middle) = (levels.len() * 95 / 100, strengths.len() / 2);
     let bright = *levels.select_nth_unstable(high.min(levels.len() - 1)).1;
@@ -122,7 +123,7 @@ fn softened(pixels: &[u8], w: usize, h: usize) -> Vec<u8> {
     out
 }
 
-/// Seeds that form squares of 2×2, and those of changing text.
+/// Seeds that form squares of 2×2, and the seeds of changing text.
 fn opened(seeds: &[bool], text: &[bool], w: usize, h: usize) -> Vec<bool> {
     let mut out = text.to_vec();
     for y in 1..h {
@@ -138,9 +139,9 @@ fn opened(seeds: &[bool], text: &[bool], w: usize, h: usize) -> Vec<bool> {
     out
 }
 
-/// Boxes around seeds that lie within a letter's distance of each other, if there are enough of them.
+/// Boxes around seeds within a letter's distance of each other, if numerous enough.
 fn boxes(seeds: &[bool], w: usize, h: usize) -> Vec<[u32; 4]> {
-    /// Letters stand up to 31 px apart, lines up to 9.
+    /// Letters are up to 31 px apart, lines up to 9.
     const REACH: [usize; 2] = [15, 4];
     const FEWEST_SEEDS: usize = 25;
     const MARGIN: usize = 6;

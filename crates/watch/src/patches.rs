@@ -1,42 +1,43 @@
-//! Patches: chosen at corners, found again by normalised correlation, to a fraction of a pixel.
+//! Patches: chosen at corners, found by normalised correlation, to a fraction of a pixel.
 
 use image::GrayImage;
 use nalgebra::Point2;
 
 use crate::level::{COARSE, MEAN_LEVEL};
 
-/// Half the side of a patch in a picture of full size, px.
+/// Half side of a patch in the full-size picture, px.
 pub const FINE_HALF: usize = 15;
-/// That side.
+/// Side of a patch in the full-size picture, px.
 pub(crate) const FINE_SIDE: usize = 2 * FINE_HALF + 1;
-/// Half the side of a patch in the reduced picture, px.
+/// Half side of a patch in the reduced picture, px.
 pub const COARSE_HALF: usize = 7;
-/// Half the side of the search around the prediction, px.
+/// Half side of the search around the prediction, px.
 pub(crate) const FINE_SEARCH: usize = 5;
-/// The same in the reduced picture; four times as far in the picture.
+/// Half side of the search in the reduced picture; four times as far in the full-size picture.
 pub(crate) const COARSE_SEARCH: usize = 12;
 /// Columns and rows of cells, each with at most one patch.
 const GRID: [usize; 2] = [14, 10];
-/// Least mean square of the slope along the weaker direction of a corner, levels per px squared: noise after levelling
-/// stays below.
+/// Minimum mean square of the slope along the weaker direction of a corner, levels per px squared:
+/// noise after levelling stays below.
 const LEAST_CORNER: f32 = 16.0;
-/// Least correlation that is a match.
+/// Minimum correlation of a match.
 const LEAST_CORRELATION: f32 = 0.6;
-/// Least curvature of the correlation along its flatter direction, per px squared: an edge slides along itself.
+/// Minimum curvature of the correlation along the flatter direction, per px squared: an edge slides
+/// along itself.
 const LEAST_CURVATURE: f32 = 0.002;
 
-/// A square of levels around a point, its mean taken out.
+/// Square of levels around a point, relative to the mean.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Patch {
     half: usize,
     /// Levels, row by row.
     bytes: Vec<u8>,
     sum: i64,
-    /// Root of the summed squares about the mean.
+    /// Root of the sum of squares about the mean.
     norm: f32,
 }
 
-/// Where a patch was found.
+/// Match of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Match {
     /// Centre, px.
@@ -46,13 +47,13 @@ pub(crate) struct Match {
 }
 
 impl Patch {
-    /// The square around the pixel (x, y); `None` if it isn't inside the picture.
+    /// Square around the pixel (x, y); `None` unless inside the picture.
     pub fn at(image: &GrayImage, [x, y]: [i64; 2], half: usize) -> Option<Self> {
         let (bytes, side) = (square(image, [x, y], half)?, 2 * half + 1);
         Self::from_bytes(&bytes, side)
     }
 
-    /// A patch from its levels, row by row, as [`Self::bytes`] gives them.
+    /// Patch from levels, row by row, as from [`Self::bytes`].
     pub fn from_bytes(bytes: &[u8], side: usize) -> Option<Self> {
         if side.is_multiple_of(2) || bytes.len() != side * side {
             return None;
@@ -65,13 +66,13 @@ impl Patch {
         Some(Self { half: side / 2, bytes: bytes.to_vec(), sum, norm })
     }
 
-    /// The levels, row by row.
+    /// Levels, row by row.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Finds the patch at most `search` px around `guess`. `None` if the area isn't inside the picture, or nothing there
-    /// is like it, or only an edge is.
+    /// Finds the patch at most `search` px around `guess`. `None` if the area isn't inside the
+    /// picture, nothing there is similar, or only an edge is.
     pub(crate) fn find(&self, image: &GrayImage, guess: [i64; 2], search: usize) -> Option<Match> {
         let (side, window) = (2 * self.half + 1, 2 * search + 1);
         let area = square(image, guess, self.half + search)?;
@@ -87,8 +88,8 @@ impl Patch {
                 let mut cross = 0_i32;
                 for (row, own) in own.chunks_exact(side + 1).enumerate() {
                     let other = &levels[(y + row) * (wide + 1) + x..][..side + 1];
-                    // A thousand products of levels can't overflow, and a check of each sum would keep the processor from
-                    // adding several at once.
+                    // A thousand products of levels can't overflow, and checking each sum would
+                    // prevent adding several at once.
                     cross = own
                         .iter()
                         .zip(other)
@@ -110,7 +111,7 @@ impl Patch {
     }
 }
 
-/// Rows of `side` levels about the mean level, and a zero after each.
+/// Rows of `side` levels about the mean level, each followed by a zero.
 fn padded(bytes: &[u8], side: usize) -> Vec<i16> {
     let mut levels = vec![0_i16; bytes.len() + side];
     for (row, from) in levels.chunks_exact_mut(side + 1).zip(bytes.chunks_exact(side)) {
@@ -149,7 +150,7 @@ impl Sums {
     }
 }
 
-/// The levels of the square around a pixel, row by row; `None` if it isn't inside.
+/// Levels of the square around a pixel, row by row; `None` unless inside.
 pub(crate) fn square(image: &GrayImage, [x, y]: [i64; 2], half: usize) -> Option<Vec<u8>> {
     let (width, height) = (i64::from(image.width()), i64::from(image.height()));
     let reach = half as i64;
@@ -164,7 +165,7 @@ pub(crate) fn square(image: &GrayImage, [x, y]: [i64; 2], half: usize) -> Option
     Some(out)
 }
 
-/// The highest point of a surface by a quadratic through 3×3; `None` at its edge or where it isn't a peak.
+/// Peak of a surface by a quadratic through 3×3; `None` at the border or without a peak.
 fn peak(surface: &[f32], window: usize) -> Option<([f32; 2], f32)> {
     let best = (0..surface.len()).max_by(|&a, &b| surface[a].total_cmp(&surface[b]))?;
     let (x, y) = (best % window, best / window);
@@ -187,11 +188,11 @@ fn peak(surface: &[f32], window: usize) -> Option<([f32; 2], f32)> {
     is_peak.then_some(([x as f32 + dx, y as f32 + dy], surface[best]))
 }
 
-/// The best corner of each cell of a levelled picture, where `is_masked` doesn't forbid it: [x, y] in px.
+/// Best corner of each cell of a levelled picture outside `is_masked`: [x, y] in px.
 pub(crate) fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool) -> Vec<[i64; 2]> {
-    /// From the picture's edge: a patch, and how far it may move.
+    /// Border of the picture: a patch, and its maximum movement.
     const BORDER: usize = FINE_HALF + 12;
-    /// Half the side of the window of a corner, px.
+    /// Half side of a corner's window, px.
     const WINDOW: usize = 3;
     let (w, h) = (levelled.width() as usize, levelled.height() as usize);
     if w <= 2 * BORDER + 1 || h <= 2 * BORDER + 1 {
@@ -245,13 +246,14 @@ pub(crate) fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool
     found
 }
 
-/// The pixel of the reduced picture in which a point of the full one lies: their corners, not centres, coincide.
+/// Position in the reduced picture of a point of the full picture: their corners, not centres,
+/// coincide.
 pub(crate) fn reduced_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     (px - (n - 1.0) / 2.0) / n
 }
 
-/// The inverse of [`reduced_px`].
+/// Inverse of [`reduced_px`].
 pub(crate) fn full_px(px: f64) -> f64 {
     let n = f64::from(COARSE);
     px * n + (n - 1.0) / 2.0

@@ -1,4 +1,4 @@
-//! A reference picture, as far as it's needed: its thumbnail and its patches.
+//! Reference picture, reduced to a thumbnail and patches.
 
 use nalgebra::{Point2, Vector3};
 
@@ -16,44 +16,44 @@ use crate::{
     turn::{Lens, Turn},
 };
 
-/// Standard deviation of a patch before anything is known of it, px.
+/// Standard deviation of a patch without statistics, px.
 pub(crate) const UNKNOWN_SIGMA_PX: f64 = 0.3;
-/// Standard deviation of a patch of the reduced picture, px of the full one.
+/// Standard deviation of a patch of the reduced picture, px of the full-size picture.
 const COARSE_SIGMA_PX: f64 = 1.5;
 
-/// A patch of a reference picture.
+/// Patch of a reference picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmark {
-    /// Its pixel in the reference picture.
+    /// Pixel in the reference picture.
     pub px: [i64; 2],
-    /// The ray seen there, of unit length, in the frame of the reference.
+    /// Unit ray of the pixel, in the frame of the reference.
     pub ray: Vector3<f64>,
-    /// Its levels in the picture of full size.
+    /// Levels in the full-size picture.
     pub fine: Patch,
-    /// Its levels in the reduced picture; `None` at the very edge.
+    /// Levels in the reduced picture; `None` at the very edge.
     pub coarse: Option<Patch>,
-    /// Sharpness and contrast in the picture as it came.
+    /// Sharpness and contrast in the original picture.
     pub texture: Texture,
-    /// Standard deviation of where it's found, px.
+    /// Standard deviation of the patch's position, px.
     pub sigma_px: f64,
 }
 
 /// A reference picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
-    /// When it was taken, seconds since 1970 (UTC).
+    /// Capture time, seconds since 1970 (UTC).
     pub taken_secs: f64,
-    /// Thumbnail by which pictures are compared.
+    /// Thumbnail for comparing pictures.
     pub thumb: Thumb,
-    /// The reference's own turn, in the frame of the gallery.
+    /// Turn of the reference, in the frame of the gallery.
     pub turn: Turn,
-    /// Whether it's one of those that were learned together, and not adopted later.
+    /// True for references learned together, false for adopted references.
     pub is_first: bool,
-    /// Its patches.
+    /// Patches.
     pub landmarks: Vec<Landmark>,
 }
 
-/// Where the patches of a reference are found in a picture: the patch's index, and its sighting.
+/// Sightings of a reference's patches in a picture, each with the patch's index.
 pub(crate) type Found = Vec<(usize, Sighting)>;
 
 impl Reference {
@@ -74,7 +74,7 @@ impl Reference {
         });
         Self {
             taken_secs,
-            // As it will be read from a store.
+            // As read back from a store.
             thumb: Thumb::from_levels(&view.thumb.levels()).unwrap_or_else(|| view.thumb.clone()),
             turn: Turn::default(),
             is_first: false,
@@ -82,8 +82,8 @@ impl Reference {
         }
     }
 
-    /// A patch as it's read from a store: its pixel, its levels in full size and reduced, row by row, and what was learned
-    /// of it. `None` if they can't be those of a patch of this lens.
+    /// Patch as read from a store: pixel, levels in full size and reduced, row by row, and learned
+    /// standard deviation. `None` if they can't belong to a patch of this lens.
     pub fn landmark(
         lens: &Lens,
         px: [i64; 2],
@@ -101,7 +101,7 @@ impl Reference {
         is_sound.then_some(Landmark { px, ray, fine, coarse, texture, sigma_px })
     }
 
-    /// Looks for the patches where `turn`, since this reference, shows them.
+    /// Searches the patches at the positions predicted by `turn`.
     pub fn find(&self, view: &View, lens: &Lens, turn: &Turn) -> Found {
         let (rotation, own) = (turn.rotation(), self.turn.rotation().inverse());
         let find = |(index, landmark): (usize, &Landmark)| {
@@ -124,15 +124,16 @@ impl Reference {
         self.landmarks.iter().enumerate().filter_map(find).collect()
     }
 
-    /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`. `None` for too few
-    /// patches.
+    /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`.
+    /// `None` with too few patches.
     pub fn coarse_fit(&self, view: &View, lens: &Lens, start: &Turn) -> Option<(Fit, usize)> {
         let rotation = start.rotation();
         let find = |landmark: &Landmark| {
             let guess = start.project_by(lens, &rotation, &landmark.ray)?;
             let guess = [guess.x, guess.y].map(|v| reduced_px(v).round() as i64);
             let found = landmark.coarse.as_ref()?.find(&view.coarse, guess, COARSE_SEARCH)?;
-            // The patch stands around a pixel of the reduced picture; its landmark may lie beside that pixel's centre.
+            // The patch is around a pixel of the reduced picture; its landmark may be off that
+            // pixel's centre.
             let reference_px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
             let beside = reference_px - reference_px.map(|v| full_px(reduced_px(v).round()));
             let px = found.px.map(full_px) + beside;
@@ -152,8 +153,8 @@ impl Reference {
         Some((fit, sightings.len()))
     }
 
-    /// Where the camera points since this reference, roughly: by the reduced picture, and from the best shift of the whole
-    /// thumbnail if fewer than half of the patches agree.
+    /// Rough turn of the camera since this reference: from the reduced picture, or from the best
+    /// shift of the whole thumbnail if fewer than half of the patches agree.
     pub fn locate(&self, view: &View, lens: &Lens) -> Turn {
         let first = self.coarse_fit(view, lens, &Turn::default());
         if let Some((fit, found)) = &first

@@ -1,41 +1,43 @@
-//! A sequential test: whether estimates stay about the cycle or have left it, and since when.
+//! Sequential test: do estimates stay about the cycle, or since when have they left it?
 
 use nalgebra::Vector4;
 
 use crate::slot::{DAY_SECS, SEVERAL, SLOT_SECS, median4};
 
-/// What is relevant: this share of the picture's width, wherever in the picture it's most, as in a check with a board.
+/// Relevant change as a share of the picture's width, at the worst place in the picture, as in a
+/// check with a board.
 pub const RELEVANT: f64 = 0.0008;
-/// Standard deviations that a six-hour mean may be off without counting, and the sum from which on it's an alarm.
+/// Allowance of a six-hour mean, in standard deviations, and the alarm threshold of the sum.
 const ALLOWANCE: f64 = 2.0;
 const LIMIT: f64 = 5.0;
-/// A single estimate counts at most so many standard deviations, and no more is summed, so that a camera that comes back is
-/// soon back. Several in a row that far from where the camera pointed, on one side and within a slot, are a jump.
+/// Maximum count of a single estimate, in standard deviations, and maximum sum, so that a camera
+/// that comes back is soon OK again. Several estimates in a row that far from the camera's
+/// pointing, on one side and within a slot, are a jump.
 const CLIP: f64 = 6.0;
-/// What is promised to be seen is seen within this time.
+/// Time limit for seeing a promised change.
 pub(crate) const SEEN_WITHIN_SECS: f64 = 2.0 * DAY_SECS;
-/// A persistent change of so many standard deviations is, with half of one to spare.
+/// Persistent change seen within the time limit, in standard deviations, with half of one to spare.
 const VISIBLE: f64 = ALLOWANCE + LIMIT * SLOT_SECS / SEEN_WITHIN_SECS + 0.5;
 
-/// A sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
+/// Sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
 #[derive(Clone, Debug)]
 pub struct Sequential {
     sums: [Vector4<f64>; 2],
-    /// When each sum last began to grow, seconds.
+    /// Start of each sum's latest growth, seconds.
     grown_since: [[f64; 4]; 2],
     last_secs: Option<f64>,
     recent: Vec<(f64, Vector4<f64>)>,
-    /// Where the camera has pointed since it last jumped, px from the cycle.
+    /// Pointing of the camera since the last jump, px from the cycle.
     pointing_px: Vector4<f64>,
     width_px: f64,
 }
 
-/// What a camera has done by itself so far is usual up to so many times as much.
+/// Factor on a camera's behaviour so far that still counts as usual.
 pub(crate) const MARGIN: f64 = 2.0;
 
-/// The least scatter with which days that are known to be quiet stay well clear of an alarm: distances from the cycle, px,
-/// by time. No distribution is assumed: a mount that jerks rarely but far has the limits that it needs, and one that sways
-/// evenly keeps the narrow ones of its scatter.
+/// Minimum scatter with which known quiet days stay well clear of an alarm: distances from the
+/// cycle, px, by time. No distribution is assumed: a mount with rare but large jerks gets the
+/// limits it needs, and an evenly swaying mount keeps the narrow limits of its scatter.
 pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
     Vector4::from_fn(|i, _| {
         let largest = known.iter().map(|(_, off)| off[i].abs()).fold(0.0, f64::max);
@@ -57,7 +59,7 @@ pub(crate) fn quiet_scatter(known: &[(f64, Vector4<f64>)]) -> Vector4<f64> {
     })
 }
 
-/// The highest of the two sums of one parameter, uncapped, over known days.
+/// Higher of the two sums of a parameter, uncapped, over known days.
 fn highest_sum(known: &[(f64, Vector4<f64>)], i: usize, scatter_px: f64) -> f64 {
     let (mut sums, mut highest, mut last) = ([0.0_f64; 2], 0.0_f64, None);
     for (at_secs, off) in known {
@@ -73,24 +75,24 @@ fn highest_sum(known: &[(f64, Vector4<f64>)], i: usize, scatter_px: f64) -> f64 
     highest
 }
 
-/// The part of a slot for which a picture counts that came so long after the one before.
+/// Share of a slot represented by a picture taken `secs` after the previous one.
 fn share_of(secs: f64) -> f64 {
     (secs / SLOT_SECS).clamp(0.0, 1.0)
 }
 
-/// What the test says after an estimate.
+/// Verdict of the test after an estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// Parameters that have left the cycle: pan, tilt, roll, focal length.
+    /// Parameters outside the cycle: pan, tilt, roll, focal length.
     pub alarms: [bool; 4],
     /// Median distance from the cycle over the last six hours, or since a jump, px.
     pub level_px: Vector4<f64>,
-    /// Since when the earliest of the alarming sums has grown, seconds.
+    /// Start of the earliest alarming sum, seconds.
     pub since_secs: Option<f64>,
 }
 
 impl Sequential {
-    /// A test that starts anew, for pictures of this width.
+    /// Fresh test, for pictures of width `width_px`.
     pub fn new(width_px: f64) -> Self {
         Self {
             sums: [Vector4::zeros(); 2],
@@ -102,22 +104,24 @@ impl Sequential {
         }
     }
 
-    /// Scatter that a distance from the cycle is held against, px: the camera's own, but not below a third of what matters.
+    /// Scatter for judging a distance from the cycle, px: the camera's own, but at least a third of
+    /// a relevant change.
     pub fn scale_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
         scatter_px.map(|s| s.max(RELEVANT * self.width_px / 3.0))
     }
 
-    /// The smallest persistent change that is found within two days, px.
+    /// Smallest persistent change found within two days, px.
     pub fn smallest_visible_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
         self.scale_px(scatter_px) * VISIBLE
     }
 
-    /// How far off a camera may be left, px: with what it does by itself, it stays within what's never counted.
+    /// Maximum permitted offset, px: with the camera's own movements added, the offset still isn't
+    /// counted.
     pub fn may_be_left_px(&self, scatter_px: &Vector4<f64>) -> Vector4<f64> {
         self.scale_px(scatter_px) * ALLOWANCE - scatter_px
     }
 
-    /// Takes an estimate: its distance from the cycle, and the scatter about it, px.
+    /// Takes an estimate: distance from the cycle, and scatter about the cycle, px.
     pub fn step(
         &mut self,
         at_secs: f64,
@@ -149,8 +153,8 @@ impl Sequential {
         Verdict { alarms, level_px: median4(&values), since_secs: since.reduce(f64::min) }
     }
 
-    /// Where the newest answers are all far from where the camera pointed, on one side, it has jumped: they alone say where it
-    /// points now, and whether that counts.
+    /// Detects a jump: the newest answers are all far from the previous pointing, on one side. They
+    /// alone then determine the new pointing, and whether it counts.
     fn jump(&mut self, scale_px: &Vector4<f64>) {
         let Some(first) = self.recent.len().checked_sub(SEVERAL) else { return };
         let newest = &self.recent[first..];
@@ -187,7 +191,7 @@ mod tests {
         let even: Vec<_> =
             (0..960).map(|n| (quarter(n), Vector4::repeat(0.3 * f64::from(n).sin()))).collect();
         assert!(quiet_scatter(&even).amax() < 0.15, "{}", quiet_scatter(&even));
-        // Every other day it's 2 px off for six hours.
+        // Off by 2 px for six hours every other day.
         let off = |n: u32| if n % 192 < 24 { 2.0 } else { 0.0 };
         let jerky: Vec<_> = (0..960).map(|n| (quarter(n), Vector4::repeat(off(n)))).collect();
         let scatter_px = quiet_scatter(&jerky);
@@ -236,7 +240,7 @@ mod tests {
         }
         assert!(moved.alarms[0]);
         assert!((moved.level_px[0] - 3.0).abs() < 1e-12);
-        // The first estimate stands for no time yet.
+        // The first estimate represents no time yet.
         assert_eq!(moved.since_secs, Some(900.0));
         let back = (192..320).find(|i| !step(*i, 0.0).alarms[0]).expect("back");
         assert!(f64::from(back - 192) * 900.0 < 30.0 * HOUR_SECS);

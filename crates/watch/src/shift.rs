@@ -1,4 +1,4 @@
-//! Shifts of thumbnails: where a picture lies roughly.
+//! Shifts of thumbnails: the rough position of a picture.
 
 use nalgebra::Vector2;
 
@@ -7,10 +7,10 @@ use crate::{
     turn::Lens,
 };
 
-/// Least share of the thumbnail that must overlap after a shift.
+/// Minimum overlap after a shift, as a share of the thumbnail.
 const LEAST_OVERLAP: f64 = 0.25;
 
-/// A shift of thumbnails and how well they then agree.
+/// Shift of thumbnails, with agreement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shift {
     columns: i32,
@@ -19,7 +19,7 @@ pub(crate) struct Shift {
 }
 
 impl Shift {
-    /// In pixels of the picture.
+    /// Shift in pixels of the picture.
     pub(crate) fn shift_px(self, lens: &Lens) -> Vector2<f64> {
         let size = lens.image_size;
         Vector2::new(
@@ -29,8 +29,8 @@ impl Shift {
     }
 }
 
-/// The shift from `from` to `to` with the highest correlation of what overlaps, times the root of its share: a small
-/// overlap agrees easily.
+/// Shift from `from` to `to` with the highest correlation of the overlap, times the root of its
+/// share: a small overlap agrees easily.
 pub(crate) fn best_shift(from: &Thumb, to: &Thumb) -> Shift {
     let (w, h) = (THUMB_WIDTH as i32, THUMB_HEIGHT as i32);
     let (from_squares, to_squares) = (Squares::of(from), Squares::of(to));
@@ -96,7 +96,7 @@ impl Squares {
     }
 }
 
-/// The thumbnail turned by `roll_rad` and scaled about the principal point.
+/// Thumbnail turned by `roll_rad` and scaled about the principal point.
 pub(crate) fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> Thumb {
     let size = lens.image_size;
     let cell_px = [
@@ -118,7 +118,7 @@ pub(crate) fn turned(thumb: &Thumb, lens: &Lens, roll_rad: f64, scale: f64) -> T
     Thumb::normalized(out)
 }
 
-/// The value between four; `None` outside.
+/// Bilinear interpolation; `None` outside.
 pub(crate) fn bilinear(
     x: f64,
     y: f64,

@@ -1,4 +1,4 @@
-//! What the watch says of a camera.
+//! State of a watched camera, and findings.
 
 use nalgebra::Vector4;
 
@@ -7,49 +7,49 @@ use crate::measure::NoAnswer;
 /// State of a watched camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum State {
-    /// Too few pictures so far to know how it looks when it stays.
+    /// Too few pictures so far to know the normal look.
     Learning {
-        /// Pictures with an answer.
+        /// Number of pictures with an answer.
         pictures: usize,
-        /// Time between the first and the last of them.
+        /// Time between the first and the last such picture.
         hours: f64,
     },
-    /// It points and focuses as it did.
+    /// Pointing and focus unchanged.
     Ok,
-    /// It points elsewhere. The lens calibration stays valid, the camera's pose doesn't.
+    /// Camera points elsewhere. The lens calibration stays valid, the camera's pose doesn't.
     Moved(Cause),
-    /// Zoom or focus has changed: the lens calibration is void.
+    /// Zoom or focus changed: the lens calibration is void.
     Zoom,
-    /// The picture is blurred: focus or the glass.
+    /// Blurred picture: focus or the glass.
     Blurred,
-    /// No picture has had an answer for an unusually long time.
+    /// No answer for an unusually long time.
     CannotTell {
-        /// Why the newest picture has none, or that none comes.
+        /// Reason of the newest picture, or that no pictures arrive.
         reason: NoAnswer,
-        /// If none comes, why the newest one has no answer, unless it has.
+        /// Reason of the newest picture, if pictures no longer arrive and it wasn't answered.
         before: Option<NoAnswer>,
     },
 }
 
-/// What moved the picture.
+/// Cause of a moved picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The camera has turned.
+    /// Turned camera.
     Turned,
-    /// The lens was knocked: the principal point has moved.
+    /// Knocked lens: the principal point has moved.
     Knocked,
-    /// One or the other: through this lens they look alike.
+    /// Turned camera or knocked lens: through this lens they look alike.
     Either,
 }
 
-/// Something that a person should know besides the state.
+/// Finding for a person besides the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
-    /// It moves slowly.
+    /// Slow movement.
     Creeps {
-        /// Distance in a day along pan, tilt, roll and focal length, px; only the largest isn't zero.
+        /// Daily distance along pan, tilt, roll and focal length, px; only the largest isn't zero.
         px_per_day: Vector4<f64>,
-        /// When it will matter, seconds since 1970.
+        /// Expected time of a relevant change, seconds since 1970.
         matters_secs: f64,
     },
     /// Dirty or covered in one place for a day and a night.
@@ -57,40 +57,41 @@ pub enum Finding {
         /// Column and row of the darkest cell, of 8 by 6.
         cell: [usize; 2],
     },
-    /// Everything has had little contrast for two days.
+    /// Little contrast everywhere for two days.
     Hazy,
-    /// It was also shifted: part of the scene no longer agrees with a turn.
+    /// Shifted, too: part of the scene no longer agrees with a turn.
     AlsoShifted,
-    /// The mount sways more than it did: the limits have followed.
+    /// Mount sways more than before: the limits have followed.
     SwaysMore {
-        /// Largest scatter at first, px.
+        /// Original largest scatter, px.
         was_px: f64,
         /// Largest scatter now, px.
         is_px: f64,
     },
-    /// It shakes within seconds.
+    /// Shaking within seconds.
     Shakes {
-        /// By so much, px.
+        /// Amplitude, px.
         by_px: f64,
     },
 }
 
-/// The answer of the fold to an input.
+/// Decision of the fold on an input.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
     /// The state.
     pub state: State,
-    /// Since when, seconds since 1970.
+    /// Start of the state, seconds since 1970.
     pub since_secs: f64,
-    /// How far the camera is from the cycle, the median of six hours: pan, tilt, roll and focal length in px of the picture.
+    /// Distance of the camera from the cycle, the median of six hours: pan, tilt, roll and focal
+    /// length in px of the picture.
     pub off_px: Vector4<f64>,
-    /// The smallest change that would be found within two days, px; infinite while learning.
+    /// Smallest change found within two days, px; infinite while learning.
     pub smallest_visible_px: Vector4<f64>,
-    /// When the references were learned or accepted, seconds since 1970.
+    /// Time of learning or accepting the references, seconds since 1970.
     pub reference_secs: f64,
-    /// The newest answer, seconds since 1970.
+    /// Time of the newest answer, seconds since 1970.
     pub answered_secs: Option<f64>,
-    /// What else is to know.
+    /// Findings besides the state.
     pub findings: Vec<Finding>,
 }
 
@@ -107,7 +108,7 @@ impl State {
         }
     }
 
-    /// Every name that [`Self::code`] gives.
+    /// All names of [`Self::code`].
     pub const CODES: [&'static str; 6] = ["LEARNING", "OK", "MOVED", "ZOOM", "LENS", "CANNOT-TELL"];
 }
 

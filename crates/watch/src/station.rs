@@ -1,4 +1,5 @@
-//! One camera's pictures: measured, and what is learned from them. Pictures in, inputs of the fold out.
+//! Station of a camera: measures pictures and learns from them. Pictures in, inputs of the fold
+//! out.
 
 use std::collections::BTreeMap;
 
@@ -19,32 +20,34 @@ use crate::{
     watch::{SETTLED_SECS, Watch},
 };
 
-/// Pictures that are kept for learning. When there are more, every second is dropped, and from then on only every second
-/// is taken, so that they stay evenly spread.
+/// Maximum number of learning pictures kept. When exceeded, every second one is dropped, and from
+/// then on only every second one is taken, so they stay evenly spread.
 const POOL: usize = 160;
-/// References are first learned from so many pictures, and again whenever their number has doubled.
+/// Number of pictures for first learning references; learning repeats whenever the number has
+/// doubled.
 const FIRST_POOL: usize = 6;
-/// References that a day may add, and the most that are kept beyond those learned.
+/// Maximum number of references adopted per day, and maximum number of references kept.
 const ADOPTED_A_DAY: usize = 4;
 const MOST: usize = SIZE + 2 * ADOPTED_A_DAY;
-/// First references that stay as anchors: without them, each new one's error would add up.
+/// Number of first references kept as anchors: without them, the errors of new references would add
+/// up.
 const ANCHORS: usize = 10;
-/// Comparisons after which an adopted reference's patches are judged.
+/// Number of comparisons before judging an adopted reference's patches.
 const JUDGED: usize = 12;
-/// A move by this much, px at the picture's middle, is asked for its cause.
+/// Minimum move for asking the cause, px at the picture's middle.
 const ASKED_PX: f64 = 1.0;
 
-/// A learning picture, held by whoever can give it back.
+/// Store of learning pictures.
 pub trait Shelf {
-    /// Keeps a picture, taken at that time, under a number.
+    /// Keeps a picture, taken at `at_secs`, under a number.
     fn put(&mut self, number: u64, at_secs: f64, grey: &GrayImage);
-    /// A picture that was kept; `None` if it's lost.
+    /// Kept picture; `None` if lost.
     fn take(&mut self, number: u64) -> Option<GrayImage>;
     /// Forgets a picture.
     fn drop(&mut self, number: u64);
 }
 
-/// In memory.
+/// Store in memory.
 impl Shelf for BTreeMap<u64, GrayImage> {
     fn put(&mut self, number: u64, _at_secs: f64, grey: &GrayImage) {
         self.insert(number, grey.clone());
@@ -59,16 +62,16 @@ impl Shelf for BTreeMap<u64, GrayImage> {
     }
 }
 
-/// What a picture led to.
+/// Outcome of a picture.
 #[derive(Clone, Debug)]
 pub struct Looked {
-    /// What is to be recorded and handed to [`Watch`], in this order.
+    /// Inputs to record and to hand to [`Watch`], in order.
     pub inputs: Vec<Input>,
-    /// True if references were learned, adopted or retired: they are to be stored.
+    /// True if references were learned, adopted or retired, and need storing.
     pub references_changed: bool,
 }
 
-/// A camera with its references.
+/// Camera with references.
 #[derive(Clone, Debug)]
 pub struct Station {
     /// The lens.
@@ -77,24 +80,24 @@ pub struct Station {
     pub gallery: Gallery,
     /// Text and logos.
     pub mask: Mask,
-    /// The learning pictures: their numbers on the shelf.
+    /// Learning pictures by number on the shelf.
     pool: Vec<(u64, Glance)>,
     stride: u64,
     seen: u64,
     next_learning: usize,
-    /// Whether the three days are over.
+    /// True once the three days are over.
     pub is_learned: bool,
     tracks: Vec<(usize, Track)>,
     uses: Vec<f64>,
     candidates: Vec<(f64, Reference)>,
     day: Option<i64>,
     was_ok_all_day: bool,
-    /// The newest picture while it learns.
+    /// Newest picture during learning.
     newest: Option<Reference>,
 }
 
 impl Station {
-    /// A camera without references.
+    /// Camera without references.
     pub fn new(lens: Lens) -> Self {
         Self {
             lens,
@@ -114,8 +117,8 @@ impl Station {
         }
     }
 
-    /// A camera as it was stored: its references, and the learning pictures on the shelf by number, in order, with their
-    /// times, if it still learns.
+    /// Camera as stored: references, and, while still learning, the numbers and times of the
+    /// learning pictures on the shelf, in order.
     pub fn resumed(
         lens: Lens,
         (gallery, mask): (Gallery, Mask),
@@ -129,7 +132,7 @@ impl Station {
                 pool.push((*number, Glance::of(&View::of(grey), *at_secs)));
             }
         }
-        // Numbers are multiples of the stride; a single one tells nothing.
+        // Numbers are multiples of the stride; a single one isn't conclusive.
         let is_multiple =
             |stride: u64| pool.iter().all(|(number, _)| number.is_multiple_of(stride));
         let stride = if pool.len() < 2 {
@@ -153,7 +156,7 @@ impl Station {
         }
     }
 
-    /// Forgets all references, as after "it stays like this".
+    /// Forgets all references, as after accepting the camera.
     pub fn forget(&mut self, shelf: &mut dyn Shelf) {
         for (number, _) in &self.pool {
             shelf.drop(*number);
@@ -161,11 +164,11 @@ impl Station {
         *self = Self { seen: self.seen, ..Self::new(self.lens.clone()) };
     }
 
-    /// Measures a picture, by the far search too if need be.
+    /// Measures a picture, with the far search if needed.
     ///
     /// # Errors
     ///
-    /// Why there is no answer.
+    /// Reason for having no answer.
     pub fn measure(&self, view: &View) -> Result<Measured, NoAnswer> {
         match self.gallery.measure(view, &self.lens) {
             Err(NoAnswer::NoReferences) => Err(NoAnswer::NoReferences),
@@ -178,14 +181,15 @@ impl Station {
         }
     }
 
-    /// Patches of a picture that agree with what this camera looks at, if that's credible: by its references, or while it learns
-    /// by its newest picture. A camera that points elsewhere isn't looked for.
+    /// Number of patches of a picture in agreement with this camera's references, or with its
+    /// newest picture during learning, if credible. A camera that points elsewhere isn't searched
+    /// for.
     pub fn agreeing(&self, view: &View) -> Option<usize> {
         let by_newest = self.newest.as_ref().and_then(|newest| agreeing(newest, view, &self.lens));
         by_newest.max(self.gallery.measure(view, &self.lens).ok().map(|measured| measured.inliers))
     }
 
-    /// What is recorded of a measured picture.
+    /// Record of a measured picture.
     pub fn answer(&self, view: &View, measured: &Measured) -> Answer {
         let glass = Glass::of(measured, &self.gallery, view, &self.lens);
         let px = measured.turn.in_px(&self.lens);
@@ -194,7 +198,7 @@ impl Station {
         Answer::of(measured, glass.as_ref(), causes)
     }
 
-    /// Looks at a picture: measures it, and learns from it. `watch` is the state before it.
+    /// Measures a picture, and learns from it. `watch` is the state before the picture.
     pub fn look(
         &mut self,
         grey: GrayImage,
@@ -214,7 +218,7 @@ impl Station {
         self.learn_and_adopt(&view, &measured, picture, watch.decision(), shelf)
     }
 
-    /// Records `picture` and lets references follow.
+    /// Records `picture` and updates the references.
     pub fn learn_and_adopt(
         &mut self,
         view: &View,
@@ -281,7 +285,7 @@ impl Station {
         }
     }
 
-    /// Learns references from the pool; the estimates of its pictures by them.
+    /// Learns references from the pool; returns the estimates of the pool's pictures by them.
     fn learn(&mut self, shelf: &mut dyn Shelf) -> Vec<LearnedSample> {
         let glances: Vec<Glance> = self.pool.iter().map(|(_, glance)| glance.clone()).collect();
         let numbers: Vec<u64> = self.pool.iter().map(|(number, _)| *number).collect();
@@ -386,7 +390,7 @@ impl Station {
         }
     }
 
-    /// Notes which patches of adopted references were found, and judges them after a while.
+    /// Records the found patches of adopted references; judges the patches after a while.
     fn judge(&mut self, measured: &Measured) -> bool {
         let mut judged = false;
         let gallery = &mut self.gallery;

@@ -1,10 +1,10 @@
-//! How a patch looks: its sharpness and contrast.
+//! Sharpness and contrast of a patch.
 
 use image::GrayImage;
 
 use crate::patches::{FINE_HALF, FINE_SIDE as SIDE, square};
 
-/// How a patch looks.
+/// Texture of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Texture {
     /// Logarithm of the share of fine detail.
@@ -14,9 +14,10 @@ pub struct Texture {
 }
 
 impl Texture {
-    /// The texture of the patch around a pixel; `None` at the picture's edge.
+    /// Texture of the patch around a pixel; `None` at the picture's edge.
     ///
-    /// Fine detail is taken 2 px apart, after a little blur: noise and JPEG's blocks are weaker there.
+    /// Fine detail is taken 2 px apart, after a little blur: noise and JPEG's blocks are weaker
+    /// there.
     pub fn at(grey: &GrayImage, px: [i64; 2]) -> Option<Self> {
         /// Gaussian of σ 0.8 px.
         const BLUR: [f32; 5] = [0.021_927, 0.228_51, 0.499_126, 0.228_51, 0.021_927];

@@ -1,32 +1,32 @@
-//! How a camera has turned and its picture has grown, and where its lens then shows things.
+//! Turn and zoom of a camera, and projection through its lens afterwards.
 
 use boresight_geometry::{Camera, LensMatrix, LensParameter, LensParts, frame::ImageSize};
 use nalgebra::{Matrix2x4, Point2, UnitQuaternion, Vector2, Vector3, Vector4};
 
-/// Standard deviations that are taken for a lens whose file states none: focal lengths 1 % and a principal point 1 % of
-/// the width, as careless calibrations have them.
+/// Standard deviations assumed for a lens whose file states none: 1 % of the focal lengths, and 1 %
+/// of the width for the principal point, as in careless calibrations.
 const UNSTATED: f64 = 0.01;
 
-/// A calibrated lens and the size of its pictures.
+/// Calibrated lens with the picture size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lens {
-    /// The lens model with its numbers.
+    /// Lens model with parameters.
     pub camera: Camera,
-    /// Their covariance, stated or [`Self::unstated_covariance`].
+    /// Covariance of the parameters, stated or [`Self::unstated_covariance`].
     pub covariance: LensMatrix,
-    /// Size of its pictures.
+    /// Picture size.
     pub image_size: ImageSize,
 }
 
 impl Lens {
-    /// A lens with the covariance that its calibration states, if it does.
+    /// Lens with the covariance stated by the calibration, if any.
     pub fn new(camera: Camera, covariance: Option<LensMatrix>, image_size: ImageSize) -> Self {
         let covariance =
             covariance.unwrap_or_else(|| Self::unstated_covariance(&camera, image_size));
         Self { camera, covariance, image_size }
     }
 
-    /// What is assumed of a calibration that states no uncertainty.
+    /// Covariance assumed for a calibration without uncertainty.
     pub fn unstated_covariance(camera: &Camera, image_size: ImageSize) -> LensMatrix {
         let mut covariance = LensMatrix::zeros();
         let f_px = UNSTATED * camera.f_px.x;
@@ -41,35 +41,36 @@ impl Lens {
         covariance
     }
 
-    /// The ray seen at a pixel; `None` outside the lens model's field.
+    /// Ray of a pixel; `None` outside the lens model's field.
     pub fn ray(&self, px: &Point2<f64>) -> Option<Vector3<f64>> {
         self.camera.ray_from_px(px).map(|ray| ray.normalize())
     }
 
-    /// Half the picture's diagonal, px: in the corner, roll and focal length show most.
+    /// Half the picture's diagonal, px: roll and focal length are most visible in the corner.
     pub fn half_diagonal_px(&self) -> f64 {
         libm::hypot(f64::from(self.image_size.width_px), f64::from(self.image_size.height_px)) / 2.0
     }
 }
 
-/// A small or large turn of the camera since the reference, and the logarithm of how much larger everything is.
+/// Turn of the camera since the reference, small or large, and the log ratio of focal lengths.
 ///
-/// The rotation vector (tilt, pan, roll) turns the rays of the reference into those of now: with pan > 0 the scene
-/// moves to the right and the camera points to the left; with tilt > 0 the scene moves up and the camera points down;
-/// with roll > 0 the scene turns clockwise and the camera anticlockwise.
+/// The rotation vector (tilt, pan, roll) turns the rays of the reference into those of now: with
+/// pan > 0 the scene moves to the right and the camera points to the left; with tilt > 0 the scene
+/// moves up and the camera points down; with roll > 0 the scene turns clockwise and the camera
+/// anticlockwise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Turn {
-    /// About the vertical axis, rad.
+    /// Angle about the vertical axis, rad.
     pub pan_rad: f64,
-    /// About the horizontal axis, rad.
+    /// Angle about the horizontal axis, rad.
     pub tilt_rad: f64,
-    /// About the line of sight, rad.
+    /// Angle about the line of sight, rad.
     pub roll_rad: f64,
     /// Logarithm of the ratio of focal lengths.
     pub log_focal: f64,
 }
 
-/// Where a ray is seen, with the derivative by pan, tilt, roll and log focal ratio.
+/// Projection of a ray, with the derivative by pan, tilt, roll and log focal ratio.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     /// Pixel.
@@ -79,17 +80,17 @@ pub(crate) struct Seen {
 }
 
 impl Turn {
-    /// From a vector in the order pan, tilt, roll, log focal ratio.
+    /// Turn from a vector in the order pan, tilt, roll, log focal ratio.
     pub fn from_vector(v: &Vector4<f64>) -> Self {
         Self { pan_rad: v[0], tilt_rad: v[1], roll_rad: v[2], log_focal: v[3] }
     }
 
-    /// In the order pan, tilt, roll, log focal ratio.
+    /// Vector in the order pan, tilt, roll, log focal ratio.
     pub fn vector(&self) -> Vector4<f64> {
         Vector4::new(self.pan_rad, self.tilt_rad, self.roll_rad, self.log_focal)
     }
 
-    /// The rotation of the rays.
+    /// Rotation of the rays.
     pub fn rotation(&self) -> UnitQuaternion<f64> {
         UnitQuaternion::from_scaled_axis(Vector3::new(self.tilt_rad, self.pan_rad, self.roll_rad))
     }
@@ -99,22 +100,22 @@ impl Turn {
         Self { pan_rad: axis.y, tilt_rad: axis.x, roll_rad: axis.z, log_focal }
     }
 
-    /// This turn, and then another one.
+    /// Composition: this turn, then `next`.
     pub fn then(&self, next: &Self) -> Self {
         Self::of_rotation(&(next.rotation() * self.rotation()), self.log_focal + next.log_focal)
     }
 
-    /// The turn that undoes this one.
+    /// Inverse turn.
     pub fn inverse(&self) -> Self {
         Self::of_rotation(&self.rotation().inverse(), -self.log_focal)
     }
 
-    /// This turn as seen from a reference that had itself turned by `reference`.
+    /// Turn relative to a reference turned by `reference`.
     pub fn since(&self, reference: &Self) -> Self {
         reference.inverse().then(self)
     }
 
-    /// Moved by a small step (pan, tilt, roll, log focal) about the axes of now.
+    /// Turn moved by a small step (pan, tilt, roll, log focal) about the current axes.
     pub(crate) fn stepped(&self, step: &Vector4<f64>) -> Self {
         self.then(&Self::from_vector(step))
     }
@@ -124,7 +125,7 @@ impl Turn {
         self.project_by(lens, &self.rotation(), ray)
     }
 
-    /// [`Self::project`] with this turn's own rotation, already computed.
+    /// [`Self::project`] with the turn's rotation precomputed.
     pub(crate) fn project_by(
         &self,
         lens: &Lens,
@@ -155,13 +156,14 @@ impl Turn {
         Some(Seen { px: lens.camera.pp_px + out, by_turn })
     }
 
-    /// The turn in pixels: pan and tilt in the middle of the picture, roll and focal length in its corner.
+    /// Turn in pixels: pan and tilt in the middle of the picture, roll and focal length in its
+    /// corner.
     pub fn in_px(&self, lens: &Lens) -> Vector4<f64> {
         self.vector().component_mul(&px_per_turn(lens))
     }
 }
 
-/// Pixels for a radian of pan, tilt, roll, and for 1 of log focal ratio: see [`Turn::in_px`].
+/// Pixels per radian of pan, tilt, roll, and per unit of log focal ratio: see [`Turn::in_px`].
 pub fn px_per_turn(lens: &Lens) -> Vector4<f64> {
     let f = lens.camera.f_px;
     Vector4::new(f.x, f.y, lens.half_diagonal_px(), lens.half_diagonal_px())

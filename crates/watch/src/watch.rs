@@ -16,43 +16,43 @@ use crate::{
     turn::{Lens, px_per_turn},
 };
 
-/// Fewest answers and hours before anything is said: a day's light, nearly whole.
+/// Minimum number of answers and hours before any verdict: a day's light, nearly whole.
 const LEARNING_ANSWERS: usize = 60;
 const LEARNING_HOURS: f64 = 20.0;
-/// Until when references and cycle are learned, day and night seen twice and more, and how much wider limits are meanwhile: one
-/// day can't show what repeats daily.
+/// End of learning references and cycle, after at least two days and nights, and the factor on the
+/// limits until then: one day can't show the daily cycle.
 pub(crate) const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
 const UNSETTLED: f64 = 3.0;
-/// The cycle follows the season over so many days, in which a creep shows, too.
+/// Number of days over which the cycle follows the season, and over which a creep is sought.
 const FOLLOWED_DAYS: usize = 14;
 const FOLLOWED_SECS: f64 = FOLLOWED_DAYS as f64 * DAY_SECS;
-/// Standard deviations beyond which a focal length has changed, the lens's own error included.
+/// Threshold of a changed focal length, in standard deviations including the lens's own error.
 const FOCAL_SIGMAS: f64 = 3.0;
-/// A slope of so many of its standard deviations is a creep. Asked every day of four parameters over a dozen days (Student's
-/// t), chance says so once in some years.
+/// Threshold of a creep's slope, in standard deviations. Tested daily on four parameters over a
+/// dozen days (Student's t), chance exceeds it once in some years.
 const CREEP_SIGMAS: f64 = 6.0;
-/// Logarithm of how much likelier a cause must be than the other: see [`Causes`].
+/// Minimum log-likelihood ratio for preferring a cause: see [`Causes`].
 ///
 /// [`Causes`]: crate::Causes
 const SURE: f64 = 6.0;
-/// Share of the width by which a knocked lens may shift the picture.
+/// Maximum shift of the picture by a knocked lens, as a share of the width.
 const FARTHEST_KNOCK: f64 = 0.05;
-/// Share of the patches' usual agreement below which part of the scene no longer agrees.
+/// Threshold for a partly disagreeing scene, as a share of the patches' usual agreement.
 const LESS_AGREEMENT: f64 = 0.7;
-/// Shake that is said, px.
+/// Minimum reported shake, px.
 const SHAKES_PX: f64 = 0.5;
 
-/// A watched camera: what its inputs so far amount to.
+/// Watched camera: state of the fold over its inputs.
 #[derive(Clone, Debug)]
 pub struct Watch {
     width_px: f64,
     px_per_turn: Vector4<f64>,
-    /// Answers of the last two weeks while the camera stayed, and those of learning.
+    /// Answers of the last two weeks while the camera stayed, and answers of learning.
     samples: VecDeque<Sample>,
-    /// The cycle of the learning days, whose constant stays.
+    /// Cycle of the learning days, whose constant is kept.
     first: Option<Cycle>,
     cycle: Option<Cycle>,
-    /// When the first picture of this learning was.
+    /// Time of the first learning picture.
     began_secs: Option<f64>,
     relearned_secs: f64,
     test: Sequential,
@@ -60,7 +60,7 @@ pub struct Watch {
     days: Vec<(i64, Vec<Vector4<f64>>)>,
     creeps: Option<Finding>,
     gaps: VecDeque<(f64, f64)>,
-    /// Why the newest picture has no answer.
+    /// Reason of the newest picture for having no answer.
     lacks: Option<NoAnswer>,
     causes: VecDeque<f64>,
     shares: VecDeque<f64>,
@@ -70,7 +70,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// A camera of which nothing is known but its lens.
+    /// Camera of which only the lens is known.
     pub fn new(lens: &Lens) -> Self {
         Self::anew(f64::from(lens.image_size.width_px), px_per_turn(lens))
     }
@@ -106,7 +106,7 @@ impl Watch {
         }
     }
 
-    /// Takes an input and says what the camera's state is.
+    /// Takes an input and returns the decision on the camera's state.
     pub fn handle(&mut self, input: &Input) -> Decision {
         match input {
             Input::Accepted { at, .. } => {
@@ -134,12 +134,13 @@ impl Watch {
         self.decision.clone()
     }
 
-    /// The newest decision.
+    /// Newest decision.
     pub fn decision(&self) -> &Decision {
         &self.decision
     }
 
-    /// Where a camera that stays points at this hour, px, as [`crate::Turn::in_px`]; zero while learning.
+    /// Target of a camera that stays at the hour, px, as [`crate::Turn::in_px`]; zero while
+    /// learning.
     pub fn target_px(&self, at_secs: f64) -> Vector4<f64> {
         self.cycle.as_ref().map_or(Vector4::zeros(), |cycle| cycle.at(at_secs))
     }
@@ -149,12 +150,13 @@ impl Watch {
         self.cycle.as_ref().map(|cycle| cycle.scatter_px)
     }
 
-    /// How far from [`Self::target_px`] a camera that's pushed back may be left, so that it's OK from then on, px.
+    /// Maximum permitted distance from [`Self::target_px`] for a camera pushed back, px: the state
+    /// is then OK.
     pub fn may_be_left_px(&self) -> Vector4<f64> {
         self.test.may_be_left_px(&self.scatter_px().unwrap_or_default())
     }
 
-    /// True once three days have been learned.
+    /// True after three days of learning.
     pub fn is_settled(&self, at_secs: f64) -> bool {
         self.cycle.is_some() && self.began_secs.is_some_and(|began| at_secs - began >= SETTLED_SECS)
     }
@@ -171,13 +173,13 @@ impl Watch {
         }
         let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
         if reason == NoAnswer::NoReferences && self.cycle.is_none() {
-            // The first pictures are learned from.
+            // The first pictures serve for learning.
             self.lacks = None;
             self.began_secs.get_or_insert(picture.at);
             self.learn(picture.at);
             return;
         }
-        // That none comes doesn't say what the newest one lacked.
+        // A missing picture says nothing about the newest picture's lack.
         let before = self.lacks.filter(|_| reason == NoAnswer::NoPicture);
         if reason != NoAnswer::NoPicture {
             self.lacks = Some(reason);
@@ -185,8 +187,8 @@ impl Watch {
         self.unanswered(picture.at, State::CannotTell { reason, before });
     }
 
-    /// Nothing can be told while no picture could be used at all, or after a gap that is unusual for these days: at least an hour,
-    /// at most a day, and a day while it's learned what is usual.
+    /// Enters "can't tell" while no picture was usable at all, or after a gap unusual for these
+    /// days: at least an hour, at most a day, and a day while the usual gaps are being learned.
     fn unanswered(&mut self, at_secs: f64, state: State) {
         let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
         let least = if self.cycle.is_some() { HOUR_SECS } else { DAY_SECS };
@@ -199,7 +201,7 @@ impl Watch {
 
     fn answered(&mut self, at_secs: f64, answer: &Answer) {
         if let Some(before) = self.decision.answered_secs.filter(|before| at_secs > *before) {
-            // A silence that made "can't tell" isn't usual.
+            // A silence already reported as "can't tell" isn't usual.
             if !matches!(self.decision.state, State::CannotTell { .. }) {
                 self.gaps.push_back((at_secs, at_secs - before));
             }
@@ -256,7 +258,8 @@ impl Watch {
         self.decision.findings = self.findings(&cycle);
     }
 
-    /// A picture that comes after newer ones is learned from. What the camera's state is, the newer ones say.
+    /// Learns from a picture older than earlier arrivals. The newer ones determine the camera's
+    /// state.
     fn late(&mut self, picture: &Picture) {
         let (Some(answer), None) = (&picture.answer, &self.cycle) else { return };
         let sample = self.sample(picture.at, answer);
@@ -269,7 +272,7 @@ impl Watch {
         Sample { at_secs, value_px: answer.turn().vector().component_mul(&self.px_per_turn) }
     }
 
-    /// Learns the first cycle, and again while the first three days last.
+    /// Learns the first cycle, also repeatedly during the first three days.
     fn learn(&mut self, at_secs: f64) {
         let first = self.samples.iter().map(|s| s.at_secs).fold(f64::INFINITY, f64::min);
         let last = self.samples.iter().map(|s| s.at_secs).fold(f64::NEG_INFINITY, f64::max);
@@ -291,7 +294,8 @@ impl Watch {
         }
     }
 
-    /// Once a day, the cycle follows: from all samples until three days are learned, then waves and scatter only.
+    /// Updates the cycle once a day: from all samples until three days are learned, then waves and
+    /// scatter only.
     fn follow(&mut self, at_secs: f64) {
         if at_secs - self.relearned_secs < DAY_SECS || self.decision.state != State::Ok {
             return;
@@ -303,7 +307,7 @@ impl Watch {
             self.first.clone_from(&self.cycle);
             return;
         }
-        // A change since then may not have been seen yet.
+        // A later change may not have been seen yet.
         let vouched = self.samples.iter().filter(|s| at_secs - s.at_secs >= SEEN_WITHIN_SECS);
         let samples: Vec<Sample> = vouched.copied().collect();
         let length =
@@ -323,14 +327,14 @@ impl Watch {
                 self.days.push((day, vec![off_px]));
             }
         }
-        // The day that goes on isn't a whole one.
+        // The current day isn't complete.
         let first = self.days.len().saturating_sub(FOLLOWED_DAYS + 1);
         self.days.drain(..first);
     }
 
-    /// What has moved the picture; a lens that's knocked doesn't roll it.
+    /// Cause of a moved picture; a knocked lens doesn't roll it.
     fn cause(&self, rolled: bool) -> Cause {
-        // A lens that is knocked so far no longer fills the picture.
+        // A lens knocked farther no longer fills the picture.
         if self.decision.off_px.fixed_rows::<2>(0).norm() > FARTHEST_KNOCK * self.width_px {
             return Cause::Turned;
         }
@@ -366,7 +370,7 @@ impl Watch {
         found
     }
 
-    /// The largest slope of the daily medians, if it's beyond doubt: asked when a day is over.
+    /// Largest slope of the daily medians, if beyond doubt; tested at the end of a day.
     fn creep(&self, at_secs: f64) -> Option<Finding> {
         if self.days.len() < FOLLOWED_DAYS {
             return None;
@@ -387,7 +391,7 @@ impl Watch {
         let now = mean[i] + slope[i] * (at_secs / DAY_SECS - mean_day);
         let limit = RELEVANT * self.width_px;
         let days_left = (limit * slope[i].signum() - now) / slope[i];
-        // Nothing that will only matter in years.
+        // Not for changes that take years to matter.
         (days_left < 365.0).then(|| {
             let mut px_per_day = Vector4::zeros();
             px_per_day[i] = slope[i];
@@ -395,7 +399,7 @@ impl Watch {
         })
     }
 
-    /// Takes a state; its time stays if it's the one it was.
+    /// Enters a state; its start time is kept if the state is unchanged.
     fn enter(&mut self, state: State, since_secs: f64) {
         if std::mem::discriminant(&state) != std::mem::discriminant(&self.decision.state) {
             self.decision.since_secs = since_secs;

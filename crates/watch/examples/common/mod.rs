@@ -1,4 +1,5 @@
-//! What the examples share: reading pictures and lenses, planting turns and glass, and robust numbers.
+//! Code shared by the examples: reading pictures and lenses, planting turns and glass, and robust
+//! statistics.
 #![allow(dead_code, reason = "each example uses its part")]
 
 use std::path::PathBuf;
@@ -14,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 
 pub(crate) type Failed = Box<dyn std::error::Error>;
 
-/// Time for which this thread has had the processor, seconds; how busy the machine is doesn't count.
+/// Processor time of this thread, seconds; independent of the machine's load.
 pub(crate) fn spent_secs() -> f64 {
     let status = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let nanos = status.split(' ').next().and_then(|n| n.parse::<f64>().ok());
@@ -36,7 +37,7 @@ pub(crate) fn lens(numbers: &str, image_size: ImageSize) -> Result<Lens, Failed>
     Ok(Lens::new(camera, None, image_size))
 }
 
-/// The mask from 24 pictures from dark to bright.
+/// Mask from 24 pictures from dark to bright.
 pub(crate) fn masks(files: &[PathBuf]) -> Result<Mask, Failed> {
     let mut by_light = Vec::new();
     for file in files {
@@ -51,7 +52,7 @@ pub(crate) fn masks(files: &[PathBuf]) -> Result<Mask, Failed> {
     Ok(Mask::of(&pictures))
 }
 
-/// px, px, deg, %.
+/// Units: px, px, deg, %.
 pub(crate) fn units(lens: &Lens) -> Vector4<f64> {
     let px = px_per_turn(lens);
     Vector4::new(px[0], px[1], 180.0 / std::f64::consts::PI, 100.0)
@@ -66,7 +67,7 @@ pub(crate) fn answer(gallery: &Gallery, view: &View, lens: &Lens) -> Result<Meas
     gallery.measure(view, lens).or_else(|_| gallery.measure_far(view, lens))
 }
 
-/// The picture that the camera would take after the turn, by cubic interpolation.
+/// Picture after the turn, by cubic interpolation.
 pub(crate) fn turn_by(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
     let (back, c) = (turn.inverse(), lens.camera.pp_px);
     let rotation = back.rotation();
@@ -78,7 +79,7 @@ pub(crate) fn turn_by(grey: &GrayImage, lens: &Lens, turn: &Turn) -> GrayImage {
     })
 }
 
-/// Catmull-Rom, the picture's edge repeated.
+/// Catmull-Rom interpolation with the picture's edge repeated.
 pub(crate) fn cubic(grey: &GrayImage, at: Point2<f64>) -> u8 {
     let weights = |t: f64| {
         let (a, b) = (t * t, t * t * t);
@@ -104,7 +105,7 @@ pub(crate) fn cubic(grey: &GrayImage, at: Point2<f64>) -> u8 {
     sum.round().clamp(0.0, 255.0) as u8
 }
 
-/// The pictures of a folder in the order of their names.
+/// Pictures of a folder, sorted by name.
 pub(crate) fn pictures(folder: &str) -> Result<Vec<PathBuf>, Failed> {
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder)?.map(|e| e.map(|e| e.path())).collect::<Result<_, _>>()?;
@@ -112,7 +113,7 @@ pub(crate) fn pictures(folder: &str) -> Result<Vec<PathBuf>, Failed> {
     Ok(files)
 }
 
-/// Learns references from files, and masks text in them.
+/// Learns references from files, and masks text.
 pub(crate) fn learned(
     lens: &Lens,
     files: &[PathBuf],
