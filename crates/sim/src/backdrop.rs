@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{rng_stream::RngStream, scene::Scene};
 
-/// A picture in floating-point grey levels.
+/// Picture in floating-point grey levels.
 pub(super) struct Canvas {
     pub(super) width: usize,
     pub(super) height: usize,
@@ -31,7 +31,7 @@ pub(super) fn draw(scene: &Scene, width: usize, height: usize) -> Canvas {
     canvas
 }
 
-/// A rectangle turned in the picture.
+/// Rectangle, rotated in the picture.
 struct Plank {
     centre: Point2<f32>,
     half: Vector2<f32>,
@@ -39,13 +39,13 @@ struct Plank {
 }
 
 impl Canvas {
-    /// Boxes, shelves, screens: rectangles that stand mostly upright.
+    /// Boxes, shelves, screens: mostly upright rectangles.
     fn furniture(&mut self, rng: &mut ChaCha8Rng, level: f32) {
         let lean_rad = rng.random_range(-0.15..0.15_f32);
         let plank = self.random_plank(rng, lean_rad, (0.02, 0.16), (0.02, 0.16));
         let shading = rng.random_range(-0.15..0.15_f32);
         self.paint(&plank, |at, _| level * (1.0 + shading * at.x / plank.half.x));
-        // A frame gives it a double edge.
+        // A frame, which has a double edge.
         if rng.random_range(0..2) == 0 {
             let inner = Plank { half: plank.half * 0.9, ..plank };
             self.paint(&inner, |at, _| 0.75 * level * (1.0 + shading * at.y / inner.half.y));
@@ -89,7 +89,7 @@ impl Canvas {
         }
     }
 
-    /// Paints with the level at each place of `plank`, given in its own coordinates.
+    /// Paints `plank` with the level at each position, given in the plank's coordinates.
     fn paint(&mut self, plank: &Plank, level: impl Fn(Vector2<f32>, usize) -> f32) {
         let reach = plank.half.norm() + 1.0;
         let span = |middle: f32, end: usize| {

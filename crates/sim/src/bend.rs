@@ -1,21 +1,22 @@
-//! A board that isn't flat: a parabola along its longer side.
+//! Bent boards: a parabola along the longer side.
 
 use nalgebra::{Isometry3, Point2};
 
 use boresight_geometry::board::Checkerboard;
 
-/// A bent board. Lengths are in squares; the board's z-axis points away from a camera that sees its front.
+/// Bent board. Lengths are in squares; the board's z-axis points away from a camera that sees its
+/// front.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bend {
-    /// How far along z the middle is from the first and the last row of corners.
+    /// Offset of the middle along z from the first and the last row of corners.
     sag: f32,
-    /// Half of the way between these rows.
+    /// Half the distance between the two rows.
     half: f32,
-    /// True if the board is bent along its columns, as it has more rows.
+    /// True if the bend is along the columns because rows are more numerous.
     is_upright: bool,
 }
 
-/// A bent board at a pose.
+/// Bent board at a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BentView {
     pub(super) bend: Bend,
@@ -23,7 +24,7 @@ pub(super) struct BentView {
     pub(super) axes: [[f32; 3]; 3],
 }
 
-/// How far a ray goes along the bend and across it for each square along the board's normal.
+/// Distances of a ray along and across the bend per square along the board's normal.
 #[derive(Clone, Copy, Debug)]
 struct Slant {
     along: f32,
@@ -41,7 +42,7 @@ impl Bend {
         (sag != 0.0 && half > 0.0).then_some(Self { sag, half, is_upright })
     }
 
-    /// Height along z at a point of the board, given from its middle.
+    /// Height along z at a point of the board, relative to the middle.
     pub(super) fn height(&self, from_middle: Point2<f32>) -> f32 {
         self.height_at(if self.is_upright { from_middle.y } else { from_middle.x })
     }
@@ -64,7 +65,8 @@ impl Bend {
 }
 
 impl BentView {
-    /// Where the ray `(x, y, 1)` meets the bent board, if it would meet a flat one at `flat`. Both from the middle.
+    /// Intersection of the ray `(x, y, 1)` with the bent board, from the intersection `flat` with a
+    /// flat board. Both relative to the middle.
     #[inline(always)]
     pub(super) fn met(&self, ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
         let (slant, _) = self.slant(ray);
@@ -77,7 +79,8 @@ impl BentView {
         self.turned([met, across + slant.across * bend.height_at(met)])
     }
 
-    /// Change of [`met`](Self::met) with `by_ray`, at the place `met` itself, where that of a flat board is `by_flat`.
+    /// Derivative of [`met`](Self::met) at the result `met`, from the derivatives `by_ray` of the
+    /// ray and `by_flat` of the intersection with a flat board.
     #[inline(always)]
     pub(super) fn change(
         &self,
@@ -102,7 +105,7 @@ impl BentView {
         self.turned([first, second])
     }
 
-    /// Slant of a ray, and how far it goes along the board's normal.
+    /// Slant of a ray, and the ray's distance along the board's normal.
     #[inline(always)]
     fn slant(&self, [x, y]: [f32; 2]) -> (Slant, f32) {
         let dot = |axis: &[f32; 3]| axis[0] * x + axis[1] * y + axis[2];
@@ -110,7 +113,7 @@ impl BentView {
         (Slant { along: dot(&self.axes[0]) / depth, across: dot(&self.axes[1]) / depth }, depth)
     }
 
-    /// Along and across the bend from right and down, or the other way.
+    /// Conversion of (right, down) to (along, across the bend), or back.
     #[inline(always)]
     fn turned(&self, [a, b]: [f32; 2]) -> [f32; 2] {
         let is_upright = self.bend.is_upright;

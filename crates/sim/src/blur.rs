@@ -1,6 +1,6 @@
 //! Gaussian blur of a part of a floating-point picture.
 
-/// Half of a symmetric kernel: weight of the middle, then of each distance.
+/// Half of a symmetric kernel: central weight, then the weight of each distance.
 #[derive(Clone, Debug)]
 pub(super) struct Kernel {
     weights: Vec<f32>,
@@ -16,9 +16,10 @@ pub(super) struct Region {
 }
 
 impl Kernel {
-    /// A sampled Gaussian whose weights have exactly this variance, in px².
+    /// Sampled Gaussian with weights of exactly the given variance, in px².
     ///
-    /// Sampling a Gaussian narrower than a pixel loses variance, so the width is found by bisection.
+    /// Sampling a Gaussian narrower than a pixel loses variance, so the width is found by
+    /// bisection.
     pub(super) fn with_variance(variance: f64) -> Self {
         if variance.is_nan() || variance <= 1e-6 {
             return Self { weights: vec![1.0] };
@@ -31,7 +32,7 @@ impl Kernel {
         Self { weights: sampled(wide).iter().map(|weight| *weight as f32).collect() }
     }
 
-    /// Farthest pixel that has a say.
+    /// Farthest pixel with a weight.
     pub(super) fn radius(&self) -> usize {
         self.weights.len() - 1
     }
@@ -51,7 +52,7 @@ impl Kernel {
         }
     }
 
-    /// Blurs across rows: one row, columns `[x0, x1)`, of a picture with rows `stride` long.
+    /// Blurs across rows: a single row, columns `[x0, x1)`, of a picture with rows `stride` long.
     pub(super) fn across_rows(
         &self,
         from: &[f32],

@@ -1,17 +1,18 @@
-//! The sheet at several poses during an exposure, laid out so that a pixel meets all of them at once.
+//! The sheet at several poses during an exposure, laid out so that a pixel meets all of them at
+//! once.
 
 use super::{
     bend::BentView,
     sheet_view::{PixelRay, SheetView, Spot},
 };
 
-/// Views that are computed at once: two registers of four numbers.
+/// Number of views computed at once: two registers of four numbers.
 const LANES: usize = 8;
 
-/// Three by three numbers of each view.
+/// 3 × 3 matrix of each view.
 type Matrices = [[[f32; LANES]; 3]; 3];
 
-/// The sheet as it's seen during the exposure of a row.
+/// Sheet as seen during the exposure of a row.
 pub(super) struct Exposure {
     count: usize,
     groups: Vec<Group>,
@@ -21,7 +22,7 @@ pub(super) struct Exposure {
 struct Group {
     first: SheetView,
     rows: Matrices,
-    /// Of the board, if it isn't flat.
+    /// Axes of a bent board.
     axes: Matrices,
 }
 
@@ -43,7 +44,7 @@ impl Exposure {
         self.count
     }
 
-    /// Where `pixel` lies on the sheet in each view, in their order.
+    /// Positions of `pixel` on the sheet in each view, in order.
     #[inline]
     pub(super) fn for_each_spot(&self, pixel: &PixelRay, mut take: impl FnMut(usize, &Spot)) {
         for (group, first) in self.groups.iter().zip((0..self.count).step_by(LANES)) {
@@ -75,7 +76,8 @@ impl Group {
 
     #[inline(never)]
     fn spots(&self, pixel: &PixelRay) -> Spots {
-        // What is the same for all views is decided outside of the loops, so that these become vector instructions.
+        // Everything common to all views is decided outside of the loops, so that they become
+        // vector instructions.
         let rows = |lane| of_lane(&self.rows, lane);
         match self.first.bent {
             None => spots(|lane| SheetView { rows: rows(lane), bent: None }, pixel),

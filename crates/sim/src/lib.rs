@@ -1,7 +1,7 @@
 //! A simulated camera: a printed board in a lit room, seen through a known lens.
 //!
-//! Everything follows from the [`Scene`], its seed, and the cues the person in front of the camera
-//! reads. No clocks: frame times are counted.
+//! Everything follows from the [`Scene`], its seed, and the cues read by the person in front of the
+//! camera. No clocks: frame times are counted.
 //!
 //! ```
 //! use std::time::Duration;
@@ -23,13 +23,14 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `scene`, `scene_file`, `scene_mistake` | what is simulated, its TOML, and what may be wrong with it |
-//! | `renderer`, `shutter`, `backdrop`, `print`, `bend`, `printed_markers`, `printed_tags`, `printed_circles`, `printed_code`, `blur` | a picture of it |
-//! | `source`, `track` | the camera with its shutter, and what it knows of the truth |
-//! | [`technician`] | the person in front of it |
+//! | `scene`, `scene_file`, `scene_mistake` | the scene, its TOML, and mistakes in the TOML |
+//! | `renderer`, `shutter`, `backdrop`, `blur` | a picture of the scene |
+//! | `print`, `bend`, `printed_*` | the printed board in the picture |
+//! | `source`, `track` | the camera with its shutter, and the truth behind its pictures |
+//! | [`technician`] | the person in front of the camera |
 //! | [`street`] | a fixed camera over a street, day and night, for the watch |
-//! | `rng_stream` | chance, by seed |
-//! | `kernel` | a simulated V4L2 kernel with faults on demand, with the feature `simulated-kernel`: for tests |
+//! | `rng_stream` | random numbers, by seed |
+//! | `kernel` | simulated V4L2 kernel for tests, with the feature `simulated-kernel` |
 
 #![forbid(unsafe_code)]
 
@@ -64,7 +65,7 @@ pub use scene::{Light, Scene};
 pub use scene_file::{SceneError, SceneFile};
 pub use source::{Cues, NoCues, SyntheticSource, Truth, TruthLog};
 
-/// One still picture of the scene's board at `cam_from_board`.
+/// Still picture of the scene's board at `cam_from_board`.
 pub fn render_view(scene: &Scene, cam_from_board: &Isometry3<f64>) -> GrayImage {
     let mut picture = GrayImage::new(scene.image_size.width_px, scene.image_size.height_px);
     Renderer::new(scene).render(&[*cam_from_board], 0, &mut picture);

@@ -1,4 +1,4 @@
-//! The printed board: what a ray meets on it, and how much of a pixel is ink.
+//! The printed board: intersection with a ray, and the share of ink in a pixel.
 
 use nalgebra::{Isometry3, Matrix3, Point2, Point3};
 
@@ -16,13 +16,14 @@ use boresight_geometry::{board::Checkerboard, board_code::BoardId, markers::Mark
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
 
-/// Samples of a pixel in all.
+/// Number of samples per pixel.
 const SAMPLES: usize = 64;
 
-/// The printed sheet, in squares or sides of a tag: `[0, across] × [0, down]` is checkered, with a white margin.
+/// Printed sheet, in squares or sides of a tag: `[0, across] × [0, down]` is checkered, with a
+/// white margin.
 ///
-/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An AprilGrid has tags instead, or
-/// there are circles. A code may be in the margin.
+/// Square (0, 0), diagonally outside corner 0, is dark. Light squares may have markers. An
+/// AprilGrid has tags instead, or there are circles. A code may be in the margin.
 #[derive(Clone, Debug)]
 pub(super) struct Print {
     across: f32,
@@ -37,16 +38,16 @@ pub(super) struct Print {
     offsets_y: Vec<f32>,
 }
 
-/// What is seen around a point of the sheet.
+/// Appearance around a point of the sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Patch {
-    /// Only what is behind the sheet.
+    /// Only the background of the sheet.
     Backdrop,
     /// Only ink.
     Dark,
     /// Only paper.
     Light,
-    /// At most four squares, or cells of a marker, around this crossing.
+    /// At most four squares, or cells of a marker, around the crossing.
     Crossing(Crossing),
     /// Anything else.
     Mixed,
@@ -60,10 +61,11 @@ pub(super) struct Share {
 }
 
 impl Print {
-    /// The sheet of a board whose middle is `bend_m` along its z-axis from its ends; with the code of `id`, if there is one.
+    /// Sheet of a board bent by `bend_m` along the z-axis; with the
+    /// code of `id`, if any.
     pub(super) fn new(board: &Checkerboard, id: Option<BoardId>, bend_m: f64) -> Self {
-        // A digital net, so that every aligned run of samples is spread evenly in x and in y, folded
-        // into a tent two pixels wide: the pixel's own square and one pixel of the blur.
+        // A digital net, so that every aligned run of samples is spread evenly in x and in y,
+        // folded into a tent two pixels wide: the pixel's own square and one pixel of the blur.
         let (offsets_x, offsets_y) = (0..SAMPLES as u32)
             .map(|k| (tent(k.reverse_bits()), tent(second_dimension(k))))
             .unzip();
@@ -108,14 +110,14 @@ impl Print {
             .collect()
     }
 
-    /// A point of the sheet, and a distance on it, in board metres.
+    /// Point of the sheet, and distance on the sheet, in board metres.
     pub(super) fn in_board_m(&self, u: f32, v: f32, distance: f32) -> (Point2<f64>, f64) {
         let from_middle =
             Point2::new(f64::from(u - 0.5 * self.across), f64::from(v - 0.5 * self.down));
         (from_middle * self.square_m, f64::from(distance) * self.square_m)
     }
 
-    /// The sheet as seen at `cam_from_board`. `None` from behind or edge-on.
+    /// Sheet as seen at `cam_from_board`. `None` from behind or edge-on.
     pub(super) fn seen_at(&self, cam_from_board: &Isometry3<f64>) -> Option<SheetView> {
         let turn = cam_from_board.rotation.to_rotation_matrix();
         let along_u = turn.matrix().column(0) * self.square_m;
@@ -124,7 +126,7 @@ impl Print {
             - along_u * (f64::from(self.across) / 2.0)
             - along_v * (f64::from(self.down) / 2.0);
         let ray_from_sheet = Matrix3::from_columns(&[along_u, along_v, origin]);
-        // The front is seen where the sheet's normal points away from the camera.
+        // The front is visible if the sheet's normal points away from the camera.
         if ray_from_sheet.determinant() <= 1e-12 * self.square_m.powi(2) {
             return None;
         }
@@ -141,7 +143,7 @@ impl Print {
         Some(SheetView { rows: [row(0), row(1), row(2)], bent })
     }
 
-    /// What is seen within `du`, `dv` squares around `(u, v)`.
+    /// Contents within `du`, `dv` squares around `(u, v)`.
     #[inline]
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Patch {
         let inside =
@@ -189,7 +191,7 @@ impl Print {
         Patch::Mixed
     }
 
-    /// How much of a pixel is dark and how much is light, on average over `exposure`.
+    /// Dark and light shares of a pixel, averaged over `exposure`.
     pub(super) fn share(&self, exposure: &Exposure, pixel: &PixelRay) -> Share {
         let count = exposure.view_count();
         let per_view = (SAMPLES / count.max(1)).max(1);
@@ -262,7 +264,7 @@ impl Print {
         }
     }
 
-    /// The colour at a point inside the pattern.
+    /// Colour at a point inside the pattern.
     #[inline]
     fn flat(&self, u: f32, v: f32) -> Patch {
         if let Some(circles) = &self.circles {
@@ -280,13 +282,13 @@ impl Print {
     }
 }
 
-/// Whether a point inside the pattern is in a light square.
+/// True for a point of the pattern in a light square.
 #[inline]
 fn is_light(u: f32, v: f32) -> bool {
     (u as i32 + v as i32) & 1 == 1
 }
 
-/// Nearest integer by adding a number whose last bit is worth one; for `|x| < 2²²`.
+/// Nearest integer, for `|x| < 2²²`: adds a number whose last bit has the value 1.
 #[inline]
 fn nearest_integer(x: f32) -> f32 {
     const LAST_BIT_IS_ONE: f32 = 12_582_912.0;

@@ -5,12 +5,12 @@ use boresight_geometry::{
     target::{Circles, Target},
 };
 
-/// What is printed of a grid of circles, in distances of rows from the upper left corner of the pattern.
+/// Circles of a printed grid, in row distances from the upper left corner of the pattern.
 #[derive(Clone, Debug)]
 pub(super) struct PrintedCircles {
     /// Circles in a row, and rows.
     grid: [f32; 2],
-    /// Distance of the circles of a row.
+    /// Distance between circles in a row.
     step: f32,
 }
 
@@ -23,7 +23,7 @@ impl PrintedCircles {
         Some(Self { grid, step: circles.step() as f32 })
     }
 
-    /// Distance of a place from the nearest circle's outline; negative inside.
+    /// Distance of a position from the nearest circle's outline; negative inside.
     fn distance(&self, u: f32, v: f32) -> f32 {
         let (x, y) = (u - RADIUS, v - RADIUS);
         let near = y.floor();
@@ -40,7 +40,7 @@ impl PrintedCircles {
         self.distance(u, v) < 0.0
     }
 
-    /// Whether an outline may pass within `du`, `dv` of a place.
+    /// True if an outline may pass within `du`, `dv` of a position.
     pub(super) fn is_edge_near(&self, u: f32, v: f32, du: f32, dv: f32) -> bool {
         self.distance(u, v).abs() <= libm::hypotf(du, dv)
     }

@@ -5,7 +5,8 @@ use boresight_geometry::{
     board_code::{BoardCode, BoardId, CELLS, Edge, FAR, NEAR},
 };
 
-/// The strips of a code along the longer sides of a board, as `boresight target` prints them on a sheet with room there.
+/// Strips of a code along the longer sides of a board, as printed by `boresight target` on a sheet
+/// with enough room.
 #[derive(Clone, Debug)]
 pub(super) struct PrintedCode {
     size: (usize, usize),
@@ -14,7 +15,8 @@ pub(super) struct PrintedCode {
 }
 
 impl PrintedCode {
-    /// `None` if no code says how large the board's squares are, or the board has markers or circles.
+    /// Printed code; `None` if no code has the board's square size, or the board has markers or
+    /// circles.
     pub(super) fn new(board: &Checkerboard, id: BoardId) -> Option<Self> {
         if board.markers().is_some() || matches!(board, Checkerboard::Circles(_)) {
             return None;
@@ -25,7 +27,8 @@ impl PrintedCode {
         Some(Self { size, edges, cells: BoardCode::new(board, id)?.cells() })
     }
 
-    /// True if a point of the margin, in squares from the board's upper left corner, is on a black bar.
+    /// True if a point of the margin, in squares from the board's upper left corner, is on a black
+    /// bar.
     pub(super) fn is_black(&self, u: f32, v: f32) -> bool {
         self.edges.into_iter().any(|edge| {
             let [along, outside] = self.along_and_outside(edge, u, v);
@@ -51,7 +54,7 @@ impl PrintedCode {
         })
     }
 
-    /// What [`Edge::place`] takes for this point.
+    /// Arguments of [`Edge::place`] for the point.
     fn along_and_outside(&self, edge: Edge, u: f32, v: f32) -> [f32; 2] {
         let (width, height) = self.sides();
         match edge {
@@ -86,7 +89,7 @@ mod tests {
                 .collect();
             let (mut black, mut beside) = (0, 0);
             for step in 0..60_000 {
-                // All over the sheet, by two numbers that share no period.
+                // All over the sheet, by two numbers without a common period.
                 let share = [0.618_034, 0.754_878].map(|by| (f64::from(step) * by).fract());
                 let (width, height) = (f64::from(columns) + 2.6, f64::from(rows) + 2.6);
                 let (u, v) = (share[0] * width - 0.8, share[1] * height - 0.8);

@@ -1,4 +1,4 @@
-//! The cells of a printed sheet's markers, spread out so that a point is looked up in a few steps.
+//! Marker cells of a printed sheet, spread out for fast lookup.
 
 use boresight_geometry::{
     board::Checkerboard,
@@ -8,11 +8,11 @@ use boresight_geometry::{
 /// Black cells of every square.
 #[derive(Clone, Debug)]
 pub(super) struct PrintedMarkers {
-    /// White between a marker and the edge of its square, in squares.
+    /// White between a marker and the square's edge, in squares.
     gap: f32,
     /// Side of a cell, in squares.
     cell: f32,
-    /// Cells along a side, with the frame.
+    /// Number of cells along a side, with the frame.
     side: i32,
     /// Squares in a row.
     across: usize,
@@ -20,23 +20,23 @@ pub(super) struct PrintedMarkers {
     black_cells: Vec<u128>,
 }
 
-/// Cells of a light square that are seen around a point.
+/// Cells of a light square visible around a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cells {
     /// A single cell, or only white around the marker.
     One,
-    /// Up to four cells, around this crossing.
+    /// Up to four cells, around the crossing.
     Four(Crossing),
-    /// More than four cells.
+    /// Five or more cells.
     More,
 }
 
-/// Point where four squares, or cells of a marker, meet.
+/// Meeting point of four squares, or of four cells of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
-    /// Place of the crossing, in squares.
+    /// Position of the crossing, in squares.
     pub(super) at: [f32; 2],
-    /// True for each dark one: top left, top right, bottom left, bottom right.
+    /// True for each dark square or cell: top left, top right, bottom left, bottom right.
     pub(super) dark: [bool; 4],
 }
 
@@ -68,7 +68,7 @@ impl PrintedMarkers {
         self.is_cell_black(self.cells_at(u, v), self.cell_at(u), self.cell_at(v))
     }
 
-    /// The cells within `du`, `dv` of a point, all in one light square.
+    /// The cells within `du`, `dv` of a point, all in a single light square.
     #[inline]
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Cells {
         let [left, right] = [self.cell_at(u - du), self.cell_at(u + du)];
@@ -88,7 +88,8 @@ impl PrintedMarkers {
         Cells::Four(Crossing { at: [line(u, right), line(v, bottom)], dark })
     }
 
-    /// True if a marker may lie within `du`, `dv` of a point, which is so far from the lines between squares.
+    /// True if a marker may lie within `du`, `dv` of a point at the given distances from the lines
+    /// between squares.
     #[inline]
     pub(super) fn may_reach(&self, from_line_u: f32, from_line_v: f32, du: f32, dv: f32) -> bool {
         from_line_u > self.gap - du && from_line_v > self.gap - dv
@@ -128,7 +129,7 @@ mod tests {
         let printed = PrintedMarkers::new(&board, &markers);
         let (mut one, mut four) = (0, 0);
         for step in 0..40_000 {
-            // All over the 5 x 7 squares, by two numbers that share no period.
+            // All over the 5 x 7 squares, by two numbers without a common period.
             let (u, v) =
                 ((step as f32 * 0.6180339).fract() * 5.0, (step as f32 * 0.7548777).fract() * 7.0);
             let reach = 0.01 + 0.04 * (step as f32 * 0.4142135).fract();

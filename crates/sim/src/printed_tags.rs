@@ -1,4 +1,4 @@
-//! The tags of a printed AprilGrid, and the dark squares at their corners.
+//! The tags of a printed AprilGrid, and the dark squares at the tags' corners.
 
 use super::printed_markers::{Cells, Crossing};
 use boresight_geometry::{
@@ -6,7 +6,7 @@ use boresight_geometry::{
     markers::{Markers, Tags},
 };
 
-/// What is printed of an AprilGrid, in sides of a tag from the upper left corner of the pattern.
+/// Printed AprilGrid, in sides of a tag from the upper left corner of the pattern.
 #[derive(Clone, Debug)]
 pub(super) struct PrintedTags {
     markers: Markers,
@@ -16,21 +16,21 @@ pub(super) struct PrintedTags {
     cell: f32,
     /// Tags in a row.
     across: usize,
-    /// The tags' cells, row by row.
+    /// Cells of the tags, row by row.
     codes: Vec<u64>,
 }
 
-/// Where a place lies along an axis.
+/// Position along an axis.
 #[derive(Clone, Copy)]
 enum Place {
-    /// In a tag's column or row: which one, and in which of its cells.
+    /// In a tag's column or row: index of the tag, and of the cell.
     Tag(usize, usize),
-    /// In one of the narrow columns or rows.
+    /// In a narrow column or row.
     White,
 }
 
 impl PrintedTags {
-    /// `None` on another board.
+    /// Printed tags; `None` for other boards.
     pub(super) fn new(board: &Checkerboard) -> Option<Self> {
         let markers = board.markers()?;
         let Tags { spacing, .. } = markers.tags?;
@@ -62,7 +62,7 @@ impl PrintedTags {
         }
     }
 
-    /// What is seen within `du`, `dv` of a point.
+    /// Contents within `du`, `dv` of a point.
     pub(super) fn around(&self, u: f32, v: f32, du: f32, dv: f32) -> Cells {
         let ([line_u, next_u], [line_v, next_v]) = (self.lines(u, du), self.lines(v, dv));
         if line_u.is_none() && line_v.is_none() {
@@ -71,7 +71,7 @@ impl PrintedTags {
         if next_u.is_some() || next_v.is_some() {
             return Cells::More;
         }
-        // Beside a line that isn't there, both sides are one.
+        // Beside a missing line, both sides are the same.
         let sides = |at: f32, line: Option<f32>, reach: f32| match line {
             Some(line) => [0.5 * (at - reach + line), 0.5 * (at + reach + line)],
             None => [at, at],
@@ -95,13 +95,13 @@ impl PrintedTags {
         Place::Tag(tag, ((within / self.cell) as usize).min(self.markers.cells() - 1))
     }
 
-    /// The first two lines between columns or rows of squares and cells that lie within `reach` of a place.
+    /// First two lines between columns or rows of squares and cells within `reach` of a position.
     fn lines(&self, at: f32, reach: f32) -> [Option<f32>; 2] {
         let period = 1.0 + self.white;
         let cells = self.markers.cells();
         let mut found = [None; 2];
         let first = ((at - reach - self.white) / period).floor();
-        // A tag's lines, and the first line of the next one.
+        // Lines of a tag, and the first line of the next tag.
         for tag in [first, first + 1.0, first + 2.0] {
             let start = self.white + tag * period;
             let from = ((at - reach - start) / self.cell).ceil().max(0.0);
@@ -134,7 +134,7 @@ mod tests {
         target::{DarkShapes, Shape},
     };
 
-    /// What is rendered is what is printed.
+    /// The rendered sheet equals the printed sheet.
     #[test]
     fn the_sheet_is_black_where_the_board_is() {
         let tags = MarkerChoice::tags(Tags { spacing: 0.3, first: 7 }).in_squares_of(0.02);
@@ -145,7 +145,7 @@ mod tests {
         let size_m = board.target().size_m();
         let (mut one, mut four) = (0, 0);
         for step in 0..20_000 {
-            // All over the pattern, by two numbers that share no period.
+            // All over the pattern, by two numbers without a common period.
             let share = [0.618_033_9, 0.754_877_7].map(|k| (step as f32 * k).fract());
             let [u, v] = [0, 1].map(|k| share[k] * size_m[k] as f32 / 0.02);
             let at_m = [u, v].map(|at| f64::from(at) * 0.02);

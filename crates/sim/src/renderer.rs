@@ -1,9 +1,9 @@
 //! Pictures of the board through the true lens.
 //!
-//! Each pixel's ray is known once and for all. A frame traces the rays of the board's surroundings
-//! onto the sheet; pixels away from any edge are flat, the others are sampled 64 times over the
-//! pixel and the exposure. Then come the lens blur, the light and the noise, in this order. With a rolling shutter,
-//! each row has an exposure of its own.
+//! Each pixel's ray is computed once. A frame traces the rays of the board's surroundings onto the
+//! sheet; pixels away from any edge are flat, the others are sampled 64 times over the pixel and
+//! the exposure. Then come the lens blur, the light and the noise, in this order. With a rolling
+//! shutter, each row has its exposure time.
 
 use std::rc::Rc;
 
@@ -25,10 +25,10 @@ use super::{
 };
 use boresight_geometry::Camera;
 
-/// Normal deviates drawn once; each row of each frame starts at its own place.
+/// Normal deviates drawn once; each row of each frame starts at a different index.
 const NOISE_TABLE: usize = 1 << 18;
 
-/// Draws frames of one scene. Keeps the parts that don't change, and its working memory.
+/// Renderer of a scene's frames. Keeps constant parts and working memory.
 pub struct Renderer {
     camera: Camera,
     print: Print,
@@ -38,15 +38,15 @@ pub struct Renderer {
     width: usize,
     height: usize,
     kernel: Kernel,
-    /// Pixels of rays and canvas around the picture.
+    /// Padding of rays and canvas around the picture, in pixels.
     pad: usize,
     stride: usize,
     rays_x: Vec<f32>,
     rays_y: Vec<f32>,
     widest_ray: f64,
-    /// The room before the lens's blur, padded.
+    /// Room before the lens's blur, padded.
     sharp_room: Vec<f32>,
-    /// The room with blur and light, not padded.
+    /// Room with blur and light, not padded.
     room: Vec<f32>,
     gain: Vec<f32>,
     noise: Vec<f32>,
@@ -63,7 +63,7 @@ struct Traced {
     vs: [Vec<f32>; 3],
 }
 
-/// The sheet during the exposure of a row.
+/// Sheet during the exposure of a row.
 struct RowViews {
     centre: SheetView,
     exposure: Exposure,
@@ -74,7 +74,7 @@ impl Renderer {
     pub fn new(scene: &Scene) -> Self {
         let (width, height) =
             (scene.image_size.width_px as usize, scene.image_size.height_px as usize);
-        // The sampling of edge pixels already blurs by one more box.
+        // Sampling of edge pixels already adds the blur of another box.
         let kernel = Kernel::with_variance(scene.psf_sigma_px.powi(2) - 1.0 / 12.0);
         let pad = kernel.radius() + 1;
         let (stride, lines) = (width + 2 * pad, height + 2 * pad);
@@ -135,15 +135,15 @@ impl Renderer {
         renderer
     }
 
-    /// The hand that covers a part of the board, from the next picture on.
+    /// Hand covering a part of the board, from the next picture on.
     pub fn cover(&mut self, hand: Option<Hand>) {
         self.hand = hand;
     }
 
     /// Draws the board at `cam_from_board`, poses spread evenly over the exposure, into `out`.
     ///
-    /// `noise_index` chooses the noise: the same index gives the same noise. A board seen from behind
-    /// is not drawn. `out` is made the scene's size if it is not.
+    /// The same `noise_index` gives the same noise. A board seen from behind isn't drawn. `out` is
+    /// resized to the scene's size.
     pub fn render(
         &mut self,
         cam_from_board: &[Isometry3<f64>],
@@ -153,8 +153,9 @@ impl Renderer {
         self.draw(&Shutter::Global(cam_from_board), noise_index, out);
     }
 
-    /// As [`render`](Self::render), but each row of the picture has its own poses: those that `cam_from_board_of_row`
-    /// gives for row 0 at the top to the last one, spread evenly over the row's exposure.
+    /// As [`render`](Self::render), but with separate poses for each row of the picture:
+    /// `cam_from_board_of_row` returns them from row 0 at the top to the last one, spread evenly
+    /// over the row's exposure.
     pub fn render_rolling(
         &mut self,
         cam_from_board_of_row: &dyn Fn(u32) -> Vec<Isometry3<f64>>,
@@ -187,8 +188,8 @@ impl Renderer {
         }
     }
 
-    /// Paints room and board onto the canvas. Returns the part of the picture that may differ from
-    /// the room alone.
+    /// Paints room and board onto the canvas. Returns the part of the picture possibly different
+    /// from the room alone.
     fn paint_board(&mut self, shutter: &Shutter<'_>) -> Option<Region> {
         let outline = self.print.outline_in_board_m();
         let last_row = self.height.saturating_sub(1) as u32;
@@ -204,14 +205,14 @@ impl Renderer {
         };
         let region = self.surroundings(&motion.middle, &outline, motion.over_picture_px)?;
         let radius = self.kernel.radius();
-        // In padded coordinates; one more pixel all around remains for the neighbours' rays.
+        // Padded coordinates; one more pixel all around is left for the neighbours' rays.
         let area = Region {
             x0: region.x0 + self.pad - radius,
             x1: region.x1 + self.pad + radius,
             y0: region.y0 + self.pad - radius,
             y1: region.y1 + self.pad + radius,
         };
-        // The samples reach one pixel to every side.
+        // Samples reach a pixel to every side.
         let reach_px = (1.1 + 1.05 * smear_px) as f32;
         let mut traced = std::mem::take(&mut self.traced);
         for row in 0..3 {
@@ -232,7 +233,7 @@ impl Renderer {
         Some(region)
     }
 
-    /// The sheet at `poses`; one view is enough if it isn't smeared. `None` from behind or edge-on.
+    /// Sheet at `poses`; a single view if it isn't smeared. `None` from behind or edge-on.
     fn row_views(&self, poses: &[Isometry3<f64>], smear_px: f64) -> Option<RowViews> {
         let centre = self.print.seen_at(&middle_pose(poses)?)?;
         let exposure = if smear_px > 0.0 {
@@ -313,7 +314,8 @@ impl Renderer {
         }
     }
 
-    /// The part of the picture that the board can touch, blur included. `None` if it is out of view.
+    /// Part of the picture within reach of the board, blur included. `None` if the board is out of
+    /// view.
     fn surroundings(
         &self,
         middle: &Isometry3<f64>,
@@ -372,8 +374,8 @@ impl Renderer {
     }
 }
 
-/// Level where a hand may cover the board's `level`: skin, darker towards its outline, which is mixed with the board over
-/// `reach_m` to both sides.
+/// Grey level under a possible hand over the board's `level`: skin, darker towards its outline,
+/// mixed with the board within `reach_m` on both sides of the outline.
 fn covered(
     hand: &Hand,
     at_m: &Point2<f64>,
@@ -388,7 +390,7 @@ fn covered(
     level + share * (skin - level)
 }
 
-/// Mixes three numbers into one that shows no pattern (SplitMix64's finaliser).
+/// Hash of three numbers without visible pattern (SplitMix64's finaliser).
 fn scramble(seed: u64, frame: u64, row: u64) -> u64 {
     let mut z = seed;
     for part in [frame, row] {

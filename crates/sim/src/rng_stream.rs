@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Independent stream of random numbers of a scene, per purpose.
+/// Random number stream of a scene, independent per purpose.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum RngStream {
     Lens,
@@ -17,7 +17,7 @@ pub(super) enum RngStream {
 }
 
 impl RngStream {
-    /// The stream's generator.
+    /// Random number generator of the stream.
     pub(super) fn rng(self, seed: u64) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(match self {

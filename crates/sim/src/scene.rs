@@ -1,4 +1,4 @@
-//! Scene in front of the simulated camera, with its lens and sensor.
+//! Scene in front of the simulated camera, with lens and sensor.
 
 use std::f64::consts::TAU;
 
@@ -11,7 +11,7 @@ use boresight_geometry::{
     Camera, Distortion, board::Checkerboard, board_code::BoardId, frame::ImageSize,
 };
 
-/// A simulated room, person and camera. The same scene gives the same pictures.
+/// Simulated room, person and camera. Equal scenes give equal pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Name of the scene.
@@ -20,16 +20,17 @@ pub struct Scene {
     pub seed: u64,
     /// Size of every picture.
     pub image_size: ImageSize,
-    /// The true lens.
+    /// True lens.
     pub camera: Camera,
-    /// The board held up.
+    /// Board held up.
     pub board: Checkerboard,
-    /// Identity that the code in the board's margin says, with its counts and squares; `None` for a board without code.
+    /// Identity in the code in the board's margin, with counts and squares; `None` for a board
+    /// without code.
     pub board_id: Option<BoardId>,
-    /// How far the board isn't flat: its middle is this far along its z-axis, which points away from the camera, from
-    /// the ends of the longer side's corners, as a parabola. Metres; 0 for a flat board.
+    /// Height of the bend: offset of the board's middle along the z-axis (away from the camera)
+    /// from the ends of the longer side's corners, as a parabola. Metres; 0 for a flat board.
     pub bend_m: f64,
-    /// Time from one frame to the next.
+    /// Frame interval.
     pub frame_interval_nanos: u64,
     /// Brightness of the board and of the room.
     pub light: Light,
@@ -37,14 +38,14 @@ pub struct Scene {
     pub noise_sigma: f64,
     /// Optical blur: standard deviation of a Gaussian, before the pixels' own averaging.
     pub psf_sigma_px: f64,
-    /// Exposure time; motion meanwhile is smeared.
+    /// Exposure time; motion during the exposure is smeared.
     pub exposure_secs: f64,
-    /// Time from the reading of the first row to that of the last; 0 for a global shutter. It counts up to the time from
-    /// frame to frame.
+    /// Time from reading the first row to reading the last; 0 for a global shutter. Limited to the
+    /// frame interval.
     pub readout_secs: f64,
     /// Clutter of the background, 0 (plain wall) to 1.
     pub clutter: f64,
-    /// The person with the board.
+    /// Person with the board.
     pub technician: TechnicianParams,
 }
 
@@ -57,7 +58,7 @@ pub struct Light {
     pub light_level: f64,
     /// Relative change of brightness from the middle to a corner's distance.
     pub gradient: f64,
-    /// Direction in the picture in which it becomes brighter.
+    /// Direction of increasing brightness in the picture.
     pub gradient_direction_rad: f64,
     /// Relative loss of brightness in the corners.
     pub vignette: f64,
@@ -87,7 +88,7 @@ impl Default for Light {
 }
 
 impl Scene {
-    /// The board's inner corners as they are in space, in its frame and in numbering order.
+    /// Inner corners of the bent board, in the board's frame and in numbering order.
     pub fn corners_as_bent_m(&self) -> Vec<Point3<f64>> {
         let bend = Bend::new(&self.board, self.bend_m);
         let square_m = self.board.measured_m();
@@ -98,10 +99,12 @@ impl Scene {
         corners.iter().map(|at| Point3::new(at.x, at.y, height_m(at))).collect()
     }
 
-    /// An ordinary webcam in a room with the lights on: noise and blur that scatter corners by about 0.1 px, an exposure
-    /// of 16 ms, rows read within 15 ms, and a board bent by 0.2 mm. Otherwise [`default_720p`](Self::default_720p).
+    /// Ordinary webcam in a lit room: noise and blur scatter corners by about 0.1 px, an exposure
+    /// takes 16 ms, rows are read within 15 ms, and the board is bent by 0.2 mm. Otherwise
+    /// [`default_720p`](Self::default_720p).
     ///
-    /// Public videos of hand-held boards have exposures of 5 to 60 ms, and residuals of 0.05 to 0.3 px.
+    /// Public videos of hand-held boards have exposures of 5 to 60 ms, and residuals of 0.05 to 0.3
+    /// px.
     pub fn ordinary_webcam(seed: u64) -> Self {
         Self {
             bend_m: 0.000_2,
@@ -114,9 +117,9 @@ impl Scene {
         }
     }
 
-    /// The scene of `boresight demo`: a decent webcam in good light, whose noise and blur scatter corners by about
-    /// 0.05 px, an exposure of 8 ms, rows read within 10 ms, and a flat board in an adult's hands. Otherwise
-    /// [`default_720p`](Self::default_720p).
+    /// Scene of `boresight demo`: a decent webcam in good light, with noise and blur that scatter
+    /// corners by about 0.05 px, an exposure of 8 ms, rows read within 10 ms, and a flat board in
+    /// an adult's hands. Otherwise [`default_720p`](Self::default_720p).
     pub fn demo(seed: u64) -> Self {
         Self {
             name: "demo".to_owned(),
@@ -128,8 +131,8 @@ impl Scene {
         }
     }
 
-    /// A quiet HD camera with a short exposure, a global shutter and a mild barrel lens, and a flat 9×6 board of 25 mm
-    /// squares.
+    /// Quiet HD camera with a short exposure, a global shutter and a mild barrel lens, and a flat
+    /// 9×6 board of 25 mm squares.
     pub fn default_720p(seed: u64) -> Self {
         Self {
             name: "webcam".to_owned(),
@@ -153,7 +156,7 @@ impl Scene {
         }
     }
 
-    /// A camera nobody has calibrated before: f, PP, distortion, noise, blur and light drawn at random.
+    /// Uncalibrated camera with f, PP, distortion, noise, blur and light drawn at random.
     pub fn random(seed: u64) -> Self {
         let mut rng = RngStream::Lens.rng(seed);
         let scene = Self::default_720p(seed);
@@ -181,7 +184,7 @@ impl Scene {
 }
 
 fn default_board() -> Checkerboard {
-    // The numbers are valid, and `new` is the only way to a board.
+    // The numbers are valid, and `new` is the only constructor of a board.
     match Checkerboard::new(9, 6, 0.025) {
         Ok(board) => board,
         Err(_) => unreachable!("9x6 of 25 mm is a board"),

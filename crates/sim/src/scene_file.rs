@@ -15,38 +15,38 @@ use boresight_geometry::{
     Distortion, LensKind, board::Checkerboard, board_code::BoardId, frame::ImageSize,
 };
 
-/// Largest height of a bent board's middle, in squares.
+/// Maximum height of a bent board's middle, in squares.
 const LARGEST_BEND: f64 = 0.5;
 
-/// Why a file is no scene.
+/// Error of reading a scene file.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The file can't be read.
+    /// Unreadable file.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The text is no scene, or describes no camera.
+    /// Invalid scene, or invalid camera in the scene.
     #[error("{message} (in the scene {origin})")]
     Invalid {
-        /// The mistake.
+        /// Mistake.
         message: String,
         /// Name of the file.
         origin: String,
     },
 }
 
-/// A scene as a file. Keys that are left out have the default scene's values.
+/// Scene as a file. Missing keys take the default scene's values.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneFile {
     name: Option<String>,
     seed: Option<u64>,
-    /// Inner corners of the board in front of the camera, if it's another than the session's.
+    /// Inner corners of the board in front of the camera, if different from the session's.
     board: Option<[u16; 2]>,
-    /// Side of the squares of the board in front of the camera, if it's another than the session's.
+    /// Side of the squares of the board in front of the camera, if different from the session's.
     square_mm: Option<f64>,
-    /// What the code in the board's margin says, if it has one.
+    /// Identity in the code in the board's margin, if any.
     board_id: Option<String>,
-    /// Height of the board's middle over its ends.
+    /// Height of the board's middle over the ends.
     bend_mm: Option<f64>,
     image_size_px: Option<[u32; 2]>,
     f_px: Option<f64>,
@@ -54,7 +54,7 @@ pub struct SceneFile {
     /// True for a fisheye lens: `distortion` is then `k1 k2 k3 k4` of OpenCV's model.
     #[serde(default)]
     fisheye: bool,
-    /// `k1 k2 p1 p2 k3`, or with `k4 k5 k6` after them.
+    /// `k1 k2 p1 p2 k3`, optionally followed by `k4 k5 k6`.
     distortion: Option<Vec<f64>>,
     fps: Option<f64>,
     noise_levels: Option<f64>,
@@ -65,11 +65,11 @@ pub struct SceneFile {
     technician: Option<TechnicianFile>,
 }
 
-/// The person with the board.
+/// Person with the board.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TechnicianFile {
-    /// The person to start from; the other keys change this person.
+    /// Base person, changed by the other keys.
     person: Option<Person>,
     reaction_secs: Option<f64>,
     reading_secs_per_word: Option<f64>,
@@ -94,7 +94,8 @@ struct TechnicianFile {
 }
 
 impl TechnicianFile {
-    /// The person in front of a camera whose pictures are `scale` times as wide as the default scene's.
+    /// Parameters of the person in front of a camera with pictures `scale` times as wide as the
+    /// default scene's.
     fn params(self, scale: f64) -> TechnicianParams {
         let person = self.person.unwrap_or_default();
         let mut params = person.params();
@@ -133,7 +134,7 @@ impl TechnicianFile {
     }
 }
 
-/// True if a person can be like this.
+/// True for plausible parameters.
 fn is_sensible(person: &TechnicianParams) -> bool {
     let within = |value: f64, largest: f64| (0.0..=largest).contains(&value);
     let time = |secs: f64| within(secs, 3600.0);
@@ -158,7 +159,7 @@ fn is_sensible(person: &TechnicianParams) -> bool {
 }
 
 impl SceneFile {
-    /// Reads a scene with the usual board, unless the file names another one.
+    /// Reads a scene with the usual board, unless the file names a board.
     ///
     /// # Errors
     ///
@@ -167,8 +168,8 @@ impl SceneFile {
         Self::load_with(path, Scene::default_720p(1).board)
     }
 
-    /// Reads a scene with `board` in front of the camera, unless the file names another one. What it doesn't name,
-    /// counts or squares, is as of `board`.
+    /// Reads a scene with `board` in front of the camera, unless the file names a board. Counts
+    /// or squares missing in the file are taken from `board`.
     ///
     /// # Errors
     ///
@@ -184,7 +185,7 @@ impl SceneFile {
         let board = match (file.board, file.square_mm) {
             (None, None) => board,
             (size, square_mm) => {
-                // No board has more than 99.
+                // Boards have at most 99.
                 let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
                 let [columns, rows] = size.unwrap_or([side(board.columns()), side(board.rows())]);
                 let square_m = square_mm.map_or(board.measured_m(), |mm| mm * 1e-3);
@@ -237,7 +238,7 @@ impl SceneFile {
         Ok(scene)
     }
 
-    /// `None` if it has another number of coefficients than the lens.
+    /// Distortion of the lens; `None` for a wrong number of coefficients.
     fn lens_distortion(&self) -> Option<Option<Distortion>> {
         let given = self.distortion.as_deref();
         if self.fisheye {

@@ -4,7 +4,7 @@ use serde::de::DeserializeOwned;
 
 use boresight_files::plain_words;
 
-/// A value for every key of a scene, as an example: the defaults of docs/schemas.md, where there is one.
+/// Example value for every key of a scene: the defaults of docs/schemas.md, where there is one.
 pub(super) const EXAMPLE: &str = r#"
 name = "webcam"
 seed = 1
@@ -48,11 +48,11 @@ leaves_for_secs = 30.0
 covers_every_secs = 8.0
 "#;
 
-/// What is wrong with a value in the `text` of a scene, a `T`, in words for people: the line, what's expected, and an example.
-/// `err` names the key.
+/// Mistake in a value in the `text` of a scene, a `T`, in words for people: the line, the expected
+/// value, and an example. `err` names the key.
 pub(super) fn mistake<T: DeserializeOwned>(text: &str, err: &toml::de::Error) -> String {
     let words = plain_words(&err.to_string());
-    // The values alone have no places in the text.
+    // The values alone have no position in the text.
     let place = toml::from_str::<T>(text).err().and_then(|err| err.span());
     let before = place.and_then(|place| text.get(..place.start));
     let line = before
@@ -62,7 +62,7 @@ pub(super) fn mistake<T: DeserializeOwned>(text: &str, err: &toml::de::Error) ->
     format!("{line}{words}{example}")
 }
 
-/// How a scene gives the value of `key`.
+/// Example line for `key` in a scene.
 pub(super) fn example(key: &str) -> Option<String> {
     let example: toml::Table = toml::from_str(EXAMPLE).ok()?;
     let (table, name) = match key.split_once('.') {

@@ -1,22 +1,22 @@
-//! The sheet as it's seen at one pose: what a ray meets.
+//! The sheet at one pose: intersection with a ray.
 
 use super::bend::BentView;
 
-/// Least depth at which a ray meets the sheet, for a ray of length 1 along the axis.
+/// Minimum depth at which a ray meets the sheet, for a ray of length 1 along the axis.
 const LEAST_DEPTH: f32 = 1e-6;
 
-/// Sheet coordinates (squares) from undistorted rays, for one pose.
+/// Sheet coordinates (squares) from undistorted rays, for a pose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SheetView {
     pub(super) rows: [[f32; 3]; 3],
-    /// The sheet's middle, and the bend, if it isn't flat.
+    /// Middle of the sheet, and the bend, unless flat.
     pub(super) bent: Option<([f32; 2], BentView)>,
 }
 
-/// Where a pixel lies on the sheet, and its change per pixel.
+/// Position of a pixel on the sheet, and the change per pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Spot {
-    /// How far the ray goes towards the sheet's plane: nothing or less, or not a number, where it misses it.
+    /// Distance of the ray to the sheet's plane: zero, negative or NaN if the ray misses.
     pub(super) depth: f32,
     pub(super) u: f32,
     pub(super) v: f32,
@@ -24,7 +24,7 @@ pub(super) struct Spot {
     pub(super) by_y: [f32; 2],
 }
 
-/// A pixel's ray and its derivative.
+/// Ray of a pixel, with the derivative.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PixelRay {
     pub(super) ray: [f32; 2],
@@ -34,18 +34,18 @@ pub(super) struct PixelRay {
 
 impl Spot {
     pub(super) fn is_met(&self) -> bool {
-        // Not greater also for NaN: a pixel without a ray.
+        // False also for NaN: a pixel without a ray.
         self.depth > LEAST_DEPTH
     }
 }
 
 impl SheetView {
-    /// Sheet coordinates of a row of rays; far outside the sheet where a ray misses its plane.
+    /// Sheet coordinates of a row of rays; far outside the sheet where a ray misses the plane.
     pub(super) fn trace_row(&self, rays_x: &[f32], rays_y: &[f32], us: &mut [f32], vs: &mut [f32]) {
         let [a, b, c] = &self.rows;
         for ((x, y), (u, v)) in rays_x.iter().zip(rays_y).zip(us.iter_mut().zip(vs.iter_mut())) {
             let w = c[0] * x + c[1] * y + c[2];
-            // Not greater also for NaN: a pixel without a ray.
+            // False also for NaN: a pixel without a ray.
             let inverse = if w > LEAST_DEPTH { 1.0 / w } else { 0.0 };
             let missed = if w > LEAST_DEPTH { 0.0 } else { -1e6 };
             let (x, y) = if x.is_finite() { (*x, *y) } else { (0.0, 0.0) };
@@ -57,7 +57,7 @@ impl SheetView {
         }
     }
 
-    /// Without branches, so that several views are computed at once.
+    /// Spot of a pixel, without branches, so that several views are computed at once.
     #[inline(always)]
     pub(super) fn spot(&self, pixel: &PixelRay) -> Spot {
         let [a, b, c] = &self.rows;
@@ -85,7 +85,7 @@ impl SheetView {
     }
 }
 
-/// Where a ray meets the bent sheet that would meet a flat one at `flat`.
+/// Intersection of a ray with the bent sheet, from the intersection `flat` with a flat sheet.
 #[inline(always)]
 fn met((middle, view): &([f32; 2], BentView), ray: [f32; 2], flat: [f32; 2]) -> [f32; 2] {
     let [u, v] = view.met(ray, [flat[0] - middle[0], flat[1] - middle[1]]);

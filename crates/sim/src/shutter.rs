@@ -1,36 +1,36 @@
-//! When the rows of a picture are exposed, and how far the board moves meanwhile.
+//! Exposure times of a picture's rows, and the board's movement meanwhile.
 
 use std::borrow::Cow;
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion};
 
-/// Movement that is too small to see.
+/// Largest invisible movement.
 const UNSEEN_MOVEMENT_PX: f64 = 0.05;
-/// Rows that are looked at for the movement over the picture, evenly from the first to the last.
+/// Number of rows sampled for the movement over the picture, evenly from the first to the last.
 const ROWS_LOOKED_AT: u32 = 5;
 
 /// Poses of the board, spread evenly over the exposure.
 pub(super) enum Shutter<'a> {
-    /// Of all rows at once.
+    /// Poses of all rows at once.
     Global(&'a [Isometry3<f64>]),
-    /// Of each row by itself.
+    /// Function from a row to the row's poses.
     Rolling(&'a dyn Fn(u32) -> Vec<Isometry3<f64>>),
 }
 
-/// The board's movement while a picture is taken. Movements that can't be seen are 0.
+/// Movement of the board while a picture is taken. Invisible movements are 0.
 pub(super) struct Motion<'a> {
     /// Pose in the middle of the exposure of the middle row.
     pub(super) middle: Isometry3<f64>,
     /// Poses during the exposure of the middle row.
     pub(super) middle_row: Cow<'a, [Isometry3<f64>]>,
-    /// From the middle, over all rows.
+    /// Movement from the middle, over all rows.
     pub(super) over_picture_px: f64,
-    /// From its middle, within the exposure of one row.
+    /// Movement from the middle, within the exposure of a row.
     pub(super) over_row_px: f64,
 }
 
 impl<'a> Shutter<'a> {
-    /// Movement of a board with this outline. `None` without any pose.
+    /// Movement of a board with the given outline. `None` without a pose.
     pub(super) fn motion(
         &self,
         last_row: u32,
@@ -60,7 +60,7 @@ impl<'a> Shutter<'a> {
     }
 }
 
-/// The pose in the middle of `poses`.
+/// Pose in the middle of `poses`.
 pub(super) fn middle_pose(poses: &[Isometry3<f64>]) -> Option<Isometry3<f64>> {
     let (a, b) = (poses.get(poses.len().checked_sub(1)? / 2)?, poses.get(poses.len() / 2)?);
     let turn = (b.rotation * a.rotation.inverse()).scaled_axis();
@@ -70,7 +70,7 @@ pub(super) fn middle_pose(poses: &[Isometry3<f64>]) -> Option<Isometry3<f64>> {
     ))
 }
 
-/// Farthest any point of the outline at `poses` is from its place at `from`.
+/// Largest distance of any point of the outline at `poses` from the same point at `from`.
 fn movement_px(
     f_px: f64,
     from: &Isometry3<f64>,
@@ -81,7 +81,7 @@ fn movement_px(
     for point in outline_in_board_m {
         let at = from * point;
         for pose in poses {
-            // Without the lens: a bound is enough.
+            // Without the lens: a bound suffices.
             let moved = (pose * point - at).norm();
             farthest_px = farthest_px.max(f_px * moved / at.z.max(1e-3));
         }

@@ -1,4 +1,4 @@
-//! The simulated camera as a frame source, in step with the judge of its frames.
+//! The simulated camera as a frame source, in step with the judging of frames.
 
 use std::{
     sync::{Arc, Mutex, PoisonError},
@@ -20,20 +20,20 @@ use boresight_geometry::{
     frame::{CaptureTime, Frame, FrameId, FrameKind},
 };
 
-/// Poses drawn per exposure: a power of two, so that each gets an even run of samples.
+/// Number of poses per exposure: a power of two, so that each gets an even run of samples.
 const POSES_PER_EXPOSURE: u32 = 8;
 
-/// Source of the cues that the simulated person hears from the program.
+/// Source of cues from the program to the simulated person.
 pub trait Cues: Send {
     /// Waits at most `patience` until the program has judged the frame `published`, the last one
     /// delivered. False if it has not.
     fn wait_judged(&mut self, published: Option<FrameId>, patience: Duration) -> bool;
 
-    /// The next cue, in order, caused by frames up to the judged one. `None` once all are read.
+    /// Next cue, in order, caused by frames up to the judged one. `None` once all are read.
     fn next_cue(&mut self) -> Option<Cue>;
 }
 
-/// No feedback: the technician receives no cues.
+/// Source without cues.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoCues;
 
@@ -47,24 +47,24 @@ impl Cues for NoCues {
     }
 }
 
-/// Truth behind the simulated pictures, which the program must find out.
+/// Truth behind the simulated pictures, to be estimated by the program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
-    /// The true lens.
+    /// True lens.
     pub camera: Camera,
-    /// Pose of the board (`cam_from_board`) in the middle of each delivered frame's exposure; with a rolling shutter, of
-    /// its middle row's.
+    /// Pose of the board (`cam_from_board`) in the middle of each delivered frame's exposure; with
+    /// a rolling shutter, of its middle row's exposure.
     pub poses: Vec<(FrameId, Isometry3<f64>)>,
 }
 
-/// The truth about the frames delivered so far, shared with the source.
+/// Truth about the frames delivered so far, shared with the source.
 #[derive(Clone, Debug)]
 pub struct TruthLog {
     truth: Arc<Mutex<Truth>>,
 }
 
 impl TruthLog {
-    /// A copy of the truth so far.
+    /// Copy of the truth so far.
     pub fn snapshot(&self) -> Truth {
         self.truth.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -76,27 +76,27 @@ impl TruthLog {
 
 /// Frames of a [`Scene`].
 ///
-/// Frame `n` is drawn while frame `n - 1` is judged, so a cue can move the board from frame `n + 1` on at the earliest:
-/// the frames don't depend on the speed of the judging.
+/// Frame `n` is drawn while frame `n - 1` is judged, so a cue can move the board from frame `n + 1`
+/// on at the earliest: the frames don't depend on the speed of the judging.
 pub struct SyntheticSource {
     scene: Scene,
     renderer: Renderer,
     technician: Technician,
-    /// The board's way, if the rows are read one after another.
+    /// Path of the board, for a rolling shutter.
     track: Track,
     cues: Box<dyn Cues>,
     frames_left: Option<u64>,
     next_id: u64,
     published: Option<FrameId>,
     prepared: Option<(Arc<Frame>, Isometry3<f64>)>,
-    /// Frames whose memory can be used again once nobody else holds them.
+    /// Frames with reusable memory, once nobody else holds them.
     pool: Vec<Arc<Frame>>,
     pool_size: usize,
     truth: TruthLog,
 }
 
 impl SyntheticSource {
-    /// Delivers at most `limit_frames` frames, and reuses the memory of up to `pool_size` of them.
+    /// Source of at most `limit_frames` frames, reusing the memory of up to `pool_size` frames.
     pub fn new(
         scene: Scene,
         cues: Box<dyn Cues>,
@@ -120,7 +120,7 @@ impl SyntheticSource {
         }
     }
 
-    /// The truth about delivered frames; stays readable when the source has moved to its thread.
+    /// Truth about delivered frames; stays readable after the source has moved to its thread.
     pub fn truth(&self) -> TruthLog {
         self.truth.clone()
     }
@@ -142,7 +142,8 @@ impl SyntheticSource {
         (shared, middle)
     }
 
-    /// Draws the picture whose exposure has its middle at `captured_at`, and returns the pose then.
+    /// Draws the picture exposed around `captured_at`, and returns the pose
+    /// then.
     fn expose(
         &mut self,
         id: FrameId,
@@ -158,7 +159,8 @@ impl SyntheticSource {
         middle
     }
 
-    /// Row `r` of `h` has the middle of its exposure `(r / (h − 1) − ½) · readout_secs` after `captured_at`.
+    /// Draws rows successively: row `r` of `h` has the middle of its exposure `(r / (h − 1) −
+    /// ½) · readout_secs` after `captured_at`.
     fn expose_rolling(
         &mut self,
         id: FrameId,
@@ -183,7 +185,7 @@ impl SyntheticSource {
         self.track.pose_at(middle_secs)
     }
 
-    /// An exposure reaches at most to the neighbouring frames' middles.
+    /// Exposure time, limited to the neighbouring frames' middles.
     fn exposure_secs(&self) -> f64 {
         self.scene.exposure_secs.clamp(0.0, self.frame_interval_secs())
     }
@@ -192,7 +194,7 @@ impl SyntheticSource {
         self.scene.frame_interval_nanos as f64 * 1e-9
     }
 
-    /// Poses evenly over the exposure around `captured_at`, and the one in its middle.
+    /// Poses spread evenly over the exposure around `captured_at`, and the pose in the middle.
     fn poses_during_exposure(
         &mut self,
         captured_at: CaptureTime,
@@ -214,7 +216,7 @@ impl SyntheticSource {
         (poses, middle)
     }
 
-    /// A frame nobody holds: from the pool, or a new one.
+    /// Unused frame: from the pool, or a new one.
     fn free_frame(&mut self) -> Arc<Frame> {
         match self.pool.iter_mut().position(|frame| Arc::get_mut(frame).is_some()) {
             Some(free) => self.pool.swap_remove(free),

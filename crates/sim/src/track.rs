@@ -1,4 +1,5 @@
-//! The board's way over time: the rows of a picture ask for times in any order, a person moves only forward.
+//! Path of the board over time: the rows of a picture request times in any order, but a person
+//! moves only forward.
 
 use std::collections::VecDeque;
 
@@ -7,11 +8,11 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use super::technician::Technician;
 use boresight_geometry::frame::CaptureTime;
 
-/// Time between two poses that are kept. A tremor of 12 Hz and 0.35 mm strays by 1 µm from the straight line
-/// between them.
+/// Time between two stored poses. A tremor of 12 Hz and 0.35 mm differs by 1 µm from linear
+/// interpolation.
 const STEP_SECS: f64 = 0.002;
 
-/// Poses at even times, a step before the first time asked for to a step after the last.
+/// Poses at even times, from a step before the first requested time to a step after the last.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
     start_secs: f64,
@@ -19,8 +20,8 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// Follows `technician` from `from_secs` to `to_secs`, and forgets what came before. Neither may go back from call
-    /// to call.
+    /// Follows `technician` from `from_secs` to `to_secs`, and forgets earlier poses. Neither may
+    /// decrease from call to call.
     pub(super) fn follow(&mut self, technician: &mut Technician, from_secs: f64, to_secs: f64) {
         if self.poses.is_empty() || self.end_secs() < from_secs - STEP_SECS {
             self.poses.clear();
@@ -37,7 +38,7 @@ impl Track {
         }
     }
 
-    /// Pose of the board at `secs`, between the kept ones; the nearest one outside of them.
+    /// Pose of the board at `secs`, interpolated; the nearest stored pose outside.
     pub(super) fn pose_at(&self, secs: f64) -> Isometry3<f64> {
         let steps = ((secs - self.start_secs) / STEP_SECS).max(0.0);
         let before = (steps as usize).min(self.poses.len().saturating_sub(2));

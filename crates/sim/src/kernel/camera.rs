@@ -1,4 +1,4 @@
-//! A camera of the model: its description, its frames and its faults.
+//! Simulated camera: description, frames and faults.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -11,34 +11,34 @@ use boresight_capture::{
 };
 use boresight_geometry::device::PixelLayout;
 
-/// Changes the frame of that number before it is sent.
+/// Function that changes the frame of a number before sending.
 type FrameFault = Box<dyn FnMut(u64, &mut SimFrame) + Send>;
 
-/// A camera. Every field may be changed at any time.
+/// Simulated camera. Every field may be changed at any time.
 pub struct SimCamera {
-    /// Video node, as sysfs shows it.
+    /// Video node, as in sysfs.
     pub node: Node,
     /// The driver's capabilities.
     pub capability: Capability,
     /// True while the camera is plugged in.
     pub present: bool,
-    /// Formats with their sizes and intervals.
+    /// Formats with sizes and intervals.
     pub formats: Vec<(FourCc, Vec<FrameSizes>, Vec<Fraction>)>,
-    /// Format that the driver grants for a requested one.
+    /// Function from a requested format to the granted format.
     pub grants: Box<dyn FnMut(Format) -> Format + Send>,
-    /// Interval that the driver grants to every request.
+    /// Interval granted for every request.
     pub grants_interval: Option<Fraction>,
-    /// Bytes of each buffer.
+    /// Size of each buffer in bytes.
     pub buffer_size: usize,
-    /// Buffers that it gives at most.
+    /// Maximum number of buffers.
     pub most_buffers: u32,
     /// Time from the start of the stream to the first frame.
     pub start_nanos: u64,
-    /// Factor by which frames come later than promised.
+    /// Factor by which frames are later than promised.
     pub slowness: f64,
     /// Number of the first frame of a stream.
     pub first_sequence: u32,
-    /// The bytes of the frame of that number.
+    /// Function from a frame number to the frame's bytes.
     pub picture: Box<dyn FnMut(u64) -> Vec<u8> + Send>,
     /// Faults of frames, applied in order.
     pub frame_faults: Vec<FrameFault>,
@@ -56,37 +56,37 @@ pub struct SimCamera {
     pub stream_on_fails: Option<i32>,
     /// Error of stopping.
     pub stream_off_fails: Option<i32>,
-    /// Error of taking a buffer, and how often.
+    /// Error of taking a buffer, with the number of failures.
     pub dequeue_fails: Option<(i32, u32)>,
-    /// Error of handing a buffer over, and how often.
+    /// Error of handing a buffer over, with the number of failures.
     pub queue_fails: Option<(i32, u32)>,
-    /// A wait ends with an error and nothing else.
+    /// True if waits end with an error and nothing else.
     pub poll_error: bool,
-    /// Time that reading or setting a control takes.
+    /// Duration of reading or setting a control.
     pub control_nanos: u64,
-    /// Waits that a signal ends.
+    /// Number of waits interrupted by a signal.
     pub interruptions: u32,
 }
 
 /// Control of a simulated camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimControl {
-    /// Range of its values.
+    /// Range of values.
     pub range: ControlRange,
     /// Present value, in the driver's unit.
     pub value: i64,
-    /// True if setting it does anything.
+    /// True if setting the control has an effect.
     pub obeys: bool,
 }
 
-/// A frame on its way into a buffer.
+/// Frame on the way into a buffer.
 #[derive(Clone, Debug)]
 pub struct SimFrame {
     /// Contents of the frame.
     pub bytes: Vec<u8>,
-    /// Number of the buffer's bytes that the driver claims for this frame.
+    /// Number of bytes claimed by the driver.
     pub bytes_used: u32,
-    /// True if the driver calls it bad.
+    /// True if marked bad by the driver.
     pub error: bool,
     /// Sequence number of the frame.
     pub sequence: u32,
@@ -94,12 +94,12 @@ pub struct SimFrame {
     pub nanos: u64,
     /// True if the buffer arrives.
     pub delivered: bool,
-    /// The number of a buffer that the driver makes up.
+    /// Wrong buffer index reported by the driver.
     pub index: Option<u32>,
 }
 
 impl SimControl {
-    /// A control from 0 to 255 that is at `value`.
+    /// Control with the range 0 to 255 at `value`.
     pub fn at(value: i64) -> Self {
         let range = ControlRange { min: 0, max: 255, step: 1, default: 128, writable: true };
         Self { range, value, obeys: true }
@@ -107,8 +107,8 @@ impl SimControl {
 }
 
 impl SimCamera {
-    /// A camera at `/dev/video<number>` with one mode of `size` at 30 frames per second, no controls, and
-    /// the serial number `serial`.
+    /// Camera at `/dev/video<number>` with a single mode of `size` at 30 frames per second, no
+    /// controls, and the serial number `serial`.
     pub fn new(
         number: u32,
         serial: &str,
@@ -162,7 +162,7 @@ impl SimCamera {
         }
     }
 
-    /// Adds `fault` to what goes wrong with frames.
+    /// Adds `fault` to the frame faults.
     pub fn with_fault(mut self, fault: impl FnMut(u64, &mut SimFrame) + Send + 'static) -> Self {
         self.frame_faults.push(Box::new(fault));
         self

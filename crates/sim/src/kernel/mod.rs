@@ -1,7 +1,7 @@
-//! A model of the kernel with its own clock, strict rules of buffer ownership, and faults on demand.
+//! Kernel model with a clock, strict rules of buffer ownership, and faults on demand.
 //!
-//! Time passes only in calls, so a test of five seconds takes none. Every broken rule is noted in
-//! [`World::violations`]; the program must never break one, whatever the cameras do.
+//! Time passes only in calls, so a test of five seconds takes none. Every broken rule is recorded
+//! in [`World::violations`]; the program must never break any rule, whatever the cameras do.
 
 mod camera;
 
@@ -19,38 +19,38 @@ use boresight_capture::v4l2::kernel::{
     FrameSizes, Handle, Kernel, Node, Readiness, TIMESTAMP_MONOTONIC,
 };
 
-/// Time that any call takes.
+/// Duration of any call.
 const CALL_NANOS: u64 = 10_000;
 /// Longest step of time.
 const TICK_NANOS: u64 = 1_000_000;
 
-/// The model. Clones share one world.
+/// Kernel model. Clones share a world.
 #[derive(Clone, Default)]
 pub struct SimKernel {
     world: Arc<Mutex<World>>,
-    /// Bytes of the last request, kept because they are returned by reference.
+    /// Bytes of the last request, returned by reference.
     lent: Vec<u8>,
 }
 
-/// A thing that happens at a time.
+/// Scheduled event.
 type Happening = Box<dyn FnOnce(&mut World) + Send>;
 
-/// Everything there is.
+/// World of the model.
 #[derive(Default)]
 pub struct World {
-    /// The monotonic clock.
+    /// Monotonic clock.
     pub now_nanos: u64,
     /// Time that waits have slept, in nanoseconds.
     pub slept_nanos: u64,
     /// Cameras, plugged in or not.
     pub cameras: Vec<SimCamera>,
-    /// Rules that were broken.
+    /// Broken rules.
     pub violations: Vec<String>,
     /// Calls made so far.
     pub calls: u64,
-    /// Number of the call that fails once, and how.
+    /// Number of the call that fails once, and the error.
     pub fails: Option<(u64, i32)>,
-    /// Programs that hold a node, as `/proc` tells.
+    /// Programs holding a node, as in `/proc`.
     pub holders: Vec<String>,
     script: Vec<(u64, Happening)>,
     open: BTreeMap<Handle, Open>,
@@ -59,7 +59,7 @@ pub struct World {
 
 struct Open {
     camera: usize,
-    /// Unplugged since: this handle is dead for ever.
+    /// True after unplugging: this handle is dead for ever.
     dead: bool,
     format: Option<Format>,
     interval: Fraction,
@@ -85,31 +85,31 @@ enum Owner {
 }
 
 impl SimKernel {
-    /// A world with these cameras.
+    /// World with the given cameras.
     pub fn new(cameras: Vec<SimCamera>) -> Self {
         let kernel = Self::default();
         kernel.world().cameras = cameras;
         kernel
     }
 
-    /// The world, to look at or to change.
+    /// World, to inspect or change.
     pub fn world(&self) -> MutexGuard<'_, World> {
         self.world.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets `happening` happen at `secs` of the monotonic clock.
+    /// Schedules `happening` at `secs` of the monotonic clock.
     pub fn at(&self, secs: f64, happening: impl FnOnce(&mut World) + Send + 'static) {
         let mut world = self.world();
         world.script.push(((secs * 1e9) as u64, Box::new(happening)));
         world.script.sort_by_key(|(nanos, _)| *nanos);
     }
 
-    /// Devices that are open now.
+    /// Number of open devices.
     pub fn open_devices(&self) -> usize {
         self.world().open.len()
     }
 
-    /// Lets the time pass that the device takes to answer about a control; it streams meanwhile.
+    /// Lets the time of a control transfer pass; the device streams meanwhile.
     fn transfer(&self, device: Handle) {
         let mut world = self.world();
         let Some(open) = world.open.get(&device) else { return };
@@ -117,7 +117,7 @@ impl SimKernel {
         world.pass(nanos);
     }
 
-    /// Makes a call on an open device that is alive.
+    /// Makes a call on a live open device.
     fn call<T>(
         &self,
         device: Handle,
@@ -136,7 +136,7 @@ impl SimKernel {
 }
 
 impl World {
-    /// Counts a call, and fails the call that should fail.
+    /// Counts a call, and fails the call meant to fail.
     fn count(&mut self) -> Result<(), Errno> {
         self.calls += 1;
         self.pass(CALL_NANOS);
@@ -146,7 +146,7 @@ impl World {
         }
     }
 
-    /// Lets time go on.
+    /// Advances the time.
     fn pass(&mut self, nanos: u64) {
         let until = self.now_nanos + nanos;
         while self.now_nanos < until {
@@ -164,7 +164,7 @@ impl World {
         }
     }
 
-    /// Lets the camera of `open` take the pictures that are due.
+    /// Lets the camera of `open` take the due pictures.
     fn frames(&mut self, open: &mut Open, now: u64) {
         let camera = &mut self.cameras[open.camera];
         if !camera.present {
@@ -200,7 +200,7 @@ impl World {
         let index = open.queue.remove(0);
         let buffer = &mut open.buffers[index as usize];
         let length = frame.bytes.len().min(buffer.data.len());
-        // What the last frame left behind it stays.
+        // Remainders of the last frame stay in the buffer.
         buffer.data[..length].copy_from_slice(&frame.bytes[..length]);
         open.done.push(Filled {
             index: frame.index.unwrap_or(index),

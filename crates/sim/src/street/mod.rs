@@ -1,7 +1,8 @@
-//! A simulated fixed camera over a street, for the watch: a sun that turns, lamps, people, text, noise, JPEG, a mount that
-//! sways, and moves that are planted.
+//! Simulated fixed camera over a street, for the watch: moving sun, lamps, people, text, noise,
+//! JPEG, a swaying mount, and planted moves.
 //!
-//! Everything follows from the [`Street`], its seed, and the time. The scene is far away: nothing shows parallax.
+//! Everything follows from the [`Street`], its seed, and the time. The scene is far away, without
+//! parallax.
 
 mod panorama;
 mod script;
@@ -20,57 +21,60 @@ pub use script::{NoStreet, Planted, What};
 
 const DAY_SECS: f64 = 86_400.0;
 const HOUR_SECS: f64 = 3600.0;
-/// Mean level that the automatic exposure wants by day, and how far it opens at night.
+/// Target level of the automatic exposure by day, and maximum gain at night.
 const EXPOSED: f64 = 105.0;
 const LARGEST_GAIN: f64 = 900.0;
 /// Gain of a sunny noon, levels per unit of light, and the noise at that gain, levels.
 const NOON_GAIN: f64 = 200.0;
 const NOISE: f64 = 1.2;
 const JPEG_QUALITY: u8 = 85;
-/// The sway of a mast over a day, px of the middle of the picture, as the webcam's: pan, tilt; and roll in degrees.
+/// Daily sway of a mast, px of the middle of the picture, as measured on the webcam: pan, tilt; and
+/// roll in degrees.
 const SWAY_PX: [f64; 2] = [0.2, 0.5];
 const SWAY_ROLL_DEG: f64 = 0.04;
-/// What doesn't repeat from day to day, px: it changes over six hours.
+/// Non-repeating movement, px, changing over six hours.
 const RESTLESS_PX: f64 = 0.08;
 
-/// The pan of the outermost presets: the panorama ends a little beyond.
+/// Pan of the outermost presets: the panorama ends a little beyond.
 const WIDEST_PRESET_RAD: f64 = 0.4;
 
-/// A fixed camera over a street.
+/// Fixed camera over a street.
 #[derive(Clone, Debug)]
 pub struct Street {
-    /// The lens.
+    /// Lens of the camera.
     pub camera: Camera,
     /// Size of the pictures.
     pub image_size: ImageSize,
-    /// When its first picture is taken, seconds since 1970 (UTC).
+    /// Time of the first picture, seconds since 1970 (UTC).
     pub began_secs: f64,
-    /// Days that it lasts.
+    /// Duration in days.
     pub days: f64,
-    /// A text with the time in the upper left corner.
+    /// True for a text with the time in the upper left corner.
     pub has_text: bool,
-    /// How much larger the sway is than an ordinary mast's.
+    /// Factor on an ordinary mast's sway.
     pub sway: f64,
-    /// Directions that it looks to in turn, from picture to picture.
+    /// Number of directions, taken in turn from picture to picture.
     pub presets: u32,
     /// Moves and changes of the glass.
     pub planted: Vec<Planted>,
     seed: u64,
-    /// Drawn for the first picture: it's large, and a street that's only named needs none.
+    /// Panorama, drawn for the first picture: it's large, and a street that is only named needs
+    /// none.
     panorama: OnceLock<Panorama>,
 }
 
-/// How the camera stands at one time: tilt, pan, roll as a rotation vector (rad), and the log focal ratio.
+/// Stance of the camera at a time: tilt, pan, roll as a rotation vector (rad), and the log focal
+/// ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// Turns the rays of the first day's mean into those of now.
+    /// Rotation from the rays of the first day's mean to the current rays.
     pub rotation_rad: Vector3<f64>,
     /// Logarithm of the ratio of focal lengths.
     pub log_focal: f64,
 }
 
 impl Street {
-    /// The street of a seed, seen through a lens of 75° with some distortion.
+    /// Street of a seed, seen through a lens of 75° with some distortion.
     pub fn new(seed: u64) -> Self {
         let image_size = ImageSize { width_px: 640, height_px: 480 };
         let mut camera = Camera::pinhole(417.0, Point2::new(326.0, 236.0));
@@ -90,7 +94,7 @@ impl Street {
         }
     }
 
-    /// How the camera stands.
+    /// Stance of the camera.
     pub fn stand(&self, at_secs: f64) -> Stand {
         let (f, day) = (self.camera.f_px.x, std::f64::consts::TAU * at_secs / DAY_SECS);
         let slow = |of: u64| self.sway * RESTLESS_PX * self.restless(at_secs, of);
@@ -115,7 +119,7 @@ impl Street {
         Stand { rotation_rad: Vector3::new(tilt_px / f, pan_rad, roll_rad), log_focal }
     }
 
-    /// The pan of the preset that it looks to: another one each hour.
+    /// Pan of the current preset; it changes every hour.
     fn preset_rad(&self, at_secs: f64) -> f64 {
         let number = (at_secs / HOUR_SECS).rem_euclid(f64::from(self.presets)).floor();
         let last = f64::from(self.presets - 1);
@@ -127,7 +131,7 @@ impl Street {
         (at_secs - self.began_secs) / DAY_SECS
     }
 
-    /// A smooth curve of unit scatter that changes over six hours.
+    /// Smooth curve of unit scatter that changes over six hours.
     fn restless(&self, at_secs: f64, of: u64) -> f64 {
         let slot = at_secs / (6.0 * HOUR_SECS);
         let knot = |slot: f64| -> f64 {
@@ -140,7 +144,7 @@ impl Street {
         knot(from) * (1.0 - smooth) + knot(from + 1.0) * smooth
     }
 
-    /// The picture that is taken at that time.
+    /// Picture at a time.
     pub fn picture(&self, at_secs: f64) -> GrayImage {
         let (width, height) =
             (self.image_size.width_px as usize, self.image_size.height_px as usize);
@@ -164,7 +168,7 @@ impl Street {
         let gain = (EXPOSED / mean.max(1e-6)).min(LARGEST_GAIN);
         let fog = amount(What::Fog).clamp(0.0, 1.0);
         let (dirt, is_covered) = (amount(What::Dirt), amount(What::Cover) > 0.0);
-        // Dirt hangs before the lens, at the lower left, out of focus.
+        // Dirt on the glass, at the lower left, out of focus.
         let spot = [0.22 * width as f64, 0.72 * height as f64, 0.09 * width as f64];
         let noise = NOISE * (gain / NOON_GAIN).sqrt();
         let mut bytes = Vec::with_capacity(levels.len());
@@ -190,12 +194,13 @@ impl Street {
         through_jpeg(grey)
     }
 
-    /// Local hour: the street lies at 0° of longitude.
+    /// Local hour: the street is at 0° of longitude.
     fn hour_of(&self, at_secs: f64) -> f64 {
         (at_secs / HOUR_SECS).rem_euclid(24.0)
     }
 
-    /// What each pixel sees, four samples each. The map from pixels to directions is smooth: every eighth is computed.
+    /// Light seen by each pixel, four samples each. The map from pixels to directions is smooth:
+    /// every eighth is computed.
     fn seen(&self, at_secs: f64, level: impl Fn(f64, f64) -> f64) -> Vec<f64> {
         const STEP: usize = 8;
         let (width, height) =
@@ -238,11 +243,11 @@ impl Street {
 }
 
 impl Street {
-    /// Reads what follows `sim:street:`: parts with commas between.
+    /// Parses the text after `sim:street:`: parts separated by commas.
     ///
     /// # Errors
     ///
-    /// [`NoStreet`] names the part that isn't understood.
+    /// [`NoStreet`] names the invalid part.
     pub fn parse(text: &str) -> Result<Self, NoStreet> {
         let parts: Vec<&str> =
             text.split(',').map(str::trim).filter(|part| !part.is_empty()).collect();
@@ -266,7 +271,7 @@ impl Street {
             } else {
                 let mut planted = Planted::parse(part)?;
                 if planted.what == What::Tilt {
-                    // Down in the picture, as a turn about x has it up.
+                    // Down in the picture; a turn about x has it up.
                     planted.amount = -planted.amount;
                 }
                 street.planted.push(planted);
@@ -300,7 +305,7 @@ fn blur(levels: &mut Vec<f64>, width: usize, height: usize, sigma_px: f64) {
     }
 }
 
-/// The time as bars of white with a dark rim: a code, not letters, but as sharp and as lasting.
+/// Time as bars of white with a dark rim: a code instead of letters, but as sharp and as permanent.
 fn write_time(grey: &mut GrayImage, at_secs: f64) {
     let mut code = (at_secs / 60.0) as u64;
     for n in 0..12_u32 {

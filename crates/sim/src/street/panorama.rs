@@ -1,24 +1,25 @@
-//! The street as seen from the camera, by direction: houses with windows, a road, a sky; and its light by the hour.
+//! The street as seen from the camera, by direction: houses with windows, a road, a sky; and its
+//! light by the hour.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Directions that the panorama covers, rad: to each side, and up and down.
+/// Half extent of the panorama, rad: to each side, and up and down.
 const HALF_WIDTH: f64 = 1.15;
 const HALF_HEIGHT: f64 = 0.95;
 /// Texels per radian: finer than a pixel of the lens.
 const DENSITY: f64 = 700.0;
 /// Elevation of the road's far end; y points down.
 const HORIZON: f64 = 0.02;
-/// How bright the night is without lamps, and a sunny noon.
+/// Brightness of the night without lamps, and of a sunny noon.
 const NIGHT: f64 = 0.012;
 const AMBIENT: f64 = 0.35;
 const SUN: f64 = 0.9;
-/// Daylight below which lamps are lit.
+/// Daylight threshold for switching lamps on.
 const DARK: f64 = 0.3;
-/// A lamp's light at this exponent is no level of any picture.
+/// Exponent above which a lamp's light is negligible.
 const UNLIT: f64 = 20.0;
-/// A passer-by's width and height, rad.
+/// Width and height of a passer-by, rad.
 const PERSON: [f64; 2] = [0.02, 0.055];
 const PEOPLE: usize = 9;
 
@@ -30,7 +31,7 @@ enum Kind {
     Road,
 }
 
-/// What doesn't change.
+/// Constant part of the street.
 #[derive(Clone, Debug)]
 pub(super) struct Panorama {
     columns: usize,
@@ -42,7 +43,7 @@ pub(super) struct Panorama {
     slant: [f64; 8],
 }
 
-/// What changes from picture to picture.
+/// Light and people of a picture.
 #[derive(Clone, Debug)]
 pub(super) struct Light {
     ambient: f64,
@@ -50,14 +51,14 @@ pub(super) struct Light {
     /// Azimuth of the sun in terms of a day, −1 in the morning to 1 in the evening.
     side: f64,
     lamps: f64,
-    /// Light from the camera itself.
+    /// Brightness of the camera's own light.
     torch: f64,
     people: Vec<[f64; 3]>,
     clouds: [f64; 4],
 }
 
 impl Light {
-    /// In the dark the camera sees by its own infrared light, in which street lamps are weak.
+    /// Switches to the camera's own infrared light for the dark, in which street lamps are weak.
     pub(super) fn switch_to_infrared(&mut self) {
         if self.lamps > 0.0 {
             (self.lamps, self.torch) = (0.1 * self.lamps, 0.3);
@@ -80,7 +81,7 @@ impl Panorama {
                 albedo[y * columns + x] = 0.3 + grain(&mut rng);
             }
         }
-        // Stones, manholes, markings: what makes a road more than noise.
+        // Stones, manholes, markings: structure of the road beyond noise.
         for _ in 0..260 {
             let (x, y) = (rng.random_range(0..columns - 60), rng.random_range(horizon..rows - 30));
             let (w, h) = (rng.random_range(8..60), rng.random_range(4..26));
@@ -125,18 +126,18 @@ impl Panorama {
         Self { columns, rows, albedo, kinds, lamps, slant }
     }
 
-    /// How high the sun stands at an hour, and how light the day is, 0 to 1.
+    /// Height of the sun at an hour, and brightness of the day, 0 to 1.
     fn sun(hour: f64) -> (f64, f64) {
         let height = libm::cos((hour - 12.0) * std::f64::consts::PI / 12.0);
         (height, (4.0 * height + 0.5).clamp(0.0, 1.0))
     }
 
-    /// Whether the lamps are on.
+    /// True if the lamps are on.
     pub(super) fn is_dark(hour: f64) -> bool {
         Self::sun(hour).1 < DARK
     }
 
-    /// The light of an hour, with its clouds and people.
+    /// Light of an hour, with clouds and people.
     pub(super) fn light(&self, hour: f64, rng: &mut ChaCha8Rng) -> Light {
         let (height, day) = Self::sun(hour);
         let cloud: f64 = rng.random_range(0.0..1.0);
@@ -155,10 +156,10 @@ impl Panorama {
         }
     }
 
-    /// What is seen in a direction.
+    /// Brightness in a direction.
     pub(super) fn level(&self, light: &Light, azimuth: f64, elevation: f64) -> f64 {
         for [x, y, shade] in &light.people {
-            // Nearer ones stand lower in the picture and are larger.
+            // Nearer people are lower in the picture and larger.
             let size = 0.5 + 3.0 * y;
             if (azimuth - x).abs() < PERSON[0] * size
                 && (0.0..PERSON[1] * size).contains(&(y - elevation))
@@ -199,7 +200,7 @@ impl Panorama {
                 inside + albedo * (ambient + self.sun_on(wall, light, azimuth, elevation))
             }
             Kind::Road => {
-                // Shadows of the houses reach farther the lower the sun stands.
+                // Shadows of the houses reach farther with a lower sun.
                 let reach = 0.08 + 0.35 * light.side.abs();
                 let edge =
                     HORIZON + reach * (0.6 + 0.4 * libm::sin(7.0 * azimuth + 3.0 * light.side));
@@ -209,7 +210,7 @@ impl Panorama {
         }
     }
 
-    /// The sun on a wall: walls face different ways, and a shadow moves up each.
+    /// Sunlight on a wall: walls face different ways, and a shadow moves up each.
     fn sun_on(&self, wall: u8, light: &Light, azimuth: f64, elevation: f64) -> f64 {
         if light.sun <= 0.0 {
             return 0.0;

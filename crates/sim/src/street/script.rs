@@ -1,6 +1,6 @@
-//! What is planted into a street, as text: `pan=5px@2d`, `fog=0.7@3d..3.25d`.
+//! Changes planted into a street, as text: `pan=5px@2d`, `fog=0.7@3d..3.25d`.
 
-/// What a planted change changes.
+/// Quantity changed by a planted change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     /// The scene moves to the right, px in the middle of the picture.
@@ -13,28 +13,28 @@ pub enum What {
     Focal,
     /// Blur, σ in px.
     Blur,
-    /// A spot of dirt, its opacity.
+    /// Opacity of a spot of dirt.
     Dirt,
-    /// Fog, the share of the contrast that it takes.
+    /// Fog, as the lost share of the contrast.
     Fog,
-    /// The lens is covered.
+    /// Covered lens.
     Cover,
-    /// In the dark, the camera switches to infrared and lights the street itself; everything becomes larger, per cent.
+    /// Switch to infrared and own light in the dark; everything becomes larger, per cent.
     Infrared,
 }
 
-/// A change from one day to another.
+/// Change between two days.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Planted {
-    /// What changes.
+    /// Changed quantity.
     pub what: What,
-    /// By how much, in the unit of [`What`].
+    /// Amount, in the unit of [`What`].
     pub amount: f64,
-    /// From this day on, and until that one.
+    /// First day, and day of the end.
     pub days: [f64; 2],
 }
 
-/// Why a text is no street.
+/// Error of a text that isn't a street.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{0:?} is none of a seed, days=N, sway=N, presets=N, text, or a change such as pan=2px@5d, tilt, roll=0.1deg@5d, focal=0.3%@5d, blur=1px@5d, dirt=0.9@5d, fog=0.7@5d..6d, cover=1@5d, infrared=0.3%@0d"
@@ -42,7 +42,7 @@ pub struct Planted {
 pub struct NoStreet(pub(super) String);
 
 impl Planted {
-    /// Reads `WHAT=AMOUNT@DAY` or `WHAT=AMOUNT@DAY..DAY`.
+    /// Parses `WHAT=AMOUNT@DAY` or `WHAT=AMOUNT@DAY..DAY`.
     ///
     /// # Errors
     ///
@@ -71,7 +71,7 @@ impl Planted {
         Ok(Self { what, amount: number(amount)?, days: [number(from)?, number(to)?] })
     }
 
-    /// How much of it there is on a day.
+    /// Amount on a day.
     pub(super) fn amount_at(&self, day: f64) -> f64 {
         if (self.days[0]..self.days[1]).contains(&day) { self.amount } else { 0.0 }
     }

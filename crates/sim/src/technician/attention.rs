@@ -7,11 +7,11 @@ use rand_distr::{Distribution, Exp1};
 use super::{TechnicianParams, time::after};
 use boresight_geometry::frame::CaptureTime;
 
-/// Range of a glance away, in seconds.
+/// Duration range of a glance away, in seconds.
 const AWAY_SECS: std::ops::Range<f64> = 1.0..2.0;
 /// Duration of a rest, in seconds.
 const REST_SECS: f64 = 4.0;
-/// Time after which tiredness no longer grows.
+/// Time after which tiredness stops growing.
 const TIRING_SECS: f64 = 90.0;
 
 /// Glances away from the screen: a Poisson process.
@@ -19,7 +19,7 @@ const TIRING_SECS: f64 = 90.0;
 pub(super) struct Attention {
     rng: ChaCha8Rng,
     every_secs: f64,
-    /// Begin and end of each glance, as far as has been asked for.
+    /// Begin and end of each glance generated so far.
     glances: Vec<(CaptureTime, CaptureTime)>,
 }
 
@@ -28,7 +28,7 @@ impl Attention {
         Self { rng, every_secs: params.look_away_every_secs, glances: Vec::new() }
     }
 
-    /// Time at which the person sees what the screen shows at `time`: at once, or at the end of a glance away.
+    /// Time of seeing the screen's content of `time`: at once, or at the end of a glance away.
     pub(super) fn looks_at(&mut self, time: CaptureTime) -> CaptureTime {
         if self.every_secs <= 0.0 {
             return time;
@@ -68,7 +68,7 @@ impl Stamina {
         }
     }
 
-    /// Factor by which the board moves more than in a rested person's hands.
+    /// Factor on the board's movement in a rested person's hands.
     pub(super) fn gain_at(&self, time: CaptureTime) -> f64 {
         let tired_secs = time.secs_since(self.rested);
         match self.rest {
@@ -80,7 +80,7 @@ impl Stamina {
         }
     }
 
-    /// End of the last rest, or of the one now.
+    /// End of the last or current rest.
     pub(super) fn rested(&self) -> CaptureTime {
         self.rested
     }

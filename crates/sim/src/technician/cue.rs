@@ -1,13 +1,13 @@
-//! Cues: everything that the person is shown and told.
+//! Cues: everything shown or told to the person.
 
 use nalgebra::Point2;
 
 use boresight_geometry::frame::CaptureTime;
 
-/// A cue for the person.
+/// Cue for the person.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cue {
-    /// Capture time of the frame that caused it.
+    /// Capture time of the frame behind the cue.
     pub seen_at: CaptureTime,
     /// Contents of the cue.
     pub kind: CueKind,
@@ -18,28 +18,28 @@ pub struct Cue {
 pub enum CueKind {
     /// Bring the board onto the ghost drawn in the picture.
     Show {
-        /// Wanted image positions of all inner corners, in numbering order.
+        /// Target image positions of all inner corners, in numbering order.
         ghost_px: Vec<Point2<f64>>,
-        /// Changes when the wanted pose changes.
+        /// Number of the target; changes with the target pose.
         target: u64,
     },
-    /// A sentence on the screen. It replaces the one before, read or not.
+    /// Sentence on the screen. It replaces the previous one, read or not.
     Sentence {
         /// Request of the sentence.
         instruction: Instruction,
         /// Number of words to read.
         words: usize,
     },
-    /// The view has been taken.
+    /// View taken.
     Taken,
-    /// Nothing more is wanted.
+    /// Session finished.
     Finished,
 }
 
-/// Request of a sentence. Amounts belong to the frame that caused it.
+/// Request of a sentence. Amounts belong to the frame behind the sentence.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Instruction {
-    /// Keep the board where it is.
+    /// Keep the board in place.
     HoldStill,
     /// Bring the whole board into the picture.
     ShowBoard,
@@ -49,7 +49,7 @@ pub enum Instruction {
     MatchGhost,
     /// Move along the line of sight.
     Distance {
-        /// Wanted distance over the distance now.
+        /// Target distance over the current distance.
         ratio: f64,
     },
     /// Shift the board in the picture.
@@ -59,11 +59,11 @@ pub enum Instruction {
         /// Distance down, in pixels; negative up.
         down_px: f64,
     },
-    /// Tip the board until it recedes like this.
+    /// Tip the board to the given direction and tilt.
     Tip {
-        /// Wanted direction in the picture in which it recedes, clockwise from the right.
+        /// Target direction in the picture in which the board recedes, clockwise from the right.
         azimuth_rad: f64,
-        /// Wanted tilt of the board.
+        /// Target tilt of the board.
         tilt_rad: f64,
     },
 }

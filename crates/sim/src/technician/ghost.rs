@@ -6,8 +6,8 @@ use nalgebra::{
 
 use boresight_geometry::{Camera, frame::ImageSize};
 
-/// The pose that brings the board's corners onto the part of the ghost within the picture, or onto the whole ghost if
-/// less than a third is within. See [`pose_onto`].
+/// Pose with the board's corners on the part of the ghost within the picture, or on the whole ghost
+/// if less than a third is within. See [`pose_onto`].
 pub(super) fn matching_pose(
     camera: &Camera,
     image_size: ImageSize,
@@ -28,10 +28,10 @@ pub(super) fn matching_pose(
     seen.or_else(|| pose_onto(camera, corners_in_board_m, ghost_px))
 }
 
-/// The pose that brings the board's corners onto `ghost_px`, in the least-squares sense.
+/// Least-squares pose with the board's corners on `ghost_px`.
 ///
 /// Starts from the homography of the undistorted ghost and refines in pixels through the lens.
-/// `None` if fewer than four corners have a ray or they do not look like a board.
+/// `None` if fewer than four corners have a ray or they don't look like a board.
 fn pose_onto(
     camera: &Camera,
     corners_in_board_m: &[Point2<f64>],
@@ -84,7 +84,7 @@ fn homography(board_and_ideal: &[(Point2<f64>, Point2<f64>)]) -> Option<Matrix3<
     if board_and_ideal.len() < 4 {
         return None;
     }
-    // Board coordinates of the size of image coordinates keep the system well conditioned.
+    // Scaling board coordinates to the size of image coordinates keeps the system well conditioned.
     let size_m = board_and_ideal.iter().map(|(m, _)| m.coords.norm()).fold(1e-9, f64::max);
     let mut system = DMatrix::<f64>::zeros((2 * board_and_ideal.len()).max(9), 9);
     for (i, (corner_m, ideal)) in board_and_ideal.iter().enumerate() {

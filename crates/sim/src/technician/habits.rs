@@ -1,4 +1,4 @@
-//! Habits that a guide must get by with: not looking, walking away.
+//! Habits difficult for a guide: not looking, walking away.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand::RngExt;
@@ -11,18 +11,19 @@ use boresight_geometry::{
     frame::{CaptureTime, ImageSize},
 };
 
-/// Range of the time after which the board is shown otherwise by a person who doesn't look, in seconds.
+/// Range of times between changes of the pose by a person who doesn't look, in seconds.
 const WANDERS_SECS: std::ops::Range<f64> = 1.5..3.0;
-/// Range of the time of walking away, in seconds.
+/// Range of start times of walking away, in seconds.
 const LEAVES_AT_SECS: std::ops::Range<f64> = 3.0..12.0;
-/// Largest tilt of a board that is shown as it comes to mind, in radians.
+/// Largest tilt of a board shown at random, in radians.
 const WANDERING_TILT_RAD: f64 = 0.7;
-/// Range of its grid's width, relative to the picture's.
+/// Range of the grid's width, relative to the picture's.
 const WANDERING_WIDTHS: std::ops::Range<f64> = 0.3..0.7;
-/// Largest distance of its middle from the picture's, relative to the picture's width and height.
+/// Largest distance of the grid's middle from the picture's, relative to the picture's width and
+/// height.
 const WANDERING_OFFSET: (f64, f64) = (0.12, 0.08);
 
-/// What is due by habit.
+/// Pending acts by habit.
 #[derive(Clone, Debug)]
 pub(super) struct Habits {
     rng: ChaCha8Rng,
@@ -31,21 +32,21 @@ pub(super) struct Habits {
     image_size: ImageSize,
     /// Width of the board's grid of corners.
     grid_m: f64,
-    /// When the board is shown otherwise.
+    /// Time of the next change of pose.
     wander: Option<CaptureTime>,
-    /// Begin and end of the walk, until it's over.
+    /// Begin and end of the walk, until over.
     walk: Option<(CaptureTime, CaptureTime)>,
     is_away: bool,
 }
 
-/// An act by habit.
+/// Act by habit.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Act {
-    /// Walks away until then.
+    /// Walks away until the given time.
     Leave(CaptureTime),
-    /// Is back, and shows what is asked for.
+    /// Returns, and follows the guidance.
     Return,
-    /// Shows the board like this.
+    /// Shows the board at the given pose.
     Show(Isometry3<f64>),
 }
 
@@ -82,12 +83,12 @@ impl Habits {
         self.is_away
     }
 
-    /// Nothing more is done by habit.
+    /// Ends all habits.
     pub(super) fn end(&mut self) {
         (self.wander, self.walk, self.is_away) = (None, None, false);
     }
 
-    /// True for a cue that the person doesn't see, or doesn't care about.
+    /// True for an unseen or ignored cue.
     pub(super) fn ignore(&self, cue: &CueKind) -> bool {
         match cue {
             CueKind::Show { .. } => self.params.wanders || self.params.hears_only,
@@ -96,7 +97,7 @@ impl Habits {
         }
     }
 
-    /// What is due at `now`.
+    /// Act due at `now`.
     pub(super) fn act(&mut self, now: CaptureTime) -> Act {
         match self.walk {
             Some((_, end)) if self.is_away => {

@@ -1,4 +1,4 @@
-//! A hand that covers a part of the board from time to time.
+//! Hand that covers a part of the board from time to time.
 
 use nalgebra::{Point2, Vector2};
 use rand::RngExt;
@@ -7,32 +7,33 @@ use rand_chacha::ChaCha8Rng;
 use super::time::after;
 use boresight_geometry::{board::Checkerboard, frame::CaptureTime};
 
-/// Range of the time for which the hand stays, in seconds.
+/// Range of durations of a cover, in seconds.
 const STAYS_SECS: std::ops::Range<f64> = 1.0..2.0;
-/// Range of the time between two covers, relative to its mean.
+/// Range of the time between two covers, relative to the mean.
 const PAUSES: std::ops::Range<f64> = 0.5..1.5;
-/// Time in which the hand comes, and goes, in seconds.
+/// Time in which the hand comes or leaves, in seconds.
 const SLIDE_SECS: f64 = 0.2;
-/// Range of half of a hand's width, in metres.
+/// Range of half a hand's width, in metres.
 const RADIUS_M: std::ops::Range<f64> = 0.025..0.04;
-/// Range of how far it reaches over the board, in metres.
+/// Range of the hand's reach over the board, in metres.
 const REACH_M: std::ops::Range<f64> = 0.06..0.12;
-/// Largest part of the board's shorter side that half of a hand's width, and its reach, are.
+/// Largest half width of a hand, and largest reach, relative to the board's shorter side.
 const LARGEST: (f64, f64) = (0.2, 0.6);
 
-/// A hand on the board: a rounded bar that comes over the board's edge. In metres of the board's frame.
+/// Hand on the board: a rounded bar across the board's edge. In metres of the board's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
-    /// Beyond the edge of the paper.
+    /// End beyond the edge of the paper.
     pub from_m: Point2<f64>,
-    /// The other end of the bar's middle line, over the board.
+    /// End of the bar's middle line over the board.
     pub to_m: Point2<f64>,
-    /// Half of its width.
+    /// Half width.
     pub radius_m: f64,
 }
 
 impl Hand {
-    /// Distance of a point of the board from the hand's outline, in metres; negative below the hand.
+    /// Distance of a point of the board from the hand's outline, in metres; negative below the
+    /// hand.
     pub fn distance_m(&self, point_m: &Point2<f64>) -> f64 {
         let (along, off) = (self.to_m - self.from_m, point_m - self.from_m);
         let share = (off.dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
@@ -40,14 +41,14 @@ impl Hand {
     }
 }
 
-/// When the hand comes, and where.
+/// Times and places of covers.
 #[derive(Clone, Debug)]
 pub(super) struct Covers {
     rng: ChaCha8Rng,
     every_secs: f64,
-    /// Half of the paper, in metres.
+    /// Half size of the paper, in metres.
     half_m: Vector2<f64>,
-    /// Begin, end and place of the last one.
+    /// Begin, end and place of the last cover.
     last: Option<(CaptureTime, CaptureTime, Hand)>,
 }
 
@@ -59,7 +60,7 @@ impl Covers {
         Self { rng, every_secs, half_m, last: None }
     }
 
-    /// The hand at `time`, which must not go back.
+    /// Hand at `time`, which must not go back.
     pub(super) fn at(&mut self, time: CaptureTime) -> Option<Hand> {
         if self.every_secs <= 0.0 {
             return None;
@@ -75,7 +76,7 @@ impl Covers {
         Some(Hand { to_m: hand.from_m + share * (hand.to_m - hand.from_m), ..hand })
     }
 
-    /// A hand over any of the four sides.
+    /// Random hand over any of the four sides.
     fn hand(&mut self) -> Hand {
         let shorter_m = 2.0 * self.half_m.min();
         let radius_m = self.rng.random_range(RADIUS_M).min(LARGEST.0 * shorter_m);

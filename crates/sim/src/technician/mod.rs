@@ -1,15 +1,15 @@
-//! A simulated person who reads the guidance and moves the board, with a person's delay, error and
+//! Simulated person who reads the guidance and moves the board, with a person's delay, error and
 //! unsteady hands.
 //!
-//! | file | what the person |
+//! | file | models |
 //! |---|---|
-//! | `params`, `people` | is like |
-//! | `cue` | is shown and told |
-//! | `attention` | notices, and how tired the arms are |
-//! | `ghost` | wants to see on the screen |
-//! | `reach` | does to get there |
-//! | `sway` | can't help doing |
-//! | `habits`, `hand` | does instead of what is asked |
+//! | `params`, `people` | speed, precision and steadiness |
+//! | `cue` | cues shown and told |
+//! | `attention` | attention, and tiredness of the arms |
+//! | `ghost` | the pose that matches the ghost |
+//! | `reach` | movements to a pose |
+//! | `sway` | involuntary movements |
+//! | `habits`, `hand` | acts against the guidance |
 //!
 //! `time` adds seconds to a capture time.
 
@@ -52,28 +52,29 @@ use boresight_geometry::{
 
 /// Longest time for reading a sentence.
 const LONGEST_READING_SECS: f64 = 2.0;
-/// Factor by which a person waits longer before correcting the pose, when told to hold still.
+/// Factor on the waiting time before correcting the pose, after a request to hold still.
 const PATIENCE_WHEN_HOLDING: f64 = 4.0;
-/// Range of the actual correction, relative to the requested one.
+/// Range of the actual correction, relative to the requested correction.
 const RESPONSE: std::ops::Range<f64> = 0.7..1.2;
-/// Least and largest ratio of distances in one correction.
+/// Range of ratios of distances in a correction.
 const DISTANCE_RATIOS: (f64, f64) = (0.6, 1.7);
-/// Largest shift in one correction, relative to the picture's width.
+/// Largest shift in a correction, relative to the picture's width.
 const LARGEST_SHIFT: f64 = 0.5;
 
-/// The person. See [`Self::pose_at`].
+/// Simulated person. See [`Self::pose_at`].
 #[derive(Clone, Debug)]
 pub struct Technician {
     params: TechnicianParams,
     camera: Camera,
     image_size: ImageSize,
     corners_in_board_m: Vec<Point2<f64>>,
-    /// Distance down at which the board is out of view: a part relative to its distance, and a part from its size.
+    /// Downward distance at which the board is out of view: a part relative to its distance, and a
+    /// part from its size.
     out_of_view: (f64, f64),
     /// Pose of the board before any guidance.
     start: Isometry3<f64>,
     rng: ChaCha8Rng,
-    /// For reaction times and the ways of the hand.
+    /// Random numbers for reaction times and hand paths.
     manner: ChaCha8Rng,
     attention: Attention,
     stamina: Stamina,
@@ -81,38 +82,38 @@ pub struct Technician {
     habits: Habits,
     covers: Covers,
     now: CaptureTime,
-    /// Cues seen, with the time at which they are acted on.
+    /// Cues seen, each with the time of acting on the cue.
     pending: VecDeque<(CaptureTime, CueKind)>,
     sentence: Option<Sentence>,
-    /// Number of the target last seen, acted on or not.
+    /// Number of the last target seen, acted on or not.
     target: Option<u64>,
     wanted: Option<Isometry3<f64>>,
-    /// Size of the next attempt's error relative to the first's.
+    /// Size of the next attempt's error relative to the first error.
     error_scale: f64,
-    /// The next act, unless something happens before.
+    /// Next act, unless something happens before.
     next: Option<(CaptureTime, Next)>,
     reach: Reach,
 }
 
-/// The sentence on the screen.
+/// Sentence on the screen.
 #[derive(Clone, Copy, Debug)]
 struct Sentence {
     instruction: Instruction,
-    /// Time at which the sentence is acted on; `None` once it has been.
+    /// Time of acting on the sentence; `None` afterwards.
     due: Option<CaptureTime>,
 }
 
-/// Act of the person without a further cue.
+/// Act without a further cue.
 #[derive(Clone, Copy, Debug)]
 enum Next {
-    /// Corrects a pose that was not taken.
+    /// Correct a pose after no view was taken.
     Correct,
-    /// Raises the board after a rest.
+    /// Raise the board after a rest.
     Resume,
 }
 
 impl Technician {
-    /// A person holding the scene's board up, roughly frontal, somewhere near the middle.
+    /// Person holding the scene's board up, roughly frontal, somewhere near the middle.
     pub fn new(scene: &Scene) -> Self {
         let params = scene.technician;
         let mut rng = RngStream::Technician.rng(scene.seed);
@@ -159,7 +160,7 @@ impl Technician {
         }
     }
 
-    /// Shows or tells the person something. Repetition changes nothing.
+    /// Shows or tells the person a cue. Repetition changes nothing.
     pub fn read(&mut self, cue: Cue) {
         if self.habits.ignore(&cue.kind) {
             return;
@@ -176,7 +177,7 @@ impl Technician {
                 self.read_sentence(cue.seen_at, *instruction, *words);
                 return;
             }
-            // These are heard.
+            // Heard cues.
             CueKind::Taken | CueKind::Finished => cue.seen_at,
         };
         let due = after(noticed, self.reaction_secs());
@@ -194,7 +195,7 @@ impl Technician {
         let unread = known.and_then(|sentence| sentence.due);
         let due = unread.unwrap_or_else(|| {
             let reading_secs = if known.is_some() {
-                // Only its numbers have changed.
+                // Only the numbers have changed.
                 0.0
             } else {
                 (self.params.reading_secs_per_word * words as f64).min(LONGEST_READING_SECS)
@@ -219,7 +220,7 @@ impl Technician {
             let sentence = self.sentence.and_then(|sentence| sentence.due);
             let next = self.next.map(|(due, _)| due);
             let habit = self.habits.due();
-            // Away from the camera, nothing is seen or heard until the person comes back.
+            // Away from the camera, nothing is seen or heard until the return.
             let [cue, sentence, next] =
                 [cue, sentence, next].map(|due| due.filter(|_| !self.habits.is_away()));
             let earliest = [habit, cue, sentence, next].into_iter().flatten().min();
@@ -245,7 +246,7 @@ impl Technician {
         self.sway.applied(&self.reach.pose_at(time), time, self.stamina.gain_at(time))
     }
 
-    /// The hand that covers a part of the board at `time`, which must not go back.
+    /// Hand on the board at `time`, which must not go back.
     pub fn hand_at(&mut self, time: CaptureTime) -> Option<Hand> {
         self.covers.at(time)
     }
@@ -300,7 +301,7 @@ impl Technician {
         }
     }
 
-    /// Does what the sentence requests, once the board has arrived.
+    /// Follows the sentence, once the board has arrived.
     fn act_on_sentence(&mut self) {
         let Some(mut sentence) = self.sentence.take() else { return };
         let free = self.reach.arrival().max(self.stamina.rested());
@@ -342,13 +343,13 @@ impl Technician {
         self.next = self.wanted.map(|_| (self.patience_ends(), Next::Correct));
     }
 
-    /// Tries once more, with a smaller error.
+    /// Tries again, with a smaller error.
     fn correct(&mut self) {
         self.error_scale *= self.params.correction;
         self.attempt();
     }
 
-    /// Moves to the wanted pose, with this attempt's error.
+    /// Moves to the target pose, with the attempt's error.
     fn attempt(&mut self) {
         let Some(wanted) = self.wanted else {
             self.next = None;
@@ -381,7 +382,7 @@ impl Technician {
         self.next = self.wanted.map(|_| (end, Next::Resume));
     }
 
-    /// The pose below the picture's lower edge.
+    /// Pose below the picture's lower edge.
     fn lowered(&self) -> Isometry3<f64> {
         let from = self.reach.pose_at(self.now);
         let (by_distance, by_size) = self.out_of_view;
@@ -389,7 +390,7 @@ impl Technician {
         Translation3::new(0.0, down_m, 0.0) * from
     }
 
-    /// Time at which a pose that has not been taken is corrected.
+    /// Time of correcting a pose without a view taken.
     fn patience_ends(&self) -> CaptureTime {
         after(self.reach.arrival(), self.params.patience_secs)
     }

@@ -1,15 +1,15 @@
-//! Several people.
+//! Presets of the simulated person.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Support, TechnicianParams};
 
-/// A person by name.
+/// Person by name.
 ///
-/// `Usual` sways by 1.5 mm and 0.5° rms and trembles by 0.14 mm and 0.03° rms, per axis, on an A4 board. In
-/// windows of 0.3, 0.6, 1 and 2 s that is 0.5, 0.7, 0.9 and 1.2 mm rms. Public videos show in the quietest
-/// twentieth of such windows (larger of the two axes across the line of sight, taking the board to be 200 mm
-/// wide):
+/// `Usual` sways by 1.5 mm and 0.5° rms and trembles by 0.14 mm and 0.03° rms, per axis, on an A4
+/// board. In windows of 0.3, 0.6, 1 and 2 s the result is 0.5, 0.7, 0.9 and 1.2 mm rms. Public
+/// videos show in the quietest twentieth of such windows (larger of the two axes across the line of
+/// sight, assuming a board 200 mm wide):
 ///
 /// | video | in the hand | 0.3 s | 0.6 s | 1 s | 2 s |
 /// |---|---|---|---|---|---|
@@ -17,10 +17,10 @@ use super::{Support, TechnicianParams};
 /// | SimpleAR, chessboard.mp4 | camera | 0.6 mm | 1.4 mm | 2.4 mm | 8.1 mm |
 /// | Visual_Impact_Gauge, chessboard.avi | camera | 0.3 mm | 0.7 mm | 1.7 mm | 5.5 mm |
 /// | SJ-1011/Camera_Calibration, chessboard.mp4 | camera | 0.2 mm | 0.5 mm | 0.7 mm | 1.8 mm |
-/// | soulgpark/CameraCalibration, chessboard.avi | camera, almost at rest | 0.1 mm | 0.2 mm | 0.3 mm | 6.1 mm |
+/// | soulgpark/CameraCalibration, chessboard.avi | camera | 0.1 mm | 0.2 mm | 0.3 mm | 6.1 mm |
 ///
-/// None of these people was asked to hold still, so the longer windows contain intended movements. Errors,
-/// overshoot, reaction and glances are estimates.
+/// The last camera is almost at rest. None of these people was asked to hold still, so the longer
+/// windows contain intended movements. Errors, overshoot, reaction and glances are estimates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Person {
@@ -29,16 +29,16 @@ pub enum Person {
     /// An untrained adult with both hands on an A4 board.
     #[default]
     Usual,
-    /// Sways almost twice as much as `Usual` and trembles as a nervous or old person does.
+    /// Sways almost twice as much as `Usual` and trembles like a nervous or old person.
     Shaky,
     /// Slow, sways more and more, lets the board sink, and rests now and then.
     Tired,
-    /// Has the board on a tripod, hardly errs, and looks at nothing but the ghost.
+    /// Has the board on a tripod, hardly errs, and looks only at the ghost.
     Tripod,
 }
 
 impl Person {
-    /// All of them.
+    /// All people.
     pub const ALL: [Self; 5] = [Self::Steady, Self::Usual, Self::Shaky, Self::Tired, Self::Tripod];
 
     /// Parameters of the person.

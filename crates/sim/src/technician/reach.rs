@@ -1,18 +1,18 @@
-//! The way of the board from one pose to another.
+//! Movement of the board between poses.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use super::{TechnicianParams, time::after};
 use boresight_geometry::frame::CaptureTime;
 
-/// Top speed of a minimum-jerk movement relative to its mean speed.
+/// Top speed of a minimum-jerk movement relative to the mean speed.
 const TOP_SPEED: f64 = 15.0 / 8.0;
-/// Least time for a corrective movement.
+/// Minimum duration of a corrective movement.
 const CORRECTION_SECS: f64 = 0.3;
-/// Time in which a held board sinks by about two thirds of the whole.
+/// Time in which a held board sinks by about two thirds of the total.
 const SINKING_SECS: f64 = 5.0;
 
-/// A reach to a pose: a minimum-jerk movement that overshoots, two more that correct it (superposed
+/// Reach to a pose: a minimum-jerk movement with an overshoot, two corrections (superposed
 /// submovements: Flash and Henis, 1991), and then a slow sinking.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach {
@@ -20,14 +20,14 @@ pub(super) struct Reach {
     to: Isometry3<f64>,
     start: CaptureTime,
     first_secs: f64,
-    /// Overshoot of the first movement beyond the target, relative to the way.
+    /// Overshoot of the first movement beyond the target, relative to the distance.
     overshoot: f64,
     correction_secs: f64,
     sink_m: f64,
 }
 
 impl Reach {
-    /// No movement but the sinking.
+    /// Reach without movement except sinking.
     pub(super) fn rest(pose: Isometry3<f64>, start: CaptureTime, sink_m: f64) -> Self {
         Self {
             from: pose,
@@ -40,7 +40,7 @@ impl Reach {
         }
     }
 
-    /// A reach as fast as the person's speeds allow, but not in less than 0.1 s.
+    /// Reach as fast as the person's speeds allow, but not in less than 0.1 s.
     pub(super) fn new(
         from: Isometry3<f64>,
         to: Isometry3<f64>,
@@ -68,7 +68,7 @@ impl Reach {
         &self.to
     }
 
-    /// Time at which the board is in its place.
+    /// Time of the board's arrival.
     pub(super) fn arrival(&self) -> CaptureTime {
         after(self.start, self.first_secs + 2.0 * self.correction_secs)
     }
@@ -90,7 +90,7 @@ impl Reach {
         )
     }
 
-    /// Share of the way behind the board.
+    /// Share of the distance covered.
     fn share_at(&self, elapsed_secs: f64) -> f64 {
         let first = minimum_jerk(elapsed_secs / self.first_secs);
         let beyond = self.overshoot;
@@ -103,14 +103,14 @@ impl Reach {
     }
 }
 
-/// `s³ (10 - 15 s + 6 s²)`, as hands move (Flash and Hogan, 1985).
+/// `s³ (10 - 15 s + 6 s²)`, the profile of hand movements (Flash and Hogan, 1985).
 fn minimum_jerk(s: f64) -> f64 {
     let s = s.clamp(0.0, 1.0);
     s.powi(3) * (10.0 + s * (6.0 * s - 15.0))
 }
 
-/// `pose` tipped so that its normal leans by `gain` of the way towards receding by `tilt_rad` in the picture
-/// direction `azimuth_rad`; its roll stays. The board must face the camera.
+/// `pose` tipped so that its normal leans by `gain` of the way towards receding by `tilt_rad` in
+/// the picture direction `azimuth_rad`; its roll is kept. The board must face the camera.
 pub(super) fn tipped(
     pose: &Isometry3<f64>,
     azimuth_rad: f64,

@@ -1,19 +1,20 @@
 //! Involuntary motion of a held board.
 //!
-//! Each of the six degrees of freedom is a sum of sines of incommensurate frequencies, so the board's
-//! pose at a time follows from that time alone.
+//! Each of the six degrees of freedom is a sum of sines of incommensurate frequencies, so the pose
+//! at a time is a function of the time alone.
 //!
-//! **Sway.** The spectral density is flat up to 0.4 Hz and falls with the third power of the frequency, up to
-//! 6 Hz. Measured on public videos of a hand-held board or camera with `tests/bench/hand_motion.py` (pose of the
-//! board in every picture; windows of 1 or 2 s without their linear trend, the quieter half of them), the slope of
-//! the log density between 1.5 and 6 Hz is, over the six axes: −1.2 to −3.7 (live-pose, calibration2.mp4, board in
-//! hand, up to 4 Hz), −1.7 to −3.7 (BoofCV, movie.mjpeg, board in hand), −1.5 to −6.9 (SJ-1011/Camera_Calibration,
+//! **Sway.** The spectral density is flat up to 0.4 Hz and falls with the third power of the
+//! frequency, up to 6 Hz. Measured on public videos of a hand-held board or camera with
+//! `tests/bench/hand_motion.py` (pose of the board in every picture; windows of 1 or 2 s without
+//! their linear trend, the quieter half of them), the slope of the log density between 1.5 and 6 Hz
+//! is, over the six axes: −1.2 to −3.7 (live-pose, calibration2.mp4, board in hand, up to 4 Hz),
+//! −1.7 to −3.7 (BoofCV, movie.mjpeg, board in hand), −1.5 to −6.9 (SJ-1011/Camera_Calibration,
 //! camera in hand), −3.7 to −5.6 (Visual_Impact_Gauge, camera in hand).
 //!
-//! **Tremor.** Physiological tremor lies at 8–12 Hz (Elble and Koller, *Tremor*, 1990). The spectrum rises or stays
-//! level within 7–13 Hz in SJ-1011/Camera_Calibration and Visual_Impact_Gauge, where the band holds 0.03–0.07 mm rms
-//! along the axes across the line of sight. In BoofCV's video the band holds 0.2–0.4 mm and 0.04–0.05°
-//! without a rise: an upper limit, for a moving hand.
+//! **Tremor.** Physiological tremor is at 8–12 Hz (Elble and Koller, *Tremor*, 1990). The spectrum
+//! rises or stays level within 7–13 Hz in SJ-1011/Camera_Calibration and Visual_Impact_Gauge, where
+//! the band holds 0.03–0.07 mm rms along the axes across the line of sight. In BoofCV's video the
+//! band holds 0.2–0.4 mm and 0.04–0.05° without a rise: an upper limit, for a moving hand.
 
 use std::f64::consts::TAU;
 
@@ -24,29 +25,29 @@ use rand_chacha::ChaCha8Rng;
 use super::{Support, TechnicianParams};
 use boresight_geometry::{Camera, frame::CaptureTime};
 
-/// Frequency below which the sway's density is flat, and above which it falls with the third power.
+/// Corner frequency of the sway: flat density below, falling with the third power above.
 const SWAY_CORNER_HZ: f64 = 0.4;
-/// The sway's band, and how many sines make it up.
+/// Band of the sway, and number of sines.
 const SWAY_BAND_HZ: (f64, f64) = (0.05, 6.0);
 const SWAY_SINES: usize = 20;
-/// The tremor's band, and how many sines make it up.
+/// Band of the tremor, and number of sines.
 const TREMOR_BAND_HZ: (f64, f64) = (8.0, 12.0);
 const TREMOR_SINES: usize = 5;
 
-/// The movement in all six degrees of freedom: radians about, then metres along the camera's axes.
+/// Movement in all six degrees of freedom: radians about, then metres along the camera's axes.
 #[derive(Clone, Debug)]
 pub(super) struct Sway {
     shakes: Vec<Shake>,
 }
 
-/// One band of the spectrum.
+/// Band of the spectrum.
 #[derive(Clone, Debug)]
 struct Shake {
     amplitude: Vector6<f64>,
     sines: Vec<Sine>,
 }
 
-/// A sine for each degree of freedom.
+/// Sine for each degree of freedom.
 #[derive(Clone, Copy, Debug)]
 struct Sine {
     weight: f64,
@@ -67,7 +68,7 @@ impl Sway {
         Self { shakes }
     }
 
-    /// `pose` as it is at `time`, with the movement enlarged by `gain`.
+    /// `pose` at `time`, with the movement enlarged by `gain`.
     pub(super) fn applied(
         &self,
         pose: &Isometry3<f64>,
@@ -86,7 +87,7 @@ impl Sway {
 }
 
 impl Shake {
-    /// Two sines an axis; `amplitude` is their largest sum.
+    /// Two sines per axis; `amplitude` is their largest sum.
     fn of_tripod(rng: &mut ChaCha8Rng, amplitude: Vector6<f64>) -> Self {
         let rad_per_s = [draw(rng, 0.3, 0.9), draw(rng, 1.2, 3.0)];
         let phase_rad = [draw(rng, 0.0, 1.0), draw(rng, 0.0, 1.0)];
@@ -113,7 +114,7 @@ impl Shake {
         Self::of_bands(rng, rms, bands)
     }
 
-    /// A sine at a random frequency within each band `(from_hz, to_hz, power)`; powers are relative.
+    /// Sine at a random frequency within each band `(from_hz, to_hz, power)`; powers are relative.
     fn of_bands(
         rng: &mut ChaCha8Rng,
         rms: Vector6<f64>,
@@ -122,7 +123,7 @@ impl Shake {
         let power: f64 = bands.clone().map(|(_, _, power)| power).sum();
         let sines = bands
             .map(|(from_hz, to_hz, share)| Sine {
-                // The mean square of a sine is half of its amplitude's.
+                // The mean square of a sine is half its squared amplitude.
                 weight: (2.0 * share / power).sqrt(),
                 rad_per_s: draw(rng, from_hz, to_hz),
                 phase_rad: draw(rng, 0.0, 1.0),
@@ -140,7 +141,7 @@ impl Shake {
     }
 }
 
-/// Six random numbers of turns, in radians.
+/// Six random numbers of turns from `low` to `high`, in radians.
 fn draw(rng: &mut ChaCha8Rng, low: f64, high: f64) -> Vector6<f64> {
     Vector6::from_fn(|_, _| TAU * rng.random_range(low..high))
 }
