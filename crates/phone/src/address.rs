@@ -1,4 +1,4 @@
-//! Addresses: the one that the server binds to, and those at which the page is found.
+//! Addresses: the server's own, and those of the page.
 
 use std::{
     collections::BTreeSet,
@@ -7,14 +7,14 @@ use std::{
     str::FromStr,
 };
 
-/// The usual port.
+/// Default port.
 pub const DEFAULT_PORT: u16 = 8417;
 
-/// An address to serve at, as a person writes it: `192.168.1.7`, `192.168.1.7:8000`, `:8000`, `[::]:8000`.
+/// Address to serve at, as typed: `192.168.1.7`, `192.168.1.7:8000`, `:8000`, `[::]:8000`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ServeAddress {
     pub(super) bind: SocketAddr,
-    /// True if another port will do.
+    /// True if another port is acceptable.
     pub(super) any_port: bool,
 }
 
@@ -25,7 +25,7 @@ impl Default for ServeAddress {
     }
 }
 
-/// The text is not an address.
+/// Error of a text that isn't an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not an address: write one like 192.168.1.7, 192.168.1.7:8417 or :8417")]
 pub struct NoAddress;
@@ -63,8 +63,8 @@ pub(super) fn reachable(bound: SocketAddr) -> Vec<SocketAddr> {
     if !bound.ip().is_unspecified() {
         return vec![bound];
     }
-    // No packet is sent: the system only says from which address it would be. The first is the way to everywhere, the
-    // others are ways into private networks without one.
+    // No packet is sent: the system only reports the source address it would use. The first is the
+    // route to everywhere, the others are routes into private networks without a default route.
     let towards = ["192.0.2.1:9", "192.168.255.254:9", "10.255.255.254:9", "172.31.255.254:9"];
     let mut seen = BTreeSet::new();
     let mut found: Vec<SocketAddr> = towards

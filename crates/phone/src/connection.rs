@@ -1,4 +1,4 @@
-//! Limits of connections, and their end.
+//! Connection limits, and closing of connections.
 
 use std::{
     io,
@@ -22,35 +22,36 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use super::keys::Role;
 
-/// Connections at once, over all pages.
+/// Maximum number of connections at once, over all pages.
 const MOST_CONNECTIONS: usize = 256;
-/// Connections of watchers among these; the rest is kept for owners and those who have shown no key yet.
+/// Maximum number of watchers' connections; the rest is kept for owners and for strangers without a
+/// key.
 const MOST_OF_WATCHERS: usize = 192;
-/// Time after which a connection that has shown no key is closed.
+/// Time after which a connection without a key is closed.
 const STRANGER_SECS: u64 = 15;
-/// Time without any traffic after which a connection is closed: its page reads nothing, or is gone.
+/// Time without traffic after which a connection is closed: its page is gone or reads nothing.
 const IDLE: Duration = Duration::from_secs(15);
-/// Time within which a request's headers must be there.
+/// Time limit for a request's headers.
 const HEADERS_WITHIN: Duration = Duration::from_secs(10);
-/// Most bytes of a request line with its headers, and most headers.
+/// Maximum size of a request line with headers, in bytes, and maximum number of headers.
 const LARGEST_HEAD: usize = 16 << 10;
 const MOST_HEADERS: usize = 64;
-/// Time between two looks at the limits.
+/// Interval between checks of the limits.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// The other end of a connection.
+/// Other end of a connection.
 pub(super) struct Peer {
     pub(super) address: IpAddr,
     since: Instant,
-    /// Role of the key it has shown; empty for a stranger.
+    /// Role of the peer's key; empty for a stranger.
     role: OnceLock<Role>,
     must_go: AtomicBool,
-    /// Milliseconds after `since` at which bytes moved last.
+    /// Time of the last traffic in milliseconds after `since`.
     moved_ms: AtomicU64,
 }
 
 impl Peer {
-    /// Notes that the other end has shown a key of `role`; the first one counts.
+    /// Records a key of `role` shown by the peer; the first one counts.
     pub(super) fn trust(&self, role: Role) {
         self.role.set(role).ok();
     }
@@ -69,15 +70,16 @@ impl Peer {
     }
 }
 
-/// The connections that are open.
+/// Open connections.
 #[derive(Clone, Default)]
 pub(super) struct Peers {
     open: Arc<Mutex<Vec<Arc<Peer>>>>,
 }
 
 impl Peers {
-    /// Admits a connection from `address`. Watchers beyond [`MOST_OF_WATCHERS`] go, the oldest first. When there is still
-    /// no room, the oldest stranger goes, or else the oldest watcher; `None` if all are owners.
+    /// Admits a connection from `address`. Closes the oldest watchers beyond [`MOST_OF_WATCHERS`].
+    /// Without room, closes the oldest stranger, or else the oldest watcher; `None` if all are
+    /// owners.
     pub(super) fn admit(&self, address: SocketAddr) -> Option<Arc<Peer>> {
         let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
         open.retain(|peer| Arc::strong_count(peer) > 1);
@@ -103,7 +105,8 @@ impl Peers {
     }
 }
 
-/// Ends the oldest connection of `role`; of a stranger for `None`. False if there is none. `open` is in the order of age.
+/// Closes the oldest connection of `role`, or of a stranger for `None`. False if there is none.
+/// `open` is sorted by age.
 fn end_oldest(open: &mut Vec<Arc<Peer>>, role: Option<Role>) -> bool {
     let Some(at) = open.iter().position(|peer| peer.role.get().copied() == role) else {
         return false;
@@ -112,7 +115,7 @@ fn end_oldest(open: &mut Vec<Arc<Peer>>, role: Option<Role>) -> bool {
     true
 }
 
-/// Answers the requests of one connection until it ends or breaks a limit.
+/// Answers the requests of a connection until the end or a broken limit.
 pub(super) async fn serve<S>(stream: S, peer: Arc<Peer>, router: Router)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
@@ -130,7 +133,7 @@ where
         .max_headers(MOST_HEADERS)
         .half_close(false);
     let mut connection = pin!(builder.serve_connection(TokioIo::new(watched), service));
-    // Errors of a broken connection are of no use to anybody.
+    // Errors of a broken connection are useless.
     while tokio::time::timeout(LOOK, connection.as_mut()).await.is_err() {
         if peer.is_over() {
             return;
@@ -138,7 +141,7 @@ where
     }
 }
 
-/// The router with the peer in each request.
+/// Router that adds the peer to each request.
 fn tower_of(
     router: Router,
     peer: Arc<Peer>,
@@ -175,7 +178,7 @@ impl tower_service::Service<Request<Incoming>> for WithPeer {
     }
 }
 
-/// A stream that notes when bytes move.
+/// Stream that records the time of traffic.
 struct Watched<S> {
     stream: S,
     peer: Arc<Peer>,
@@ -220,7 +223,7 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Watched<S> {
 mod tests {
     use super::*;
 
-    /// Opens `count` connections that have shown a key of `role`, as far as there is room.
+    /// Opens `count` connections with a key of `role`, as far as there is room.
     fn come(peers: &Peers, count: usize, role: Option<Role>) -> Vec<Arc<Peer>> {
         let address = SocketAddr::from(([127, 0, 0, 1], 1));
         let come = std::iter::repeat_with(|| peers.admit(address)).take(count).flatten();
@@ -238,7 +241,7 @@ mod tests {
         assert_eq!(watchers.len(), MOST_CONNECTIONS);
         let owners = come(&peers, 1, Some(Role::Owner));
         assert_eq!((owners.len(), staying(&watchers)), (1, MOST_OF_WATCHERS));
-        // A newcomer takes no owner's place, and no owner waits for a place.
+        // Newcomers never displace an owner, and no owner waits for room.
         let more = come(&peers, 3 * MOST_CONNECTIONS, Some(Role::Watcher));
         let strangers = come(&peers, 3 * MOST_CONNECTIONS, None);
         assert_eq!(staying(&owners), 1);

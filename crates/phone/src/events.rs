@@ -1,4 +1,4 @@
-//! The stream of events to one page: the newest state when its link has room, and all news.
+//! Event stream to a page: the newest state when the link has room, and all news.
 
 use std::{
     pin::Pin,
@@ -19,17 +19,17 @@ use super::{
 };
 use boresight_present::browser::{NewsEvent, PlanSource, counted};
 
-/// Longest time between two messages, so that a page knows that its link works.
+/// Maximum time between two messages, to show a page that the link works.
 const HEARTBEAT: Duration = Duration::from_millis(500);
-/// Least time between two states.
+/// Minimum time between two states.
 const SHORTEST: Duration = Duration::from_millis(50);
-/// Most states sent per second, over all pages that only watch.
+/// Maximum number of states sent per second, over all watching pages.
 const MOST_STATES_PER_SEC: f64 = 200.0;
-/// Longest time that a state waits for the next decision: it's new when sent, and the pages rest while the detector
-/// works.
+/// Maximum wait of a state for the next decision: the state is then new when sent, and the pages
+/// rest while the detector works.
 const ALIGNED_WITHIN: Duration = Duration::from_millis(40);
 
-/// The newest state as JSON, made once for all pages.
+/// Newest state as JSON, made once for all pages.
 #[derive(Default)]
 pub(super) struct States {
     last: Option<Arc<Composed>>,
@@ -50,7 +50,7 @@ impl States {
         {
             return Arc::clone(last);
         }
-        // Unchanged parts keep their memory, by which pages know that they have them.
+        // Unchanged parts keep their memory; pages compare pointers to skip them.
         let kept = |new: Option<String>, old: Option<&Arc<str>>| {
             let new = new?;
             Some(old.filter(|old| ***old == *new).map_or_else(|| new.into(), Arc::clone))
@@ -82,15 +82,15 @@ impl States {
 }
 
 fn json(value: &impl Serialize) -> String {
-    // These structures have string keys and finite numbers.
+    // All keys are strings and all numbers finite.
     serde_json::to_string(value).unwrap_or_default()
 }
 
-/// Shares the last state between pages on one thread.
+/// Last state, shared between pages on a thread.
 pub(super) type SharedStates = Arc<Mutex<States>>;
 
-/// Follows the hub for one page until the page is gone. Sends the news after number `seen`; without a number, only news
-/// from now on.
+/// Follows the hub for a page until the page is gone. Sends the news after number `seen`; without a
+/// number, only news from now on.
 pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, role: Role, seen: Option<u64>) -> Body {
     let (sender, receiver) = mpsc::channel(1);
     hub.page_came(role);
@@ -103,7 +103,7 @@ pub(super) fn follow(hub: Arc<Hub>, states: SharedStates, role: Role, seen: Opti
     Body::new(Events { receiver })
 }
 
-/// A page that is counted while it's there.
+/// Counter of a page for the time of its presence.
 struct Page {
     hub: Arc<Hub>,
     role: Role,
@@ -125,7 +125,7 @@ async fn tell(
     let mut seen = seen.unwrap_or_else(|| changes.borrow().news);
     let (mut plan, mut ended): (Option<Arc<str>>, Option<Arc<str>>) = (None, None);
     loop {
-        // Wait for room first, so that the state sent is as new as can be.
+        // Wait for room first, so that the state sent is as new as possible.
         let Ok(room) = sender.reserve().await else { return };
         let state = changes.borrow_and_update().clone();
         let composed = states.lock().unwrap_or_else(PoisonError::into_inner).compose(&state, hub);
@@ -137,7 +137,7 @@ async fn tell(
             push(&mut text, "news", &json(&event));
         }
         seen = state.news;
-        // The first event tells a page the number from which on it has heard everything.
+        // The first event gives a page the number from which on it has received everything.
         let parts = [(&mut plan, &composed.plan, "plan"), (&mut ended, &composed.ended, "ended")];
         for (sent, part, name) in parts {
             let same = match (&*sent, part) {
@@ -179,7 +179,7 @@ fn push(text: &mut String, event: &str, data: &str) {
     }
 }
 
-/// The body of the answer.
+/// Body of the answer.
 struct Events {
     receiver: mpsc::Receiver<Bytes>,
 }

@@ -1,4 +1,4 @@
-//! Checks that every request must pass.
+//! Checks of every request.
 
 use std::{
     collections::BTreeMap,
@@ -21,22 +21,22 @@ use super::{
     keys::{Bucket, Exchanged, Keys, Links, Opened, Secret},
 };
 
-/// Most addresses without a key that are remembered.
+/// Maximum number of remembered addresses without a key.
 const MOST_STRANGERS: usize = 256;
-/// Path at which a link's token is exchanged for a key.
+/// Path for exchanging a link's token for a key.
 pub(super) const ENTER: &str = "/api/enter";
 
-/// Called when an owner's link is used up, with the links that hold from now on.
+/// Callback for a used-up owner's link, with the links valid from then on.
 pub(super) type OnUsed = Box<dyn Fn(&[Links]) + Send + Sync>;
 
 /// Keys, and rate limits for addresses without one.
 pub(super) struct Gate {
     keys: Mutex<Keys>,
-    /// Scheme and host of each address of the page.
+    /// Schemes and hosts of the page's addresses.
     origins: Vec<String>,
     pub(super) on_used: OnceLock<OnUsed>,
     strangers: Mutex<BTreeMap<IpAddr, Bucket>>,
-    /// Names by which the page may be called beside addresses.
+    /// Host names of the page besides addresses.
     names: Vec<String>,
     https: bool,
 }
@@ -57,7 +57,7 @@ impl Gate {
         self.keys.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The links that hold now, by every address of the page.
+    /// Valid links, for every address of the page.
     pub(super) fn links(&self) -> Vec<Links> {
         let [owner, watcher] = {
             let keys = self.keys();
@@ -79,7 +79,7 @@ impl Gate {
     ) -> Result<Exchanged, ServeError> {
         let before = self.keys().owner;
         let answer = self.keys().exchange(token, claim, now)?;
-        // The keys are free again before anybody is called.
+        // The keys are unlocked before the callback.
         let is_used = !before.is_same(&self.keys().owner);
         if is_used && let Some(on_used) = self.on_used.get() {
             on_used(&self.links());
@@ -87,8 +87,8 @@ impl Gate {
         Ok(answer)
     }
 
-    /// True if a request that names `host` is meant for this server: an address, or a name of ours. Another name may
-    /// have been bound to our address by somebody else (DNS rebinding).
+    /// True if a request naming `host` is meant for this server: an address, or a name of ours. Any
+    /// other name may have been bound to our address by an attacker (DNS rebinding).
     fn is_ours(&self, host: &str) -> bool {
         let name = without_port(host);
         let name = name.strip_suffix('.').unwrap_or(name);
@@ -98,9 +98,9 @@ impl Gate {
             || self.names.iter().any(|ours| ours.eq_ignore_ascii_case(name))
     }
 
-    /// True if a request comes from the page itself, as far as the browser says.
+    /// True if a request comes from the page itself, as far as the browser reports.
     ///
-    /// `visits` is true for a request for the page itself, which a link on another site may lead to.
+    /// `visits` is true for a request for the page itself, possibly by a link on another site.
     fn is_own_origin(&self, headers: &HeaderMap, host: &str, visits: bool) -> bool {
         let scheme = if self.https { "https" } else { "http" };
         let own = match headers.get(header::ORIGIN) {
@@ -129,7 +129,7 @@ fn without_port(host: &str) -> &str {
     }
 }
 
-/// Lets a request in, or answers it.
+/// Admits or answers a request.
 pub(super) async fn guard(
     State(gate): State<Arc<Gate>>,
     mut request: Request<Body>,
@@ -197,7 +197,7 @@ fn check(gate: &Gate, request: &mut Request<Body>) -> Result<(), Answer> {
     Ok(())
 }
 
-/// Headers of every answer.
+/// Adds the security headers of every answer.
 fn harden(headers: &mut HeaderMap) {
     const ALL: [(HeaderName, &str); 5] = [
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -258,7 +258,7 @@ mod tests {
             assert!(!from(other), "{other}");
         }
         assert!(gate.is_own_origin(&HeaderMap::new(), "10.0.0.2:8417", false));
-        // A link in a web mail leads to the page, but asks for nothing else.
+        // A link in a web mail opens the page, but requests nothing else.
         let site = HeaderName::from_static("sec-fetch-site");
         let mail = HeaderMap::from_iter([(site, HeaderValue::from_static("cross-site"))]);
         assert!(gate.is_own_origin(&mail, "10.0.0.2:8417", true));

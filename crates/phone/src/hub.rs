@@ -1,4 +1,4 @@
-//! Hub between the program's state and the requests of the pages.
+//! Hub between the program's state and the pages' requests.
 
 use std::{
     collections::VecDeque,
@@ -24,13 +24,13 @@ use boresight_present::{
 };
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
-/// News kept for a page that was away.
+/// Number of news kept for an absent page.
 const NEWS_KEPT: usize = 64;
 
-/// Hub between the program and its pages. Nothing here ever waits for a page.
+/// Hub between the program and the pages. Nothing here ever waits for a page.
 pub struct Hub {
     picture: watch::Sender<Option<Picture>>,
-    /// The newest picture, before the session has judged it.
+    /// Newest picture, not yet judged by the session.
     unjudged: Mutex<Option<Picture>>,
     state: watch::Sender<State>,
     pictures: AtomicU64,
@@ -38,55 +38,55 @@ pub struct Hub {
     commands: Mutex<Option<CommandLink>>,
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
-    /// True if a page asked to go on with the session that has ended.
+    /// True if a page requested to continue the ended session.
     wants_more: AtomicBool,
-    /// Time from which the clock of the pages counts.
+    /// Zero of the pages' clock.
     began: Instant,
     pages: AtomicUsize,
-    /// Pages that only watch.
+    /// Number of watching pages.
     watchers: AtomicUsize,
-    /// Time at which the last page left; `None` before the first came.
+    /// Time of the last page's leaving; `None` before the first page.
     left: Mutex<Option<Instant>>,
 }
 
-/// The newest picture.
+/// Newest picture.
 #[derive(Clone)]
 pub(super) struct Picture {
-    /// Counts pictures over all sessions, from 1.
+    /// Sequence number of the picture over all sessions, from 1.
     pub(super) number: u64,
     pub(super) frame: Arc<Frame>,
     pub(super) came: Instant,
 }
 
-/// State that pages see beside the picture.
+/// State shown by pages beside the picture.
 #[derive(Clone)]
 pub(super) struct State {
     pub(super) version: u64,
     pub(super) stage: Stage,
-    /// The newest snapshot of the session that runs or has run.
+    /// Newest snapshot of the running or ended session.
     pub(super) snapshot: Option<Arc<Snapshot>>,
-    /// Number of the newest news that this state tells of.
+    /// Number of the newest news in this state.
     pub(super) news: u64,
     /// True if the session's pictures are rendered.
     pub(super) simulated: bool,
-    /// The board in front of the camera, in words.
+    /// Board in front of the camera, in words.
     pub(super) board: String,
 }
 
 /// Stage of the program.
 #[derive(Clone, Debug)]
 pub enum Stage {
-    /// No session: the page may start one.
+    /// No session: a page may start one.
     Waiting(Arc<Offer>),
-    /// A session is being opened.
+    /// Session being opened.
     Starting,
-    /// A session runs.
+    /// Session running.
     Guiding,
-    /// A watched camera is pushed back.
+    /// Watched camera being pushed back.
     Adjusting(Arc<AdjustPage>),
-    /// The session's result is being computed and stored.
+    /// Result being computed and stored.
     Ending,
-    /// The session's result is stored.
+    /// Result stored.
     Ended(Arc<EndedPage>),
 }
 
@@ -95,24 +95,24 @@ pub enum Stage {
 pub struct Offer {
     /// Cameras to choose from.
     pub cameras: Vec<OfferedCamera>,
-    /// Dictionaries of ChArUco boards, with the number of their markers.
+    /// Dictionaries of ChArUco boards, with numbers of markers.
     pub dictionaries: Vec<(&'static str, usize)>,
-    /// The last choice.
+    /// Last choice.
     pub last: Option<Request>,
-    /// Why the last session didn't start: what happened, and what to do.
+    /// Failure of the last session to start, and the next action.
     pub trouble: Option<(String, String)>,
 }
 
-/// A camera that the page may choose.
+/// Camera offered to the page.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OfferedCamera {
-    /// The name that opens it.
+    /// Source name for opening the camera.
     pub source: String,
-    /// Name for people.
+    /// Display name.
     pub name: String,
 }
 
-/// The session that a page asks for.
+/// Session requested by a page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
@@ -120,7 +120,7 @@ pub struct Request {
     pub source: String,
     /// Inner corners: columns, rows.
     pub board: [u16; 2],
-    /// Markers of a ChArUco board; none on a plain one.
+    /// Markers of a ChArUco board; none for a plain board.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
@@ -129,28 +129,29 @@ pub struct Request {
     pub plan: String,
 }
 
-/// What a page shows while a watched camera is pushed back. Of each pair, the second is for a person who faces the camera.
+/// Page while a watched camera is pushed back. The second of each pair is for a person facing the
+/// camera.
 #[derive(Clone, Debug)]
 pub struct AdjustPage {
-    /// Where to: one of `←→↑↓↺↻●?`.
+    /// Direction: one of `←→↑↓↺↻●?`.
     pub arrow: [&'static str; 2],
-    /// How far, with its unit.
+    /// Amount with unit.
     pub number: String,
-    /// What to do.
+    /// Action.
     pub sentence: [String; 2],
-    /// How grave that is.
+    /// Gravity of the action.
     pub gravity: Gravity,
-    /// How near it is, 0 to 1; `None` if that isn't known.
+    /// Closeness to the target, 0 to 1; `None` if unknown.
     pub close: Option<f64>,
     /// Words to say aloud.
     pub aloud: Option<Word>,
     /// Size of the picture.
     pub image_size_px: [u32; 2],
-    /// Points on edges of the scene where they should be, px.
+    /// Points on edges of the scene at the target positions, px.
     pub outline: Vec<[i32; 2]>,
 }
 
-/// News of every snapshot, for pages that may have been away.
+/// News of all snapshots, for pages possibly absent at the time.
 #[derive(Default)]
 struct Told {
     teller: Teller,
@@ -158,10 +159,10 @@ struct Told {
     next: u64,
 }
 
-/// Something that happened once.
+/// One-time event.
 #[derive(Clone)]
 pub(super) struct News {
-    /// Counts from 1.
+    /// Sequence number, from 1.
     pub(super) number: u64,
     pub(super) came: Instant,
     pub(super) what: browser::News,
@@ -174,7 +175,7 @@ impl Default for Hub {
 }
 
 impl Hub {
-    /// Shows that a session is being opened.
+    /// Hub showing that a session is being opened.
     pub fn new() -> Self {
         let state = State {
             version: 0,
@@ -201,7 +202,7 @@ impl Hub {
         }
     }
 
-    /// Shows where the program is.
+    /// Shows the program's stage.
     pub fn show(&self, stage: Stage) {
         self.wants_end.store(false, Ordering::Relaxed);
         self.state.send_modify(|state| {
@@ -213,30 +214,30 @@ impl Hub {
         });
     }
 
-    /// Shows a picture of a watched camera, and what to do.
+    /// Shows a picture of a watched camera, and the action.
     pub fn adjusting(&self, frame: &Arc<Frame>, page: AdjustPage) {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         self.publish(Some(Picture { number, frame: Arc::clone(frame), came: Instant::now() }));
         self.show(Stage::Adjusting(Arc::new(page)));
     }
 
-    /// The session that a page has asked for, once.
+    /// Takes the session requested by a page, once.
     pub fn take_request(&self) -> Option<Request> {
         lock(&self.request).take()
     }
 
-    /// Pages that follow the events now.
+    /// Number of pages following the events now.
     pub fn pages(&self) -> usize {
         self.pages.load(Ordering::Relaxed)
     }
 
-    /// Seconds since the last page left; `None` if one is there or none has come.
+    /// Seconds since the last page left; `None` if a page is present or none has come.
     pub fn alone_secs(&self) -> Option<f64> {
         let left = (*lock(&self.left))?;
         (self.pages() == 0).then(|| left.elapsed().as_secs_f64())
     }
 
-    /// Pages that follow the events now, and only watch.
+    /// Number of watching pages following the events now.
     pub(super) fn watchers(&self) -> usize {
         self.watchers.load(Ordering::Relaxed)
     }
@@ -252,10 +253,10 @@ impl Hub {
         self.pages.fetch_sub(1, Ordering::Relaxed);
     }
 
-    /// Hands a picture to the pages.
+    /// Publishes a picture to the pages.
     fn publish(&self, picture: Option<Picture>) {
         if picture.is_some() {
-            // Free the frame before outside the slot's lock.
+            // Free the previous frame outside the slot's lock.
             drop(self.picture.send_replace(picture));
         }
     }
@@ -268,18 +269,18 @@ impl Hub {
         self.state.subscribe()
     }
 
-    /// News after number `seen`, oldest first, as far as `state` tells of it.
+    /// News after number `seen`, oldest first, as far as included in `state`.
     pub(super) fn news_after(&self, seen: u64, state: &State) -> Vec<News> {
         let is_new = |news: &&News| news.number > seen && news.number <= state.news;
         lock(&self.told).news.iter().filter(is_new).cloned().collect()
     }
 
-    /// Milliseconds for which there has been a page.
+    /// Milliseconds since the hub was created.
     pub(super) fn clock_ms(&self) -> u64 {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// Says whether the pictures of the session that opens are rendered, and which board they show.
+    /// Announces a session being opened: rendered pictures or not, and the board.
     pub fn opens(&self, simulated: bool, board: String) {
         self.state.send_modify(|state| {
             state.version += 1;
@@ -287,7 +288,7 @@ impl Hub {
         });
     }
 
-    /// True, once, if a page asked to go on with the session that has ended.
+    /// True, once, if a page requested to continue the ended session.
     pub fn take_more(&self) -> bool {
         self.wants_more.swap(false, Ordering::Relaxed)
     }
@@ -297,7 +298,7 @@ impl Hub {
         lock(&self.told).teller.refused()
     }
 
-    /// Passes a page's command on.
+    /// Forwards a page's command.
     pub(super) fn command(&self, command: Command) -> Result<(), NotSent> {
         match &*lock(&self.commands) {
             Some(link) => link.send(command),
@@ -305,14 +306,14 @@ impl Hub {
         }
     }
 
-    /// Takes note of a page's wish to end the session. False without one.
+    /// Records a page's request to end the session. False without a session.
     pub(super) fn end(&self) -> bool {
         let guiding = matches!(self.state.borrow().stage, Stage::Guiding);
         self.wants_end.store(guiding, Ordering::Relaxed);
         guiding
     }
 
-    /// Takes note of a page's wish for a session. False if none can be started now.
+    /// Records a page's request for a session. False if none can be started now.
     pub(super) fn start(&self, request: Request) -> bool {
         let can_start = match &self.state.borrow().stage {
             Stage::Waiting(offer) => {
@@ -326,7 +327,7 @@ impl Hub {
         can_start
     }
 
-    /// Takes note of a page's wish to go on with the session that has ended. False if it can't.
+    /// Records a page's request to continue the ended session. False if impossible.
     pub(super) fn go_on(&self) -> bool {
         let can_go_on =
             matches!(&self.state.borrow().stage, Stage::Ended(ended) if ended.can_go_on);
@@ -336,7 +337,7 @@ impl Hub {
         can_go_on
     }
 
-    /// Takes note of a page's wish to leave the result. False if there's nothing to go to.
+    /// Records a page's request to leave the result. False without anything to go to.
     pub(super) fn leave(&self) -> bool {
         let can_leave =
             matches!(&self.state.borrow().stage, Stage::Ended(ended) if ended.can_restart);
@@ -350,10 +351,10 @@ impl Hub {
 impl Onlooker for Hub {
     fn began(&self, commands: CommandLink) {
         *lock(&self.commands) = Some(commands);
-        // The last session's picture isn't this one's.
+        // The last session's picture doesn't belong to this session.
         lock(&self.unjudged).take();
         self.picture.send_replace(None);
-        // Pages go on counting.
+        // Pages continue counting.
         lock(&self.told).teller = Teller::default();
         self.show(Stage::Guiding);
     }
@@ -361,8 +362,8 @@ impl Onlooker for Hub {
     fn captured(&self, frame: &Arc<Frame>) {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         let picture = Picture { number, frame: Arc::clone(frame), came: Instant::now() };
-        // A frame is published once it's judged: encoding JPEGs while the detector works would slow it down. The
-        // previous frame, if nobody judged it, is published now.
+        // A frame is published after its judgement: encoding JPEGs while the detector works would
+        // slow it down. The previous frame, if unjudged, is published now.
         let before = lock(&self.unjudged).replace(picture);
         self.publish(before);
     }

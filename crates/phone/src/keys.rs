@@ -7,9 +7,9 @@ use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 
 use super::error::ServeError;
 
-/// Most keys in use; the one unused for longest goes.
+/// Maximum number of keys in use; the key unused for longest is evicted.
 const MOST_KEYS: usize = 96;
-/// Owner keys, evicted last.
+/// Number of owner keys, evicted last.
 const MOST_OWNERS: usize = 16;
 
 /// Rights of a page.
@@ -18,16 +18,16 @@ const MOST_OWNERS: usize = 16;
 pub enum Role {
     /// Everything.
     Owner,
-    /// Look on.
+    /// Watching only.
     Watcher,
 }
 
-/// 256 random bits.
+/// Secret of 256 random bits.
 #[derive(Clone, Copy)]
 pub struct Secret([u8; 32]);
 
 impl Secret {
-    /// A new one.
+    /// New secret.
     ///
     /// # Errors
     ///
@@ -43,15 +43,15 @@ impl Secret {
         BASE64_URL_SAFE_NO_PAD.encode(self.0)
     }
 
-    /// Reads what [`Self::text`] wrote; `None` for anything else.
+    /// Secret from the text of [`Self::text`]; `None` for anything else.
     pub fn parse(text: &[u8]) -> Option<Self> {
         let mut bytes = [0; 33];
-        // 43 letters are 32 bytes; anything else is nobody's.
+        // 43 letters are 32 bytes; nothing else is a secret.
         let length = BASE64_URL_SAFE_NO_PAD.decode_slice(text, &mut bytes).ok()?;
         Some(Self(bytes[..length].try_into().ok()?))
     }
 
-    /// True for the same secret, found out in constant time.
+    /// Comparison in constant time.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         self.is(other).into()
     }
@@ -60,37 +60,37 @@ impl Secret {
         self.0.ct_eq(&other.0)
     }
 
-    /// Derives a secret for `purpose` (HMAC-SHA-256) that only the bearer of this one can compute.
+    /// Derives a secret for `purpose` (HMAC-SHA-256), computable only by the bearer of this secret.
     fn derive(&self, purpose: &[u8]) -> Self {
         Self(hmac_sha256::HMAC::mac(purpose, self.0))
     }
 }
 
-/// The links to the page by one of its addresses. Everyone who has one is let in; an owner's link lets one phone in,
-/// unless links are kept.
+/// Links to the page by one of its addresses. Everyone with a link is let in; an owner's link lets
+/// one phone in, unless links are kept.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Links {
-    /// May do everything.
+    /// Link with all rights.
     pub owner: String,
-    /// May look on.
+    /// Link for watching.
     pub watcher: String,
 }
 
-/// The two links, and the keys that were given for them.
+/// Both links, and the issued keys.
 pub(super) struct Keys {
     pub(super) owner: Secret,
     pub(super) watcher: Secret,
-    /// Secret that signs keys, if they outlive the program.
+    /// Secret for signing keys, if they outlive the program.
     signs: Option<Secret>,
     given: Vec<Key>,
-    /// Owner's links that are used up.
+    /// Used-up owner's links.
     spent: Vec<Spent>,
 }
 
-/// An owner's link that somebody has used. The same bearer gets the same key again: the answer may have been lost.
+/// Used-up owner's link. The same bearer gets the same key again: the answer may have been lost.
 struct Spent {
     link: Secret,
-    /// Random number of the page that used it.
+    /// Random number of the page that used the link.
     claim: Secret,
     key: Secret,
 }
@@ -98,15 +98,15 @@ struct Spent {
 /// Answer to the bearer of a link's token.
 #[derive(Clone, Copy)]
 pub(super) enum Exchanged {
-    /// A key for it.
+    /// Key for the token.
     Key(Secret, Role),
-    /// Somebody else has used it.
+    /// Token already used by another page.
     Used,
-    /// It's no link's.
+    /// Token of no link.
     Unknown,
 }
 
-/// Random bytes of a signed key; the rest is its signature.
+/// Random bytes of a signed key; the rest is the signature.
 const NONCE: usize = 16;
 
 struct Key {
@@ -116,17 +116,17 @@ struct Key {
     bucket: Bucket,
 }
 
-/// Result of a valid key.
+/// Result of checking a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Opened {
     As(Role),
-    /// Right, but used too often in a short time.
+    /// Valid key, but used too often in a short time.
     TooOften,
 }
 
 impl Keys {
-    /// New links and keys at each start; with a `kept` secret, the same links each time, and keys that stay valid as
-    /// long as it's kept.
+    /// New links and keys at each start; with a `kept` secret, the same links each time, and keys
+    /// valid as long as the secret is kept.
     pub(super) fn new(kept: Option<&Secret>) -> Result<Self, ServeError> {
         let (given, spent) = (Vec::new(), Vec::new());
         Ok(match kept {
@@ -144,8 +144,8 @@ impl Keys {
         })
     }
 
-    /// A new key for the bearer of a link's `token` with the page's own random `claim`. An owner's link is used up by
-    /// it, unless links are kept, and the next one is in its place.
+    /// Key for the bearer of a link's `token` with the page's own random `claim`. Uses up an
+    /// owner's link, unless links are kept, and replaces it with the next one.
     pub(super) fn exchange(
         &mut self,
         token: &Secret,
@@ -195,7 +195,7 @@ impl Keys {
         self.given.push(Key { secret, role, used: now, bucket: Bucket::of_key(now) });
     }
 
-    /// The role of a key that was given before the program's last start; `None` for anything else.
+    /// Role of a key issued before the program's last start; `None` for anything else.
     fn signed_role(&self, secret: &Secret) -> Option<Role> {
         let signs = self.signs.as_ref()?;
         let is_signed = |role: Role| {
@@ -210,7 +210,7 @@ impl Keys {
         bool::from(watcher).then_some(Role::Watcher)
     }
 
-    /// Opens with `secret`, compared with every key in constant time. `None` if it matches none.
+    /// Opens with `secret`, compared with every key in constant time. `None` without a match.
     pub(super) fn open(&mut self, secret: &Secret, now: Instant) -> Option<Opened> {
         let (mut found, mut at) = (Choice::from(0), 0_u32);
         for (index, key) in self.given.iter().enumerate() {
@@ -238,7 +238,7 @@ impl Keys {
     }
 }
 
-/// Signs `secret`'s random part for this role, into its other part.
+/// Signs the random part of `secret` for `role`, into the other part.
 fn sign(signs: &Secret, secret: &mut Secret, role: Role) {
     let mut signed = [0; NONCE + 1];
     signed[..NONCE].copy_from_slice(&secret.0[..NONCE]);
@@ -251,7 +251,7 @@ fn sign(signs: &Secret, secret: &mut Secret, role: Role) {
     secret.0[NONCE..].copy_from_slice(&signature.0[..length]);
 }
 
-/// Token bucket: requests that may come at once, and the number that each second adds.
+/// Token bucket: maximum burst of requests, and rate per second.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bucket {
     most: f64,
@@ -266,7 +266,7 @@ impl Bucket {
         Self { most: 60.0, per_sec: 40.0, left: 60.0, at: now }
     }
 
-    /// For an address from which requests come without a key.
+    /// Bucket for an address without a key.
     pub(super) fn of_stranger(now: Instant) -> Self {
         Self { most: 60.0, per_sec: 20.0, left: 60.0, at: now }
     }
@@ -305,7 +305,7 @@ mod tests {
         assert!(Secret::parse(&[b'A'; 10_000]).is_none());
     }
 
-    /// The key for a link's token.
+    /// Key for a link's token.
     fn exchanged(keys: &mut Keys, token: &Secret, now: Instant) -> (Secret, Role) {
         let claim = Secret::random().expect("randomness");
         match keys.exchange(token, &claim, now).expect("randomness") {
@@ -359,7 +359,7 @@ mod tests {
         assert_eq!((after.owner.text(), after.watcher.text()), (owner.text(), watcher.text()));
         assert_eq!(after.open(&mine, now), Some(Opened::As(Role::Owner)));
         assert_eq!(after.open(&theirs, now), Some(Opened::As(Role::Watcher)));
-        // A watcher can make no other key of theirs, and a link is none.
+        // A watcher can't turn a key into another one, and a link is no key.
         for at in 0..32 {
             let mut other = theirs;
             other.0[at] ^= 1;
@@ -371,7 +371,7 @@ mod tests {
         let other = Secret::random().expect("randomness");
         let mut replaced = Keys::new(Some(&other)).expect("randomness");
         assert_eq!(replaced.open(&mine, now), None);
-        // However many come back, the memory is bounded.
+        // The memory is bounded however many come back.
         for _ in 0..500 {
             let (key, _) = exchanged(&mut before, &watcher, now);
             assert_eq!(after.open(&key, now), Some(Opened::As(Role::Watcher)));

@@ -1,5 +1,5 @@
-//! The page for a phone: a small web server on the local network that shows a session, or a watched camera that's pushed
-//! back, and takes commands.
+//! The page for a phone: a small web server on the local network that shows a session, or a watched
+//! camera being pushed back, and takes commands.
 //!
 //! ```text
 //!  capture ──newest frame──▶ hub ──picture, on request──▶ page   (JPEG; made here, never in the pipeline)
@@ -9,30 +9,31 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `hub` | what the program shows and what the pages ask for; the only part that both sides see |
-//! | `view` | what the program shows as the page's JSON |
+//! | `hub` | state from the program and requests from the pages; the only shared part |
+//! | `view` | the program's state as the page's JSON |
 //! | `picture` | a frame as a small JPEG |
 //! | `keys` | links, keys and roles |
-//! | `guard` | what every request must pass: host, origin, key, rate |
+//! | `guard` | checks of every request: host, origin, key, rate |
 //! | `routes` | the page, its events, pictures, commands and files |
-//! | `events` | the stream of events to one page |
-//! | `connection` | limits of connections, and their end |
+//! | `events` | the event stream to a page |
+//! | `connection` | connection limits, and closing |
 //! | `server` | the thread |
-//! | `web_page` | the page that calibrates in a browser, served as it is |
+//! | `web_page` | the page that calibrates in a browser, served unchanged |
 //! | `tls` | HTTPS, with a certificate |
-//! | `address` | what to bind to, and where the page is found |
+//! | `address` | the address to bind to, and the page's addresses |
 //! | `qr` | an address as a QR code |
-//! | `link.js` | what the page has beside [`boresight_present::browser`]: its link |
+//! | `link.js` | the page's own part beside [`boresight_present::browser`]: its link |
 //!
-//! The pipeline never waits for a page: it replaces values in slots, and each page takes the newest when its link has
-//! room. Everything here runs on one thread with a lower priority.
+//! The pipeline never waits for a page: it replaces values in slots, and each page takes the newest
+//! when its link has room. Everything here runs on one thread with a lower priority.
 //!
-//! # What is trusted
+//! # Trust
 //!
-//! Nobody without a link. A link holds a random token of 256 bits in its fragment, which browsers don't send; the page
-//! exchanges it for a key of the same size that it keeps for itself and sends in a header; an owner's link is used up by it. No cookies, so no other
-//! site can make a browser act. `Host` must be an address, so that no foreign name can be bound to it (DNS rebinding).
-//! What is served is made in memory; no request names a file.
+//! Nobody is trusted without a link. A link holds a random token of 256 bits in its fragment, which
+//! browsers don't send; the page exchanges it for a key of the same size, keeps the key for itself
+//! and sends it in a header. The exchange uses up an owner's link. There are no cookies, so no
+//! other site can make a browser act. `Host` must be an address, so no foreign name can be bound to
+//! it (DNS rebinding). Everything served is made in memory; no request names a file.
 
 #![forbid(unsafe_code)]
 

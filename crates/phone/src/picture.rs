@@ -1,4 +1,4 @@
-//! A frame as a small JPEG, made once for all pages that ask for it.
+//! Small JPEGs of frames, made once for all pages.
 
 use std::{
     sync::Arc,
@@ -10,31 +10,31 @@ use image::{ExtendedColorType, GrayImage, ImageEncoder, codecs::jpeg::JpegEncode
 
 use super::hub::Picture;
 
-/// Largest width of a sent picture.
+/// Maximum width of a sent picture.
 const WIDEST_PX: u32 = 720;
 const QUALITY: u8 = 55;
-/// Least time between two pictures for a page.
+/// Minimum time between two pictures for a page.
 const SHORTEST: Duration = Duration::from_millis(66);
 
-/// The picture made last.
+/// Last picture made.
 #[derive(Default)]
 pub(super) struct Pictures {
     last: Option<Made>,
     small: GrayImage,
 }
 
-/// A picture that can be sent.
+/// Picture ready to send.
 #[derive(Clone, Debug)]
 pub(super) struct Made {
     pub(super) number: u64,
-    /// Time at which the frame came from the camera.
+    /// Arrival time of the frame from the camera.
     pub(super) came: Instant,
     pub(super) jpeg: Bytes,
     made: Instant,
 }
 
 impl Pictures {
-    /// `picture` as a JPEG, or the time until one may be made. A JPEG from a moment ago will do, if it's newer than
+    /// JPEG of `picture`, or the time until one may be made. A recent JPEG is reused if newer than
     /// number `seen`.
     pub(super) fn make(&mut self, picture: &Picture, seen: u64) -> Result<Made, Duration> {
         if let Some(last) = &self.last {
@@ -57,7 +57,8 @@ impl Pictures {
         let mut jpeg = Vec::with_capacity(32 << 10);
         let encoder = JpegEncoder::new_with_quality(&mut jpeg, QUALITY);
         let (width, height) = image.dimensions();
-        // Only a picture without a pixel, or beyond JPEG's size, can't be encoded; the page then shows none.
+        // Encoding fails only without pixels, or beyond JPEG's size; the page then shows no
+        // picture.
         encoder.write_image(image, width, height, ExtendedColorType::L8).ok();
         let made = Made {
             number: picture.number,
@@ -91,7 +92,7 @@ fn shrink(image: &GrayImage, factor: u32, small: &mut GrayImage) {
     }
 }
 
-/// Shares the last picture between pages on one thread.
+/// Last picture, shared between pages on a thread.
 pub(super) type SharedPictures = Arc<std::sync::Mutex<Pictures>>;
 
 #[cfg(test)]

@@ -2,10 +2,11 @@
 
 use qrcodegen::QrCodeEcc;
 
-/// Quiet modules around the code, as the standard (ISO/IEC 18004) asks for: a dark window may begin beside them.
+/// Width of the quiet zone in modules, as required by ISO/IEC 18004: a dark window may begin beside
+/// it.
 const QUIET: i32 = 4;
 
-/// A QR code: dark modules on light ground, with its quiet zone.
+/// QR code: dark modules on a light background, with the quiet zone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct QrCode {
     side: usize,
@@ -13,7 +14,7 @@ pub struct QrCode {
 }
 
 impl QrCode {
-    /// The code that reads `text`; `None` if the text is too long.
+    /// QR code of `text`; `None` if the text is too long.
     pub fn of(text: &str) -> Option<Self> {
         let code = qrcodegen::QrCode::encode_text(text, QrCodeEcc::Low).ok()?;
         let range = -QUIET..code.size() + QUIET;
@@ -25,18 +26,18 @@ impl QrCode {
         Some(Self { side: usize::try_from(code.size() + 2 * QUIET).ok()?, dark })
     }
 
-    /// Modules along a side.
+    /// Number of modules along a side.
     pub fn side(&self) -> usize {
         self.side
     }
 
-    /// True if the module is dark; those outside are light.
+    /// True for a dark module; modules outside are light.
     pub fn is_dark(&self, x: usize, y: usize) -> bool {
         x < self.side && self.dark.get(y * self.side + x).copied().unwrap_or(false)
     }
 
-    /// The code in letters, two modules in one, light modules filled: for a terminal with a dark ground. Most readers
-    /// take it on a light ground, too.
+    /// QR code in letters, two modules per letter, light modules filled: for a terminal with a dark
+    /// background. Most readers accept it on a light background, too.
     pub fn lines(&self) -> Vec<String> {
         (0..self.side)
             .step_by(2)

@@ -27,20 +27,22 @@ use super::{
 use boresight_present::browser::{self, Asked};
 use boresight_run::pipeline::NotSent;
 
-/// The page. Its script and style stand in it.
+/// Page with inline script and style.
 static PAGE: LazyLock<String> =
     LazyLock::new(|| browser::page(browser::Own { body: "", script: include_str!("link.js") }));
-/// Most bytes of a request.
+/// Maximum size of a request, in bytes.
 const LARGEST_REQUEST: usize = 2048;
-/// Time after which a request for a picture is answered, with or without one.
+/// Time after which a request for a picture is answered, with or without a picture.
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
-/// Time after which an incomplete request is given up.
+/// Time limit for reading a request.
 const READ_WITHIN: Duration = Duration::from_secs(5);
-/// Most pages that only watch.
+/// Maximum number of watching pages.
 const MOST_WATCHERS: usize = 64;
-/// Most pictures sent per second, over all pages. With [`MOST_WATCHERS`], each still has one within a second.
+/// Maximum number of pictures sent per second, over all pages. With [`MOST_WATCHERS`], each page
+/// still gets one within a second.
 const MOST_PICTURES_PER_SEC: f64 = 96.0;
-/// Cap on the page count by which owners are paced, and on the owners' share of the count by which watchers are paced.
+/// Maximum page count for pacing owners, and maximum owners' share of the count for pacing
+/// watchers.
 const PAGES_OF_OWNERS: usize = 4;
 
 /// State shared by every route.
@@ -53,7 +55,7 @@ struct Shop {
     policy: HeaderValue,
 }
 
-/// Everything that is served.
+/// Router of everything served.
 pub(super) fn router(hub: Arc<Hub>, gate: Arc<Gate>) -> Router {
     let shop = Shop {
         hub,
@@ -76,8 +78,8 @@ pub(super) fn router(hub: Arc<Hub>, gate: Arc<Gate>) -> Router {
         .layer(middleware::from_fn_with_state(gate, guard))
 }
 
-/// Content policy: only the page's own script and style run, nothing is loaded from elsewhere, and no page may frame
-/// this one.
+/// Content policy: only the page's own script and style run, nothing is loaded from elsewhere, and
+/// no page may frame this one.
 fn policy() -> HeaderValue {
     let hash = |from: &str, to: &str| {
         let start = PAGE.find(from).map_or(0, |at| at + from.len());
@@ -118,7 +120,7 @@ const NO_RANDOMNESS: Refused =
     (StatusCode::SERVICE_UNAVAILABLE, "The system gives no random numbers.\n");
 const NOT_UNDERSTOOD: Refused = (StatusCode::BAD_REQUEST, "That wasn't understood.\n");
 
-/// The JSON of a request. A form on another site can't send this content type.
+/// JSON of a request. A form on another site can't send this content type.
 async fn read<T: for<'a> Deserialize<'a>>(headers: &HeaderMap, body: Body) -> Result<T, Refused> {
     let json = headers.get(header::CONTENT_TYPE).is_some_and(|kind| kind == "application/json");
     if !json {
@@ -135,7 +137,7 @@ async fn read<T: for<'a> Deserialize<'a>>(headers: &HeaderMap, body: Body) -> Re
 #[serde(deny_unknown_fields)]
 struct Enter {
     token: String,
-    /// A random number of the page's own, like a token: who sends the same gets the same key.
+    /// Page's own random number, like a token: the same number gets the same key.
     claim: String,
 }
 
@@ -171,7 +173,7 @@ fn json(value: &impl Serialize) -> Response {
     ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
-/// The number after `name=` in a query.
+/// Number after `name=` in a query.
 fn number(query: Option<&str>, name: &str) -> Option<u64> {
     let mut pairs = query?.split('&').filter_map(|pair| pair.split_once('='));
     pairs.find(|(key, _)| *key == name)?.1.parse().ok()
@@ -190,7 +192,7 @@ async fn follow(
     ([(header::CONTENT_TYPE, "text/event-stream")], body).into_response()
 }
 
-/// The newest picture after number `after`, as soon as there is one.
+/// Newest picture after number `after`, as soon as available.
 async fn picture(
     State(shop): State<Shop>,
     Extension(role): Extension<Role>,
@@ -220,7 +222,7 @@ async fn picture(
             };
             match wait {
                 Some(wait) => tokio::time::sleep(wait).await,
-                // The hub outlives its pages.
+                // The hub outlives the pages.
                 None => drop(pictures.changed().await),
             }
         }
@@ -280,7 +282,7 @@ async fn start(
     shop.hub.start(request).then_some(StatusCode::NO_CONTENT).ok_or(NOT_NOW)
 }
 
-/// A file of the result, by its place in the page's list.
+/// File of the result, by index in the page's list.
 async fn file(
     State(shop): State<Shop>,
     Path(number): Path<String>,
@@ -290,7 +292,7 @@ async fn file(
     let Stage::Ended(ended) = state.stage else { return Err(NO_FILE) };
     let number: usize = number.parse().map_err(|_| NO_FILE)?;
     let file = ended.files.get(number).ok_or(NO_FILE)?;
-    // Names are ours; anything else wouldn't be a header.
+    // File names are ours; anything else wouldn't be a valid header.
     let attachment = HeaderValue::from_str(&format!("attachment; filename=\"{}\"", file.name));
     let headers = [
         (header::CONTENT_TYPE, HeaderValue::from_static(file.media_type)),

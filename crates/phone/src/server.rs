@@ -1,4 +1,4 @@
-//! The thread that serves the page.
+//! Server thread of the page.
 
 use std::{
     net::{SocketAddr, TcpListener},
@@ -23,7 +23,7 @@ use super::{
 
 /// Pause after an error of the listener, such as too many open files.
 const RETRY: Duration = Duration::from_millis(100);
-/// Time within which a connection must have agreed on its encryption.
+/// Time limit for a connection's TLS handshake.
 const HANDSHAKE_WITHIN: Duration = Duration::from_secs(8);
 /// Niceness of the server's threads: the pipeline comes first.
 const POLITENESS: i32 = 10;
@@ -32,30 +32,30 @@ const POLITENESS: i32 = 10;
 pub struct Setup {
     /// Address to bind to.
     pub address: ServeAddress,
-    /// Names by which the page may be called beside addresses.
+    /// Host names of the page besides addresses.
     pub names: Vec<String>,
-    /// Serves HTTPS with it; plain HTTP without one.
+    /// Certificate for HTTPS; plain HTTP without.
     pub certificate: Option<Certificate>,
-    /// Secret from which links and keys are derived, the same at each start; without it, all are new.
+    /// Secret for deriving the same links and keys at each start; without it, all are new.
     pub kept: Option<Secret>,
 }
 
-/// The thread that answers. Ends when dropped.
+/// Server thread. Ends when dropped.
 pub(super) struct Served {
     stop: watch::Sender<bool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// A page that is being served. Ends when dropped.
+/// Served page. Ends when dropped.
 pub struct Server {
     _served: Served,
     gate: Arc<Gate>,
-    /// Port that was wanted, if another one had to do.
+    /// Requested port, if another port had to be used.
     taken_port: Option<u16>,
 }
 
 impl Server {
-    /// Serves what `hub` shows.
+    /// Serves the state of `hub`.
     ///
     /// # Errors
     ///
@@ -87,24 +87,25 @@ impl Server {
         Ok(Self { _served: served, gate, taken_port })
     }
 
-    /// The links to the page that hold now; the likeliest first. An owner's link is another one once it's used.
+    /// Valid links to the page, the likeliest first. An owner's link is replaced after its use.
     pub fn links(&self) -> Vec<Links> {
         self.gate.links()
     }
 
-    /// The port that was wanted, if another program has it.
+    /// Requested port, if in use by another program.
     pub fn taken_port(&self) -> Option<u16> {
         self.taken_port
     }
 
-    /// Calls `on_used` with the new links whenever an owner's link is used up. The first call counts.
+    /// Calls `on_used` with the new links whenever an owner's link is used up. Only the first call
+    /// has an effect.
     pub fn when_used(&self, on_used: impl Fn(&[Links]) + Send + Sync + 'static) {
         self.gate.on_used.set(Box::new(on_used)).ok();
     }
 }
 
 impl Served {
-    /// Answers what comes to `listener`.
+    /// Answers the connections of `listener`.
     pub(super) fn start(
         listener: TcpListener,
         tls: Option<TlsAcceptor>,
@@ -132,13 +133,13 @@ impl Drop for Served {
     fn drop(&mut self) {
         self.stop.send_replace(true);
         if let Some(thread) = self.thread.take() {
-            // The thread has printed a panic; there is nothing to add.
+            // The thread has printed a panic already.
             thread.join().ok();
         }
     }
 }
 
-/// True for letters, digits, hyphens and points, as in the names of computers.
+/// True for letters, digits, hyphens and points, as in host names.
 fn is_host_name(name: &str) -> bool {
     let is_label = |label: &str| {
         !label.is_empty()
@@ -161,7 +162,7 @@ pub(super) fn bind(address: ServeAddress) -> Result<TcpListener, ServeError> {
     }
 }
 
-/// Lowers this thread's priority where that concerns one thread.
+/// Lowers this thread's priority, on systems with priorities per thread.
 fn be_polite() {
     #[cfg(target_os = "linux")]
     rustix::process::nice(POLITENESS).ok();
@@ -183,7 +184,7 @@ async fn serve(
                 tokio::time::sleep(RETRY).await;
                 continue;
             };
-            // Small answers go at once.
+            // Send small answers at once.
             stream.set_nodelay(true).ok();
             let Some(peer) = peers.admit(address) else { continue };
             match tls.clone() {

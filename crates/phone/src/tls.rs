@@ -1,4 +1,4 @@
-//! HTTPS with a certificate that somebody else made.
+//! HTTPS with a given certificate.
 
 #[cfg(not(unix))]
 use none as backend;
@@ -9,10 +9,10 @@ use super::error::ServeError;
 
 pub(super) use backend::{TlsAcceptor, acceptor};
 
-/// A certificate with its chain and its key, as PEM.
+/// Certificate with chain and key, as PEM.
 #[derive(Clone)]
 pub struct Certificate {
-    /// The chain, the page's own certificate first.
+    /// Chain, the page's own certificate first.
     pub chain_pem: Vec<u8>,
     /// Private key of the page's own certificate.
     pub key_pem: Vec<u8>,
@@ -33,7 +33,8 @@ mod rustls {
 
     use super::{Certificate, ServeError};
 
-    /// Acceptor of HTTPS connections with `certificate`, which must be for each of the `names`.
+    /// Acceptor of HTTPS connections with `certificate`, which must be valid for each of the
+    /// `names`.
     pub(in super::super) fn acceptor(
         certificate: &Certificate,
         names: &[String],
@@ -64,7 +65,7 @@ mod rustls {
     }
 }
 
-/// Elsewhere there is no HTTPS.
+/// Replacement for systems without HTTPS support.
 #[cfg(not(unix))]
 mod none {
     use tokio::net::TcpStream;

@@ -1,4 +1,5 @@
-//! What the program shows as the page's JSON: a part that changes with every frame, and a part that changes with a view.
+//! Program state as the page's JSON: a part that changes with every frame, and a part that changes
+//! with a view.
 
 use serde::Serialize;
 
@@ -12,7 +13,7 @@ pub(super) struct Live<'a> {
     live: browser::Live,
     /// Choices for a new session.
     offer: Option<&'a Offer>,
-    /// Where to push a watched camera, the same for a person who faces it, and how far.
+    /// Direction to push a watched camera, also for a person facing the camera, and the amount.
     push: Option<([&'static str; 2], &'a str)>,
 }
 
@@ -24,7 +25,7 @@ pub(super) struct PlanOfBoard<'a> {
     board: &'a str,
 }
 
-/// The live part.
+/// Live part.
 pub(super) fn live(state: &State) -> Live<'_> {
     let stage = match state.stage {
         Stage::Waiting(_) => "waiting",
@@ -56,7 +57,8 @@ pub(super) fn live(state: &State) -> Live<'_> {
     Live { live, offer, push }
 }
 
-/// What the part that changes with a view shows, with the board; `None` before the first frame, or of a watched camera.
+/// Source of the part that changes with a view, with the board; `None` before the first frame, or
+/// for a watched camera.
 pub(super) fn source(state: &State, hub: &Hub) -> Option<(PlanSource, String)> {
     let snapshot = match state.stage {
         Stage::Adjusting(_) => None,
@@ -65,7 +67,7 @@ pub(super) fn source(state: &State, hub: &Hub) -> Option<(PlanSource, String)> {
     Some((PlanSource { snapshot, refused: hub.refused() }, state.board.clone()))
 }
 
-/// The part that changes with a view, or the edges of a watched camera; `None` before the first frame.
+/// Part that changes with a view, or the edges of a watched camera; `None` before the first frame.
 pub(super) fn plan<'a>(
     state: &'a State,
     source: Option<&(PlanSource, String)>,

@@ -1,4 +1,4 @@
-//! The page that calibrates in a browser: one file, served as it is.
+//! The page that calibrates in a browser: one file, served unchanged.
 
 use std::net::SocketAddr;
 
@@ -15,7 +15,7 @@ use super::{
     server::{Served, bind},
 };
 
-/// A file that is being served. Ends when dropped.
+/// Served file. Ends when dropped.
 pub struct WebPage {
     _served: Served,
     address: SocketAddr,
@@ -38,7 +38,8 @@ impl WebPage {
         Ok(Self { _served: served, address })
     }
 
-    /// Address of the page. To this computer's own name browsers give their camera without a certificate.
+    /// Address of the page. On this computer's own name, browsers grant camera access without a
+    /// certificate.
     pub fn link(&self) -> String {
         if self.address.ip().is_loopback() || self.address.ip().is_unspecified() {
             return format!("http://localhost:{}/", self.address.port());

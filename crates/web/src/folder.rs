@@ -1,4 +1,4 @@
-//! A session's folder in memory.
+//! In-memory folder of a session.
 
 use std::{collections::BTreeMap, io::Cursor};
 
@@ -10,7 +10,7 @@ use boresight_geometry::frame::FrameId;
 use boresight_guide::session::{Decision, Input};
 use boresight_run::recording::{Header, JournalText, Line, Stored, stored_png};
 
-/// Header, journal and pictures, as the program writes them into a folder.
+/// Header, journal and pictures, in the program's folder format.
 pub(crate) struct Folder {
     header: String,
     journal: JournalText,
@@ -26,14 +26,14 @@ impl Folder {
         Ok(Self { header, journal, lines: Vec::new(), pictures: BTreeMap::new() })
     }
 
-    /// Keeps a picture.
+    /// Stores a picture.
     pub(crate) fn store(&mut self, id: FrameId, picture: &GrayImage) -> anyhow::Result<Stored> {
         let (png, stored) = stored_png(id, picture)?;
         self.pictures.insert(id.0, png);
         Ok(stored)
     }
 
-    /// Keeps an input with its decision.
+    /// Appends an input with the decision.
     pub(crate) fn append(
         &mut self,
         input: &Input,
@@ -50,13 +50,13 @@ impl Folder {
         (0..).zip(&self.lines).map(|(seq, line)| JournalText::read(line, seq))
     }
 
-    /// The picture of a frame, if it's kept.
+    /// Picture of a frame, if stored.
     pub(crate) fn picture(&self, frame: u64) -> Option<GrayImage> {
         let png = Cursor::new(self.pictures.get(&frame)?);
         decoded(png, ImageFormat::Png, Upright::AsStored).ok()
     }
 
-    /// The folder as one tar file, with the result and the report in it.
+    /// Tar file of the folder, including result and report.
     pub(crate) fn archive(
         &self,
         name: &str,

@@ -1,4 +1,4 @@
-//! The session that the worker holds.
+//! The worker's session.
 
 use std::{io::Cursor, sync::Arc};
 
@@ -36,14 +36,14 @@ use boresight_present::{
 };
 use boresight_run::recording::Header;
 
-/// Longest search in one picture of a stream, as in the program.
+/// Maximum time for searching a picture of a stream, as in the program.
 const LONGEST_SEARCH_MS: f64 = 250.0;
-/// Bytes of a pixel with colour, as canvases hold it.
+/// Bytes per coloured pixel of a canvas.
 const RGBA: usize = 4;
 /// Name of the session's folder.
 const NAME: &str = "boresight-session";
 
-/// A session with its detector, and what's kept of it.
+/// Session with detector and stored folder.
 #[wasm_bindgen]
 pub struct Guide {
     header: Header,
@@ -53,16 +53,16 @@ pub struct Guide {
     kind: FrameKind,
     keeps_all: bool,
     next_frame: u64,
-    /// The bytes of the next picture, which the worker writes.
+    /// Bytes of the next picture, written by the worker.
     room: Vec<u8>,
-    /// Earlier pictures that may still be accepted.
+    /// Earlier picture that may still be accepted.
     in_hand: Option<(FrameId, GrayImage)>,
     folder: Folder,
     teller: Teller,
     news: u64,
     stage: &'static str,
     newest: Option<Arc<Snapshot>>,
-    /// The plan that the page has.
+    /// Plan last sent to the page.
     plan: Option<PlanSource>,
     files: Vec<PageFile>,
 }
@@ -71,25 +71,25 @@ pub struct Guide {
 ///
 /// # Errors
 ///
-/// If it's neither.
+/// For any other file.
 #[wasm_bindgen]
 pub fn size_of(file: &[u8]) -> Result<Vec<u32>, JsError> {
     let picture = picture_of(file).map_err(told)?;
     Ok(vec![picture.width(), picture.height()])
 }
 
-/// Dictionaries of ChArUco boards, with the number of their markers, as JSON.
+/// Dictionaries of ChArUco boards, with numbers of markers, as JSON.
 ///
 /// # Errors
 ///
-/// None that's known.
+/// None known.
 #[wasm_bindgen]
 pub fn dictionaries() -> Result<String, JsError> {
     let named: Vec<_> = Dictionary::all().map(|it| (it.name(), it.count())).collect();
     Ok(serde_json::to_string(&named)?)
 }
 
-/// The picture in a file, as the program reads it.
+/// Picture in a file, read as by the program.
 fn picture_of(file: &[u8]) -> anyhow::Result<GrayImage> {
     let format = image::guess_format(file).ok();
     let format = format.filter(|it| matches!(it, ImageFormat::Png | ImageFormat::Jpeg));
@@ -99,12 +99,12 @@ fn picture_of(file: &[u8]) -> anyhow::Result<GrayImage> {
 
 #[wasm_bindgen]
 impl Guide {
-    /// A new session, for which the page asks with JSON: pictures of `width_px` by `height_px` from a stream, or
-    /// photographs. With `keeps_all`, every picture is kept, not only those of views.
+    /// New session requested by the page with JSON: pictures of `width_px` by `height_px` from a
+    /// stream, or photographs. With `keeps_all`, every picture is kept, not only those of views.
     ///
     /// # Errors
     ///
-    /// If the board can't be.
+    /// For an impossible board.
     #[wasm_bindgen(constructor)]
     pub fn new(
         request: &str,
@@ -141,22 +141,23 @@ impl Guide {
         new().map_err(told)
     }
 
-    /// The page before the first picture.
+    /// Page before the first picture.
     ///
     /// # Errors
     ///
-    /// None that's known.
+    /// None known.
     pub fn begin(&self) -> Result<String, JsError> {
         Ok(serde_json::to_string(&Live::empty(self.stage, false))?)
     }
 
-    /// Where the next picture's bytes belong, of which there are `len`.
+    /// Buffer of `len` bytes for the next picture.
     pub fn room(&mut self, len: usize) -> *mut u8 {
         self.room.resize(len, 0);
         self.room.as_mut_ptr()
     }
 
-    /// Judges the picture in [`Self::room`], whose first plane is its brightness. Returns what the page has to know.
+    /// Judges the picture in [`Self::room`], a brightness plane first. Returns the events for the
+    /// page.
     ///
     /// # Errors
     ///
@@ -170,13 +171,14 @@ impl Guide {
         self.judge(picture, seconds, String::new()).map_err(told)
     }
 
-    /// As [`Self::look`], of a picture with colours: red, green, blue and a byte that's ignored; or blue first.
+    /// As [`Self::look`], for a picture with colours: red, green, blue and an ignored byte; or blue
+    /// first.
     ///
     /// # Errors
     ///
     /// As there.
     pub fn look_coloured(&mut self, seconds: f64, is_blue_first: bool) -> Result<String, JsError> {
-        // Of ITU-R BT.601, as cameras make brightness; in 256ths.
+        // ITU-R BT.601, as in cameras; in 256ths.
         let weights: [u32; 3] = if is_blue_first { [29, 150, 77] } else { [77, 150, 29] };
         for at in 0..self.room.len() / RGBA {
             let colour = &self.room[at * RGBA..];
@@ -186,22 +188,22 @@ impl Guide {
         self.look(seconds)
     }
 
-    /// As [`Self::look`], of a photograph in a file.
+    /// As [`Self::look`], for a photograph in a file.
     ///
     /// # Errors
     ///
-    /// If it's no picture that's known.
+    /// If the file isn't a known picture.
     pub fn look_at_file(&mut self, file: &[u8], name: &str) -> Result<String, JsError> {
         picture_of(file)
             .and_then(|picture| self.judge(Some(picture), 0.0, name.to_owned()))
             .map_err(told)
     }
 
-    /// A command of the person, as JSON.
+    /// Executes the person's command, given as JSON.
     ///
     /// # Errors
     ///
-    /// If it isn't known.
+    /// For an unknown command.
     pub fn command(&mut self, command: &str) -> Result<String, JsError> {
         let mut command = || {
             let command = request::command(command)?;
@@ -211,7 +213,7 @@ impl Guide {
         command().map_err(told)
     }
 
-    /// There are no more pictures.
+    /// Ends the source of pictures.
     ///
     /// # Errors
     ///
@@ -220,7 +222,7 @@ impl Guide {
         self.input(&Input::SourceEnded).map_err(told)
     }
 
-    /// True once nothing more is asked for.
+    /// True once no further view is requested.
     pub fn is_over(&self) -> bool {
         self.newest.as_ref().is_some_and(|newest| {
             newest.decision.progress != Progress::Collecting || newest.source_ended
@@ -236,12 +238,12 @@ impl Guide {
         self.conclude().map_err(told)
     }
 
-    /// The file with that number in the list of the result.
+    /// File `number` in the list of the result.
     pub fn file(&self, number: usize) -> Option<Vec<u8>> {
         self.files.get(number).map(|file| file.bytes.to_vec())
     }
 
-    /// The media type of that file.
+    /// Media type of file `number`.
     pub fn media_type(&self, number: usize) -> Option<String> {
         self.files.get(number).map(|file| file.media_type.to_owned())
     }
@@ -303,7 +305,7 @@ impl Guide {
         self.told(snapshot)
     }
 
-    /// A session that has ended goes on, as the program resumes one.
+    /// Continues an ended session, as the program resumes a session.
     fn go_on(&mut self, command: &Command) -> anyhow::Result<()> {
         if *command == Command::TakeMore {
             ensure!(self.stage == "ended", "the session hasn't ended");
@@ -313,7 +315,7 @@ impl Guide {
         Ok(())
     }
 
-    /// The events that tell a page of `snapshot`.
+    /// Events for the page about `snapshot`.
     fn told(&mut self, snapshot: Snapshot) -> anyhow::Result<String> {
         let mut events = Vec::new();
         for News { word, view } in self.teller.tell(&snapshot) {

@@ -1,4 +1,4 @@
-//! A session in a browser: what one worker of the page holds.
+//! A session in a browser: state of the page's worker.
 //!
 //! ```text
 //!  main thread                                   worker
@@ -9,14 +9,15 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `guide` | [`Guide`], which the worker calls |
-//! | `request` | what the page asks for |
+//! | `guide` | [`Guide`], called by the worker |
+//! | `request` | requests from the page |
 //! | `folder` | the session's folder in memory: header, journal, pictures |
-//! | `page.js`, `worker.js`, `about.html` | the page's own script beside [`boresight_present::browser`], the worker's, and what the page says about itself |
-//! | `pack.py` | makes one file of all of it |
+//! | `page.js`, `worker.js` | scripts beside [`boresight_present::browser`], and of the worker |
+//! | `about.html` | the page's description of itself |
+//! | `pack.py` | packs everything into one file |
 //!
-//! Detector, session, journal and files are those of the program, so a session that's downloaded here is replayed,
-//! reported and resumed there.
+//! Detector, session, journal and files are those of the program, so the program can replay, report
+//! and resume a downloaded session.
 
 #![forbid(unsafe_code)]
 
@@ -34,7 +35,7 @@ extern "C" {
     fn log_error(text: &str);
 }
 
-/// Called once, when the module is loaded: a panic is told with its place.
+/// Initialises the module when loaded: a panic is reported with its location.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|panic| log_error(&panic.to_string())));

@@ -1,4 +1,4 @@
-//! What the page asks for.
+//! Requests from the page.
 
 use anyhow::{Context as _, ensure};
 use serde::Deserialize;
@@ -8,11 +8,11 @@ use boresight_guide::session::Command;
 use boresight_present::browser::Asked;
 use boresight_run::config::{Config, PlanName};
 
-/// A new session.
+/// Request for a new session.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Request {
-    /// Source, as the page calls it.
+    /// Source, by the page's name.
     pub(crate) source: String,
     /// Inner corners: columns, rows.
     board: [u16; 2],
@@ -24,7 +24,7 @@ pub(crate) struct Request {
 }
 
 impl Request {
-    /// The settings, checked as a settings file is.
+    /// Settings, checked like a settings file.
     pub(crate) fn config(&self) -> anyhow::Result<Config> {
         let mut config = Config::load(None, &[])?;
         config.board = config.board.chosen(self.board, self.markers);
@@ -35,7 +35,7 @@ impl Request {
     }
 }
 
-/// The command of the page in `text`; those that end or leave a session are the page's business.
+/// Command of the page in `text`; the page handles commands to end or leave a session.
 pub(crate) fn command(text: &str) -> anyhow::Result<Command> {
     ensure!(text.len() < 1000, "no command is that long");
     let asked: Asked = serde_json::from_str(text)?;

@@ -1,4 +1,4 @@
-//! What the page shows while a watched camera is pushed back.
+//! Page content while a watched camera is pushed back.
 
 use crate::AdjustPage;
 use boresight_app::watch::{Step, with_scale};

@@ -1,4 +1,4 @@
-//! A program that waits for a phone: sessions are started, ended and started again on the page.
+//! A program waiting for a phone: sessions are started, ended and restarted on the page.
 
 use std::{
     sync::{
@@ -29,10 +29,10 @@ use boresight_run::{
 const LOOK: Duration = Duration::from_millis(50);
 /// Time between two searches for cameras.
 const CAMERAS_EVERY: Duration = Duration::from_secs(3);
-/// The source that is always there.
+/// Source offered always.
 const SIMULATION: &str = "sim";
 
-/// Sessions that are started on the phone's page.
+/// Sessions started on the phone's page.
 pub struct Head {
     phone: Phone,
     /// Settings of every session; the page chooses source, board and plan.
@@ -56,7 +56,7 @@ impl Head {
         Self { phone, opening, onlookers, last, trouble: None }
     }
 
-    /// Waits for sessions and runs them until `stop` is set. Returns how the last one ended.
+    /// Waits for sessions and runs them until `stop` is set. Returns the end of the last session.
     pub fn run(mut self, stop: &AtomicBool, announcer: &Announcer) -> Exit {
         let mut exit = Exit::Good;
         announcer.say(words::WAITING);
@@ -79,7 +79,7 @@ impl Head {
         exit
     }
 
-    /// A session, and two more views of it as often as the page asks for them.
+    /// Runs a session, and adds two views as often as requested by the page.
     fn session_with_more(
         &self,
         mut opening: Opening,
@@ -96,10 +96,10 @@ impl Head {
         }
     }
 
-    /// The next session that a page asks for; `None` once `stop` is set.
+    /// Next session requested by a page; `None` once `stop` is set.
     fn wait(&self, stop: &AtomicBool) -> Option<Request> {
         let (mut looked, mut shown) = (None::<Instant>, None);
-        // Drop a second tap on Start that came while the session was being opened.
+        // Drop a second tap on Start made while the session was being opened.
         drop(self.phone.hub().take_request());
         while !stop.load(Ordering::Relaxed) {
             if looked.is_none_or(|looked| looked.elapsed() >= CAMERAS_EVERY) {
@@ -147,12 +147,12 @@ impl Head {
         Offer { cameras, dictionaries, last: Some(self.last.clone()), trouble }
     }
 
-    /// The source on the command line, as phones may see it: without a camera's password.
+    /// Source on the command line, without a camera's password, for phones.
     fn given(&self) -> String {
         without_secrets(&self.opening.source)
     }
 
-    /// Opening for `request`, checked as a settings file is.
+    /// Opening for `request`, checked like a settings file.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
         config.board = config.board.chosen(request.board, request.markers);
@@ -167,13 +167,13 @@ impl Head {
             bail!(text::source::NO_COMMAND_BY_PHONE);
         }
         let source = if is_given { &self.opening.source } else { &request.source }.clone();
-        // What the sheet says about itself needs no typing.
+        // A board's code needs no typing.
         let board_code = BoardFromCode::All;
         let out = Some(new_session_path());
         Ok(Opening { source, config, out, board_code, ..self.opening.clone() })
     }
 
-    /// Waits until the page leaves the result. True if it asks for two more views.
+    /// Waits until the page leaves the result. True if two more views are requested.
     fn until_left(&self, stop: &AtomicBool) -> bool {
         while !self.phone.hub().wants_end() && !stop.load(Ordering::Relaxed) {
             if self.phone.hub().take_more() {
@@ -185,7 +185,7 @@ impl Head {
     }
 }
 
-/// A plan by the name that the page sends.
+/// Name of a plan on the page.
 fn plan_name(plan: PlanName) -> &'static str {
     match plan {
         PlanName::Quick => "quick",

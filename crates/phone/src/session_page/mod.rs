@@ -1,5 +1,5 @@
-//! The phone's page beside a session, or beside a watched camera that's pushed back: its links, and the result that it
-//! shows.
+//! The phone's page beside a session, or beside a watched camera being pushed back: links, and
+//! result.
 
 mod adjust;
 mod head;
@@ -30,18 +30,18 @@ use boresight_present::text::phone as words;
 use boresight_run::pipeline::Onlookers;
 use boresight_watch::Lens;
 
-/// Time for which the result is served after the last page has left.
+/// Serving time of the result after the last page has left.
 const LINGER_SECS: f64 = 30.0;
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A page that is being served.
+/// Served page.
 pub struct Phone {
     hub: Arc<Hub>,
     server: Server,
 }
 
 impl Phone {
-    /// Serves the page, which says that a session is being opened until one begins.
+    /// Serves the page, which shows that a session is being opened until one begins.
     ///
     /// # Errors
     ///
@@ -52,17 +52,18 @@ impl Phone {
         Ok(Self { hub, server })
     }
 
-    /// The hub, which looks on at a session.
+    /// Hub, which observes a session.
     pub fn hub(&self) -> &Arc<Hub> {
         &self.hub
     }
 
-    /// The links to the page that hold now.
+    /// Valid links to the page.
     pub fn links(&self) -> Vec<Links> {
         self.server.links()
     }
 
-    /// Announces the links, the likeliest one as a QR code, too; and the next ones when the owner's is used up.
+    /// Announces the links, the likeliest one also as a QR code; and the next links when the
+    /// owner's is used up.
     pub fn announce(&self, announcer: &Announcer) {
         let links = self.links();
         let Some(first) = links.first() else { return };
@@ -79,17 +80,17 @@ impl Phone {
                 announcer.say(words::SCAN_NEXT);
                 announce_owners(&links, &announcer);
             };
-            // Pages don't wait for a terminal that nobody reads.
+            // Pages don't wait for an unread terminal.
             Builder::new().name("links".into()).spawn(announce).ok();
         });
     }
 
-    /// Shows what to do to push a watched camera with that lens back.
+    /// Shows the action to push a watched camera with `lens` back.
     pub fn adjusting(&self, step: &Step<'_>, lens: &Lens) {
         self.hub.adjusting(step.frame, adjust_page(step, lens));
     }
 
-    /// Says what the pictures of a session that opens are of.
+    /// Announces the pictures of a session being opened.
     pub fn opens(&self, run: &Run) {
         self.hub.opens(run.open.truth.is_some(), run.board_in_words());
     }
@@ -105,13 +106,14 @@ impl Phone {
         self.hub.show(Stage::Ended(Arc::new(EndedPage { can_go_on: true, ..page })));
     }
 
-    /// Opens, runs and concludes a session that the page shows, beside `others` who look on. With `can_restart`, the
-    /// page offers to leave its result for another session. If the page asks for two more views then, [`Hub::take_more`]
-    /// says so.
+    /// Opens, runs and concludes a session shown by the page, beside `others` looking on. With
+    /// `can_restart`, the page offers to leave its result for another session. [`Hub::take_more`]
+    /// then reports a page's request for two more views.
     ///
     /// # Errors
     ///
-    /// As [`Opening::open`], [`boresight_app::Run::carry_out`] and [`boresight_app::FinishedRun::conclude`].
+    /// As [`Opening::open`], [`boresight_app::Run::carry_out`] and
+    /// [`boresight_app::FinishedRun::conclude`].
     pub fn session(
         &self,
         opening: &Opening,
@@ -134,8 +136,8 @@ impl Phone {
         Ok(concluded)
     }
 
-    /// Waits until nobody looks at the last page any more, saying `words`, or until `stop` is set. If there never was a
-    /// page, it doesn't wait. True if the page asks to go on with two more views.
+    /// Shows `words` and waits until nobody looks at the last page any more, or until `stop` is
+    /// set. Returns at once if there never was a page. True if two more views are requested.
     pub fn linger(&self, stop: &AtomicBool, words: &str, announcer: &Announcer) -> bool {
         let is_needed =
             || self.hub.pages() > 0 || self.hub.alone_secs().is_some_and(|secs| secs < LINGER_SECS);
@@ -152,7 +154,7 @@ impl Phone {
     }
 }
 
-/// The settings with which a session that ended in `folder` goes on.
+/// Settings for continuing a session that ended in `folder`.
 pub fn going_on(opening: &Opening, folder: &Path) -> Opening {
     Opening {
         session: Some(folder.into()),

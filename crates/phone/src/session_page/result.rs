@@ -1,4 +1,4 @@
-//! A result as the page shows it, with its files.
+//! Result with files, as shown by the page.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_guide::session::Session;
 use boresight_present::text::phone as words;
 
-/// The page about the session in `folder`, which has run and is stored.
+/// Page about the ended and stored session in `folder`.
 pub fn ended_page(
     session: &Session,
     concluded: &Concluded,
@@ -22,8 +22,8 @@ pub fn ended_page(
     EndedPage { can_restart, ..EndedPage::of(session, &concluded.result, files(folder)) }
 }
 
-/// The report and every export that can hold the lens. Files that can't be made are left out: the page has no use for
-/// an error.
+/// Report and exports that can hold the lens. Files that can't be made are left out: the page has
+/// no use for an error.
 fn files(folder: &Path) -> Vec<PageFile> {
     let report = read(&folder.join(REPORT_FILE), TEXT_LIMIT / 8, Links::Refused).ok();
     let report = report.map(|bytes| PageFile::new(REPORT_FILE, words::REPORT, "text/html", bytes));
