@@ -1,4 +1,5 @@
-//! Directions of shift in which a principal line leaves the principal point. (The paper's Fig. 2.)
+//! Deflection of a principal line from the principal point against the direction of shift. (The
+//! paper's Fig. 2.)
 
 use nalgebra::Vector2;
 
@@ -11,12 +12,12 @@ use super::{
 use boresight_geometry::PrincipalLine;
 use boresight_present::chart::{Plot, Series};
 
-/// The principal line of one shifted board.
+/// Principal line of a shifted board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Length of the shift.
     pub shift_m: f64,
-    /// Direction of the shift, from across the line (0) to along it (π/2), `[0, 2π)`.
+    /// Direction of the shift, from across the line (0) to along the line (π/2), `[0, 2π)`.
     pub direction_rad: f64,
     /// Signed distance of the line from the true principal point.
     pub offset_px: f64,
@@ -31,12 +32,12 @@ pub fn rows(setup: &Setup, shift_m: f64, count: usize) -> Vec<Row> {
         .collect()
 }
 
-/// Effect of one shift on the line. `None` if the board has none there.
+/// Deflection of the line by a shift. `None` if the board has no line there.
 pub fn deflection(setup: &Setup, shift_m: f64, direction_rad: f64) -> Option<Row> {
     let shift = Vector2::new(direction_rad.cos(), direction_rad.sin()) * shift_m;
     let straight = line(setup, &Vector2::zeros())?;
     let line = line(setup, &shift)?;
-    // The sign of a line's normal is arbitrary; the straight line's is taken.
+    // The sign of a line's normal is arbitrary; use the unshifted line's.
     let sign = line.normal().dot(&straight.normal()).signum();
     let normal = line.normal() * sign;
     let cross = straight.normal().perp(&normal);

@@ -1,4 +1,4 @@
-//! Estimates from corners to principal lines and points, by each method.
+//! Estimates from corners, principal lines and principal points, by each method.
 
 use nalgebra::{Matrix3, Point2};
 
@@ -8,7 +8,7 @@ use boresight_geometry::{
     intersect_unweighted, mean_px, pose_from_homography,
 };
 
-/// A view as every estimate uses it.
+/// View as used by every estimate.
 #[derive(Clone, Debug)]
 pub(super) struct View {
     pub(super) corners: Vec<Corner>,
@@ -16,8 +16,8 @@ pub(super) struct View {
     pub(super) line: Option<PrincipalLine>,
 }
 
-/// A view's homography and principal line, of the corners as seen; lines count from `origin_px`. `sigma_px` is the
-/// assumed error of a corner coordinate.
+/// Homography and principal line of a view, from the corners as seen; lines count from `origin_px`.
+/// `sigma_px` is the assumed error of a corner coordinate.
 ///
 /// `None` if the corners have no homography.
 pub(super) fn view(
@@ -33,7 +33,7 @@ pub(super) fn view(
     Some(View { corners, image_from_board: *homography.image_from_board(), line })
 }
 
-/// Intersection of the principal lines of `views`, all weighing the same, as in the paper.
+/// Unweighted intersection of the principal lines of `views`, as in the paper.
 pub(super) fn by_principal_lines(views: &[&View]) -> Option<Point2<f64>> {
     let lines: Option<Vec<PrincipalLine>> = views.iter().map(|view| view.line.clone()).collect();
     intersect_unweighted(&lines?).ok().map(|point| point.px)
@@ -47,7 +47,7 @@ pub(super) fn by_zhang(
     model: LensModel,
 ) -> Option<Point2<f64>> {
     let homographies: Vec<Matrix3<f64>> = views.iter().map(|view| view.image_from_board).collect();
-    // Where the closed form fails, a usual focal length is a start, too.
+    // If the closed form fails, start at a usual focal length.
     let usual = || Camera::pinhole(1.2 * f64::from(image_size.width_px), image_size.centre_px());
     let start = zhang::closed_form(&homographies, image_size).unwrap_or_else(usual);
     let poses: Option<Vec<_>> =
@@ -58,7 +58,8 @@ pub(super) fn by_zhang(
     Some(bundle.state.camera.pp_px)
 }
 
-/// Bundle adjustment of `views` with `model`, from `camera`: started at the truth, the minimum is found.
+/// Bundle adjustment of `views` with `model`, from `camera`: started at the truth, it finds the
+/// minimum.
 pub(super) fn adjusted(
     board: &Checkerboard,
     views: &[View],

@@ -1,19 +1,21 @@
-//! The source paper's experiments, repeated against known truth, and strategies of guidance compared.
+//! The source paper's experiments, repeated against known truth, and strategies of guidance
+//! compared.
 //!
-//! Source: J.-H. Chuang and H.-Y. Chen, "Visualizing and alleviating the effect of radial distortion on
-//! camera calibration using principal lines". Each experiment is a pure function of its parameters and a
-//! seed; it returns an [`Outcome`]: words, numbers against known ones, tables and figures.
+//! Source: J.-H. Chuang and H.-Y. Chen, "Visualizing and alleviating the effect of radial
+//! distortion on camera calibration using principal lines". Each experiment is a pure function of
+//! its parameters and a seed; it returns an [`Outcome`]: words, comparisons with known numbers,
+//! tables and figures.
 //!
-//! | experiment | asks |
+//! | experiment | question |
 //! |---|---|
-//! | [`directionality`] | in which direction of shift does a principal line leave the principal point? |
-//! | [`monotonicity`] | how does that grow with the shift? |
-//! | [`pairs`] | does the opposed pose cancel it, and how many pairs does it take? |
-//! | [`skip`] | what happens to the principal point when slots are left out, beside Zhang's method? |
-//! | [`table1`] | can the scatter of such estimates tell which method is right? |
-//! | [`tilt`] | which tilt is best? |
-//! | [`varying_focal`] | what if the focal length changes between views? |
-//! | [`guidance`] | what is each way of guiding a person worth, in views and seconds? |
+//! | [`directionality`] | how does a principal line's offset depend on the direction of shift? |
+//! | [`monotonicity`] | how does the offset grow with the shift? |
+//! | [`pairs`] | does the opposed pose cancel the offset, and how many pairs are needed? |
+//! | [`skip`] | how does leaving out slots move the principal point, also with Zhang's method? |
+//! | [`table1`] | can the scatter of such estimates identify the right method? |
+//! | [`tilt`] | where is the best tilt? |
+//! | [`varying_focal`] | how does a changing focal length between views matter? |
+//! | [`guidance`] | how much is each way of guiding a person worth, in views and seconds? |
 
 #![forbid(unsafe_code)]
 
@@ -41,10 +43,10 @@ pub use outcome::Outcome;
 pub use params::{Hand, Params};
 pub use study_folder::StudyFolder;
 
-/// An experiment of one piece: name and function.
+/// Experiment without parts: name and function.
 pub type Experiment = (&'static str, fn(&Params) -> Outcome);
 
-/// All experiments but the comparison of strategies, which comes in parts.
+/// All experiments except the comparison of strategies, which comes in parts.
 pub const EXPERIMENTS: [Experiment; 7] = [
     ("directionality", directionality::outcome),
     ("monotonicity", monotonicity::outcome),

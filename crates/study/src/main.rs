@@ -49,9 +49,9 @@ impl eframe::App for Explore {
 ///
 /// Also compares guidance strategies.
 ///
-/// Writes index.html, which lists each claim, measurement and verdict, with one CSV per table and one SVG per
-/// figure. The same parameters and seed give the same files. Start an interrupted study again with the same
-/// --out to continue. Exits with 3 if a known value is not reproduced.
+/// Writes index.html, which lists each claim, measurement and verdict, with one CSV per table and
+/// one SVG per figure. The same parameters and seed give the same files. Start an interrupted study
+/// again with the same --out to continue. Exits with 3 if a known value is not reproduced.
 #[derive(Debug, Parser)]
 #[command(name = "boresight-study", version, after_help = EXAMPLES)]
 struct Arguments {
@@ -67,7 +67,8 @@ struct Arguments {
     /// Random seed.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Detect corners in rendered pictures instead of computing them (directionality, monotonicity, pairs).
+    /// Detect corners in rendered pictures instead of computing them (directionality, monotonicity,
+    /// pairs).
     #[arg(long)]
     rendered: bool,
     /// Print the parameters as TOML and exit.
@@ -131,7 +132,7 @@ impl Arguments {
             self.experiments.is_empty() || self.experiments.iter().any(is)
         };
         let mut outcomes = Vec::new();
-        // Results of an earlier call in this folder stay on its page.
+        // Earlier results in this folder stay on its page.
         let shown = |name: &str| wanted(name) || folder.is_done(name);
         let experiments: Vec<_> = EXPERIMENTS.into_iter().filter(|(name, _)| shown(name)).collect();
         let progress = Progress::of_long_steps("study", experiments.len());

@@ -12,7 +12,7 @@ use boresight_present::chart::{Plot, Series};
 pub const DIRECTIONS_RAD: [f64; 3] =
     [0.0, std::f64::consts::FRAC_PI_4, std::f64::consts::FRAC_PI_2];
 
-/// Shifts from nothing to `longest_m` in steps of `step_m`, in each of [`DIRECTIONS_RAD`].
+/// Shifts from zero to `longest_m` in steps of `step_m`, in each of [`DIRECTIONS_RAD`].
 pub fn rows(setup: &Setup, longest_m: f64, step_m: f64) -> Vec<Row> {
     let steps = (longest_m / step_m).round() as usize;
     DIRECTIONS_RAD

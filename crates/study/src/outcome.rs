@@ -1,29 +1,29 @@
-//! Outcome of an experiment: words, numbers against the known ones, tables, figures.
+//! Outcome of an experiment: words, comparisons with known numbers, tables, figures.
 
 use serde::{Deserialize, Serialize};
 
 use boresight_formats::export::csv_field;
 
-/// Result of one experiment.
+/// Result of an experiment.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Stable name, also of its files.
+    /// Stable name, also used for files.
     pub name: String,
     /// Heading of the experiment.
     pub title: String,
     /// The method, in a sentence or two.
     pub method: String,
-    /// Claims, each with its finding.
+    /// Claims, each with a finding.
     pub claims: Vec<Claim>,
-    /// Numbers that are known from elsewhere.
+    /// Comparisons with numbers known from elsewhere.
     pub checks: Vec<Check>,
-    /// Everything that was measured.
+    /// All measurements.
     pub tables: Vec<Table>,
     /// Drawings of the experiment.
     pub figures: Vec<Figure>,
 }
 
-/// A statement and its verdict.
+/// Statement with a verdict.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Claim {
     /// Claim of the source.
@@ -40,7 +40,7 @@ pub struct Claim {
 pub enum Verdict {
     /// The measurement supports the claim as stated.
     Holds,
-    /// The measurement supports the claim with limits that are said.
+    /// The measurement supports the claim with stated limits.
     Partly,
     /// The measurement contradicts the claim.
     Fails,
@@ -62,28 +62,29 @@ impl Verdict {
     }
 }
 
-/// A number and what it should be.
+/// Number with a reference.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Check {
-    /// Measured quantity, with its unit.
+    /// Measured quantity, with unit.
     pub what: String,
-    /// The known number.
+    /// Known number.
     pub reference: f64,
-    /// The number found.
+    /// Measured number.
     pub measured: f64,
     /// Tolerance about the reference.
     pub within: Within,
 }
 
-/// Tolerance of a number about its reference.
+/// Tolerance of a number about the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Within {
-    /// A share of the reference, and an absolute tolerance: half of the reference's own last digit.
+    /// Share of the reference, and absolute tolerance: half of the reference's last digit.
     Share(f64, f64),
-    /// At most as large as the reference.
+    /// Upper bound: the reference.
     AtMost,
-    /// The reference lies in this 95 % interval of the measured number, widened by its own rounding.
+    /// 95 % interval of the measured number, widened by its rounding, that must contain the
+    /// reference.
     Interval(f64, f64),
 }
 
@@ -100,19 +101,19 @@ impl Check {
     }
 }
 
-/// Tidy data: a row an observation, a column a variable.
+/// Tidy data: a row per observation, a column per variable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// Stable name, also of its file.
+    /// Stable name, also used for the file.
     pub name: String,
-    /// Names of the columns, with their units.
+    /// Names of the columns, with units.
     pub columns: Vec<String>,
-    /// Cells as they are written.
+    /// Cells as text.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// A table without rows.
+    /// Table without rows.
     pub fn new(name: &str, columns: &[&str]) -> Self {
         let columns = columns.iter().map(ToString::to_string).collect();
         Self { name: name.into(), columns, rows: Vec::new() }
@@ -123,7 +124,7 @@ impl Table {
         self.rows.push(cells.iter().map(ToString::to_string).collect());
     }
 
-    /// Comma-separated, quoted where needed (RFC 4180).
+    /// Comma-separated text, quoted where needed (RFC 4180).
     pub fn csv(&self) -> String {
         std::iter::once(&self.columns)
             .chain(&self.rows)
@@ -132,10 +133,10 @@ impl Table {
     }
 }
 
-/// A drawing with its caption.
+/// Drawing with a caption.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Stable name, also of its file.
+    /// Stable name, also used for the file.
     pub name: String,
     /// Caption below the drawing.
     pub caption: String,

@@ -1,4 +1,4 @@
-//! All outcomes on one page: claim, measured, verdict.
+//! All outcomes on a page: claim, measurement, verdict.
 
 use super::outcome::{Check, Outcome, Within};
 use boresight_present::chart::escaped;
@@ -11,7 +11,7 @@ figure{display:inline-block;width:28rem;max-width:100%;margin:.5rem .8rem .5rem 
 details{margin:.6rem 0}summary{cursor:pointer}.off{background:#fdecea}.w{overflow-x:auto}.w table{font-size:.85rem}
 @media print{body{max-width:none;margin:0}h2{break-after:avoid}figure,tr{break-inside:avoid}}";
 
-/// A self-contained HTML page.
+/// Self-contained HTML page.
 pub fn page(outcomes: &[Outcome], seed: u64) -> String {
     let (passed, total) = tally(outcomes);
     let mut html = format!(
@@ -38,7 +38,7 @@ pub fn page(outcomes: &[Outcome], seed: u64) -> String {
     html + "</body></html>\n"
 }
 
-/// Known numbers that are reproduced, and all of them.
+/// Number of reproduced known numbers, and number of all.
 pub fn tally(outcomes: &[Outcome]) -> (usize, usize) {
     let checks = || outcomes.iter().flat_map(|outcome| &outcome.checks);
     (checks().filter(|check| check.passes()).count(), checks().count())
@@ -122,7 +122,7 @@ fn row(check: &Check) -> String {
     )
 }
 
-/// Four significant digits.
+/// Text with four significant digits.
 fn brief(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

@@ -1,5 +1,5 @@
-//! Cancellation of a principal line's deflection by the opposed pose, and the number of pairs that it takes. (The
-//! paper's Figs 4 and 5.)
+//! Cancellation of a principal line's deflection by the opposed pose, and the number of pairs
+//! needed. (The paper's Figs 4 and 5.)
 
 use nalgebra::{Point2, Vector2};
 
@@ -11,7 +11,7 @@ use super::{
 };
 use boresight_present::chart::{Plot, Series};
 
-/// The lines of one slot and of the opposed one.
+/// Lines of a slot and of the opposed slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
     /// Direction of the first board.
@@ -26,7 +26,7 @@ pub struct Pair {
     pub angle_rad: f64,
 }
 
-/// The principal point from some of the eight slots.
+/// Principal point from some of the eight slots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Set {
     /// Number of poses: two pairs or four.
@@ -35,11 +35,11 @@ pub struct Set {
     pub centre_m: Vector2<f64>,
     /// Shift across the line.
     pub shift_m: f64,
-    /// Intersection of the lines, less the true principal point.
+    /// Intersection of the lines, minus the true principal point.
     pub error_px: Vector2<f64>,
 }
 
-/// The four opposed pairs of a board that turns about the optical axis, shifted across its line.
+/// Four opposed pairs of a board rotating about the optical axis, shifted across the line.
 pub fn pairs(setup: &Setup, shift_m: f64) -> Vec<Pair> {
     let views = views(setup, shift_m, &Vector2::zeros());
     let half = SLOTS / 2;
@@ -59,7 +59,7 @@ pub fn pairs(setup: &Setup, shift_m: f64) -> Vec<Pair> {
         .collect()
 }
 
-/// The principal point from two pairs at right angles and from all four.
+/// Principal point from two pairs at right angles and from all four.
 pub fn sets(setup: &Setup, shift_m: f64, centre_m: &Vector2<f64>) -> Vec<Set> {
     let views = views(setup, shift_m, centre_m);
     [2, 1]

@@ -1,29 +1,30 @@
-//! Settings, with the paper's values where it has any.
+//! Settings, with the paper's values if given there.
 
 use serde::{Deserialize, Serialize};
 
 use boresight_geometry::board::{Checkerboard, InvalidBoard};
 
-/// Parameters of all experiments; a TOML file holds them.
+/// Parameters of all experiments, as in a TOML file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
     /// Seed of everything random.
     pub seed: u64,
-    /// Corners found by the detector in rendered pictures instead of computed ones, in the experiments
-    /// on directions, shifts and pairs.
+    /// Detects corners in rendered pictures instead of computing corners, in the experiments on
+    /// directions, shifts and pairs.
     pub rendered: bool,
-    /// The camera and the board of the paper's Figs 2 to 6.
+    /// Camera and board of the paper's Figs 2 to 6.
     pub setup: SetupParams,
     /// Shift of the experiments on directions and pairs.
     pub shift_m: f64,
     /// Directions of shift over the full turn.
     pub directions: usize,
-    /// Longest shift, and the step towards it.
+    /// Longest shift; `shift_step_m` is the step.
     pub longest_shift_m: f64,
     /// See `longest_shift_m`.
     pub shift_step_m: f64,
-    /// Draws of noisy corners in the experiment on skipped slots, and their error.
+    /// Draws of noisy corners in the experiment on skipped slots; `skip_noise_px` is the corner
+    /// error.
     pub skip_trials: usize,
     /// See `skip_trials`.
     pub skip_noise_px: f64,
@@ -33,15 +34,15 @@ pub struct Params {
     pub focal_trials: usize,
     /// Runs per strategy, lens and hand in the comparison of strategies.
     pub guidance_runs: usize,
-    /// Most views of a run.
+    /// Maximum number of views of a run.
     pub guidance_views: usize,
-    /// Hands that follow the strategies.
+    /// Hands following the strategies.
     pub guidance_hands: Vec<Hand>,
     /// Corner error in the experiments on tilt, focal length, Table 1 and guidance.
     pub noise_px: f64,
 }
 
-/// The paper's synthetic camera.
+/// Synthetic camera of the paper.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SetupParams {
@@ -63,17 +64,18 @@ pub struct SetupParams {
     pub tilt_rad: f64,
 }
 
-/// The simulated person's way to bring the board to the pose that is asked for.
+/// Simulated person's way of bringing the board to the requested pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hand {
-    /// Matches the ghost on the screen, so that the board looks as asked under any believed lens, and steps back when a
-    /// corner leaves the picture. Errs by up to 4°, 20 px and 4 % of the distance.
+    /// Matches the ghost on the screen, so that the board looks as requested under any believed
+    /// lens, and steps back when a corner leaves the picture. Errs by up to 4°, 20 px and 4 % of
+    /// the distance.
     Screen,
-    /// Goes to the pose in metres that the believed lens computes, with the same errors.
+    /// Goes to the pose in metres computed by the believed lens, with the same errors.
     Metric,
-    /// Follows the ghost as [`Self::Screen`] does, but errs by up to 10°, 10 % of the picture's width and 15 % of the
-    /// distance.
+    /// Follows the ghost like [`Self::Screen`], but errs by up to 10°, 10 % of the picture's width
+    /// and 15 % of the distance.
     Clumsy,
 }
 
@@ -127,7 +129,7 @@ impl Default for SetupParams {
 }
 
 impl Params {
-    /// The mistake in the settings, in words; `None` if there is none.
+    /// Mistake in the settings, in words; `None` without a mistake.
     pub fn problem(&self) -> Option<&'static str> {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         let setup = &self.setup;

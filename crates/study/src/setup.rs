@@ -13,14 +13,14 @@ use boresight_sim::{Scene, render_view};
 /// Number of slots, 45° apart.
 pub const SLOTS: usize = 8;
 
-/// A camera of known truth and a board that turns in front of it.
+/// Camera of known truth with a board rotating in front.
 #[derive(Clone, Copy, Debug)]
 pub struct Setup {
     /// True camera.
     pub camera: Camera,
     /// Size of the picture; corners outside it are kept, as in the paper.
     pub image_size: ImageSize,
-    /// The board that is turned.
+    /// Rotating board.
     pub board: Checkerboard,
     /// Distance of the centre of rotation along the optical axis.
     pub distance_m: f64,
@@ -30,27 +30,27 @@ pub struct Setup {
     pub rendered: bool,
 }
 
-/// Treatment of exact corners before an estimate sees them.
+/// Treatment of exact corners before an estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Corners {
     /// Corners as computed, without error.
     Exact,
-    /// Corners with independent normal errors of this standard deviation.
+    /// Corners with independent normal errors of a standard deviation.
     Noisy {
         /// Standard deviation per axis.
         sigma_px: f64,
     },
-    /// Rounded to whole pixels.
+    /// Corners rounded to whole pixels.
     Digitised,
 }
 
 impl Setup {
-    /// The setup of `params`, its corners computed or found in rendered pictures as they say.
+    /// Setup of `params`, with corners computed or found in rendered pictures as requested.
     pub fn of(params: &Params) -> Self {
         Self { rendered: params.rendered, ..Self::new(&params.setup, params.setup.square_m) }
     }
 
-    /// The camera and the board of [`SetupParams`], with squares of `square_m`; corners are computed.
+    /// Camera and board of [`SetupParams`], with squares of `square_m`; corners are computed.
     pub fn new(params: &SetupParams, square_m: f64) -> Self {
         let [k1, k2] = params.distortion;
         let distortion = Distortion { k1, k2, ..Distortion::default() };
@@ -65,8 +65,9 @@ impl Setup {
         }
     }
 
-    /// The board tilted, shifted by `shift_m` (x across its principal line, y along), and then all of it
-    /// turned by `slot_rad` about an axis parallel to the optical one through `centre_m`.
+    /// Pose of the board tilted, shifted by `shift_m` (x across its principal line, y along), and
+    /// then all of it rotated by `slot_rad` about an axis parallel to the optical one through
+    /// `centre_m`.
     pub fn pose(
         &self,
         slot_rad: f64,
@@ -81,7 +82,7 @@ impl Setup {
             * tilt
     }
 
-    /// Poses of all slots, same shift and centre of rotation.
+    /// Poses of all slots, with the same shift and centre of rotation.
     pub fn slot_poses(
         &self,
         shift_m: &Vector2<f64>,
@@ -90,8 +91,8 @@ impl Setup {
         (0..SLOTS).map(|slot| self.pose(slot_rad(slot), shift_m, centre_m)).collect()
     }
 
-    /// Pixels of the board's corners: computed, or found in a rendered picture. `None` if one is behind the
-    /// camera, or if the board is not found.
+    /// Pixels of the board's corners: computed, or found in a rendered picture. `None` if a corner
+    /// is behind the camera, or if the board is not found.
     pub fn corners_px(&self, cam_from_board: &Isometry3<f64>) -> Option<Vec<Point2<f64>>> {
         let exact: Option<Vec<Point2<f64>>> = self
             .board
@@ -102,7 +103,8 @@ impl Setup {
         if self.rendered { self.found_px(cam_from_board, &exact?) } else { exact }
     }
 
-    /// Corners as the detector finds them, in the order of `exact`: a board looks the same from both ends.
+    /// Corners found by the detector, in the order of `exact`: a board looks the same from both
+    /// ends.
     fn found_px(
         &self,
         cam_from_board: &Isometry3<f64>,
@@ -131,7 +133,7 @@ impl Setup {
 }
 
 impl Corners {
-    /// `exact_px` as an estimate sees them.
+    /// `exact_px` as seen by an estimate.
     pub fn seen(self, exact_px: &[Point2<f64>], rng: &mut ChaCha8Rng) -> Vec<Point2<f64>> {
         let noise = match self {
             Self::Exact => return exact_px.to_vec(),
@@ -159,7 +161,7 @@ pub fn slot_rad(slot: usize) -> f64 {
     std::f64::consts::TAU * slot as f64 / SLOTS as f64
 }
 
-/// The board of numbers that are known to be one: constants, or checked by [`Params::problem`].
+/// Board with valid numbers: constants, or checked by [`Params::problem`].
 pub(super) fn board([columns, rows]: [u16; 2], square_m: f64) -> Checkerboard {
     match Checkerboard::new(columns, rows, square_m) {
         Ok(board) => board,
@@ -167,7 +169,7 @@ pub(super) fn board([columns, rows]: [u16; 2], square_m: f64) -> Checkerboard {
     }
 }
 
-/// Random numbers of one trial, independent of every other trial's.
+/// Random numbers of a trial, independent of every other trial's.
 pub fn chance(seed: u64, trial: u64) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(trial);

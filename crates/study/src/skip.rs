@@ -13,22 +13,22 @@ use super::{
 use boresight_calibrate::{LensModel, leave_out::consecutive};
 use boresight_present::chart::{Plot, Series};
 
-/// Most slots left out at a time.
+/// Maximum number of slots left out at a time.
 pub const MOST_SKIPPED: usize = 5;
 
 /// Estimator of the principal point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Principal lines of the corners as seen, all weighing the same.
+    /// Unweighted principal lines of the corners as seen.
     PrincipalLines,
-    /// Zhang's, the lens taken for a pinhole.
+    /// Zhang's method, with a pinhole lens.
     ZhangPinhole,
-    /// Zhang's with k1 and k2.
+    /// Zhang's method with k1 and k2.
     ZhangK1K2,
 }
 
 impl Method {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Self; 3] = [Self::PrincipalLines, Self::ZhangPinhole, Self::ZhangK1K2];
 
     /// Stable name, for files and programs.
@@ -40,7 +40,7 @@ impl Method {
         }
     }
 
-    /// Name for people.
+    /// Display name.
     pub fn words(self) -> &'static str {
         match self {
             Self::PrincipalLines => "principal lines",
@@ -59,26 +59,26 @@ impl Method {
     }
 }
 
-/// The principal points with `skipped` consecutive slots left out, once from each slot on.
+/// Principal points with `skipped` consecutive slots left out, starting from each slot in turn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// See [`Method`].
     pub method: Method,
     /// See [`Corners`].
     pub corners: Corners,
-    /// Shift of the board within its turning frame: x across its principal line, y along.
+    /// Shift of the board within the rotating frame: x across the principal line, y along.
     pub shift_m: Vector2<f64>,
-    /// Number of the repetition.
+    /// Index of the repetition.
     pub trial: usize,
-    /// Slots left out.
+    /// Number of slots left out.
     pub skipped: usize,
-    /// The estimates that there are.
+    /// Successful estimates.
     pub points_px: Vec<Point2<f64>>,
     /// Root mean square distance of the estimates from the true principal point.
     pub rms_error_px: f64,
 }
 
-/// Every method on one draw of the corners.
+/// Every method on a draw of the corners.
 pub fn rows(
     setup: &Setup,
     methods: &[Method],
@@ -117,13 +117,13 @@ pub fn rows(
         .collect()
 }
 
-/// [`rows`] for every shift and every kind of corners that isn't random.
+/// [`rows`] for every shift, with a deterministic kind of corners.
 pub fn exact(setup: &Setup, shifts_m: &[Vector2<f64>], corners: Corners) -> Vec<Row> {
     parallel::map(shifts_m.len(), |i| rows(setup, &Method::ALL, shifts_m[i], corners, (0, 0)))
         .concat()
 }
 
-/// A median over trials with its 95 % interval.
+/// Median over trials with the 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Median {
     /// See [`Method`].
@@ -136,11 +136,11 @@ pub struct Median {
     pub median_px: f64,
     /// 95 % interval of the median.
     pub interval_px: (f64, f64),
-    /// Trials that gave a number.
+    /// Number of successful trials.
     pub trials: usize,
 }
 
-/// Repeats `trials` draws of noisy corners.
+/// Medians over `trials` draws of noisy corners.
 pub fn noisy(
     setup: &Setup,
     shift_m: Vector2<f64>,
@@ -185,8 +185,8 @@ pub fn shift_grid(side: i32, step_m: f64) -> Vec<Vector2<f64>> {
         .collect()
 }
 
-/// Drift of the principal point in px for n = 1 … 5, in `docs/method.md`, section 5: shift in metres, PL, Zhang as a
-/// pinhole, Zhang with corners rounded to whole pixels.
+/// Drift of the principal point in px for n = 1 … 5, in `docs/method.md`, section 5: shift in
+/// metres, PL, Zhang as a pinhole, Zhang with corners rounded to whole pixels.
 type Known = ([f64; 2], [f64; 5], [f64; 5], [f64; 5]);
 const KNOWN: [Known; 3] = [
     ([0.0, 0.1], [0.0; 5], [0.0; 5], [1.0, 1.3, 1.1, 3.0, 6.1]),
@@ -203,7 +203,8 @@ const KNOWN: [Known; 3] = [
         [1.2, 1.7, 2.3, 5.0, 3.6],
     ),
 ];
-/// Medians over draws of noisy corners with 100 mm squares, n = 0 … 5: shift, PL, Zhang with k1 and k2.
+/// Medians over draws of noisy corners with 100 mm squares, n = 0 … 5: shift, PL, Zhang with k1 and
+/// k2.
 const KNOWN_NOISY: [(f64, [f64; 6], [f64; 6]); 2] = [
     (0.05, [3.6, 4.8, 8.5, 11.4, 12.4, 12.6], [4.2, 4.7, 5.4, 6.8, 9.7, 19.8]),
     (0.2, [3.5, 12.4, 28.5, 42.5, 46.0, 42.9], [4.4, 5.0, 6.3, 8.8, 12.4, 22.6]),
@@ -228,7 +229,7 @@ pub fn outcome(params: &Params) -> Outcome {
         "skip_points",
         &["corners", "method", "shift_x_m", "shift_y_m", "skipped", "x_px", "y_px"],
     );
-    // The paper's grids of shifts, and the three that numbers are known of.
+    // The paper's grids of shifts, and the three with known numbers.
     let mut shifts_m = shift_grid(3, 0.05);
     shifts_m.extend(shift_grid(5, 0.1).into_iter().filter(|shift| shift.amax() > 0.05));
     let mut all = Vec::new();
@@ -271,8 +272,8 @@ pub fn outcome(params: &Params) -> Outcome {
                 (Corners::Exact, Method::PrincipalLines, *pl, Within::Share(0.01, 0.05)),
                 (Corners::Exact, Method::ZhangPinhole, pinhole, Within::Share(0.01, 0.05)),
                 (Corners::Exact, Method::ZhangK1K2, 0.003, Within::AtMost),
-                // With four views or three of rounded corners the minimum is flat: where it is found
-                // depends on the minimiser by about a third.
+                // With four views or three of rounded corners the minimum is flat: the result
+                // differs by about a third between minimisers.
                 (
                     Corners::Digitised,
                     Method::ZhangK1K2,
@@ -316,7 +317,8 @@ pub fn outcome(params: &Params) -> Outcome {
             ]);
             let known = if median.method == Method::PrincipalLines { &pl } else { &zhang };
             let reference = known[median.skipped];
-            // The reference is a median of trials, too; its own interval is not known, its last digit is.
+            // The reference is a median of trials, too; its interval is unknown, but its last digit
+            // is known.
             let spare = 0.05 + 0.5 * (high - low);
             outcome.checks.push(Check {
                 what: format!(

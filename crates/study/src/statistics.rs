@@ -1,19 +1,20 @@
 //! Statistics over many trials.
 
-/// Median; `None` of nothing.
+/// Median; `None` for none.
 pub(super) fn median(values: &[f64]) -> Option<f64> {
     quantile(values, 0.5)
 }
 
-/// The value below which this share of the `values` lies, linear between neighbours; `None` of nothing.
+/// Quantile of the `values` at `share`, linear between neighbours; `None` for none.
 ///
-/// An infinite value is one that was never reached: between it and a finite neighbour is infinity, too.
+/// An infinite value was never reached: between it and a finite neighbour the result is infinite,
+/// too.
 pub(super) fn quantile(values: &[f64], share: f64) -> Option<f64> {
     let mut sorted: Vec<f64> = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let at = share.clamp(0.0, 1.0) * sorted.len().checked_sub(1)? as f64;
     let (low, high) = (sorted[at.floor() as usize], sorted[at.ceil() as usize]);
-    // Infinities that are equal have no difference.
+    // The difference of equal infinities is NaN.
     Some(if low == high { low } else { low + (high - low) * at.fract() })
 }
 
@@ -23,7 +24,7 @@ pub(super) fn median_interval(values: &[f64]) -> Option<(f64, f64)> {
     Some((quantile(values, 0.5 - half_width)?, quantile(values, 0.5 + half_width)?))
 }
 
-/// Root mean square; `None` of nothing.
+/// Root mean square; `None` for none.
 pub(super) fn rms(values: &[f64]) -> Option<f64> {
     let sum: f64 = values.iter().map(|value| value * value).sum();
     (!values.is_empty()).then(|| (sum / values.len() as f64).sqrt())

@@ -1,4 +1,4 @@
-//! The folder of a study: finished parts, so that an interrupted study continues where it stopped.
+//! Folder of a study: finished parts, so that an interrupted study continues where it stopped.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,15 @@ use boresight_files::{Links, Overwrite, TEXT_LIMIT, entries, make_folder, read, 
 const PARTS: &str = "parts";
 const PARAMS: &str = "parameters.toml";
 
-/// A folder that holds one study.
+/// Folder of a study.
 #[derive(Clone, Debug)]
 pub struct StudyFolder {
     path: PathBuf,
 }
 
 impl StudyFolder {
-    /// Creates `path`, or opens it if it holds a study with the same parameters. `params` is their TOML text.
+    /// Creates `path`, or opens a study with the same parameters there. `params` is their TOML
+    /// text.
     ///
     /// # Errors
     ///
@@ -41,12 +42,12 @@ impl StudyFolder {
         Ok(folder)
     }
 
-    /// True if the part called `name` is finished.
+    /// True if the part `name` is finished.
     pub fn is_done(&self, name: &str) -> bool {
         self.path.join(format!("{PARTS}/{name}.json")).exists()
     }
 
-    /// The part called `name`: finished before, or finished now by `work` and stored.
+    /// Part `name`: loaded if finished, or computed by `work` and stored.
     ///
     /// # Errors
     ///
@@ -66,7 +67,7 @@ impl StudyFolder {
         Ok(part)
     }
 
-    /// Writes a file of the study; it's whole or absent.
+    /// Writes a file of the study atomically.
     ///
     /// # Errors
     ///

@@ -1,9 +1,9 @@
-//! Test whether the scatter of estimates shows which method is right. (The paper's Fig. 7 and Table 1, imitated.)
+//! Scatter of estimates as a test for the right method. (The paper's Fig. 7 and Table 1, imitated.)
 //!
-//! Leaving out n consecutive of N evenly spread slots, once from each slot on, gives N estimates. Their
-//! centroid is the full estimate for *any* lines whose directions are evenly spread: the normal equations
-//! of the subsets are turned copies of each other. The paper's statistic, the spread of those centroids over
-//! n, therefore sees the hand's unevenness, and no bias.
+//! Leaving out n consecutive of N evenly spread slots, starting from each slot in turn, gives N
+//! estimates. Their centroid is the full estimate for *any* lines with evenly spread directions:
+//! the normal equations of the subsets are rotated copies of each other. The paper's statistic, the
+//! spread of those centroids over n, therefore measures the hand's unevenness, and no bias.
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector2, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -23,11 +23,11 @@ use boresight_calibrate::{
 use boresight_geometry::{Camera, Distortion, frame::ImageSize};
 use boresight_present::chart::{Plot, Series};
 
-/// The paper's camera, as far as it says; the true principal point is known only here.
+/// Camera of the paper, as far as stated; the true principal point is known only here.
 const IMAGE_SIZE: ImageSize = ImageSize { width_px: 4912, height_px: 3264 };
 const F_PX: f64 = 8700.0;
 const TRUE_PP_PX: [f64; 2] = [2480.0, 1564.0];
-/// Pixel of the paper's corner that stays in place.
+/// Pixel of the paper's fixed corner.
 const FIXED_PX: [f64; 2] = [2956.0, 1632.0];
 const DISTANCE_M: f64 = 2.6;
 const SQUARE_M: f64 = 0.06;
@@ -36,7 +36,8 @@ const TILT_RAD: f64 = std::f64::consts::FRAC_PI_4;
 const HAND_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 const HAND_PX: f64 = 40.0;
 const MOST_SKIPPED: usize = 5;
-/// Distortions of the test sets, three hands each: nine like the paper's, and three of a strong lens.
+/// Distortions of the test sets, three hands each: nine like the paper's, and three of a strong
+/// lens.
 const K1: [f64; 4] = [-0.01, -0.05, -0.1, STRONG_K1];
 const STRONG_K1: f64 = -0.35;
 const HANDS: usize = 3;
@@ -61,7 +62,7 @@ const PAPER: [[(f64, f64); 6]; 2] = [
     ],
 ];
 
-/// Set of eight pictures, estimated by one method.
+/// Set of eight pictures, estimated by a method.
 #[derive(Clone, Debug)]
 struct TestSet {
     k1: f64,
@@ -72,7 +73,7 @@ struct TestSet {
 }
 
 impl TestSet {
-    /// Mean and spread (divided by n − 1, as the paper does) of the centroids.
+    /// Mean and spread (divided by n − 1, as in the paper) of the centroids.
     fn statistic(&self) -> (Point2<f64>, Vector2<f64>) {
         statistic(&self.centroids_px)
     }
@@ -133,7 +134,7 @@ pub fn outcome(params: &Params) -> Outcome {
         errors.fold((f64::MAX, 0.0_f64), |(low, high), error| (low.min(error), high.max(error)))
     };
     let (pl, zhang) = (errors(PL), errors(ZHANG));
-    // The steadiest estimates of all, and where they are.
+    // The steadiest estimates of all, with their positions.
     let steadiest =
         sets.iter().min_by(|a, b| a.statistic().1.norm().total_cmp(&b.statistic().1.norm()));
     let steadiest = steadiest.map_or(String::new(), |set| {
@@ -217,7 +218,7 @@ pub fn outcome(params: &Params) -> Outcome {
 const PL: &str = "principal lines";
 const ZHANG: &str = "Zhang, k1 k2";
 
-/// Both methods on one set of eight pictures.
+/// Both methods on a set of eight pictures.
 fn test_set(k1: f64, hand: usize, params: &Params) -> Vec<TestSet> {
     let distortion = Distortion { k1, k2: -0.2 * k1, ..Distortion::default() };
     let camera = Camera { distortion, ..Camera::pinhole(F_PX, TRUE_PP_PX.into()) };
@@ -256,7 +257,8 @@ fn test_set(k1: f64, hand: usize, params: &Params) -> Vec<TestSet> {
     ]
 }
 
-/// The board in a slot: its first corner near the fixed pixel, tilted about 45°, turned by hand.
+/// Pose of the board in a slot: first corner near the fixed pixel, tilted about 45°, rotated by
+/// hand.
 fn hand_held(slot: usize, board_m: &[Point2<f64>], rng: &mut ChaCha8Rng) -> Isometry3<f64> {
     let mut normal = |sigma: f64| -> f64 {
         let value: f64 = StandardNormal.sample(rng);
@@ -273,8 +275,8 @@ fn hand_held(slot: usize, board_m: &[Point2<f64>], rng: &mut ChaCha8Rng) -> Isom
     Isometry3::from_parts(Translation3::from(shift), rotation)
 }
 
-/// Largest distance of the centroid of skip-n intersections from the full one, for lines at exact slots
-/// with random offsets.
+/// Largest distance of the centroid of skip-n intersections from the full intersection, for lines
+/// at exact slots with random offsets.
 fn garbage_centroid_offset_px(seed: u64) -> f64 {
     let mut rng = chance(seed, 2000);
     let lines: Vec<(Vector2<f64>, f64)> = (0..SLOTS)

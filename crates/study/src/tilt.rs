@@ -14,7 +14,7 @@ use boresight_calibrate::LensModel;
 use boresight_geometry::{Camera, PrincipalLine, intersect_weighted, principal_line_and_ring};
 use boresight_present::chart::{Plot, Series};
 
-/// Errors of one draw: principal point by lines and by bundle adjustment, focal length by ring and by
+/// Errors of a draw: principal point by lines and by bundle adjustment, focal length by ring and by
 /// bundle adjustment, as a share.
 type Errors = [Option<f64>; 4];
 
@@ -27,7 +27,7 @@ pub fn outcome(params: &Params) -> Outcome {
         "tilt",
         &["tilt_deg", "quantity", "draws", "estimates", "rms_error", "worst_side_px"],
     );
-    // One list of root mean square errors per method.
+    // Root mean square errors per method.
     let mut rms: [Vec<(f64, f64)>; 4] = Default::default();
     for tilt_deg in &tilts_deg {
         let setup = pinhole(params, tilt_deg.to_radians());
@@ -98,7 +98,7 @@ pub fn outcome(params: &Params) -> Outcome {
     }
 }
 
-/// The setup without distortion, its board so near that it spans most of the picture's height.
+/// Setup without distortion, with the board spanning most of the picture's height.
 fn pinhole(params: &Params, tilt_rad: f64) -> Setup {
     let setup = Setup::new(&params.setup, params.setup.square_m);
     let corners_m = setup.board.corners_in_board_m();
@@ -138,7 +138,7 @@ fn errors(setup: &Setup, params: &Params, trial: usize) -> Option<Errors> {
     ])
 }
 
-/// Least height of a square in the picture.
+/// Smallest height of a square in the picture.
 fn narrowest_square_px(setup: &Setup) -> f64 {
     let pose = setup.pose(0.0, &Vector2::zeros(), &Vector2::zeros());
     let Some(px) = setup.corners_px(&pose) else { return f64::NAN };

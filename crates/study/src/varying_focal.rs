@@ -17,11 +17,12 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Standard deviations of the views' focal lengths, as shares.
 const SHARES: [f64; 7] = [0.0, 0.0025, 0.005, 0.01, 0.02, 0.03, 0.05];
-/// Errors of the principal point at 1 % and 3 %, `docs/method.md`, section 0: lines, bundle adjustment.
+/// Errors of the principal point at 1 % and 3 %, `docs/method.md`, section 0: lines, bundle
+/// adjustment.
 const KNOWN: [(f64, f64, f64); 2] = [(0.01, 1.7, 4.0), (0.03, 1.8, 16.4)];
 
-/// Draw: errors of the principal point by lines and by bundle adjustment, and of the views' own focal lengths, as seen
-/// with the lines' principal point.
+/// Draw: errors of the principal point by lines and by bundle adjustment, and of the focal lengths
+/// per view, given the lines' principal point.
 struct Draw {
     lines_px: f64,
     radial_px: f64,
@@ -38,7 +39,7 @@ pub fn outcome(params: &Params) -> Outcome {
         "varying_focal",
         &["sd_percent", "draws", "quantity", "rms", "median", "low", "high"],
     );
-    // Root mean squares per quantity, one a share.
+    // Root mean squares per quantity, a value per share.
     let mut curves: [Vec<(f64, f64)>; 4] = Default::default();
     for (which, share) in SHARES.iter().enumerate() {
         let draws: Vec<Draw> =
@@ -77,7 +78,8 @@ pub fn outcome(params: &Params) -> Outcome {
         let what = |who: &str| {
             format!("f varies by {:.0} %, principal point by {who}: rms error (px)", 100.0 * share)
         };
-        // A root mean square of two coordinates a draw, to 95 %, and the reference's own last digit.
+        // 95 % interval of a root mean square of two coordinates per draw, and the reference's last
+        // digit.
         let spread = |rms: f64| 1.96 * rms / (4.0 * params.focal_trials as f64).sqrt() + 0.05;
         let (lines, radial, tangential) = (at(0, share), at(1, share), at(2, share));
         checks.push(Check {
@@ -86,7 +88,7 @@ pub fn outcome(params: &Params) -> Outcome {
             measured: lines,
             within: Within::Interval(lines - spread(lines), lines + spread(lines)),
         });
-        // The reference does not say which lens model was adjusted.
+        // The reference doesn't name the adjusted lens model.
         checks.push(Check {
             what: what("bundle adjustment, between k1 k2 and k1 k2 p1 p2"),
             reference: bundle_px,

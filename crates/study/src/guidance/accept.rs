@@ -1,4 +1,4 @@
-//! Acceptance of a view that a hand shows, by the rules of each strategy's source.
+//! Acceptance of a shown view, by the rules of each strategy's source.
 
 use nalgebra::{Isometry3, Point2};
 
@@ -11,40 +11,41 @@ use boresight_geometry::{
 };
 use boresight_guide::guidance::{Role, View, measure, role_of};
 
-/// Rule by which a view counts whose corners were all found. Beside it, every strategy waits for the same hold.
+/// Acceptance rule for a view with all corners found. In addition, every strategy waits for the
+/// same hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Accept {
     /// Always: the person decides, or the source has no rule.
     Found,
-    /// The view has a role: a new direction, or the partner of a view.
+    /// Role required: a new direction, or the partner of a view.
     Role,
-    /// The outlines of the board seen and of the board asked for share more than this part of their union.
+    /// Minimum overlap of the seen and the requested board's outlines, as a share of the union.
     Overlap(f64),
-    /// The corners lie nearer to the asked ones, on average, than the widest square that is seen.
+    /// Mean distance of the corners from the requested corners below the widest seen square.
     WithinASquare,
-    /// X, Y, size and skew differ from those of every earlier view by more than this, all four together.
+    /// Minimum difference in X, Y, size and skew from every earlier view, summed over all four.
     Novel(f64),
 }
 
-/// Judgement on a view.
+/// Judgement of a view.
 pub(super) enum Judged {
-    /// The view counts; the measured view has a principal line unless the board faces the camera.
+    /// Counted view; the measured view has a principal line unless the board faces the camera.
     Taken(Option<Box<View>>),
-    /// The person tries the same pose again, more carefully.
+    /// Refused: the person tries the same pose again, more carefully.
     Refused,
-    /// The pose itself is not wanted.
+    /// Unwanted pose.
     Unwanted,
 }
 
 impl Accept {
-    /// True if the first ghost is drawn again with the focal length of the live picture, as the sources of these rules
-    /// do.
+    /// True if the first ghost is redrawn with the focal length of the live picture, as in the
+    /// sources of these rules.
     pub(super) fn follows_the_live_picture(self) -> bool {
         matches!(self, Self::Overlap(_) | Self::WithinASquare)
     }
 
-    /// Judges the `corners` seen at `secs` when one of `wishes` was asked for: more than one if the ghost was drawn
-    /// again on the way.
+    /// Judges the `corners` seen at `secs` after a request of one of `wishes`: more than one if the
+    /// ghost was redrawn in between.
     pub(super) fn judge(
         self,
         wishes: &[Wish],
@@ -96,10 +97,11 @@ impl Accept {
     }
 }
 
-/// Blur of every view; corners are computed.
+/// Blur of every view; corners are computed, not detected.
 const SHARP_PX: f64 = 0.8;
 
-/// X, Y, size and skew of a view, each from 0 to 1. Source: ROS `camera_calibration`, `get_parameters`.
+/// X, Y, size and skew of a view, each from 0 to 1. Source: ROS `camera_calibration`,
+/// `get_parameters`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bars(pub(super) [f64; 4]);
 
@@ -138,7 +140,7 @@ fn widest_square_px(corners: &[Corner], board: &Checkerboard) -> f64 {
     widest_px
 }
 
-/// Intersection over union of the asked board and the seen one, both with their outer squares.
+/// Intersection over union of the requested and the seen board, both with outer squares.
 fn overlap(wish: &Wish, corners: &[Corner], situation: &Situation<'_>) -> f64 {
     let ghost: Vec<Corner> =
         wish.ghost_px.iter().map(|px| Corner::isotropic(*px, situation.noise_px)).collect();
@@ -151,7 +153,7 @@ fn overlap(wish: &Wish, corners: &[Corner], situation: &Situation<'_>) -> f64 {
     }
 }
 
-/// The four outer corners of the board's outer squares, from its inner corners as seen.
+/// Corners of the board's outline, outer squares included, from the inner corners as seen.
 fn board_outline_px(corners: &[Corner], situation: &Situation<'_>) -> Option<Vec<Point2<f64>>> {
     let Situation { board, lens_estimate, .. } = *situation;
     let camera = &lens_estimate.camera;
@@ -163,7 +165,7 @@ fn board_outline_px(corners: &[Corner], situation: &Situation<'_>) -> Option<Vec
         .collect()
 }
 
-/// The part of the convex polygon `a` inside the convex polygon `b` (Sutherland & Hodgman 1974).
+/// Intersection of the convex polygons `a` and `b` (Sutherland & Hodgman 1974).
 fn clipped(a: &[Point2<f64>], b: &[Point2<f64>]) -> Vec<Point2<f64>> {
     let turn = signed_area_px2(b).signum();
     let mut part = a.to_vec();
@@ -195,7 +197,8 @@ fn area_px2(polygon: &[Point2<f64>]) -> f64 {
     signed_area_px2(polygon).abs()
 }
 
-/// Wish for a board at `cam_from_board`, as `camera` shows it. `None` if a corner is behind the camera.
+/// Wish for a board at `cam_from_board`, as shown by `camera`. `None` if a corner is behind the
+/// camera.
 pub(super) fn wish_at(
     cam_from_board: Isometry3<f64>,
     board: &Checkerboard,

@@ -1,4 +1,4 @@
-//! Conclusions of the comparison, in words: the best at each task, and our own rank.
+//! Conclusions of the comparison, in words: the best strategy at each task, and our rank.
 
 use super::{
     limit::Limit,
@@ -9,34 +9,34 @@ use crate::{
     params::Hand,
 };
 
-/// Most views and seconds of the median session.
+/// Maximum number of views and seconds of the median session.
 const SESSION_VIEWS: f64 = 4.0;
 const SESSION_SECS: f64 = 12.0;
-/// Largest ratio of our stated deviation to the limit's.
+/// Maximum ratio of our stated deviation to the limit's.
 const NEAR_LIMIT: f64 = 1.3;
-/// Ratio to the best beyond which a claim fails even in part.
+/// Ratio to the best above which a claim fails completely.
 const NEARLY: f64 = 1.25;
 
-/// Note where most of our runs end before the comparison.
+/// Note for most of our runs ending before the comparison.
 const TOO_FEW: &str = "Fewer than half of our runs come so far.";
 
-/// A quantity by which strategies are ranked; less is better.
+/// Quantity for ranking strategies; less is better.
 struct Quantity {
     what: String,
     value: ValueOf,
 }
 
-/// `None` where a strategy has no value.
+/// Function from a row to a value; `None` if a strategy has no value.
 type ValueOf = Box<dyn Fn(&Row) -> Option<Value>>;
 
-/// A value with half the width of its 95 % interval, where the median's or the rms's own scatter matters.
+/// Value with half the width of its 95 % interval, for a median or rms with relevant scatter.
 #[derive(Clone, Copy)]
 struct Value {
     value: f64,
     interval: f64,
 }
 
-/// Claims of `rows`, all of one hand.
+/// Claims of `rows`, all with the same hand.
 pub(super) fn claims(rows: &[Row], limits: &[Limit]) -> Vec<Claim> {
     let Some(hand) = rows.first().map(|row| row.hand) else { return Vec::new() };
     let mut claims: Vec<Claim> =
@@ -78,7 +78,7 @@ fn spread(spread: Option<Spread>) -> Option<Value> {
     spread.map(|spread| Value { value: spread.rms, interval: spread.interval })
 }
 
-/// "Ours is best", or who is, by how much and why.
+/// Claim "Ours is best", or the best strategy with ratio and reason.
 fn least(quantity: &Quantity, rows: &[Row], hand: Hand) -> Option<Claim> {
     let ranked = |ours: bool| {
         rows.iter()
@@ -138,8 +138,8 @@ fn why(best: &Row, own: &Row) -> String {
     )
 }
 
-/// Standard deviation of the row's principal point over the limit after as many views. `None` without the limit or a
-/// value.
+/// Standard deviation of the row's principal point over the limit after as many views. `None`
+/// without a limit or a value.
 pub(super) fn times_the_limit(row: &Row, after: usize, limits: &[Limit]) -> Option<f64> {
     let limit = limits.iter().find(|limit| limit.views == COMPARED_AFTER[after])?;
     Some(row.after[after].pp_sd_px? / limit.pp_sd_px)
@@ -199,7 +199,7 @@ fn session(rows: &[Row], limits: &[Limit], hand: Hand) -> Option<Claim> {
     })
 }
 
-/// Verdict for a `value` that should stay below `wanted`; [`Verdict::Partly`] up to `NEARLY` times that.
+/// Verdict on a `value` expected below `wanted`; [`Verdict::Partly`] up to `NEARLY` times `wanted`.
 fn graded(value: f64, wanted: f64) -> Verdict {
     if value <= wanted {
         Verdict::Holds

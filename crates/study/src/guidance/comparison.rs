@@ -15,7 +15,7 @@ use crate::{
 use boresight_guide::guidance::GuidanceParams;
 use boresight_present::chart::{Plot, Series};
 
-/// The comparison of all parts.
+/// Comparison of all parts.
 pub fn outcome(params: &Params, parts: &[Runs]) -> Outcome {
     let limits = limits(params.noise_px, GuidanceParams::default().hold_secs);
     let rows = |hand: Hand| -> Vec<Row> {

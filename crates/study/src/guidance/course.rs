@@ -1,4 +1,4 @@
-//! Cameras of known truth, and the lens model that is fitted to each.
+//! Cameras of known truth, each with the fitted lens model.
 
 use nalgebra::{Isometry3, Point2, Vector2};
 use rand::RngExt;
@@ -20,24 +20,24 @@ const FIELD_OF_VIEW_RAD: f64 = 0.9;
 /// Largest distance of the principal point from the picture's centre.
 const PP_OFF_PX: f64 = 60.0;
 
-/// The lens that takes the pictures.
+/// True lens of the pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TrueLens {
-    /// A lens of the family that is fitted.
+    /// Lens of the fitted family.
     Brown(Camera),
-    /// A lens from a different model family. A ray at the distance `r` from the axis appears at
-    /// `f atan(2 r tan(w/2)) / (2 tan(w/2))`, so that `f` is its focal length at the principal point. Source:
-    /// Devernay & Faugeras, "Straight lines have to be straight", 2001, section 2.2.
+    /// Lens of a different model family. A ray at the distance `r` from the axis appears at `f
+    /// atan(2 r tan(w/2)) / (2 tan(w/2))`, so `f` is its focal length at the principal point.
+    /// Source: Devernay & Faugeras, "Straight lines have to be straight", 2001, section 2.2.
     FieldOfView {
         /// Focal length and principal point; without distortion.
         pinhole: Camera,
-        /// `w`.
+        /// Parameter `w`.
         w_rad: f64,
     },
 }
 
 impl TrueLens {
-    /// The camera, without distortion if the lens is from a different model family.
+    /// Camera, without distortion if the lens is from a different model family.
     pub fn camera(&self) -> &Camera {
         match self {
             Self::Brown(camera) | Self::FieldOfView { pinhole: camera, .. } => camera,
@@ -62,7 +62,7 @@ impl TrueLens {
         }
     }
 
-    /// The ray `(X/Z, Y/Z)` seen at a pixel. `None` outside the field of the lens.
+    /// Ray `(X/Z, Y/Z)` of a pixel. `None` outside the field of the lens.
     pub fn normalized_from_px(&self, px: &Point2<f64>) -> Option<Point2<f64>> {
         match self {
             Self::Brown(camera) => camera.normalized_from_px(px),
@@ -78,7 +78,7 @@ impl TrueLens {
         }
     }
 
-    /// The pose that shows the board's corners nearest to `ghost_px`. `None` if no pose comes near.
+    /// Pose with the board's corners nearest to `ghost_px`. `None` if no pose comes near.
     pub fn pose_showing(
         &self,
         board: &Checkerboard,
@@ -99,19 +99,19 @@ impl TrueLens {
     }
 }
 
-/// A camera of known truth, and what it's fitted with.
+/// Camera of known truth, and the fitted model.
 #[derive(Clone, Debug)]
 pub struct Course {
     /// True lens of the camera.
     pub lens: TrueLens,
     /// Lens model fitted after each view.
     pub model: LensModel,
-    /// The board held up.
+    /// Board held up.
     pub board: Checkerboard,
 }
 
 impl Course {
-    /// Codes of the courses: the right model, and two lenses that the model can't describe.
+    /// Codes of the courses: the right model, and two lenses beyond the model.
     pub const CODES: [&'static str; 3] = ["right", "k3", "fov"];
 
     /// Names of the courses in words, beside the codes.
@@ -121,8 +121,8 @@ impl Course {
         "field-of-view lens; fitted with k1, k2",
     ];
 
-    /// The camera of run `index` with the lens `CODES[course]`: its principal point up to 60 px off the
-    /// picture's centre, the same for every strategy, lens and hand.
+    /// Camera of run `index` with the lens `CODES[course]`: the principal point is up to 60 px off
+    /// the picture's centre, the same for every strategy, lens and hand.
     pub fn random(course: usize, params: &Params, index: u64) -> Self {
         let mut rng = chance(params.seed, 1_000_000 + index);
         let (angle, off_px): (f64, f64) =
@@ -147,27 +147,27 @@ pub(super) fn mild_distortion() -> Distortion {
     Distortion { k1: -0.1, k2: -0.02, ..Distortion::default() }
 }
 
-/// The board held up: 9×6 corners of 40 mm.
+/// Board held up: 9×6 corners of 40 mm.
 pub(super) fn board_held() -> Checkerboard {
     board([9, 6], 0.04)
 }
 
-/// Standard deviation of the principal point to be reached: 1 px, more for long lenses, whose principal point no
-/// number of views fixes to a pixel.
+/// Target standard deviation of the principal point: 1 px, more for long lenses, for which no
+/// number of views determines the principal point to a pixel.
 pub(super) fn wanted_pp_sd_px() -> f64 {
     (F_PX / f64::from(IMAGE_SIZE.width_px)).powi(2).max(1.0)
 }
 
-/// Mean standard deviation of projection to reach.
+/// Target mean standard deviation of projection.
 pub(super) const WANTED_PROJECTION_SD_PX: f64 = 0.3;
 
-/// Least distance from the picture's edge at which a corner is found, 20 px in a picture 1080 px high: the same
-/// for every strategy.
+/// Minimum distance of a detectable corner from the picture's edge, 20 px in a picture 1080 px
+/// high: the same for every strategy.
 pub(super) fn seen_margin_px() -> f64 {
     20.0 / 1080.0 * f64::from(IMAGE_SIZE.height_px)
 }
 
-/// Least distance from the picture's edge at which a strategy plans a corner, 45 px in a picture 1080 px high:
+/// Minimum distance of a planned corner from the picture's edge, 45 px in a picture 1080 px high:
 /// leaves room for the errors of a hand.
 pub(super) fn planned_margin_px() -> f64 {
     45.0 / 1080.0 * f64::from(IMAGE_SIZE.height_px)

@@ -1,4 +1,4 @@
-//! The lens from the views of a run, and its error.
+//! Lens estimated from the views of a run, with errors.
 
 use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -14,25 +14,25 @@ use boresight_guide::{
     session::precision_of,
 };
 
-/// Errors of a lens: the true ones, and the stated ones.
+/// True and stated errors of a lens.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Distance of the principal point from the truth.
     pub pp_error_px: f64,
     /// Error of the focal length.
     pub f_error_px: f64,
-    /// Mean error of projection over the picture, a turn of the camera set aside.
+    /// Mean error of projection over the picture, after removing a turn of the camera.
     pub projection_error_px: f64,
-    /// Stated standard deviation of the principal point along its worst axis.
+    /// Stated standard deviation of the principal point along the worst axis.
     pub pp_sd_px: f64,
     /// Stated mean standard deviation of projection.
     pub projection_sd_px: f64,
 }
 
-/// The lens with the model of the course, from all views so far.
+/// Lens with the model of the course, from all views so far.
 ///
-/// `before` is the minimum of the views without the newest one: the start of the search. `None` if the corners fit no
-/// lens.
+/// `before` is the minimum of the views without the newest one: the start of the search. `None` if
+/// no lens fits the corners.
 pub(super) fn fitted(
     course: &Course,
     shown: &[Vec<Corner>],
@@ -50,7 +50,7 @@ pub(super) fn fitted(
     let prior = prior();
     let start = BundleState { camera, cam_from_board };
     let bundle = adjust(&observations, &course.model.freedom(true), Some(&prior), start)?;
-    // The corners' noise is known; a misfit of the lens must not hide behind it.
+    // The corners' noise is known; use it without rescaling by the misfit.
     let covariance = bundle.covariance(1.0)?;
     let camera = &bundle.state.camera;
     let pp = covariance.pp().symmetric_eigenvalues().max().max(0.0);
@@ -62,14 +62,15 @@ pub(super) fn fitted(
     Some((bundle, errors))
 }
 
-/// Belief before any view: a usual focal length ± half of it, the principal point at the centre ± 100 px, and weak
-/// beliefs on the distortion.
+/// Prior before any view: a usual focal length ± half of it, the principal point at the centre ±
+/// 100 px, and weak priors on the distortion.
 pub(super) fn prior() -> LensPrior {
     let f_px = LensEstimate::guess(IMAGE_SIZE).camera.f_px.x;
     LensPrior::weak(IMAGE_SIZE).with_focal_length(f_px, 0.5 * f_px)
 }
 
-/// The lens as the program itself calibrates it: the model chosen by BIC, its doubt in the stated deviations.
+/// Lens as calibrated by the program: model chosen by BIC, with the model doubt in the stated
+/// deviations.
 ///
 /// `None` if the views determine no lens.
 pub(super) fn calibrated(course: &Course, shown: &[Vec<Corner>]) -> Option<(Errors, Precision)> {
@@ -95,8 +96,8 @@ fn errors_of(estimate: &Camera, truth: &TrueLens) -> Option<Errors> {
     })
 }
 
-/// Mean distance over the picture between the images of the same rays in two cameras, after the turn of one that brings
-/// them together best.
+/// Mean distance over the picture between the images of the same rays in two cameras, after the
+/// rotation of best agreement.
 fn projection_error_px(estimate: &Camera, truth: &TrueLens) -> Option<f64> {
     let mut off: Vec<(Vector2<f64>, SMatrix<f64, 2, 3>)> = Vec::new();
     for px in cell_centres_px(IMAGE_SIZE) {

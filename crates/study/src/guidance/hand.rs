@@ -1,4 +1,4 @@
-//! The person's hand: the pose to which it brings the board, and the time it takes.
+//! Hand of the person: the pose reached, and the time needed.
 
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector3};
 use rand::RngExt;
@@ -9,27 +9,27 @@ use super::course::{IMAGE_SIZE, TrueLens};
 use crate::params::Hand;
 use boresight_geometry::{Camera, board::Checkerboard};
 
-/// Time from seeing a request to acting on it.
+/// Time from seeing a request to acting.
 const REACTION_SECS: f64 = 0.4;
 /// Speed of the board's centre.
 const SPEED_M_PER_S: f64 = 0.5;
-/// Speed of tilting, and of the slower turn in the board's own plane.
+/// Speed of tilting, and of the slower rotation in the board's plane.
 const TILT_RAD_PER_S: f64 = 60.0 * RAD_PER_DEG;
 const TURN_RAD_PER_S: f64 = 45.0 * RAD_PER_DEG;
-/// Aligning time for each doubling of the way (Fitts), and the way and the angle that need no aligning.
+/// Aligning time per doubling of the distance (Fitts), and the distance and angle without aligning.
 const ALIGN_SECS: f64 = 0.25;
 const ALIGNED_PX: f64 = 20.0;
 const ALIGNED_RAD: f64 = 4.0 * RAD_PER_DEG;
-/// Factor by which a hand that watches the screen steps back when a corner is cut.
+/// Factor of stepping back for a hand watching the screen, when a corner is cut.
 const STEP_BACK: f64 = 1.05;
 const RAD_PER_DEG: f64 = std::f64::consts::PI / 180.0;
 
-/// The pose that is asked for.
+/// Requested pose.
 #[derive(Clone, Debug)]
 pub(super) struct Wish {
-    /// Pose of the board in the camera that is believed.
+    /// Pose of the board in the believed camera.
     pub(super) cam_from_board: Isometry3<f64>,
-    /// Corners of the board as that camera shows them.
+    /// Corners of the board in the believed camera.
     pub(super) ghost_px: Vec<Point2<f64>>,
 }
 
@@ -40,7 +40,7 @@ struct Errors {
     distance: f64,
 }
 
-/// A person with a board.
+/// Person with a board.
 #[derive(Clone, Debug)]
 pub(super) struct Person {
     kind: Hand,
@@ -48,17 +48,17 @@ pub(super) struct Person {
     pub(super) at: Isometry3<f64>,
     /// Time since the start.
     pub(super) secs: f64,
-    /// Times the board was brought somewhere.
+    /// Number of movements of the board.
     pub(super) tries: usize,
 }
 
 impl Person {
-    /// A person who holds the board up at 0.8 m, and keeps each pose for `hold_secs`.
+    /// Person holding the board up at 0.8 m, and keeping each pose for `hold_secs`.
     pub(super) fn new(kind: Hand, hold_secs: f64) -> Self {
         Self { kind, hold_secs, at: held_up(), secs: 0.0, tries: 0 }
     }
 
-    /// The pose that this person takes `wish` for.
+    /// Goal of the person for `wish`.
     pub(super) fn goal(
         &self,
         wish: &Wish,
@@ -73,14 +73,14 @@ impl Person {
         }
     }
 
-    /// The goal after a corner was cut.
+    /// Moves the goal back after a corner was cut.
     pub(super) fn step_back(&self, goal: &mut Isometry3<f64>) {
         if self.kind != Hand::Metric {
             goal.translation.vector *= STEP_BACK;
         }
     }
 
-    /// Brings the board to `goal` and holds it there; errors shrink with `care`.
+    /// Brings the board to `goal` and holds; errors shrink with `care`.
     pub(super) fn bring(
         &mut self,
         goal: &Isometry3<f64>,
@@ -123,13 +123,13 @@ impl Person {
     }
 }
 
-/// Pose of the board before anything is asked.
+/// Pose of the board before any request.
 fn held_up() -> Isometry3<f64> {
     Isometry3::translation(0.0, 0.0, 0.8)
 }
 
-/// Least time in seconds in which a hand that never misses shows `poses`, each held for `hold_secs`. Tries all orders:
-/// for up to eight poses.
+/// Minimum time in seconds for a hand that never misses to show `poses`, each held for `hold_secs`.
+/// Tries all orders: for up to eight poses.
 pub(super) fn least_secs(poses: &[Isometry3<f64>], hold_secs: f64, f_px: f64) -> f64 {
     fn rest(at: &Isometry3<f64>, left: &mut Vec<Isometry3<f64>>, f_px: f64) -> f64 {
         let mut least: Option<f64> = None;
@@ -147,18 +147,19 @@ pub(super) fn least_secs(poses: &[Isometry3<f64>], hold_secs: f64, f_px: f64) ->
     held_secs + rest(&held_up(), &mut poses.to_vec(), f_px)
 }
 
-/// Seconds from a request to the board in its pose:
+/// Seconds from a request to the arrival of the board:
 ///
 /// ```text
 /// 0.4 + max(L, A) + ½ min(L, A) + ¼ log₂(1 + d / 20 px) + ¼ log₂(1 + (τ + ρ) / 4°)
 /// L = way / (0.5 m/s)      A = τ / (60°/s) + ρ / (45°/s)
 /// ```
 ///
-/// with `τ` the change of the board's normal, `ρ` its turn in its own plane, and `d` the way in the picture: moving
-/// and turning overlap by half, and aligning takes longer the farther the board was off.
+/// with `τ` the change of the board's normal, `ρ` the rotation in the board's plane, and `d` the
+/// distance in the picture: moving and turning overlap by half, and aligning takes longer the
+/// farther the board was off.
 fn moving_secs(from: &Isometry3<f64>, to: &Isometry3<f64>, f_px: f64) -> f64 {
     let way_m = (to.translation.vector - from.translation.vector).norm();
-    // A board looks the same from both ends, so that half a turn in its plane is never needed.
+    // A board looks the same from both ends, so half a turn in its plane is never needed.
     let relative = from.rotation.inverse() * to.rotation;
     let half_turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
     let relative = [relative, half_turn * relative]
@@ -192,10 +193,10 @@ mod tests {
         let aligned = 0.25 * (1.0 + 45.0_f64 / 4.0).log2();
         assert!((secs(&turned(Vector3::x() * angle)) - (0.4 + 0.75 + aligned)).abs() < 1e-9);
         assert!((secs(&turned(Vector3::z() * angle)) - (0.4 + 1.0 + aligned)).abs() < 1e-9);
-        // From upside down nothing has to move.
+        // Upside down is the same view.
         let over = turned(Vector3::z() * std::f64::consts::PI);
         assert!((secs(&over) - REACTION_SECS).abs() < 1e-6);
-        // The nearer pose comes first, in either order of the names.
+        // The nearer pose comes first, in either order.
         let poses = [turned(Vector3::x() * angle), at];
         let both = moving_secs(&held_up(), &at, 1400.0) + secs(&poses[0]) + 2.0;
         assert!((least_secs(&poses, 1.0, 1400.0) - both).abs() < 1e-9);

@@ -1,9 +1,9 @@
-//! Limit that no way of guiding can beat: the best poses of all, found by search.
+//! Limit for all ways of guiding: the best poses of all, found by search.
 //!
-//! All poses with every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The search draws a pool
-//! of random poses and of opposed pairs about the principal point, picks the best by exchange (Fedorov, "Theory of
-//! Optimal Experiments", 1972), then refines each by itself. It may miss the optimum by some per cent, so the limit is
-//! a bound from above.
+//! Poses have every corner inside the picture and detectable, tilt ≤ 60°, distance ≥ 10 cm. The
+//! search draws a pool of random poses and of opposed pairs about the principal point, picks the
+//! best by exchange (Fedorov, "Theory of Optimal Experiments", 1972), then refines each alone. It
+//! may miss the optimum by some per cent, so the limit is a bound from above.
 
 use nalgebra::{Isometry3, Matrix2, SMatrix, Vector2};
 use rand::RngExt;
@@ -24,13 +24,13 @@ use boresight_calibrate::{ProjectionJacobian, projection_jacobian};
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensParameter, board::Checkerboard};
 use boresight_guide::guidance::information::{LensMatrix, square_pixels, view_information};
 
-/// The parameters of the right model, with which the matrices of the guidance begin: fy follows fx.
+/// Parameters of the right model, which come first in the guidance's matrices: fy follows fx.
 const PARAMETERS: [LensParameter; FREE] =
     [LensParameter::Fx, LensParameter::Cx, LensParameter::Cy, LensParameter::K1, LensParameter::K2];
 const FREE: usize = 5;
 type Free = SMatrix<f64, FREE, FREE>;
 
-/// Numbers of views for which the limit is computed.
+/// Numbers of views of the limits.
 pub(super) const VIEWS: [usize; 6] = [1, 2, 3, 4, 6, 8];
 const POOL: usize = 1200;
 const STARTS: usize = 3;
@@ -40,17 +40,17 @@ const NEIGHBOURS: usize = 24;
 const STEEPEST_RAD: f64 = std::f64::consts::FRAC_PI_3;
 const NEAREST_M: f64 = 0.1;
 
-/// The best design of some views.
+/// Best design for a number of views.
 #[derive(Clone, Debug)]
 pub(super) struct Limit {
     pub(super) views: usize,
-    /// Standard deviation of the principal point along its worst axis.
+    /// Standard deviation of the principal point along the worst axis.
     pub(super) pp_sd_px: f64,
     /// Mean standard deviation of projection.
     pub(super) projection_sd_px: f64,
     /// Poses of the design.
     pub(super) design: Vec<Wanted>,
-    /// Least time in seconds for a hand that never misses, in the best order.
+    /// Minimum time in seconds for a hand that never misses, in the best order.
     pub(super) secs: f64,
 }
 
@@ -70,8 +70,9 @@ struct Candidate {
     information: Free,
 }
 
-/// The limit for each of [`VIEWS`], for a camera of the study with its principal point 29 px off, whose model is right.
-/// Each design minimises the larger of both deviations, relative to the goals. Deterministic.
+/// Limit for each of [`VIEWS`], for a camera of the study with the principal point 29 px off and
+/// the right model. Each design minimises the larger of both deviations, relative to the goals.
+/// Deterministic.
 ///
 /// Each view is held for `hold_secs`.
 pub(super) fn limits(noise_px: f64, hold_secs: f64) -> Vec<Limit> {
@@ -113,7 +114,7 @@ impl Search {
         Some(Self { camera, board: board_held(), noise_px, jacobian, weight, prior })
     }
 
-    /// `None` if the pose can't be seen.
+    /// Candidate at a pose; `None` if invisible.
     fn candidate(&self, wanted: Wanted) -> Option<Candidate> {
         let size = (&self.camera, IMAGE_SIZE);
         let pose = place(size, &self.board, &wanted, seen_margin_px())?;
@@ -156,7 +157,7 @@ impl Search {
         wanted.into_iter().filter_map(|wanted| self.candidate(wanted)).collect()
     }
 
-    /// The larger of both deviations, as multiples of the goals.
+    /// Larger of both deviations, as multiples of the goals.
     fn score(&self, information: &Free) -> f64 {
         self.covariance(information).map_or(f64::INFINITY, |covariance| {
             let projection = (self.weight * covariance).trace().max(0.0).sqrt();
@@ -184,8 +185,8 @@ impl Search {
         self.jacobian.sd(&full).mean_px
     }
 
-    /// The best `views` of the pool: from several starts, each view is exchanged for the one that helps most until none
-    /// does.
+    /// Best `views` of the pool: from several starts, each view is exchanged for the most helpful
+    /// one until none helps.
     fn exchange(
         &self,
         pool: &[Candidate],
@@ -277,7 +278,7 @@ fn pp_sd_px(covariance: &Free) -> f64 {
     pp.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// Place of a lens parameter among the free ones: that of fx for fy. `None` if it's held.
+/// Index of a lens parameter among the free ones: fx's index for fy. `None` for a fixed parameter.
 fn place_of(parameter: LensParameter) -> Option<usize> {
     let own = if parameter == LensParameter::Fy { LensParameter::Fx } else { parameter };
     PARAMETERS.iter().position(|free| *free == own)

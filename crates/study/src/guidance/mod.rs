@@ -1,17 +1,18 @@
 //! Comparison of ways to guide a person.
 //!
-//! The same simulated person, cameras, corner noise, visible margin and hold for every strategy. After each view that
-//! counts, the lens is fitted and compared with the truth; after four and eight views it's also calibrated as the program
-//! does it. Three lenses: one that the fitted model describes, and two that are more than the model.
+//! Person, cameras, corner noise, visible margin and hold are the same for every strategy. After
+//! each counted view, the lens is fitted and compared with the truth; after four and eight views
+//! it's also calibrated as in the program. There are three lenses: one within the fitted model, and
+//! two beyond it.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `course` | the lenses, and what is to be reached |
-//! | `situation`, `strategy` | what a strategy knows, and the strategies |
-//! | `hand`, `accept` | where a person brings the board, how long that takes, and whether the view counts |
+//! | `course` | the lenses, and the goals |
+//! | `situation`, `strategy` | knowledge of a strategy, and the strategies |
+//! | `hand`, `accept` | pose and time of a person's movement; acceptance of the view |
 //! | `estimate`, `race` | the lens after each view; one run |
-//! | `limit` | the best poses of all, which no strategy can beat |
-//! | `summary`, `claims`, `comparison` | what all runs say: medians and intervals; in words; as tables and figures |
+//! | `limit` | the best poses of all, a limit for every strategy |
+//! | `summary`, `claims`, `comparison` | all runs as medians and intervals; words; tables, figures |
 
 mod accept;
 mod claims;
@@ -48,7 +49,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// Stable name, also of its file.
+    /// Stable name, also used for the file.
     pub fn name(&self) -> String {
         let Self { strategy, course, hand } = self;
         let code = STRATEGIES.get(*strategy).map_or("unknown", |strategy| strategy.code);
@@ -70,7 +71,8 @@ pub fn parts(params: &Params) -> Vec<Part> {
     parts
 }
 
-/// Runs one part; `done` is called after each finished run, from any thread. `None` for a part that isn't one.
+/// Runs of a part; `done` is called after each finished run, from any thread. `None` for an invalid
+/// part.
 pub fn runs(params: &Params, part: Part, done: &(dyn Fn() + Sync)) -> Option<Runs> {
     let strategy = STRATEGIES.get(part.strategy)?;
     let code = Course::CODES.get(part.course)?;

@@ -1,4 +1,4 @@
-//! Run: a strategy asks, a person shows, the lens is fitted and compared with the truth.
+//! Single run: a strategy requests, a person shows, the lens is fitted and compared with the truth.
 
 use nalgebra::{Isometry3, Vector2};
 use rand_chacha::ChaCha8Rng;
@@ -21,33 +21,33 @@ use boresight_calibrate::BundleState;
 use boresight_geometry::Corner;
 use boresight_guide::guidance::{GuidanceParams, LensEstimate, Progress, View, measure, progress};
 
-/// Tries at one pose before the person gives up on it.
+/// Tries at a pose before the person gives up.
 const TRIES: i32 = 6;
-/// Numbers of views after which the lens is calibrated as the program does it.
+/// Numbers of views after which the lens is calibrated as in the program.
 pub(super) const CALIBRATED_AFTER: [usize; 2] = [4, 8];
-/// Number of views from which the program replaces its guess of the lens.
+/// Number of views after which the program replaces the guessed lens.
 const VIEWS_OF_A_LENS: usize = 2;
 
-/// State of a run after a view that counts.
+/// State of a run after a counted view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mark {
     /// Number of the view, from 1.
     pub view: usize,
     /// Time since the start.
     pub secs: f64,
-    /// Times the board was brought somewhere since the start.
+    /// Number of movements of the board since the start.
     pub tries: usize,
-    /// Larger of the shares of the picture's width and height that the view's corners span.
+    /// Span of the view's corners: the larger share of the picture's width and height.
     pub span_fraction: f64,
-    /// The lens with the model of the course.
+    /// Errors of the lens with the model of the course.
     pub fitted: Errors,
-    /// The lens as the program calibrates it; `None` where that was not computed.
+    /// Errors of the lens as calibrated by the program; `None` if not computed.
     pub calibrated: Option<Errors>,
-    /// True if the program's own stop rule is satisfied; only asked of ours.
+    /// True if the program's stop rule is satisfied; only for our strategies.
     pub complete: bool,
 }
 
-/// Lets `strategy` lead `hand` on `course`; one mark a view that counts.
+/// Runs `strategy` with `hand` on `course`; returns a mark per counted view.
 pub fn run(
     course: &Course,
     strategy: &Strategy,
@@ -57,7 +57,7 @@ pub fn run(
 ) -> Vec<Mark> {
     let mut rng = chance(params.seed, 2_000_000 + index);
     let mut chance_of_strategy = chance(params.seed, 3_000_000 + index);
-    // Boards are found only whole.
+    // Only whole boards are found.
     let guidance =
         GuidanceParams { plan: strategy.plan, pairs_beyond_edge: 0, ..GuidanceParams::default() };
     let mut lens_estimate = LensEstimate::guess(IMAGE_SIZE);
@@ -83,12 +83,12 @@ pub fn run(
         let shown_now = show(course, strategy, &situation, pose, &mut person, &mut rng);
         let Some((corners, view)) = shown_now else { continue };
         let span_fraction = span_fraction(&corners);
-        // A board that faces the camera has no principal line, but its corners count all the same.
+        // A board facing the camera has no principal line, but its corners count all the same.
         views.extend(view);
         shown.push(corners);
         let Some((bundle, errors)) = fitted(course, &shown, state.as_ref()) else { continue };
-        // Our strategies believe their guess as long as the program does. A hand that measures metres can't: with a
-        // wrong focal length it would make every board smaller than the one before.
+        // Our strategies keep their guess as long as the program does. A hand measuring metres
+        // can't: a wrong focal length would make every board smaller than the previous one.
         let guesses = strategy.is_ours() && hand != Hand::Metric && shown.len() < VIEWS_OF_A_LENS;
         if !guesses {
             lens_estimate.camera = bundle.state.camera;
@@ -118,8 +118,8 @@ pub fn run(
     marks
 }
 
-/// Brings the board to the asked pose until the view counts: its corners, and the measured view. `None` if the person
-/// gives up.
+/// Brings the board to the requested pose until the view counts; returns corners and measured view.
+/// `None` if the person gives up.
 fn show(
     course: &Course,
     strategy: &Strategy,
@@ -151,13 +151,13 @@ fn show(
     None
 }
 
-/// The ghost of `pose` through the lens that the live picture alone gives.
+/// Ghost of `pose` through the lens estimated from the live picture alone.
 fn redrawn(course: &Course, pose: Isometry3<f64>, corners: &[Corner]) -> Option<Wish> {
     let (bundle, _) = fitted(course, &[corners.to_vec()], None)?;
     wish_at(pose, &course.board, &bundle.state.camera)
 }
 
-/// Corners with noise; `None` if one lies too near the picture's edge to be found.
+/// Corners with noise; `None` if any is too close to the picture's edge to be found.
 fn seen(
     course: &Course,
     pose: &Isometry3<f64>,
@@ -194,7 +194,8 @@ fn span_fraction(corners: &[Corner]) -> f64 {
     size.max()
 }
 
-/// The views measured again through the newest lens, as a session does; as before where that lens doesn't reach.
+/// Measures the views again through the newest lens, as in a session; keeps views outside that
+/// lens's field.
 fn remeasure(views: &mut [View], course: &Course, lens_estimate: &LensEstimate) {
     for view in views {
         let frame = (view.frame_id, view.captured_at);

@@ -4,24 +4,24 @@ use boresight_calibrate::LensModel;
 use boresight_geometry::{Corner, board::Checkerboard};
 use boresight_guide::guidance::{GuidanceParams, LensEstimate, View};
 
-/// Knowledge that a strategy may use.
+/// Knowledge available to a strategy.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     /// The camera as estimated from the views so far.
     pub lens_estimate: &'a LensEstimate,
-    /// Views that have a principal line.
+    /// Views with a principal line.
     pub views: &'a [View],
-    /// Corners of all views that count.
+    /// Corners of all counted views.
     pub shown: &'a [Vec<Corner>],
     /// Estimated poses of the views in `shown`.
     pub poses: &'a [Isometry3<f64>],
-    /// The board held up.
+    /// Board held up.
     pub board: &'a Checkerboard,
     /// Limits of our planner.
     pub params: &'a GuidanceParams,
-    /// Poses asked for so far.
+    /// Number of poses requested so far.
     pub asked: usize,
-    /// Lens model that is fitted.
+    /// Fitted lens model.
     pub model: LensModel,
     /// Standard deviation of a corner coordinate.
     pub noise_px: f64,

@@ -1,4 +1,4 @@
-//! Medians and intervals of the results of one strategy with one hand.
+//! Medians and intervals of the results of a strategy with a hand.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,23 +13,23 @@ use crate::{
     statistics::{median, median_interval, rms},
 };
 
-/// Numbers of views after which the strategies are compared.
+/// Numbers of views for comparing the strategies.
 pub(super) const COMPARED_AFTER: [usize; 2] = [4, 8];
 
-/// All runs of one strategy on one course with one hand.
+/// All runs of a strategy on a course with a hand.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
     /// [`Strategy::code`].
     pub strategy: String,
-    /// One of [`Course::CODES`].
+    /// Code from [`Course::CODES`].
     pub course: String,
-    /// The person who showed the views.
+    /// Hand of the person.
     pub hand: Hand,
-    /// Marks of each run, one a view.
+    /// Marks of each run, per view.
     pub runs: Vec<Vec<Mark>>,
 }
 
-/// A median over runs that may not all have arrived, and its 95 % interval.
+/// Median over runs, some possibly without arrival, with the 95 % interval.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Arrival {
     pub(super) median: f64,
@@ -38,28 +38,28 @@ pub(super) struct Arrival {
     pub(super) arrived: usize,
 }
 
-/// A root mean square and half the width of its 95 % interval.
+/// Root mean square with half the width of the 95 % interval.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
     pub(super) rms: f64,
     pub(super) interval: f64,
 }
 
-/// After one of [`COMPARED_AFTER`].
+/// Results after a number of views from [`COMPARED_AFTER`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct After {
-    /// Median stated deviations, right model; `None` if fewer than half of the runs came so far.
+    /// Median stated deviations, right model; `None` if fewer than half of the runs got so far.
     pub(super) pp_sd_px: Option<f64>,
     pub(super) projection_sd_px: Option<f64>,
     /// PP error with the model of each course.
     pub(super) fitted: [Option<Spread>; 3],
     /// PP error with the model chosen by BIC.
     pub(super) calibrated: [Option<Spread>; 3],
-    /// Median PP deviation that the program states, right lens: model doubt included.
+    /// Median stated PP deviation of the program, right lens: model doubt included.
     pub(super) calibrated_pp_sd_px: Option<f64>,
 }
 
-/// Summary of one strategy with one hand.
+/// Summary of a strategy with a hand.
 #[derive(Clone, Debug)]
 pub(super) struct Row {
     pub(super) strategy: &'static Strategy,
@@ -68,17 +68,17 @@ pub(super) struct Row {
     pub(super) to_pp: [Arrival; 2],
     pub(super) to_projection: [Arrival; 2],
     pub(super) after: [After; 2],
-    /// Views and seconds to the program's own stop rule, for ours only.
+    /// Views and seconds until the program's stop rule, for ours only.
     pub(super) complete: Option<[Arrival; 2]>,
-    /// Seconds and tries for a view that counts, with the right lens.
+    /// Seconds and tries per counted view, with the right lens.
     pub(super) secs_per_view: f64,
     pub(super) tries_per_view: f64,
-    /// Mean share of the picture that a view spans.
+    /// Mean share of the picture spanned by a view.
     pub(super) span_fraction: f64,
 }
 
 impl Row {
-    /// The row of `strategy` with `hand`. `None` if one of its parts is missing.
+    /// Row of `strategy` with `hand`. `None` if a part is missing.
     pub(super) fn of(parts: &[Runs], strategy: &'static Strategy, hand: Hand) -> Option<Self> {
         let mut courses = Vec::with_capacity(Course::CODES.len());
         for course in 0..Course::CODES.len() {
@@ -125,7 +125,7 @@ impl Row {
     }
 }
 
-/// The part of `strategy` on a course with `hand`.
+/// Part of `strategy` on a course with `hand`.
 pub(super) fn find<'a>(
     parts: &'a [Runs],
     strategy: &str,
@@ -150,7 +150,7 @@ fn arrival(
     Arrival { median: median(&values).unwrap_or(f64::INFINITY), low, high, arrived }
 }
 
-/// Values of all runs after `views` views. `None` if fewer than half of the runs have one.
+/// Values of all runs after `views` views. `None` if fewer than half of the runs have a value.
 fn values_after(
     runs: &[Vec<Mark>],
     views: usize,
@@ -173,10 +173,12 @@ pub(super) fn median_after(
     median(&values_after(runs, views, value)?)
 }
 
-/// Largest error that counts: beyond it the lens is useless, and one such run must not hide the others.
+/// Maximum counted error: beyond it the lens is useless, and a single such run must not hide the
+/// others.
 const USELESS_PX: f64 = 100.0;
 
-/// Root mean square of the PP error after `views` views, and its 95 % interval for two coordinates a run.
+/// Root mean square of the PP error after `views` views, with the 95 % interval for two coordinates
+/// per run.
 fn pp_error(
     runs: &[Vec<Mark>],
     views: usize,

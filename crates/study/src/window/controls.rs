@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     changed
 }
 
-/// Choice of the boards shown: two choices beside each other.
+/// Choice of the boards shown: two choices side by side.
 fn boards(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
     let mut changed = false;
     let choices = [Boards::One, Boards::Pair, Boards::TwoPairs, Boards::Eight];
@@ -75,7 +75,7 @@ fn sliders(ui: &mut Ui, wish: &mut ExploreSetup) -> bool {
 
 type Words = (&'static str, &'static str);
 
-/// A slider behind its name.
+/// Slider with a name in front.
 fn row(ui: &mut Ui, (name, tip): Words, slider: Slider<'_>) -> bool {
     let name = ui.label(RichText::new(name).weak()).on_hover_text(tip);
     let changed = ui.add(slider).labelled_by(name.id).on_hover_text(tip).changed();

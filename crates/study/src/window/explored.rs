@@ -6,7 +6,7 @@ use crate::{
     setup::Setup,
 };
 
-/// The exploration's settings and its result.
+/// Settings and result of the exploration.
 #[derive(Clone, Debug)]
 pub struct Explored {
     pub(super) wish: ExploreSetup,
@@ -27,7 +27,7 @@ impl Default for Explored {
 }
 
 impl Explored {
-    /// The present drawing and its numbers.
+    /// Current drawing with its numbers.
     pub fn seen(&self) -> &Seen {
         &self.seen
     }

@@ -1,4 +1,4 @@
-//! Picture of the simulated camera, and the surroundings of the principal point enlarged.
+//! Picture of the simulated camera, and an enlargement around the principal point.
 
 use egui::{
     Align2, Color32, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo,
@@ -98,7 +98,7 @@ fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen
     let rect = Rect::from_min_size(min, Vec2::splat(side));
     let inside = painter.with_clip_rect(rect);
     inside.rect_filled(rect, 4.0, Color32::from_gray(20));
-    // A picture whose centre stands in the middle of the rectangle, enlarged.
+    // Enlarged picture, centred in the rectangle.
     let size = wish.setup.image_size;
     let large = Vec2::new(size.width_px as f32, size.height_px as f32) * placed.scale() * ENLARGED;
     let pp = wish.setup.camera.pp_px;
@@ -119,8 +119,8 @@ fn enlarged(painter: &Painter, placed: &Placed, wish: &ExploreSetup, seen: &Seen
     );
 }
 
-/// The four corners of a square, around it, among the inner corners in rows of `columns`; `column` and `row` belong to
-/// its first corner and must not be the last ones.
+/// Corners of a square, in order around the square, among the inner corners in rows of `columns`;
+/// `column` and `row` belong to the first corner and must not be the last ones.
 fn square(
     placed: &Placed,
     corners_px: &[Point2<f64>],

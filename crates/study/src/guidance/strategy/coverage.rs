@@ -1,4 +1,4 @@
-//! Corners spread evenly over the picture, or a board that fills it.
+//! Corners spread evenly over the picture, or a board that fills the picture.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
@@ -10,7 +10,7 @@ use boresight_guide::guidance::wanted_pose::seen_px;
 const COLUMNS: usize = 8;
 const ROWS: usize = 6;
 
-/// The one of sixty random poses whose corners fall into the emptiest cells.
+/// Among sixty random poses, the pose with corners in the emptiest cells.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let mut counts = [0_u32; COLUMNS * ROWS];
     for corner in situation.shown.iter().flatten() {
@@ -27,7 +27,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
         .max_by(|a, b| emptiness(a).total_cmp(&emptiness(b)))
 }
 
-/// A board as large as the picture allows, tilted up to 30°.
+/// Board as large as the picture allows, tilted up to 30°.
 pub(super) fn wish_full_view(
     situation: &Situation<'_>,
     rng: &mut ChaCha8Rng,

@@ -1,8 +1,8 @@
 //! The next best pose by information: the least trace of the intrinsics' covariance.
 //!
-//! Source: Peng & Sturm, "Calibration Wizard: A Guidance System for Camera Calibration Based on Modelling
-//! Geometric and Corner Uncertainty", ICCV 2019. The first three views are free, as its first step asks; the search
-//! here is over random poses.
+//! Source: Peng & Sturm, "Calibration Wizard: A Guidance System for Camera Calibration Based on
+//! Modelling Geometric and Corner Uncertainty", ICCV 2019. The first three views are free, as in
+//! its first step; the search here is over random poses.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
@@ -14,15 +14,15 @@ use boresight_guide::guidance::information::{
     LensMatrix, PARAMETERS, information_in_picture, prior_information, view_information,
 };
 
-/// Candidate poses for each view.
+/// Number of candidate poses per view.
 pub(super) const CANDIDATES: usize = 120;
-/// Ranges of tilt and fill that a person can be asked for.
+/// Ranges of tilt and fill possible for a person.
 pub(super) const LIMITS: ([f64; 2], [f64; 2]) = ([0.02, 0.9], [0.4, 0.9]);
 
-/// Views before the first suggestion.
+/// Number of views before the first suggestion.
 pub(super) const FREE_VIEWS: usize = 3;
 
-/// The candidate that leaves the least trace, after three free views.
+/// Candidate with the smallest remaining trace, after three free views.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     if situation.shown.len() < FREE_VIEWS {
         return hand_held::wish(situation, rng);
@@ -30,7 +30,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     best(situation, rng, nalgebra::Matrix::trace)
 }
 
-/// The candidate with the least `cost` of the covariance that it leaves.
+/// Candidate with the smallest `cost` of the remaining covariance.
 pub(super) fn best(
     situation: &Situation<'_>,
     rng: &mut ChaCha8Rng,
@@ -49,7 +49,7 @@ pub(super) fn best(
         .map(|(_, pose)| pose)
 }
 
-/// Information of the views so far and of the weak beliefs.
+/// Information of the views so far and of the weak priors.
 pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
     let Situation { poses, board, lens_estimate, noise_px, .. } = *situation;
     let points_m = board.corners_in_board_m();
@@ -57,13 +57,13 @@ pub(super) fn known(situation: &Situation<'_>) -> LensMatrix {
     poses.iter().filter_map(seen).fold(prior_information(lens_estimate), |sum, view| sum + view)
 }
 
-/// Covariance of the parameters that are fitted; zero for the others.
+/// Covariance of the fitted parameters; zero for the others.
 pub(super) fn covariance(
     situation: &Situation<'_>,
     information: &LensMatrix,
 ) -> Option<LensMatrix> {
     let free = situation.model.freedom(true).parameters();
-    // One focal length for fx and fy.
+    // Shared focal length of fx and fy.
     let ordered = LensParameter::ALL
         .into_iter()
         .filter(|parameter| parameter.is_browns() && *parameter != LensParameter::Fy);

@@ -1,18 +1,26 @@
-//! Ways of guiding a person: each a pure function from what is known to the pose that is asked for next, and the
-//! rule by which a view counts.
+//! Ways of guiding a person: each a pure function from the situation to the next requested pose,
+//! and the rule for counting a view.
 //!
-//! | strategy | rule, and where it stands in the source |
-//! |---|---|
-//! | `ours-*` | our roles |
-//! | `range-bars` | X, Y, size and skew differ from every earlier view by more than 0.2 together: `is_good_sample` of ROS `image_pipeline`, camera_calibration/calibrator.py |
-//! | `information` | the first three views are free; then the operator presses a key: README of `pengsongyou/CalibrationWizard` |
-//! | `worst-pixel` | the first three views by the variance of the focal length; corners within one square of the asked ones on average: `scorePix` in AprilCal.java of the April toolkit |
-//! | `per-parameter` | outlines share 85 % of their union, flow below 2 px a frame, which every held view has: `pose_close_to_tgt` and `update` in ui.py of `paroj/pose_calib` |
-//! | the others | none |
+//! | strategy | acceptance rule | source |
+//! |---|---|---|
+//! | `ours-*` | our roles | |
+//! | `range-bars` | X, Y, size, skew differ from every earlier view by more than 0.2 together | 1 |
+//! | `information` | three free views; then the operator presses a key | 2 |
+//! | `worst-pixel` | corners within one square of the requested ones on average | 3 |
+//! | `per-parameter` | outlines share 85 % of their union | 4 |
+//! | the others | none | |
 //!
-//! The margins of the sources (30 px of Calibration Wizard, none of the others) give way to the one rule for all;
-//! so do their waiting times (3.5 s of AprilCal). Where a source searches fewer or smaller poses (18 to 90 fixed
-//! ones of AprilCal, boards at 1.6 times their width of pose_calib), the strategy here has the better of the two.
+//! 1. `is_good_sample` of ROS `image_pipeline`, camera_calibration/calibrator.py.
+//! 2. README of `pengsongyou/CalibrationWizard`.
+//! 3. `scorePix` in AprilCal.java of the April toolkit; the first three views are chosen by the
+//!    variance of the focal length.
+//! 4. `pose_close_to_tgt` and `update` in ui.py of `paroj/pose_calib`; also flow below 2 px a
+//!    frame, true for every held view.
+//!
+//! The sources' margins (30 px of Calibration Wizard, none of the others) are replaced by the
+//! common rule; so are their waiting times (3.5 s of AprilCal). If a source searches fewer or
+//! smaller poses (18 to 90 fixed ones of AprilCal, boards at 1.6 times their width of pose_calib),
+//! the strategy here has the better of the two.
 
 mod coverage;
 mod hand_held;
@@ -30,18 +38,19 @@ use rand_chacha::ChaCha8Rng;
 use super::{accept::Accept, situation::Situation};
 use boresight_guide::guidance::Plan;
 
-/// A way of guiding.
+/// Way of guiding.
 #[derive(Clone, Copy, Debug)]
 pub struct Strategy {
     /// Stable name, for files and programs.
     pub code: &'static str,
-    /// Publication or program that it comes from.
+    /// Source publication or program.
     pub source: &'static str,
-    /// The pose to ask for, in the camera that is believed; `None` when the plan is complete.
+    /// Function to the next requested pose, in the believed camera; `None` when the plan is
+    /// complete.
     pub wish: fn(&Situation<'_>, &mut ChaCha8Rng) -> Option<Isometry3<f64>>,
-    /// Rule by which a view counts.
+    /// Acceptance rule for a view.
     pub accept: Accept,
-    /// Plan of our planner; the others do not look at it.
+    /// Plan of our planner; ignored by the others.
     pub plan: Plan,
 }
 

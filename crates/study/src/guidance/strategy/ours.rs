@@ -1,4 +1,5 @@
-//! Ours: the opposed partner of the view taken, the next slot, then the most informative reflected pairs.
+//! Ours: the opposed partner of the view taken, the next slot, then the most informative reflected
+//! pairs.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
@@ -7,7 +8,7 @@ use crate::guidance::situation::Situation;
 use boresight_geometry::{Corner, fit_pose};
 use boresight_guide::guidance::{Knowledge, next_target};
 
-/// The pose whose ghost our planner draws.
+/// Pose of our planner's ghost.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let Situation { lens_estimate, views, board, params, .. } = *situation;
     let knowledge = Knowledge::new(views, board, lens_estimate, params);

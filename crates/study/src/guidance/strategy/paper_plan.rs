@@ -1,4 +1,5 @@
-//! The source paper's plan: eight slots, the board turned with them about the picture's centre, tilt 45°.
+//! The source paper's plan: eight slots, the board rotated with them about the picture's centre,
+//! tilt 45°.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
@@ -6,12 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use super::sample::{Wanted, pose};
 use crate::{guidance::situation::Situation, setup::slot_rad};
 
-/// The paper's pose with the board as large as fits.
+/// Paper's pose with the board as large as fits.
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     slot(situation, 1.0)
 }
 
-/// The paper's pose with a board of 36 % of the picture's width.
+/// Paper's pose with a board of 36 % of the picture's width.
 pub(super) fn wish_small(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     slot(situation, 0.36)
 }

@@ -1,9 +1,9 @@
 //! The next pose for the least certain parameter.
 //!
-//! Source: Rojtberg & Kuijper, "Efficient Pose Selection for Interactive Camera Calibration", ISMAR 2018: the
-//! parameter with the largest index of dispersion decides. Pinhole parameters ask for tilted boards in the
-//! middle, f and cx, cy about alternating axes; distortion asks for boards at the picture's edge, where
-//! fewest corners are.
+//! Source: Rojtberg & Kuijper, "Efficient Pose Selection for Interactive Camera Calibration", ISMAR
+//! 2018: the parameter with the largest index of dispersion decides. Pinhole parameters request
+//! tilted boards in the middle, f and cx, cy about alternating axes; distortion requests boards at
+//! the picture's edge, in the cells with the fewest corners.
 
 use nalgebra::Isometry3;
 use rand_chacha::ChaCha8Rng;
@@ -14,7 +14,7 @@ use super::{
 };
 use crate::guidance::situation::Situation;
 
-/// Tilts that are asked for in turn, coarse first.
+/// Tilts requested in turn, coarse first.
 const TILTS_RAD: [f64; 6] = [0.78, 0.39, 0.6, 0.2, 0.7, 0.5];
 
 pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
@@ -22,7 +22,7 @@ pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isom
     let asked = situation.asked;
     let covariance = covariance(situation, &known(situation))?;
     let dispersion = |i: usize, value: f64| covariance[(i, i)] / value.abs().max(1e-3);
-    // Pixels and distortion coefficients are compared by what they do at the picture's edge.
+    // Pixels and distortion coefficients are compared by their effect at the picture's edge.
     let radius = 0.5 * f64::from(situation.lens_estimate.image_size.width_px) / camera.f_px.x;
     let scale = camera.f_px.x * radius.powi(3);
     let pinhole = [
@@ -38,7 +38,7 @@ pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isom
         });
     let turn = asked as f64;
     let wanted = if lens > largest {
-        // Round the picture's edge.
+        // Around the picture's edge.
         let places =
             [[0.25, 0.25], [0.75, 0.75], [0.75, 0.25], [0.25, 0.75], [0.5, 0.3], [0.5, 0.7]];
         Wanted {
@@ -49,7 +49,7 @@ pub(super) fn wish(situation: &Situation<'_>, _: &mut ChaCha8Rng) -> Option<Isom
             fill: 0.5,
         }
     } else {
-        // Boards that recede sideways show cx, those that recede up or down cy, both f.
+        // Boards receding sideways determine cx, boards receding up or down cy, both f.
         let sideways = match most {
             1 => true,
             2 => false,

@@ -1,5 +1,5 @@
-//! Bars for X, Y, size and skew, each filled by its range so far, as in ROS's camera_calibration: the
-//! person is led to the extreme of the bar that is least full.
+//! Bars for X, Y, size and skew, each filled by its range so far, as in ROS's camera_calibration:
+//! the person is led to the extreme of the least full bar.
 
 use nalgebra::Isometry3;
 use rand::RngExt;
@@ -8,10 +8,10 @@ use rand_chacha::ChaCha8Rng;
 use super::sample::{Wanted, pose};
 use crate::guidance::{accept::Bars, situation::Situation};
 
-/// Ranges that fill a bar: X, Y, size, skew. Source: `param_ranges`.
+/// Ranges of a full bar: X, Y, size, skew. Source: `param_ranges`.
 const FULL: [f64; 4] = [0.7, 0.7, 0.4, 0.5];
 
-/// The other end of the least full bar; small boards and little skew fill none.
+/// Pose at the other end of the least full bar; small boards and little skew fill none.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     let seen: Vec<[f64; 4]> =
         situation.shown.iter().map(|corners| Bars::of(situation, corners).0).collect();
@@ -27,7 +27,7 @@ pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Is
     };
     let least = (0..4).min_by(|a, b| share(*a).total_cmp(&share(*b))).unwrap_or(0);
     let middle = if seen.is_empty() { 0.5 } else { 0.5 * (range(least).0 + range(least).1) };
-    // Choose the farther end, with noise, because nobody stands still in the other bars.
+    // Choose the farther end, with noise, because a person also moves in the other bars.
     let high = least >= 2 || middle < 0.5 || (seen.is_empty() && rng.random());
     let mut near = |centre: f64, spread: f64| centre + rng.random_range(-spread..spread);
     let end = |low: f64, top: f64| if high { top } else { low };

@@ -1,4 +1,4 @@
-//! Poses to choose from.
+//! Candidate poses.
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 use rand::RngExt;
@@ -8,25 +8,25 @@ use crate::guidance::{course::planned_margin_px, situation::Situation};
 use boresight_geometry::{Camera, board::Checkerboard, frame::ImageSize};
 use boresight_guide::guidance::{view::bounds_px, wanted_pose::tilted};
 
-/// A pose in a person's terms.
+/// Pose in a person's terms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::guidance) struct Wanted {
     /// Direction in which the board recedes.
     pub(in crate::guidance) slot_rad: f64,
     pub(in crate::guidance) tilt_rad: f64,
-    /// Turn of the board in its own plane.
+    /// Rotation of the board in the board plane.
     pub(in crate::guidance) roll_rad: f64,
-    /// Image of its centre, as a share of the picture's width and height.
+    /// Image of the board's centre, as a share of the picture's width and height.
     pub(in crate::guidance) centre: [f64; 2],
-    /// Share of the picture's width or height that the corners span.
+    /// Share of the picture's width or height spanned by the corners.
     pub(in crate::guidance) fill: f64,
 }
 
-/// Steps of the bisection for the distance: it ends within half a per cent.
+/// Steps of the bisection for the distance, to half a per cent.
 const STEPS: usize = 9;
 
-/// The pose; the board comes no nearer than a distance that keeps all corners `margin_px` inside the picture. `None` if
-/// it can't be seen whole at three times the asked distance.
+/// Wanted pose, at least far enough away to keep all corners `margin_px` inside the picture. `None`
+/// if the board isn't wholly visible at three times the requested distance.
 pub(in crate::guidance) fn place(
     (camera, size): (&Camera, ImageSize),
     board: &Checkerboard,
@@ -69,13 +69,13 @@ pub(in crate::guidance) fn place(
     Some(at(far_m))
 }
 
-/// [`place`] in the believed camera, with the room for a hand's errors that all strategies leave.
+/// [`place`] in the believed camera, with the margin of all strategies for a hand's errors.
 pub(super) fn pose(situation: &Situation<'_>, wanted: &Wanted) -> Option<Isometry3<f64>> {
     let lens = situation.lens_estimate;
     place((&lens.camera, lens.image_size), situation.board, wanted, planned_margin_px())
 }
 
-/// Random poses within these limits, all visible.
+/// Random visible poses within limits.
 pub(super) fn random(
     situation: &Situation<'_>,
     (tilt_rad, fill): ([f64; 2], [f64; 2]),

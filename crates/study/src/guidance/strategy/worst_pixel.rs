@@ -1,7 +1,8 @@
 //! The next best pose by the most uncertain pixel.
 //!
-//! Source: Richardson, Strom & Olson, "AprilCal: Assisted and repeatable camera calibration", IROS 2013: the
-//! largest expected reprojection error over the picture; here over its grid of cells. The first three views are those
+//! Source: Richardson, Strom & Olson, "AprilCal: Assisted and repeatable camera calibration", IROS
+//! 2013: the largest expected reprojection error over the picture; here over its grid of cells. The
+//! first three views are chosen to determine the focal length best, as in the source.
 //! that fix the focal length best, as in its source.
 
 use nalgebra::{Isometry3, SMatrix};
@@ -12,7 +13,7 @@ use crate::guidance::situation::Situation;
 use boresight_calibrate::projection_jacobian;
 use boresight_guide::guidance::information::{LensMatrix, PARAMETERS, square_pixels};
 
-/// The candidate after which the worst pixel is best; at first, the focal length.
+/// Candidate with the smallest remaining error of the worst pixel; at first, of the focal length.
 pub(super) fn wish(situation: &Situation<'_>, rng: &mut ChaCha8Rng) -> Option<Isometry3<f64>> {
     if situation.shown.len() < FREE_VIEWS {
         return best(situation, rng, |covariance: &LensMatrix| covariance[(0, 0)]);
