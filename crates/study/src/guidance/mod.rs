@@ -12,7 +12,7 @@
 //! | `hand`, `accept` | pose and time of a person's movement; acceptance of the view |
 //! | `estimate`, `race` | the lens after each view; one run |
 //! | `limit` | the best poses of all, a limit for every strategy |
-//! | `summary`, `claims`, `comparison` | all runs as medians and intervals; words; tables, figures |
+//! | `summary`, `claims`, `comparison` | all runs: medians and intervals; words; tables |
 
 mod accept;
 mod claims;
