@@ -1,13 +1,13 @@
 use std::{fmt, sync::Arc};
 
-/// Receives every sentence for the person: the command line prints them on stderr. Cheap to clone; callable
-/// from any thread.
+/// Receives every sentence for the person; the command line prints them on stderr. Cheap to clone;
+/// callable from any thread.
 #[derive(Clone)]
 pub struct Announcer {
     say: Arc<dyn Fn(&str) + Send + Sync>,
-    /// True if what the person should do now is said, too.
+    /// True if requests to the person are announced, too.
     asks: bool,
-    /// True if left and right are those of a person who faces the camera.
+    /// True if left and right are mirrored for a person facing the camera.
     mirrored: bool,
 }
 
@@ -17,13 +17,14 @@ impl Announcer {
         Self { say: Arc::new(say), asks: true, mirrored: true }
     }
 
-    /// The same for a person who looks the way the camera looks, or at its picture: left and right are the picture's.
+    /// Copy for a person behind the camera, or looking at its picture: left and right are the
+    /// picture's.
     #[must_use]
     pub fn from_behind(self) -> Self {
         Self { mirrored: false, ..self }
     }
 
-    /// Whether left and right are those of a person who faces the camera.
+    /// True if left and right are mirrored for a person facing the camera.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
     }
@@ -33,20 +34,20 @@ impl Announcer {
         Self::new(|_| ())
     }
 
-    /// The same for a person who sees elsewhere what to do now.
+    /// Copy without requests, for a person reading them elsewhere.
     #[must_use]
     pub fn without_requests(self) -> Self {
         Self { asks: false, ..self }
     }
 
-    /// Announces what the person should do now.
+    /// Announces a request to the person.
     pub fn ask(&self, sentence: &str) {
         if self.asks {
             self.say(&format!("  {sentence}"));
         }
     }
 
-    /// Announces one sentence, or one line of a table.
+    /// Announces a sentence or a line of a table.
     pub fn say(&self, sentence: &str) {
         (self.say)(sentence);
     }

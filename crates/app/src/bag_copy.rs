@@ -9,24 +9,26 @@ use super::Announcer;
 #[cfg(not(feature = "bags"))]
 use super::MissingFeature;
 
-/// The bag that gets the calibration.
+/// Copy of a recorded bag with a calibration.
 #[derive(Clone, Debug)]
 pub struct BagCopy {
-    /// The bag.
+    /// Recorded bag.
     pub from: PathBuf,
-    /// The topic of its pictures; `None` for the only one.
+    /// Topic of the pictures; `None` for the only topic.
     pub topic: Option<String>,
-    /// The copy, which doesn't exist yet.
+    /// Path of the copy; must not exist yet.
     pub to: PathBuf,
 }
 
 impl BagCopy {
-    /// Writes the copy with the result in `input`, a session folder or a calibration in any format that can be read, as a
-    /// `sensor_msgs/msg/CameraInfo` beside each picture. True if that calibration must not be used.
+    /// Writes the copy with the result in `input`, a session folder or a calibration in any
+    /// readable format, as a `sensor_msgs/msg/CameraInfo` beside each picture. True if the
+    /// calibration must not be used.
     ///
     /// # Errors
     ///
-    /// If the result or the bag can't be read, if their pictures differ in size, or if the copy can't be written.
+    /// If the result or the bag can't be read, if their pictures differ in size, or if the copy
+    /// can't be written.
     #[cfg(feature = "bags")]
     pub fn write(&self, input: &Path, announcer: &Announcer) -> anyhow::Result<bool> {
         use boresight_capture::{Bag, FrameSource, NotCopied, copy_with};
@@ -58,7 +60,7 @@ impl BagCopy {
         Ok(untrustworthy)
     }
 
-    /// A build without bags writes none.
+    /// Fails in builds without bags.
     ///
     /// # Errors
     ///

@@ -1,4 +1,4 @@
-//! Reads the board from its printed code, so that nobody types it.
+//! Reads the board from its printed code.
 
 use std::{
     collections::VecDeque,
@@ -15,10 +15,10 @@ use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
 use boresight_present::text;
 use boresight_run::config::Config;
 
-/// Number of pictures searched for a code; of a live camera, those that come within this time: a person waits for it.
+/// Number of pictures searched for a code. From a live camera, only those within the waiting time.
 const PICTURES: usize = 10;
 const LIVE: Duration = Duration::from_millis(1500);
-/// Smaller boards to try when the usual one is seen only in part: a smaller board looks like that.
+/// Smaller boards to try when the usual board is seen only in part.
 const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
 /// Most searches for boards in all pictures together.
 const SEARCHES: usize = 80;
@@ -29,7 +29,7 @@ const PATIENCE: Duration = Duration::from_millis(250);
 /// Reader of codes beside any board in the picture.
 struct CodeReader {
     detector: Detector,
-    /// The board that is tried first.
+    /// Board to try first.
     usual: Checkerboard,
     searches_left: usize,
 }
@@ -71,8 +71,8 @@ impl CodeReader {
     }
 }
 
-/// Takes what a code `decides` of the board from the first of `pictures` that shows one, and announces it. Without a code
-/// nothing changes. Pictures that can't be read are skipped.
+/// Takes the fields in `decides` from the first code in `pictures`, and announces them. Without a
+/// code nothing changes. Unreadable pictures are skipped.
 ///
 /// # Errors
 ///
@@ -91,9 +91,10 @@ pub fn board_from_pictures(
     Ok(())
 }
 
-/// Takes the board from the code in the first frames of a source, as [`board_from_pictures`] does. A folder's or
-/// recording's frames come again; a live camera's are over. The simulated camera waits until its first picture is judged. If
-/// the source is broken, its error comes where it came from the source.
+/// Takes the board from the code in the first frames of a source, as [`board_from_pictures`] does.
+/// Frames of a folder or recording are delivered again; those of a live camera are lost. The
+/// simulated camera waits until its first picture is judged. Errors of a broken source reappear at
+/// their place in the source.
 ///
 /// # Errors
 ///
@@ -110,7 +111,7 @@ pub fn board_from_source(
     let mut first = VecDeque::new();
     let (mut frames, mut waits, mut until) = (PICTURES, WAITS, None);
     while frames > 0 && waits > 0 && until.is_none_or(|until| Instant::now() < until) {
-        // A source that waits has its next picture at once, or not before the first one is judged.
+        // A waiting source has its next picture at once, or not before the first picture is judged.
         let has_begun = keeps_frames && !first.is_empty();
         let arrival = source.next_frame(if has_begun { Duration::ZERO } else { PATIENCE });
         let code = match &arrival {
@@ -144,7 +145,8 @@ pub fn board_from_source(
     Ok(OpenSource { source: Box::new(preceded(first, source)), on_frame, truth })
 }
 
-/// Puts what `code` decides of the board into `config`, with its measured square if the settings have one.
+/// Copies the fields in `decides` from `code` to `config`, with the measured square from the
+/// settings, if any.
 fn take(code: &BoardCode, config: &mut Config, decides: BoardFromCode, announcer: &Announcer) {
     let Some(board) = code.board() else { return };
     // Both are at most 99.

@@ -32,13 +32,13 @@ pub enum SheetKind {
 }
 
 impl SheetKind {
-    /// The kind that a file's name tells; `None` if it ends in nothing known.
+    /// Kind from a file name; `None` for an unknown extension.
     pub fn of_file(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         Self::by_name(&ending)
     }
 
-    /// The kind called `pdf`, `svg` or `png`.
+    /// Kind named `pdf`, `svg` or `png`.
     pub fn by_name(name: &str) -> Option<Self> {
         match name {
             "pdf" => Some(Self::Pdf),
@@ -49,7 +49,7 @@ impl SheetKind {
     }
 }
 
-/// The paper of that name, whatever its letters' case.
+/// Paper by name, in any letter case.
 pub fn paper(name: &str) -> Option<Paper> {
     Paper::ALL.into_iter().find(|paper| paper.name().eq_ignore_ascii_case(name))
 }
@@ -101,21 +101,21 @@ pub struct TargetBoard {
     pub circles: Option<String>,
 }
 
-/// A board on its page, with the code in its margin if there is one.
+/// Board on its page, with an optional code in the margin.
 #[derive(Clone, Debug)]
 pub struct BoardSheet {
-    /// Where the board is.
+    /// Layout of the page.
     pub plan: Plan,
     code: Option<BoardCode>,
 }
 
 impl BoardSheet {
-    /// The board on the one of `pages` on which it's best, with squares of `square_mm`, or as large as fits. The sides of
-    /// markers that aren't named are 0.75 of a square.
+    /// Places the board on the best of `pages`, with squares of `square_mm` or as large as fits.
+    /// Unnamed sides of markers are 0.75 of a square.
     ///
     /// # Errors
     ///
-    /// If it fits on none of them, or can't have these markers.
+    /// If the board fits on no page, or can't have these markers.
     pub fn new(board: BoardChoice, square_mm: Option<f64>, pages: &[Page]) -> anyhow::Result<Self> {
         let square = square_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
         let mut plan = plan_of(&board, square, pages)
@@ -126,8 +126,7 @@ impl BoardSheet {
         Ok(Self { plan, code: None })
     }
 
-    /// The sheet with the code for `id`, from which other commands read the board; without it if there's no room. Markers
-    /// name their board by themselves.
+    /// The sheet with the code for `id`, unless there is no room. Boards with markers need no code.
     #[must_use]
     pub fn with_code(mut self, id: BoardId) -> Self {
         self.code = margin_code(&self.plan, id).filter(|_| self.plan.markers.is_none());
@@ -139,7 +138,7 @@ impl BoardSheet {
         self.code.as_ref().map(|code| code.id().to_string())
     }
 
-    /// The file's bytes; a PNG on paper in that resolution, or of 300 pixels per inch.
+    /// The file's bytes; a PNG on paper in the given resolution, or of 300 pixels per inch.
     ///
     /// # Errors
     ///
@@ -165,7 +164,7 @@ impl BoardSheet {
         })
     }
 
-    /// What `target --json` prints of the sheet that was written to `file`, on the paper of that name.
+    /// Output of `target --json` for the sheet in `file` on the named paper.
     pub fn told(&self, file: &Path, paper: &str) -> TargetFile {
         let plan = &self.plan;
         let tags = plan.markers.and_then(|markers| markers.tags);
@@ -194,7 +193,7 @@ impl BoardSheet {
     }
 }
 
-/// The code for the margin of `plan`. `None` if there's no room for it.
+/// Code for the margin of `plan`. `None` without room.
 fn margin_code(plan: &Plan, id: BoardId) -> Option<BoardCode> {
     BoardCode::new(&plan.board()?, id).filter(|_| !plan.edges_with_room().is_empty())
 }

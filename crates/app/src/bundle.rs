@@ -1,4 +1,4 @@
-//! What a bug report needs, in one file that anybody may see.
+//! Contents of a bug report, in a single file without private details.
 
 use std::{
     io::Write,
@@ -23,18 +23,19 @@ use boresight_run::recording::{SessionFolder, copy_for_others, hide_in_json};
 
 /// Folder in the file.
 const FOLDER: &str = "boresight-bundle";
-/// In the place of what is left out.
+/// Replacement of hidden text.
 const HIDDEN: &str = "hidden";
-/// Bytes of a journal at most.
+/// Largest journal, in bytes.
 const LARGEST: u64 = 1 << 30;
 
-/// Writes the bundle to the new file `out`: `version`, this system, its cameras, and of the session at `session`, if one is
-/// given, what `doctor` finds, settings, journal and result. No pictures, and no names of files, serial numbers,
-/// addresses, commands or home folders. Returns the names of its files.
+/// Writes the bundle to the new file `out`: `version`, this system, its cameras, and of the session
+/// at `session`, if given, the findings of `doctor`, settings, journal and result. Leaves out
+/// pictures, names of files, serial numbers, addresses, commands and home folders. Returns the
+/// names of the bundled files.
 ///
 /// # Errors
 ///
-/// If `out` is there already or can't be written. A session that can't be read isn't an error: the bundle says so.
+/// If `out` exists or can't be written. An unreadable session isn't an error: the bundle says so.
 pub fn write(out: &Path, version: &str, session: Option<&Path>) -> anyhow::Result<Vec<String>> {
     let mut hidden = Hidden::of_this_computer();
     let devices = devices(&mut hidden)?;
@@ -74,7 +75,7 @@ fn packed(files: &[(String, Vec<u8>)], stream: &mut FileStream<'_>) -> anyhow::R
     Ok(())
 }
 
-/// What nobody needs to know, with what stands in its place.
+/// Texts to hide, with their replacements.
 #[derive(Default)]
 struct Hidden(Vec<(String, String)>);
 
@@ -89,7 +90,8 @@ impl Hidden {
         hidden
     }
 
-    /// Hides `text` from now on; one of three letters at most would be found anywhere.
+    /// Hides `text` from now on. Texts of at most three letters are ignored: they would occur
+    /// anywhere.
     fn add(&mut self, text: &str, instead: &str) {
         if text.chars().count() > 3 {
             self.0.push((text.to_owned(), instead.to_owned()));
@@ -98,7 +100,7 @@ impl Hidden {
         }
     }
 
-    /// `tree` as text, with nothing of it left in any string.
+    /// `tree` as JSON text, with hidden texts replaced in all strings.
     fn in_json(&self, mut tree: Value) -> anyhow::Result<Vec<u8>> {
         hide_in_json(&mut tree, &|text: &str| self.hide(text));
         Ok(serde_json::to_vec_pretty(&tree)?)
@@ -109,7 +111,7 @@ impl Hidden {
     }
 }
 
-/// This program and this system.
+/// Version of the program, and the system.
 fn about(version: &str) -> String {
     let first_line = |text: Option<String>| {
         text.and_then(|text| text.lines().next().map(str::to_owned)).unwrap_or("unknown".into())
@@ -140,7 +142,7 @@ fn kernel() -> Option<String> {
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// The cameras of this computer; hides their serial numbers.
+/// Connected cameras; hides their serial numbers.
 fn devices(hidden: &mut Hidden) -> anyhow::Result<Vec<u8>> {
     let found = camera::devices();
     let mut file = DevicesFile {
@@ -183,7 +185,7 @@ fn of_session(path: &Path, hidden: &mut Hidden) -> anyhow::Result<Vec<(String, V
     Ok(files)
 }
 
-/// Hides where the pictures came from, but for its kind.
+/// Hides the origin of the pictures, except its kind.
 fn hide_source(source: &str, hidden: &mut Hidden) {
     if is_address(source) {
         let (scheme, rest) = source.split_once("://").unwrap_or(("", source));
@@ -200,7 +202,7 @@ fn hide_source(source: &str, hidden: &mut Hidden) {
     }
 }
 
-/// A result without the names of its pictures and of the calibration before it.
+/// A result without the names of its pictures and of the previous calibration.
 fn nameless(text: &str) -> anyhow::Result<Value> {
     let mut tree: Value = serde_json::from_str(text)?;
     for (number, view) in tree["views"].as_array_mut().into_iter().flatten().enumerate() {

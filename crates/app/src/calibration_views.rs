@@ -1,4 +1,4 @@
-//! The views of a calibration: from pictures, a table of corners, or the journal of a session.
+//! Views of a calibration: from pictures, a table of corners, or the journal of a session.
 
 use std::{
     cell::LazyCell,
@@ -23,9 +23,9 @@ use boresight_present::report::Thumbnail;
 use boresight_present::text;
 use boresight_run::pipeline::detect_many;
 
-/// Least number of seen corners in a view: a pose has six parameters.
+/// Minimum number of seen corners in a view: a pose has six parameters.
 const LEAST_CORNERS: usize = 6;
-/// Of so many views, one may be left out: of more, it's the board or the camera that is another one.
+/// Up to 1 view in 3 may be left out; beyond, the board or the camera is a different one.
 const LEFT_OUT_OF: usize = 3;
 
 /// Corners and names of the pictures of one camera.
@@ -35,13 +35,13 @@ pub struct CalibrationViews {
     pub image_size: ImageSize,
     /// Corners of each used picture, in the board's numbering order.
     pub corners: Vec<Vec<Corner>>,
-    /// Every picture, and why it isn't used if it isn't.
+    /// Every picture, with the reason if unused.
     pub names: Vec<ViewName>,
-    /// Small copies of the used pictures, if they were asked for and exist.
+    /// Thumbnails of the used pictures, if requested and available.
     pub pictures: Vec<Option<Thumbnail>>,
 }
 
-/// A small picture in a report, of which this build has none.
+/// Thumbnail in a report; uninhabited in builds without reports.
 #[cfg(not(feature = "report"))]
 #[derive(Clone, Debug)]
 pub enum Thumbnail {}
@@ -58,11 +58,12 @@ fn picture_beside(_folder: &Path, _name: &str, _size: ImageSize) -> Option<Thumb
     None
 }
 
-/// A view as it comes: its name, and the corners row by row over the board, or why there are none.
+/// Name of a view, with its corners row by row over the board, or the reason for their absence.
 pub type GivenView = (String, Result<Vec<Corner>, String>);
 
 impl CalibrationViews {
-    /// The views of pictures of `image_size` with these corners of `board`. Views of fewer than six corners are left out.
+    /// Views from pictures of `image_size` with these corners of `board`. Skips views of fewer than
+    /// six corners.
     pub fn of(
         given: impl IntoIterator<Item = GivenView>,
         image_size: ImageSize,
@@ -78,7 +79,7 @@ impl CalibrationViews {
                     Err(format!("{few} corners: a view needs {LEAST_CORNERS}"))
                 }
                 _ => {
-                    // Others are in nobody's way: what isn't seen only needs a place.
+                    // Other views do no harm: unseen corners only need a place.
                     if corners.len() == board_m.len() {
                         expect_unseen(&board_m, &mut corners);
                     }
@@ -95,8 +96,9 @@ impl CalibrationViews {
         views
     }
 
-    /// Calibrates from them. A view whose corners can't be an image of the board is left out, with its reason in
-    /// [`Self::names`], as long as those are a third at most: else it's the board that is wrong.
+    /// Calibrates from the views. Leaves out views with corners that can't be an image of the
+    /// board, with the reason in [`Self::names`], if at most a third are affected: beyond, the
+    /// board is wrong.
     ///
     /// # Errors
     ///
@@ -131,7 +133,8 @@ impl CalibrationViews {
         Err(NotCalibrated::NoViews)
     }
 
-    /// As [`Self::calibrated`], with the file of the result. If the views are those of `session`, it's a file of its camera.
+    /// Calibrates as [`Self::calibrated`], with the file of the result. Views of `session` make it
+    /// a file of the session's camera.
     pub fn calibrated_with_file(
         &mut self,
         board: &Checkerboard,
@@ -152,26 +155,26 @@ impl CalibrationViews {
     }
 }
 
-/// What came of a calibration, and its file.
+/// Result of a calibration, and its file.
 pub type WithFile = (Result<Calibration, NotCalibrated>, CalibrationFile);
 
-/// The views that a session took.
+/// Views of a session.
 #[derive(Debug)]
 pub struct SessionViews {
-    /// The views, with the corners that the journal has: those of a board that was cut off, too, which the pictures alone
-    /// don't give again.
+    /// Views with the corners in the journal, including those of boards cut off by the edge, which
+    /// the pictures alone don't give again.
     pub views: CalibrationViews,
-    /// The noise of a corner that the session measured, as a standard deviation in pixels.
+    /// Standard deviation of a corner as measured by the session, in pixels.
     pub noise_floor_px: Option<f64>,
-    /// The session: what it was taken with, and by which camera.
+    /// Settings and camera of the session.
     pub saved: SavedSession,
 }
 
-/// The views that the session at `path` took.
+/// Reads the views of the session at `path`.
 ///
 /// # Errors
 ///
-/// As [`SavedSession::open`], and if the board isn't one.
+/// As [`SavedSession::open`], and if the board isn't usable.
 pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<SessionViews> {
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
@@ -187,8 +190,8 @@ pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<Sessio
     Ok(SessionViews { views, noise_floor_px, saved })
 }
 
-/// The views of the corner table in the file `path`, row by row over `board`, of pictures of `image_size`. With
-/// `with_pictures`, also small copies of the pictures that lie beside the table.
+/// Reads the views from the corner table in `path`, row by row over `board`, of pictures of
+/// `image_size`. With `with_pictures`, adds thumbnails of the pictures beside the table.
 ///
 /// # Errors
 ///
@@ -212,18 +215,18 @@ pub fn from_table(
     Ok(views)
 }
 
-/// Size of a picture as it's stored.
+/// Size of a stored picture.
 fn stored_size(path: &Path) -> Option<ImageSize> {
     read_picture_turned(path, Upright::AsStored).ok().map(|image| ImageSize::of(&image))
 }
 
-/// The views of the pictures `inputs`, read the way up that `upright` says, in which `board` is searched on every core. Calls
-/// `progress` after each picture, and announces each that isn't used and why: also those that are damaged, and those that
-/// haven't the size of most. With `with_thumbnails`, also small copies.
+/// Searches the pictures `inputs`, oriented by `upright`, for `board` on every core. Calls
+/// `progress` after each picture, and announces each unused picture with the reason, including
+/// damaged ones and those of another size than most. With `with_thumbnails`, adds thumbnails.
 ///
 /// # Errors
 ///
-/// If a picture isn't there or all are damaged, or if more than a third haven't the size of most.
+/// If a picture is missing or all are damaged, or if more than a third differ in size from most.
 pub fn from_pictures(
     (inputs, upright): (&[PathBuf], Upright),
     board: &Checkerboard,
@@ -244,7 +247,7 @@ pub fn from_pictures(
     let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| progress())?;
     let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let sizes = || read.iter().flatten().map(|(size, _)| *size);
-    // Of two sizes that are as frequent, the first.
+    // Of two equally frequent sizes, the first.
     let image_size = sizes().rev().max_by_key(|size| sizes().filter(|other| other == size).count());
     let Some(image_size) = image_size else {
         let failed = found.into_iter().find_map(Result::err);
@@ -252,7 +255,7 @@ pub fn from_pictures(
     };
     let is_few =
         sizes().filter(|size| *size != image_size).count() * LEFT_OUT_OF <= sizes().count();
-    // A picture of that size.
+    // A picture of the usual size.
     let has_usual =
         |read: &Option<(ImageSize, _)>| read.as_ref().is_some_and(|(size, _)| *size == image_size);
     let usual = read.iter().position(has_usual).map(|place| inputs[place].as_path());

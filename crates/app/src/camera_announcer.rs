@@ -5,7 +5,7 @@ use boresight_geometry::device::{Control, Lock};
 use boresight_guide::session::{CameraState, Stream};
 use boresight_present::text::camera as words;
 
-/// Remembers the state that was announced last.
+/// Announcer of camera states, with the last announced state.
 #[derive(Debug)]
 pub(super) struct CameraAnnouncer<'a> {
     announcer: &'a Announcer,
@@ -13,7 +13,7 @@ pub(super) struct CameraAnnouncer<'a> {
 }
 
 impl<'a> CameraAnnouncer<'a> {
-    /// Nothing is announced yet.
+    /// Starts with nothing announced.
     pub(super) fn new(announcer: &'a Announcer) -> Self {
         Self { announcer, announced: CameraState::default() }
     }
@@ -34,7 +34,7 @@ impl<'a> CameraAnnouncer<'a> {
                 say(&format!("  {}: {cause}. {action}", fault.code()));
             }
         }
-        // One that moves the geometry is an obstacle; the others are put right meanwhile.
+        // Controls moving the geometry are obstacles; the others are restored meanwhile.
         let told = |control: &Control| !control.moves_geometry();
         for (control, change) in now.changed.iter().filter(|(control, _)| told(control)) {
             if before.changed.get(control) != Some(change) {

@@ -1,4 +1,5 @@
-//! What other nodes of ROS 2 get: a calibration for the camera's own driver (`set_camera_info`), and how a session goes.
+//! Publishes to other nodes of ROS 2: a calibration for the camera's own driver
+//! (`set_camera_info`), and the progress of a session.
 
 use std::path::Path;
 
@@ -6,8 +7,9 @@ use super::Announcer;
 #[cfg(not(all(target_os = "linux", feature = "ros2")))]
 use super::MissingFeature;
 
-/// Asks the driver behind `source`, `ros2:/TOPIC`, to take the result in `input`, a session folder or a calibration in any
-/// format that can be read, and announces its answer. True if that calibration must not be used: then no driver gets it.
+/// Asks the driver behind `source`, `ros2:/TOPIC`, to take the result in `input`, a session folder
+/// or a calibration in any readable format, and announces its answer. True if the calibration must
+/// not be used: then no driver gets it.
 ///
 /// # Errors
 ///
@@ -37,7 +39,7 @@ pub fn set_camera_info(input: &Path, source: &str, announcer: &Announcer) -> any
     Ok(false)
 }
 
-/// A build without ROS 2 asks no driver.
+/// Fails in builds without ROS 2.
 ///
 /// # Errors
 ///
@@ -47,7 +49,7 @@ pub fn set_camera_info(_: &Path, _: &str, _: &Announcer) -> anyhow::Result<bool>
     Err(MissingFeature::ROS2.into())
 }
 
-/// Where a session's events go: one call for each line.
+/// Sink for a session's events: one call for each line.
 pub type Lines = Box<dyn Fn(&str) + Send>;
 
 /// Publishes lines on `/boresight/state`, as `std_msgs/msg/String`.
@@ -63,7 +65,7 @@ pub fn state_topic() -> anyhow::Result<Lines> {
     Ok(Box::new(move |line| words.say(line)))
 }
 
-/// A build without ROS 2 publishes nothing.
+/// Fails in builds without ROS 2.
 ///
 /// # Errors
 ///

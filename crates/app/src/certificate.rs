@@ -11,17 +11,17 @@ use boresight_present::{
 };
 use boresight_run::config::CertificateConfig;
 
-/// Largest file of a logo.
+/// Largest logo file, in bytes.
 const LOGO_LIMIT: u64 = 2 << 20;
-/// Letters of the checksum that enter the certificate's number.
+/// Letters of the checksum in the certificate's number.
 const SHORT: usize = 6;
 
 /// Facts about a calibration beside its numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Circumstances<'a> {
-    /// Time of the calibration, if it's known.
+    /// Time of the calibration, if known.
     pub made: Option<Timestamp>,
-    /// Model and serial number of a live camera, as it states them; both may be empty.
+    /// Model and serial number as stated by a live camera; both may be empty.
     pub camera: (String, String),
     /// The camera's mode in words; empty if not known.
     pub mode: String,
@@ -29,7 +29,7 @@ pub struct Circumstances<'a> {
     pub file: Option<(&'a Path, &'a [u8])>,
 }
 
-/// The certificate that `config` asks for. A logo that can't be shown becomes a note.
+/// Certificate from `config`. A logo in an unsupported format becomes a note.
 pub fn certificate(
     config: &CertificateConfig,
     known: Circumstances<'_>,

@@ -21,10 +21,10 @@ const CHECK_FILE: &str = "check.json";
 /// Most older calibrations offered.
 const MOST_OFFERED: usize = 50;
 
-/// Why a calibration can't be held to an older one.
+/// Reason for not holding a calibration to an older one.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoKnownLens {
-    /// The file has a focal length for every view and none for the camera.
+    /// The file has a focal length for every view but none for the camera.
     #[error("it has a focal length for each view and none for the camera")]
     FocalVaries,
     /// The size of the pictures differs.
@@ -40,7 +40,7 @@ pub enum NoKnownLens {
     NoUncertainty,
 }
 
-/// Why there is no verdict.
+/// Reason for a missing verdict.
 #[derive(Debug)]
 pub enum NoVerdict {
     /// The file names another camera.
@@ -50,9 +50,9 @@ pub enum NoVerdict {
         /// Name of the source.
         new: String,
     },
-    /// The file has a focal length for every view and none for the camera.
+    /// The file has a focal length for every view but none for the camera.
     FocalVaries,
-    /// The views do not allow one.
+    /// The views do not allow a verdict.
     NoDrift(NoDrift),
 }
 
@@ -67,10 +67,10 @@ impl NoVerdict {
     }
 }
 
-/// Result of a comparison: the change, or why there is no verdict.
+/// Result of a comparison: the change, or the reason for a missing verdict.
 pub type Checked = Result<Drift, NoVerdict>;
 
-/// Reads a calibration of this or another program, or that of the session in the folder `path`.
+/// Reads a calibration of any supported program, or of the session in the folder `path`.
 ///
 /// # Errors
 ///
@@ -84,11 +84,11 @@ pub fn read(path: &Path) -> anyhow::Result<OldCalibration> {
     Ok(old)
 }
 
-/// The lens of `old`, to hold a calibration from pictures of `image_size` to it.
+/// Lens of `old`, as the constraint for a calibration from pictures of `image_size`.
 ///
 /// # Errors
 ///
-/// Why that can't be done.
+/// [`NoKnownLens`].
 pub fn known_lens(old: &OldCalibration, image_size: ImageSize) -> Result<KnownLens, NoKnownLens> {
     if old.focal_varies {
         return Err(NoKnownLens::FocalVaries);
@@ -170,8 +170,8 @@ pub fn store(session: &Path, check: &CheckFile) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// Compares a finished session with the calibration in `against` and writes `check.json`; the report is
-/// written separately.
+/// Compares a finished session with the calibration in `against` and writes `check.json`. The
+/// report is written separately.
 ///
 /// # Errors
 ///

@@ -16,33 +16,33 @@ use boresight_sim::{
     technician::{Cue, CueKind, Instruction as Asked},
 };
 
-/// Smallest relative change of a distance or a shift that is worth another look at the sentence.
+/// Minimum relative change of a distance or a shift for another look at the sentence.
 const NOTICED_CHANGE: f64 = 0.25;
-/// Smallest change of a direction or a tilt that is worth another look at the sentence.
+/// Minimum change of a direction or a tilt for another look at the sentence.
 const NOTICED_TURN_RAD: f64 = 0.25;
 
-/// What a person at the screen sees and hears of a session, as cues for a simulated one.
+/// Screen contents and voice of a session, as cues for a simulated person.
 #[derive(Clone, Debug, Default)]
 pub struct PersonCues {
     last_target: Option<u32>,
     last_instruction: Option<Asked>,
 }
 
-/// Sends what a person would see and hear after each judged frame.
+/// Sends the cues after each judged frame.
 pub(super) struct CueSender {
     link: Sender<(FrameId, Vec<Cue>)>,
     cues: PersonCues,
-    /// The session's number of the source's frame 0, which a resumed session doesn't begin with.
+    /// Session's number of the source's frame 0; a resumed session starts later.
     first_frame: Option<u64>,
 }
 
-/// Receives the cues that the simulated person reads.
+/// Receives cues for the simulated person.
 pub(super) struct CueReceiver {
     link: Receiver<(FrameId, Vec<Cue>)>,
     unread: std::collections::VecDeque<Cue>,
 }
 
-/// A connected pair. One frame is under way at a time, so a little room is enough.
+/// A connected pair with little room: at most one frame is under way.
 pub(super) fn cue_link() -> (CueSender, CueReceiver) {
     let (sender, receiver) = bounded(8);
     let unread = std::collections::VecDeque::new();
@@ -53,7 +53,7 @@ pub(super) fn cue_link() -> (CueSender, CueReceiver) {
 }
 
 impl PersonCues {
-    /// What is new on the screen and in the ear after the frame captured at `seen_at` was judged.
+    /// New cues on the screen and in the ear after judging the frame captured at `seen_at`.
     pub fn after(&mut self, seen_at: CaptureTime, snapshot: &Snapshot) -> Vec<Cue> {
         let decision = &snapshot.decision;
         let now = Instruction::of(snapshot);
@@ -88,7 +88,7 @@ impl PersonCues {
 }
 
 impl CueSender {
-    /// Sends what a person would see and hear after this frame.
+    /// Sends the cues of a judged frame.
     pub(super) fn send(&mut self, report: FrameReport<'_>) {
         let cues = self.cues.after(report.observation.captured_at, report.snapshot);
         // Without a reader the camera has stopped, and nobody holds the board.
@@ -98,7 +98,7 @@ impl CueSender {
     }
 }
 
-/// What `advice` asks a person for; `None` if it asks for nothing.
+/// Request to the person in `advice`; `None` without a request.
 fn asked_for(advice: &Advice, target: Option<&Target>) -> Option<Asked> {
     Some(match *advice {
         Advice::ShowBoard => Asked::ShowBoard,
@@ -121,7 +121,7 @@ fn asked_for(advice: &Advice, target: Option<&Target>) -> Option<Asked> {
     })
 }
 
-/// True if a person who has read `last` learns nothing from `new`.
+/// True if `new` tells a reader of `last` nothing.
 fn is_same_gist(last: &Asked, new: &Asked) -> bool {
     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= NOTICED_CHANGE * scale;
     match (*last, *new) {

@@ -1,4 +1,4 @@
-//! The desktop around the program: whether there is one, and files that it opens.
+//! Desktop around the program: detection, and opening of files.
 
 use std::{
     io,
@@ -7,7 +7,7 @@ use std::{
     thread::Builder,
 };
 
-/// The system's program that opens a file with whatever the person reads such files with.
+/// The system's program to open a file with its default application.
 const OPENER: &str = if cfg!(target_os = "macos") {
     "open"
 } else if cfg!(windows) {
@@ -16,19 +16,19 @@ const OPENER: &str = if cfg!(target_os = "macos") {
     "xdg-open"
 };
 
-/// True if there is a display to open a window on. The environment names those of X11 and Wayland; other systems always
-/// have one.
+/// True if there is a display to open a window on. X11 and Wayland displays are named by the
+/// environment; other systems always have a display.
 pub fn has_display() -> bool {
     let named = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
     cfg!(any(not(unix), target_os = "macos"))
         || ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"].iter().any(|name| named(name))
 }
 
-/// Opens `file` with the desktop's program for such files, and doesn't wait for it.
+/// Opens `file` with the desktop's program, without waiting.
 ///
 /// # Errors
 ///
-/// If the desktop has no program that opens files.
+/// If the desktop has no program to open files.
 pub fn show(file: &Path) -> io::Result<()> {
     let mut opener = Command::new(OPENER);
     opener.arg(file).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -36,7 +36,7 @@ pub fn show(file: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Waits for the end of `child` in the background, so that the system forgets it.
+/// Waits for the end of `child` in the background, to leave no zombie.
 fn await_end(mut child: Child) {
     // Without a thread, the child is forgotten when the program ends.
     Builder::new().name("viewer".into()).spawn(move || child.wait()).ok();

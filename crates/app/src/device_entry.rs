@@ -1,4 +1,4 @@
-//! A camera of Linux as `devices` lists it: an entry of its file, and lines for a person.
+//! Entry of a Linux camera in `devices`: for its file, and as lines for a person.
 
 use super::devices_file::{ControlEntry, DeviceEntry, ModeEntry, V4l2Entry};
 use boresight_capture::{
@@ -8,12 +8,12 @@ use boresight_capture::{
 use boresight_geometry::device::{Fault, Wanted};
 use boresight_present::text::camera::{self as words, printable};
 
-/// The four characters of a format, as they can be printed.
+/// The four printable characters of a format.
 pub fn fourcc(offer: &CameraMode) -> String {
     printable(&String::from_utf8_lossy(&offer.fourcc))
 }
 
-/// Pictures per second, to a tenth.
+/// Frames per second, to a tenth.
 pub fn rate(offer: &CameraMode) -> Option<f64> {
     offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
 }

@@ -16,21 +16,21 @@ use boresight_run::recording::{
 /// What a verification found.
 #[derive(Clone, Debug)]
 pub struct Diagnosis {
-    /// Whole lines of the journal.
+    /// Complete lines of the journal.
     pub lines: usize,
-    /// Whether the last line was cut by a crash.
+    /// True if a crash cut the last line.
     pub cut: bool,
     /// Stored pictures.
     pub pictures: usize,
     /// Accepted views at the end.
     pub views: usize,
-    /// Decisions that this build makes differently, rounding apart.
+    /// Decisions made differently by this build, rounding apart.
     pub different_decisions: usize,
-    /// Line of the first of them, from 1.
+    /// Line of the first different decision, from 1.
     pub first_difference: Option<usize>,
-    /// What is damaged or missing; empty if the folder is whole.
+    /// Damaged or missing items; empty for an intact folder.
     pub problems: Vec<String>,
-    /// Whether a newer version recorded it, so that nothing of it is damaged or could be copied by this one.
+    /// True for a recording of a newer version: nothing is damaged, and this version can't copy it.
     pub newer: bool,
 }
 
@@ -115,7 +115,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     };
     let saved = reading.session().map_err(unread).ok();
     let different = saved.as_ref().map_or(&[][..], |saved| &saved.replayed.different_lines);
-    // Without a checksum of the header; other rules may change every decision.
+    // Without a checksum of the header, other rules may change every decision.
     if is_whole
         && has_these_rules
         && !is_proven
@@ -138,7 +138,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
     })
 }
 
-/// Number of lines from which it's no accident that every decision differs.
+/// Minimum number of lines, all decided differently, to suspect other rules.
 const FOREIGN_LINES: usize = 5;
 
 /// An error with its causes, in one sentence.
@@ -146,7 +146,7 @@ fn said(err: &anyhow::Error) -> String {
     format!("{err:#}")
 }
 
-/// A sentence if the result has more views than the journal ever took.
+/// A sentence if the result has more views than the journal ever accepted.
 fn fewer_views(path: &Path, contents: &JournalContents) -> Option<String> {
     let text = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused).ok()?;
     let tree: serde_json::Value = serde_json::from_str(&text).ok()?;

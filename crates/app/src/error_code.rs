@@ -1,4 +1,4 @@
-//! The stable name of an error.
+//! Stable names of errors.
 
 use super::comparison::NoKnownLens;
 use boresight_capture::CaptureError;
@@ -8,7 +8,7 @@ use boresight_geometry::{board::InvalidBoard, markers::InvalidMarkers};
 use boresight_run::{config::ConfigError, recording::RecordingError};
 use boresight_sim::SceneError;
 
-/// Stable name of an error, for programs; `FAILED` if it has none.
+/// Stable name of an error, for programs; `FAILED` if unnamed.
 pub fn error_code(err: &anyhow::Error) -> &'static str {
     err.chain().find_map(of_cause).unwrap_or("FAILED")
 }

@@ -1,4 +1,4 @@
-//! The next action for an error.
+//! Next action for an error.
 
 use super::host::UserError;
 use boresight_capture::{BagFlaw, CaptureError};
@@ -8,7 +8,7 @@ use boresight_present::text;
 use boresight_run::{config::ConfigError, pipeline::PipelineError, recording::RecordingError};
 use boresight_sim::SceneError;
 
-/// The next action for an error, if one is known. The error itself says what happened.
+/// Next action for an error, if known. The error itself says what happened.
 pub fn explain(err: &anyhow::Error) -> Option<String> {
     err.chain().find_map(|cause| {
         if let Some(err) = cause.downcast_ref::<RecordingError>() {
@@ -43,7 +43,7 @@ pub fn explain(err: &anyhow::Error) -> Option<String> {
     })
 }
 
-/// An error and the next action, for a window: a camera's fault in words, without its code.
+/// An error and the next action, for a window: camera faults in words, without their codes.
 pub fn user_error(err: &anyhow::Error) -> UserError {
     if let Some(CaptureError::Camera { fault, detail }) = err.downcast_ref() {
         let (what, action) = text::camera::with_detail(*fault, detail);
@@ -52,13 +52,13 @@ pub fn user_error(err: &anyhow::Error) -> UserError {
     UserError { what: format!("{err:#}"), action: explain(err) }
 }
 
-/// What to do if the computer has no memory left, or the program no more files.
+/// Action when memory or file handles run out.
 const MORE_MEANS: &str =
     "Close other programs, or allow this one more memory and open files (ulimit).";
 
-/// Whether memory or open files have run out, which says nothing about the file.
+/// True if memory or file handles have run out: no fault of the file.
 fn is_short_of_means(err: &std::io::Error) -> bool {
-    // ENFILE and EMFILE, which `ErrorKind` doesn't have.
+    // ENFILE and EMFILE have no variant in `ErrorKind`.
     err.kind() == std::io::ErrorKind::OutOfMemory || matches!(err.raw_os_error(), Some(23 | 24))
 }
 
@@ -143,7 +143,7 @@ fn capture(err: &CaptureError) -> String {
     match err {
         CaptureError::Camera { fault, .. } => {
             let (cause, action) = text::camera::fault(*fault);
-            // A source that can't be opened has given no views.
+            // A source without pictures has given no views.
             return format!("{cause}. {}", action.replace(" Your views are safe.", ""));
         }
         CaptureError::Read { .. } => "Check the name, and that the file is readable.",

@@ -37,7 +37,7 @@ pub enum Format {
     Vnl,
 }
 
-/// The formats that a window offers, in its order. [`Format::all`] has all.
+/// Formats offered by the window, in its order. [`Format::all`] has all.
 pub const FORMATS: [Format; 9] = [
     Format::Camera(CameraFormat::OpencvYaml),
     Format::Camera(CameraFormat::RosYaml),
@@ -57,12 +57,12 @@ impl Format {
         cameras.chain([Self::Json, Self::ViewsCsv, Self::Vnl])
     }
 
-    /// The format of that [`code`](Self::code).
+    /// Format by its [`code`](Self::code).
     pub fn by_code(code: &str) -> Option<Self> {
         Self::all().find(|format| format.code() == code)
     }
 
-    /// The format that a file's name tells: its usual name, or an ending that no other format has.
+    /// Format by file name: its usual name, or a unique extension.
     pub fn of_file(path: &Path) -> Option<Self> {
         let named = path.file_name()?.to_str()?;
         if let Some(usual) = Self::all().find(|format| format.file() == named) {
@@ -73,7 +73,7 @@ impl Format {
         same.next().filter(|_| same.next().is_none())
     }
 
-    /// The short name on a button.
+    /// Short name, for buttons.
     pub fn label(self) -> &'static str {
         match self {
             Self::Camera(format) => format.label(),
@@ -93,7 +93,7 @@ impl Format {
         }
     }
 
-    /// The usual name of the file.
+    /// Usual file name.
     pub fn file(self) -> &'static str {
         match self {
             Self::Camera(format) => format.file(),
@@ -103,7 +103,7 @@ impl Format {
         }
     }
 
-    /// What the format is for.
+    /// Purpose of the format.
     pub fn about(self) -> &'static str {
         match self {
             Self::Camera(format) => format.about(),
@@ -121,16 +121,16 @@ impl Format {
 pub struct Exported {
     /// The file's text.
     pub text: String,
-    /// True if the calibration must not be used; its findings say why.
+    /// True if the calibration must not be used; its findings give the reason.
     pub untrustworthy: bool,
 }
 
-/// The calibration in the file `path`, of this program or of another one, in this program's schema: its text, and as read.
-/// Of another program's file there is the lens alone, and a finding that says so.
+/// Reads the calibration in the file `path`, of any supported program, into this program's schema:
+/// as text and parsed. Files of other programs give only the lens, and a finding to say so.
 ///
 /// # Errors
 ///
-/// If it can't be read, or is in no format that is known.
+/// If the file can't be read, or is in no known format.
 pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, CalibrationFile)> {
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
     let tree = serde_json::from_str::<Value>(&text).ok();
@@ -151,8 +151,9 @@ pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, C
     Ok((serde_json::to_string_pretty(&file.to_json()?)?, file))
 }
 
-/// Converts the result in `input`, a session folder or a calibration in any format that can be read, into `format`. The
-/// file calls the camera `name`, or without it as another program's file does, or by the name of the folder or file.
+/// Converts the result in `input`, a session folder or a calibration in any readable format, into
+/// `format`. Calls the camera `name`; without it, by the name in another program's file, or by the
+/// name of the folder or file.
 ///
 /// # Errors
 ///
@@ -169,7 +170,7 @@ pub fn export(
     let (text, file) = read_any(&result_named_by(input)?, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
-    // Another program's file has no board, and may name its camera.
+    // A file of another program has no board, and may name its camera.
     let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
     let name = name.unwrap_or(own_name);
     if format == Format::Camera(CameraFormat::Mrcal) && input.is_dir() {
@@ -181,7 +182,7 @@ pub fn export(
     Ok(Exported { text, untrustworthy })
 }
 
-/// As [`export`], of a session that isn't in a folder, and whose calibration file has that text.
+/// Converts as [`export`], for a session outside a folder with the calibration file `text`.
 ///
 /// # Errors
 ///
@@ -203,8 +204,8 @@ pub fn of_session(
     }
 }
 
-/// The calibration in `text`, which is `file`, for mrcal, with the corners of the views of `session`: mrcal works out its
-/// own uncertainty from them. Without them if they aren't those of the calibration.
+/// Calibration in `text`, parsed as `file`, for mrcal, with the corners of the views of `session`:
+/// mrcal computes its own uncertainty. Without the corners if the calibration has others.
 fn mrcal_with_views(
     session: &Session,
     text: &str,
@@ -228,11 +229,11 @@ fn mrcal_with_views(
     written.with_context(|| cannot_hold(CameraFormat::Mrcal))
 }
 
-/// The lens of the result in `input`, as [`export`] reads it, and whether it must not be used.
+/// Lens of the result in `input`, read as by [`export`], and true if it must not be used.
 ///
 /// # Errors
 ///
-/// If it can't be read.
+/// If the result can't be read.
 #[cfg(any(feature = "bags", all(target_os = "linux", feature = "ros2")))]
 pub(crate) fn result_of(
     input: &Path,
@@ -243,11 +244,12 @@ pub(crate) fn result_of(
     Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
 }
 
-/// Converts the calibration in `text` into `format`. The file calls the camera `name`, or `camera` without it.
+/// Converts the calibration in `text` into `format`. Calls the camera `name`, or `camera` without a
+/// name.
 ///
 /// # Errors
 ///
-/// If it is no calibration, or if the format can't hold the lens.
+/// If the text is no calibration, or if the format can't hold the lens.
 pub fn export_text(
     text: &str,
     format: Format,
@@ -264,7 +266,7 @@ pub fn export_text(
     }
 }
 
-/// Writes the result of the session in `folder` beside it, in the format of that number in [`FORMATS`], under
+/// Writes the result of the session in `folder` beside it, in format `number` of [`FORMATS`], under
 /// a free name. Returns the file.
 ///
 /// # Errors
@@ -302,7 +304,7 @@ fn cannot_hold(format: CameraFormat) -> String {
     format!("{} can't hold this lens", format.label())
 }
 
-/// The calibration in `text` of the camera called `name`, and the covariance of its parameters if it states one.
+/// Calibration in `text` of the camera `name`, and the covariance of its parameters, if stated.
 fn camera_of<'a>(
     text: &str,
     name: &'a str,
@@ -317,7 +319,7 @@ fn camera_of<'a>(
     Ok((ExportedCamera { name, camera, image_size, rms_px }, old.covariance))
 }
 
-/// The corners of the accepted views, from the session's journal.
+/// Corners of the accepted views, from the session's journal.
 fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
     let saved =
         SavedSession::open(session).context("a corner table is written from a session folder")?;
@@ -325,13 +327,13 @@ fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
     Ok(corners_of(&saved.session))
 }
 
-/// The corners of the views that `session` took.
+/// Corners of the accepted views of `session`.
 pub(crate) fn corners_of(session: &Session) -> String {
     let views: Vec<(String, &[Corner])> = named_corners(session).collect();
     corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners))))
 }
 
-/// Name and corners of each accepted view, as its calibration has them.
+/// Name and corners of each accepted view, as in its calibration.
 fn named_corners(session: &Session) -> impl Iterator<Item = (String, &[Corner])> {
     let taken = session.accepted().iter().zip(session.corners_at_one_instant());
     taken.map(|(taken, corners)| (taken.picture_name(), corners.as_slice()))

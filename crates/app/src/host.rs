@@ -1,4 +1,4 @@
-//! The window's interface to the program, which knows sources, folders and settings.
+//! Window's interface to the program: sources, folders and settings.
 
 use std::{
     path::{Path, PathBuf},
@@ -29,17 +29,17 @@ use boresight_run::{
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// True if `source` can only mean one of this computer's cameras, which may be away.
+/// True if `source` can only mean a camera of this computer, perhaps unplugged.
 pub fn is_camera_name(source: &str) -> bool {
     camera::is_name(source)
 }
 
-/// The program around the window. A host without a start page can leave out the methods for it.
+/// Program around the window. A host without a start page can leave out the methods for it.
 pub trait AppHost {
     /// Camera, board and plan of the first session.
     fn first_wish(&self) -> SessionRequest;
 
-    /// True if the first session starts without asking: the person has said what it's about.
+    /// True if the first session starts without asking: its settings are given.
     fn starts_at_once(&self) -> bool {
         true
     }
@@ -49,17 +49,17 @@ pub trait AppHost {
         Memory::default()
     }
 
-    /// Keeps `memory` for the next window.
+    /// Stores `memory` for the next window.
     ///
     /// # Errors
     ///
-    /// [`UserError`]; what is kept is then as before.
+    /// [`UserError`]; the stored memory is then unchanged.
     fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
         let _ = memory;
         Ok(())
     }
 
-    /// The connected cameras, with their pictures. The first call begins to look through them.
+    /// Connected cameras, with their pictures. The first call starts the previews.
     fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
         let _ = wake;
         Vec::new()
@@ -70,24 +70,24 @@ pub trait AppHost {
         let _ = source;
     }
 
-    /// The code beside a board of that many inner corners in `image`.
+    /// Reads the code beside a board of `board` inner corners in `image`.
     fn read_code(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
         let _ = (image, board);
         None
     }
 
-    /// Closes the cameras that [`AppHost::cameras`] looks through.
+    /// Closes the previews of [`AppHost::cameras`].
     fn stop_looking(&mut self) {}
 
-    /// Names of the papers that a board can be printed on.
+    /// Names of the papers for printing.
     fn papers(&self) -> Vec<&'static str>;
 
-    /// Writes a board of that many inner corners, with `markers` or plain, as large as fits on the paper of that number,
-    /// and shows it.
+    /// Writes a board of the given inner corners, with `markers` or plain, as large as fits on
+    /// paper number `paper`, and shows it.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if it doesn't fit, or can't be written.
+    /// [`UserError`] if the board doesn't fit, or can't be written.
     fn print_board(
         &mut self,
         board: [u16; 2],
@@ -99,66 +99,68 @@ pub trait AppHost {
     ///
     /// # Errors
     ///
-    /// [`UserError`] with what the person can do; the same wish may be tried again.
+    /// [`UserError`] with the next action; the same wish may be tried again.
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError>;
 
-    /// Modes of the camera of that name, as in the settings file; none if it is no live camera.
+    /// Modes of the named camera, as in the settings file; empty unless it's a live camera.
     fn modes(&mut self, source: &str) -> Vec<String>;
 
-    /// Names of the formats that a result can be written in.
+    /// Names of the export formats.
     fn formats(&self) -> Vec<&'static str>;
 
-    /// Writes the result of the session in `folder` in the format of that number beside it. Returns the file.
+    /// Writes the result of the session in `folder` beside it, in format number `format`. Returns
+    /// the file.
     ///
     /// # Errors
     ///
     /// [`UserError`].
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError>;
 
-    /// Older calibrations that the session in `folder` may be compared with.
+    /// Older calibrations to compare the session in `folder` with.
     fn older(&self, folder: &Path) -> Vec<PathBuf>;
 
-    /// Begins to compare the session in `folder` with the calibration in `old`, and to store the result.
+    /// Starts comparing the session in `folder` with the calibration in `old`, and storing the
+    /// result.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if it cannot begin.
+    /// [`UserError`] if it cannot start.
     fn compare(&mut self, folder: &Path, old: &Path, wake: Wake) -> Result<Comparing, UserError>;
 
-    /// Recordings that are near at hand, newest first.
+    /// Recordings nearby, newest first.
     fn recordings(&self) -> Vec<Recording>;
 
-    /// Begins to read small pictures of the sessions in these folders; `None` where that can't be done.
+    /// Starts reading thumbnails of the sessions in these folders; `None` where unsupported.
     fn small_pictures(&self, folders: Vec<PathBuf>, wake: Wake) -> Option<SmallPictures> {
         let _ = (folders, wake);
         None
     }
 
-    /// Begins to read the session in `folder` as it ended.
+    /// Starts reading the final state of the session in `folder`.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if it cannot begin.
+    /// [`UserError`] if it cannot start.
     fn stored(&mut self, folder: &Path, wake: Wake) -> Result<Storing, UserError>;
 
     /// Moves the session in `folder` to the bin.
     ///
     /// # Errors
     ///
-    /// [`UserError`]; the session is then where it was.
+    /// [`UserError`]; the session is then unchanged.
     fn delete(&mut self, folder: &Path) -> Result<(), UserError>;
 
-    /// Begins to open the recording in `folder`.
+    /// Starts opening the recording in `folder`.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if it cannot begin.
+    /// [`UserError`] if it cannot start.
     fn replay(&mut self, folder: &Path, wake: Wake) -> Result<Loading, UserError>;
 
-    /// What a path that was dropped onto the window is.
+    /// Kind of a path dropped onto the window.
     fn dropped(&self, path: &Path) -> Dropped;
 
-    /// Shows a file in the program that the desktop has for it.
+    /// Shows a file in the desktop's program.
     ///
     /// # Errors
     ///
@@ -168,37 +170,37 @@ pub trait AppHost {
     /// True if the person asked the whole program to end.
     fn interrupted(&self) -> bool;
 
-    /// Switches the computer's voice on or off. With `mirrored`, left and right are swapped for a person who faces the
-    /// camera. May be called as often as anything is painted.
+    /// Switches the computer's voice on or off. With `mirrored`, left and right are swapped for a
+    /// person facing the camera. May be called on every repaint.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if nothing here speaks.
+    /// [`UserError`] without a voice.
     fn speak(&mut self, on: bool, mirrored: bool) -> Result<(), UserError> {
         let _ = (on, mirrored);
         Ok(())
     }
 
-    /// Says something to try the voice.
+    /// Speaks a test sentence.
     ///
     /// # Errors
     ///
-    /// [`UserError`] if nothing here speaks.
+    /// [`UserError`] without a voice.
     fn test_voice(&mut self) -> Result<(), UserError> {
         Ok(())
     }
 
-    /// The phone's page, if it's served.
+    /// Link to the phone's page, if served.
     fn phone(&self) -> Option<PhoneLink> {
         None
     }
 
-    /// Number of phones that follow the session now.
+    /// Number of phones now following the session.
     fn phones(&self) -> usize {
         0
     }
 
-    /// True, once, if a phone asked for two more views of the session that has ended.
+    /// True, once, if a phone asked for two more views of the ended session.
     fn phone_wants_more(&self) -> bool {
         false
     }
@@ -214,13 +216,13 @@ pub trait AppHost {
 pub struct PhoneLink {
     /// Link for the owner, with its token.
     pub link: String,
-    /// The link for those who only look on.
+    /// Link for onlookers.
     pub watcher: String,
     /// The link as a QR code: rows of modules with their quiet zone, true where dark.
     pub code: Vec<Vec<bool>>,
 }
 
-/// Camera, board and plan that a session should use.
+/// Camera, board and plan for a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionRequest {
     /// Name of the source.
@@ -233,7 +235,7 @@ pub struct SessionRequest {
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
-    /// What of the board a code beside it decides: whatever nobody has said.
+    /// Properties of the board to take from a code beside it: those not given otherwise.
     pub board_code: BoardFromCode,
     /// Plan, which sets the number of views.
     pub plan: Plan,
@@ -243,7 +245,7 @@ pub struct SessionRequest {
     pub first: Option<Command>,
 }
 
-/// Properties of the board to read from a code in its margin, if the first frames show one.
+/// Properties of the board to read from a code in its margin, if seen in the first frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BoardFromCode {
     /// Nothing: the board is given.
@@ -251,14 +253,14 @@ pub enum BoardFromCode {
     Nothing,
     /// Columns and rows: the square is given.
     Counts,
-    /// The square: columns and rows are given. A code with others says nothing.
+    /// The square: columns and rows are given. A code with other counts is ignored.
     Square,
     /// Columns, rows and square.
     All,
 }
 
 impl BoardFromCode {
-    /// What's open where columns and rows, or the square, are given.
+    /// The properties not given: columns and rows, or the square.
     pub fn unless_given(counts: bool, square: bool) -> Self {
         match (counts, square) {
             (true, true) => Self::Nothing,
@@ -268,37 +270,37 @@ impl BoardFromCode {
         }
     }
 
-    /// Whether the square is open.
+    /// True if the square is open.
     pub fn has_square(self) -> bool {
         matches!(self, Self::Square | Self::All)
     }
 }
 
-/// A camera, and what it sees before a session.
+/// A camera and its preview before a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraView {
-    /// The name that finds it again.
+    /// Stable name, to find the camera again.
     pub source: String,
-    /// Name as the camera itself gives it.
+    /// Name stated by the camera.
     pub name: String,
-    /// Size of its pictures; empty before the first.
+    /// Size of the pictures; empty before the first.
     pub mode: String,
-    /// The newest picture, small.
+    /// Newest picture, small.
     pub picture: Option<Arc<GrayImage>>,
-    /// Number of that picture.
+    /// Number of the newest picture.
     pub number: u64,
-    /// Inner corners of the board in front of it, if they are counted.
+    /// Inner corners of the board in front of the camera, if counted.
     pub board: Option<[u16; 2]>,
-    /// The code that is printed beside that board.
+    /// Code printed beside the board.
     pub code: Option<SeenCode>,
-    /// The board of another kind that is seen where a plain one is counted.
+    /// Board of another kind, seen where a plain board is counted.
     pub other: Option<OtherKind>,
-    /// Why it can't be used now.
+    /// Reason for being unusable now.
     pub trouble: Option<UserError>,
 }
 
 impl CameraView {
-    /// A camera that hasn't been looked through yet.
+    /// A camera not yet previewed.
     pub fn new(source: &str, name: &str) -> Self {
         Self {
             source: source.into(),
@@ -314,25 +316,25 @@ impl CameraView {
     }
 }
 
-/// A board of another kind that was recognised.
+/// A recognised board of another kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OtherKind {
-    /// What it is, in words.
+    /// Kind in words.
     pub said: String,
     /// Its markers, tags or circles.
     pub markers: MarkerChoice,
-    /// Its points in a row and in a column, if they're known.
+    /// Points in a row and in a column, if known.
     pub board: Option<[u16; 2]>,
 }
 
-/// A board that its printed code names.
+/// A board named by its printed code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeenCode {
     /// ID of the board.
     pub id: String,
     /// Inner corners: columns, rows.
     pub board: [u16; 2],
-    /// Side of a square: as measured if that is known, else as printed.
+    /// Side of a square: as measured if known, else as printed.
     pub square_m: f64,
 }
 
@@ -347,7 +349,7 @@ pub struct PrintedBoard {
     pub steps: Vec<String>,
 }
 
-/// Choices kept from one window to the next; `None` where the person has chosen nothing.
+/// Choices kept from one window to the next; `None` where nothing was chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Memory {
@@ -357,28 +359,28 @@ pub struct Memory {
     pub mode: Option<String>,
     /// Inner corners of the board.
     pub board: Option<[u16; 2]>,
-    /// Markers of the board, if it's a ChArUco board.
+    /// Markers of a ChArUco board.
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: Option<f64>,
     /// Plan, which sets the number of views.
     #[serde(with = "plan_name")]
     pub plan: Option<Plan>,
-    /// Streams and files that were opened, newest first, without passwords.
+    /// Recently opened streams and files, newest first, without passwords.
     pub streams: Vec<String>,
     /// Paper for a printed board.
     pub paper: Option<usize>,
-    /// True if the person sees themselves as in a mirror.
+    /// True for a mirrored picture.
     pub mirrored: Option<bool>,
-    /// A tone for each view.
+    /// True for a tone with each view.
     pub tone: Option<bool>,
-    /// The sentence spoken.
+    /// True for spoken sentences.
     pub speech: Option<bool>,
-    /// Numbers beside the picture.
+    /// True for numbers beside the picture.
     pub panels: Option<bool>,
-    /// Full screen while nobody is at the computer.
+    /// True for full screen while the person is away from the computer.
     pub full_screen: Option<bool>,
-    /// A view has been taken in this person's window: they know how the guide works.
+    /// True once a view has been taken in this window: the person knows the guide.
     pub knows_guide: Option<bool>,
     /// Name of the colour theme.
     pub theme: Option<String>,
@@ -388,11 +390,11 @@ pub struct Memory {
     pub folder: String,
     /// Goal of new sessions, as `--accept` takes it; empty for none.
     pub goal: String,
-    /// Lens models of new sessions, by their code.
+    /// Code of the lens models for new sessions.
     pub lens: Option<String>,
     /// Standard deviation of the board's square size, in percent.
     pub board_error_percent: Option<f64>,
-    /// What certificates say beside the numbers.
+    /// Statements for certificates.
     pub certificate: CertificateConfig,
 }
 
@@ -406,7 +408,7 @@ impl Memory {
         self.streams.truncate(MOST_STREAMS);
     }
 
-    /// The memory without impossible values: the file may be anybody's.
+    /// Drops impossible values: the file may come from anywhere.
     pub(super) fn sensible(mut self) -> Self {
         let sides = |board: &[u16; 2]| board.iter().all(|side| (3..=99).contains(side));
         self.board = self.board.filter(sides);
@@ -424,7 +426,7 @@ impl Memory {
         self
     }
 
-    /// Lays what new sessions should have over `config`, where that says nothing itself.
+    /// Fills the gaps of `config` with the stored choices for new sessions.
     pub fn apply(&self, config: &mut Config) {
         if config.guidance.accept.is_none() {
             config.guidance.accept = self.goal.trim().parse().ok();
@@ -473,11 +475,11 @@ pub struct Opened {
     pub source: String,
     /// Folder of the session.
     pub folder: PathBuf,
-    /// Pictures of views that are there already, by their numbers.
+    /// Pictures of existing views, by their numbers.
     pub pictures: Vec<(ViewNumber, GrayImage)>,
-    /// The camera's controls that can be set.
+    /// Adjustable controls of the camera.
     pub adjustables: Vec<Adjustable>,
-    /// Note to show at the start, such as which source was chosen.
+    /// Note to show at the start, such as the chosen source.
     pub note: Option<String>,
     /// Stores the result. Runs beside the window.
     pub conclude: Box<dyn FnOnce(Result<Finished, PipelineError>) -> Ended + Send>,
@@ -490,7 +492,7 @@ pub struct Ended {
     pub folder: PathBuf,
     /// Files with the result.
     pub files: Vec<PathBuf>,
-    /// Result of the comparison with an older calibration, if the session began with one.
+    /// Result of the comparison with an older calibration, if requested.
     pub compared: Option<Result<Compared, UserError>>,
     /// The error, if any.
     pub trouble: Option<UserError>,
@@ -499,13 +501,13 @@ pub struct Ended {
 /// A comparison under way.
 pub type Comparing = Background<Result<Compared, UserError>>;
 
-/// A recording that is being opened.
+/// A recording being opened.
 pub type Loading = Background<Result<DecidedRecording, UserError>>;
 
-/// A stored session that is being read.
+/// A stored session being read.
 pub type Storing = Background<Result<StoredSession, UserError>>;
 
-/// Small pictures of sessions that are being read.
+/// Thumbnails of sessions being read.
 pub type SmallPictures = Background<Vec<(PathBuf, GrayImage)>>;
 
 /// A session compared with an older calibration.
@@ -513,7 +515,7 @@ pub type SmallPictures = Background<Vec<(PathBuf, GrayImage)>>;
 pub struct Compared {
     /// The file with the older calibration.
     pub against: PathBuf,
-    /// The verdict in words, or why there is none.
+    /// Verdict in words, or the reason for its absence.
     pub what: String,
     /// The next action.
     pub action: String,
@@ -523,7 +525,7 @@ pub struct Compared {
     pub drift: Option<Box<Drift>>,
 }
 
-/// Something that did not work, and what to do.
+/// A failure, and the next action.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserError {
     /// The error in words.

@@ -44,7 +44,7 @@ pub struct QualityEntry {
 }
 
 impl DetectedLine {
-    /// The line for the picture in `file`.
+    /// Line for the picture in `file`.
     pub fn of(
         file: &str,
         board: &Checkerboard,
@@ -73,7 +73,7 @@ impl DetectedLine {
         }
     }
 
-    /// The line for a `file` without corners, and why.
+    /// Line for a `file` without corners, with the reason.
     pub fn without(file: &str, board: &Checkerboard, reason: Option<String>) -> Self {
         Self {
             file: file.into(),

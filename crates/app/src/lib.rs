@@ -1,8 +1,8 @@
-//! What the program does, without a command line and without a window.
+//! The program without a command line and without a window.
 //!
-//! A session is opened by the name of its source, run, concluded, compared with an older calibration,
-//! reported and exported. The command line and the window both stand on this room; a library user can do
-//! the same without either.
+//! A session is opened by the name of its source, run, concluded, compared with an older
+//! calibration, reported and exported. The command line and the window both build on this crate; a
+//! library user can do the same without either.
 //!
 //! | file | does |
 //! |---|---|
@@ -34,7 +34,8 @@
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
 //! | `missing_feature` | what this build leaves out |
 //!
-//! Errors are [`anyhow::Error`]s that keep their typed cause; [`explain()`] turns one into the next action.
+//! Errors are [`anyhow::Error`]s with a typed cause; [`explain()`] turns an error into the next
+//! action.
 
 #![forbid(unsafe_code)]
 

@@ -1,5 +1,5 @@
-//! Looks through every camera of this computer while nothing is captured yet: small live pictures, cameras that come
-//! and go, and the board in front of one of them, counted.
+//! Live previews of every camera of this computer before a capture: thumbnails, cameras plugged and
+//! unplugged, and a count of the board in front of a chosen camera.
 
 use std::{
     collections::BTreeMap,
@@ -32,17 +32,17 @@ use boresight_run::config::Config;
 const LISTED_EVERY: Duration = Duration::from_millis(1000);
 /// Time between two small pictures.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
-/// Time between two counts of the board while there is one …
+/// Time between two counts of a visible board.
 const COUNTED_EVERY: Duration = Duration::from_millis(150);
-/// … and between two searches for one, which cost as much.
+/// Time between two searches for a board; a search costs as much as a count.
 const SOUGHT_EVERY: Duration = Duration::from_millis(700);
-/// Time until a camera that can't be opened is tried again.
+/// Time until another attempt to open a failing camera.
 const TRIED_EVERY: Duration = Duration::from_millis(2000);
-/// Longest time that ending has to wait for a picture.
+/// Longest wait for a picture at the end.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Width of a small picture.
 const WIDTH_PX: u32 = 480;
-/// Pictures in a row that must show the same board before it's reported.
+/// Consecutive pictures of the same board before it's reported.
 const SAME_COUNTS: u32 = 3;
 
 /// The cameras of a computer.
@@ -50,15 +50,15 @@ pub trait Cameras: Send + Sync {
     /// The connected cameras.
     fn near(&self) -> Near;
 
-    /// Opens the one called `source`.
+    /// Opens the camera `source`.
     ///
     /// # Errors
     ///
-    /// If it's gone or can't be used.
+    /// If the camera is gone or can't be used.
     fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>>;
 }
 
-/// The cameras of this computer, in the mode of the settings. Looking through them changes none of their controls.
+/// Cameras of this computer, in the configured mode. Previews change none of their controls.
 pub struct Connected(pub Config);
 
 impl Cameras for Connected {
@@ -76,7 +76,7 @@ fn trouble(camera: &Unusable) -> UserError {
     UserError { what, action: Some(action) }
 }
 
-/// Threads that look through the cameras. Dropping it closes them all.
+/// Preview threads. Dropping closes all cameras.
 pub struct Lookout {
     shared: Arc<Shared>,
     lister: Option<JoinHandle<()>>,
@@ -86,18 +86,18 @@ struct Shared {
     cameras: Box<dyn Cameras>,
     wake: Wake,
     ends: AtomicBool,
-    /// Source of the camera whose board is counted.
+    /// Source of the camera with the counted board.
     counted: Mutex<Option<String>>,
-    /// Cameras looked through, by source.
+    /// Previewed cameras, by source.
     seen: Mutex<BTreeMap<String, CameraView>>,
 }
 
 impl Lookout {
-    /// Begins to look. `wake` is called when there is something new.
+    /// Starts the previews. `wake` is called on news.
     ///
     /// # Errors
     ///
-    /// If the system gives no thread.
+    /// If the system refuses a thread.
     pub fn start(cameras: Box<dyn Cameras>, wake: Wake) -> std::io::Result<Self> {
         let shared = Arc::new(Shared {
             cameras,
@@ -111,7 +111,7 @@ impl Lookout {
         Ok(Self { shared, lister: Some(lister) })
     }
 
-    /// The cameras that are there now.
+    /// Cameras connected now.
     pub fn cameras(&self) -> Vec<CameraView> {
         lock(&self.shared.seen).values().cloned().collect()
     }
@@ -139,7 +139,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A thread that looks through one camera.
+/// Preview thread of a camera.
 struct Viewer {
     gone: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -207,7 +207,7 @@ impl Shared {
         }
     }
 
-    /// Looks through the camera called `source` until it's gone.
+    /// Previews the camera `source` until it's gone.
     fn look_through(&self, source: &str, gone: &AtomicBool) {
         let is_over = || self.ends() || gone.load(Ordering::Relaxed);
         while !is_over() {
@@ -225,7 +225,7 @@ impl Shared {
         }
     }
 
-    /// Shows the pictures of an open camera. Returns why it can't go on, if it should.
+    /// Shows the pictures of an open camera. Returns the reason for a stop, unless asked to stop.
     fn follow(
         &self,
         source: &str,
@@ -268,7 +268,7 @@ impl Shared {
                 self.change(source, |view| {
                     view.board = counted.filter(|_| same.1 >= SAME_COUNTS);
                     view.other = other;
-                    // It's the same board as long as that's in view, though its code may be covered.
+                    // The board stays the same while in view, though its code may be covered.
                     if code.is_some() || counted != view.code.as_ref().map(|code| code.board) {
                         view.code = code;
                     }
@@ -297,7 +297,7 @@ impl Shared {
     }
 }
 
-/// A board with markers, tags or circles, as it's chosen.
+/// Board with markers, tags or circles, as a choice.
 fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     let choice = seen.choice();
     let markers = match seen {
@@ -311,7 +311,7 @@ fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     Some(OtherKind { said: text::start::detected_other(seen), markers, board })
 }
 
-/// The code beside a board of that many inner corners in `image`.
+/// Reads the code beside a board of `board` inner corners in `image`.
 pub fn read_code_beside(image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
     code_beside(&mut Detector::new(DetectorParams::default()), image, board)
 }
@@ -354,7 +354,7 @@ mod tests {
     };
     use boresight_sim::{Scene, render_view};
 
-    /// Cameras that a test plugs in; each sees the same picture again and again, or is in use.
+    /// Cameras plugged in by a test; each delivers the same picture repeatedly, or is in use.
     #[derive(Clone)]
     struct Plugged {
         sources: Arc<Mutex<Vec<String>>>,

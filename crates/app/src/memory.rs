@@ -1,4 +1,5 @@
-//! Memory of the window from one start to the next: one small file in the person's configuration folder.
+//! Memory of the window from one start to the next: a small file in the person's configuration
+//! folder.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +7,7 @@ use super::host::Memory;
 use boresight_files::{FileError, Links, Overwrite, make_folder, read_text, save};
 
 const FILE: &str = "window.toml";
-/// Largest size that is read, in bytes; a file of choices is far smaller.
+/// Largest readable file, in bytes; a file of choices is far smaller.
 const LIMIT: u64 = 1 << 20;
 
 /// Path of the file; `None` if the system names no folder for it.
@@ -19,7 +20,7 @@ pub fn usual_path() -> Option<PathBuf> {
     Some(configuration.join("boresight").join(FILE))
 }
 
-/// Reads the file. A missing or unreadable one gives no choices: the person makes them again in a moment.
+/// Reads the file. A missing or unreadable file gives no choices: they are quickly made again.
 pub fn read(path: &Path) -> Memory {
     let text = read_text(path, LIMIT, Links::Followed).unwrap_or_default();
     toml::from_str::<Memory>(&text).unwrap_or_default().sensible()

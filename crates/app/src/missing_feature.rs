@@ -1,6 +1,6 @@
-//! Parts of the program that this build leaves out.
+//! Parts of the program missing from this build.
 
-/// A part of the program that this build leaves out.
+/// A part of the program missing from this build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "this build has no {part}; for one that has, run: cargo build --release --features {feature}"
@@ -8,12 +8,12 @@
 pub struct MissingFeature {
     /// Name of the missing part, in plural or as "window".
     pub part: &'static str,
-    /// The Cargo feature that adds it.
+    /// Cargo feature of the part.
     pub feature: &'static str,
 }
 
 impl MissingFeature {
-    /// The window is left out.
+    /// The window.
     pub const WINDOW: Self = Self { part: "window", feature: "window" };
     /// Cameras of Linux, network streams and video files.
     pub const LIVE: Self =

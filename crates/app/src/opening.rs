@@ -1,4 +1,4 @@
-//! A new session, or one that is resumed: source, folder and state.
+//! A new or resumed session: source, folder and state.
 
 use std::path::{Path, PathBuf};
 
@@ -23,30 +23,30 @@ use boresight_run::{
 /// Default limit of a simulated camera's frames: ten minutes at 30 per second.
 pub const MAX_FRAMES: u64 = 18_000;
 
-/// Settings with which a session is opened.
+/// Settings to open a session with.
 #[derive(Clone, Debug)]
 pub struct Opening {
     /// Name of the source, as [`SourceName::parse`] reads it.
     pub source: String,
     /// Backend of a live camera; `None` takes the configured one.
     pub backend: Option<Backend>,
-    /// The settings of a new session. A resumed session keeps the settings that it began with.
+    /// Settings of a new session. A resumed session keeps its own.
     pub config: Config,
     /// The session to resume.
     pub session: Option<PathBuf>,
     /// True to ask a resumed session for two more views, even if its plan is complete.
     pub takes_more: bool,
-    /// The older calibration that the result is compared with.
+    /// Older calibration to compare the result with.
     pub against: Option<PathBuf>,
-    /// True to hold the new calibration to the older one, whose lens hasn't been touched since.
+    /// True to hold the new calibration to the older one, for an untouched lens.
     pub hold: bool,
     /// Folder of a new session; `None` for a new one in `sessions`.
     pub out: Option<PathBuf>,
-    /// True if every picture is stored, not only the accepted ones.
+    /// True to store every picture, not only the accepted ones.
     pub record_stream: bool,
-    /// Frames that a simulated camera delivers at most.
+    /// Maximum number of frames from a simulated camera.
     pub max_frames: u64,
-    /// Properties of the board that a code in its margin may decide in a new session.
+    /// Properties of the board to take from a code in its margin in a new session.
     pub board_code: BoardFromCode,
 }
 
@@ -72,8 +72,8 @@ impl Opening {
     ///
     /// # Errors
     ///
-    /// If the older calibration, the session or the source can't be opened, if the source doesn't state its
-    /// picture size, or if it isn't the size of the session's pictures.
+    /// If the older calibration, the session or the source can't be opened, if the source doesn't
+    /// state its picture size, or if its size differs from the session's pictures.
     pub fn open(&self, announcer: &Announcer) -> anyhow::Result<Run> {
         // Fail on an unreadable older calibration before the views are taken rather than after.
         let old = self.against.as_deref().map(comparison::read).transpose()?;
@@ -95,7 +95,7 @@ impl Opening {
         }
     }
 
-    /// A new session, held to the lens of `known` if that is given.
+    /// Begins a new session, held to the lens of `known`, if given.
     fn begin(&self, known: Option<&OldCalibration>, announcer: &Announcer) -> anyhow::Result<Run> {
         let mut config = self.with_backend(&self.config);
         if config.camera.set_camera_info && !is_topic(&self.source) {
@@ -117,7 +117,7 @@ impl Opening {
         Ok(Run { note: self.note(&name), ..run })
     }
 
-    /// A new session with a source that is open; its recording calls it `source`.
+    /// Begins a new session with an open source, recorded as `source`.
     ///
     /// # Errors
     ///
@@ -156,11 +156,11 @@ impl Opening {
         let config = self.with_backend(&saved.header.config);
         let given = if self.source == "auto" { &saved.header.source } else { &self.source };
         if self.source == "auto" && is_address(given) {
-            // Its password isn't recorded; and a session from somebody else may name anything.
+            // The password isn't recorded, and a session from elsewhere may name any address.
             bail!("{}", text::source::address_is_asked_for(given, path));
         }
         if self.source == "auto" && is_command(given) {
-            // A session from somebody else may name any command.
+            // A session from elsewhere may name any command.
             bail!("{}", text::source::command_is_asked_for(given, path));
         }
         let opened = SourceName::parse(given, &config, announcer)
@@ -187,7 +187,7 @@ impl Opening {
             folder,
             session: saved.session,
             board_id: saved.header.config.certificate.board_id,
-            // The session names its source; no camera was looked for.
+            // The session names its source; no camera was searched.
             note: None,
             open,
             record_stream: self.record_stream,
@@ -198,7 +198,7 @@ impl Opening {
         })
     }
 
-    /// `config` with the backend that was asked for.
+    /// `config` with the requested backend.
     pub fn with_backend(&self, config: &Config) -> Config {
         let mut config = config.clone();
         if let Some(backend) = &self.backend {
@@ -207,14 +207,14 @@ impl Opening {
         config
     }
 
-    /// Note that no camera was found, if the simulated one was chosen by `auto`.
+    /// Note about a missing camera, if `auto` chose the simulated one.
     fn note(&self, name: &SourceName) -> Option<String> {
         matches!(name, SourceName::Simulated(_) if self.source == "auto")
             .then(|| text::window::NO_CAMERA.to_owned())
     }
 }
 
-/// Folder of new sessions, in the folder in which the program is started.
+/// Folder of new sessions, in the working directory.
 pub const SESSIONS: &str = "sessions";
 
 /// A free folder name in [`SESSIONS`], from the time.

@@ -1,4 +1,4 @@
-//! Where things are kept.
+//! Locations of stored files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,9 +8,9 @@ use super::{memory, opening::SESSIONS};
 
 /// Name and version of [`PathsFile`].
 pub const PATHS_SCHEMA: &str = "boresight.paths/1";
-/// File of `history`'s index, in the folder in which a command is started.
+/// Index file of `history`, in the working directory.
 pub const HISTORY: &str = "history.jsonl";
-/// Folder of `watch`'s stores, in the folder in which a command is started.
+/// Folder of the stores of `watch`, in the working directory.
 pub const WATCH: &str = "watch";
 
 /// `boresight.paths/1`: where things are kept, as `paths --json` prints it. Nothing needs to be there yet.
@@ -30,7 +30,7 @@ pub struct PathsFile {
     pub window: Option<PathBuf>,
 }
 
-/// Where a command that's started in `folder` keeps things.
+/// Locations for a command started in `folder`.
 pub fn paths(folder: &Path) -> PathsFile {
     PathsFile {
         schema: PATHS_SCHEMA.into(),

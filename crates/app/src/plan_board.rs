@@ -1,7 +1,8 @@
-//! Which board to print for a camera: what each paper's board looks like where it will be held, and what it can measure.
+//! Choice of a board to print for a camera: the size of each paper's board in the picture, and its
+//! achievable precision.
 //!
-//! A board should fill the picture at the distance at which it's held, for that's what guidance asks for. What a smaller one
-//! can reach is forecast by the planner itself ([`reach()`]), with the errors of corners that it expects.
+//! A board should fill the picture at its distance, as guidance asks for. The precision of smaller
+//! boards is forecast by the planner itself ([`reach()`]), with its expected errors of corners.
 
 use std::ops::Range;
 
@@ -15,7 +16,7 @@ use boresight_present::target::Paper;
 /// Name and version of [`BoardPlan`].
 pub const BOARD_PLAN_SCHEMA: &str = "boresight.board-plan/1";
 
-/// A camera, and where the board will be held.
+/// A camera, and the place of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Size of the picture.
@@ -85,7 +86,7 @@ pub fn plan_board(board: BoardChoice, place: &Place, params: &GuidanceParams) ->
     let ImageSize { width_px, height_px } = place.image_size;
     let seen_mm =
         [width_px, height_px].map(|side| f64::from(side) * place.distance_m / place.f_px * 1e3);
-    // Whole millimetres, as a person orders them, of the larger way round.
+    // Whole millimetres, as a person orders them, of the larger orientation.
     let filling_mm = turned(board, |columns, rows| {
         let fits = |seen: f64, corners: f64| seen / (corners - 1.0).max(1.0);
         let inside = params.target_margin_fraction * 2.0 * seen_mm[0].min(seen_mm[1]);
@@ -116,8 +117,8 @@ pub fn plan_board(board: BoardChoice, place: &Place, params: &GuidanceParams) ->
     }
 }
 
-/// The smallest of the boards that `of_square` makes, up to the `filling` one, that meets the goals. Those that stay small have
-/// goals of their own, so they're looked at first.
+/// Smallest of the boards from `of_square`, up to the `filling` one, to meet the goals. Boards that
+/// stay small have goals of their own and are searched first.
 fn enough(
     filling: &PlannedBoard,
     of_square: impl Fn(f64) -> PlannedBoard,
@@ -135,7 +136,8 @@ fn enough(
     Some(of_square(f64::from(square_mm)))
 }
 
-/// The first number in `range` that `is_enough`, as all after it are; `None` if the last one isn't.
+/// First number in `range` with `is_enough`, a monotonic predicate; `None` if false for the last
+/// number.
 fn first(range: Range<u32>, is_enough: impl Fn(u32) -> bool) -> Option<u32> {
     let (mut from, mut to) = (range.start, range.end.checked_sub(1)?);
     if from > to || !is_enough(to) {
@@ -148,7 +150,7 @@ fn first(range: Range<u32>, is_enough: impl Fn(u32) -> bool) -> Option<u32> {
     Some(to)
 }
 
-/// The larger of what `of` gives for the board's inner corners across and down, either way round.
+/// Larger value of `of` over both orientations of the board's inner corners.
 fn turned(board: BoardChoice, of: impl Fn(f64, f64) -> f64) -> f64 {
     let (columns, rows) = (f64::from(board.columns), f64::from(board.rows));
     of(columns, rows).max(of(rows, columns))
@@ -161,7 +163,7 @@ fn planned(
     place: &Place,
     params: &GuidanceParams,
 ) -> PlannedBoard {
-    // As it's held: the way round in which it's larger before it leaves the picture.
+    // As held: the orientation with the larger share before the board leaves the picture.
     let share = -turned(choice, |columns, rows| {
         -((columns - 1.0) * square_mm / seen_mm[0]).max((rows - 1.0) * square_mm / seen_mm[1])
     });
@@ -194,7 +196,7 @@ fn planned(
 }
 
 impl BoardPlan {
-    /// What the plan says to a person.
+    /// Plan in sentences.
     pub fn lines(&self) -> Vec<String> {
         let [across_mm, down_mm] = self.seen_mm;
         let mut lines = vec![format!(
@@ -284,7 +286,7 @@ mod tests {
             assert!(near.meets_goals && !far.meets_goals);
             assert!((near.square_px / far.square_px - 5.0 / 0.3).abs() < 1e-9);
         }
-        // A board of one millimetre less isn't enough.
+        // A board smaller by one millimetre isn't enough.
         let (image_size, f_px, distance_m) =
             (ImageSize { width_px: 1280, height_px: 720 }, 1000.0, 5.0);
         let place = Place { image_size, f_px, distance_m };

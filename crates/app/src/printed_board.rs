@@ -1,4 +1,4 @@
-//! The board on paper, written from the window: the largest squares that fit.
+//! Board on paper, written from the window: the largest squares that fit.
 
 use std::path::{Path, PathBuf};
 
@@ -14,12 +14,12 @@ use boresight_geometry::{
 };
 use boresight_present::{target::Paper, text};
 
-/// Largest size that is read, in bytes; a sheet with a board is far smaller.
+/// Largest readable file, in bytes; a sheet with a board is far smaller.
 const LIMIT: u64 = 16 << 20;
-/// Names tried for a sheet that differs from one of the same name.
+/// Names tried while a different sheet has the same name.
 const NAMES: u32 = 100;
 
-/// An ID for the next board that's printed.
+/// ID for the next printed board.
 pub fn new_id() -> BoardId {
     let nanos = jiff::Timestamp::now().as_nanosecond();
     // The last bits change with every print.
@@ -31,12 +31,14 @@ pub fn papers() -> Vec<&'static str> {
     Paper::ALL.map(Paper::name).into()
 }
 
-/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`: with `markers`, or plain with the code
-/// for `id`. A file that holds the same sheet is kept; any other one is left alone.
+/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`: with `markers`,
+/// or plain with the code for `id`. Keeps an existing file of the same sheet, and never overwrites
+/// another.
 ///
 /// # Errors
 ///
-/// If the board doesn't fit on the paper of that number or can't have these markers, or the file can't be written.
+/// If the board doesn't fit on paper number `paper` or can't have these markers, or the file can't
+/// be written.
 pub fn print(
     folder: &Path,
     ([columns, rows], markers): ([u16; 2], Option<Markers>),
@@ -44,7 +46,7 @@ pub fn print(
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    // Their own sides are known only with the squares'.
+    // Sides of markers follow from the squares.
     let instead = markers.filter(|markers| !markers.are_in_squares());
     let board = BoardChoice { columns, rows, markers: instead.map(|it| MarkerChoice::of(it, 1.0)) };
     let mut sheet = BoardSheet::new(board, None, &paper.pages())?;

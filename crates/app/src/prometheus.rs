@@ -1,26 +1,27 @@
-//! Numbers as a text file for Prometheus' node exporter, which reads all `*.prom` files of a folder.
+//! Metrics as a text file for Prometheus' node exporter, the reader of all `*.prom` files in a
+//! folder.
 
 use std::{fmt::Write, path::Path};
 
 use boresight_files::{FileError, Overwrite, save};
 
-/// A page of metrics. Each value has the label `file`, the page's own name, so that pages of several runs can lie in one
-/// folder.
+/// A page of metrics. Each value has the label `file`, the page's own name, to keep pages of
+/// several runs apart in a folder.
 pub struct Page {
     text: String,
     file: String,
 }
 
 impl Page {
-    /// An empty page that will be stored at `path`.
+    /// Empty page to be stored at `path`.
     pub fn at(path: &Path) -> Self {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let file = name.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
         Self { text: String::new(), file }
     }
 
-    /// Adds a metric with its `values`, each with further labels of harmless text. A name that ends in `_total` is a
-    /// counter.
+    /// Adds a metric with its `values`, each with further labels of harmless text. A name ending in
+    /// `_total` is a counter.
     pub fn add<'a>(
         &mut self,
         name: &str,
@@ -38,7 +39,7 @@ impl Page {
         }
     }
 
-    /// Adds a metric with one value.
+    /// Adds a metric with a single value.
     pub(super) fn add_one(&mut self, name: &str, help: &str, value: f64) {
         self.add(name, help, [(&[][..], value)]);
     }
@@ -48,7 +49,7 @@ impl Page {
         &self.text
     }
 
-    /// Stores the page at `path`, which is replaced as a whole.
+    /// Stores the page at `path`, atomically.
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
         save(path, self.text.as_bytes(), Overwrite::Allowed)
     }

@@ -1,4 +1,4 @@
-//! Recorded sessions: what a list shows of them, their results, and their decisions to step through.
+//! Recorded sessions: list entries, results, and decisions to step through.
 
 use std::{
     collections::BTreeSet,
@@ -24,10 +24,10 @@ use boresight_run::recording::{
 const MOST_OFFERED: usize = 50;
 /// Folder of a session's pictures.
 const FRAMES: &str = "frames";
-/// Largest picture that a list reads, in bytes.
+/// Largest picture read for a list, in bytes.
 const PICTURE_LIMIT: u64 = 64 << 20;
 
-/// Loads the stored picture of a frame; `None` if none was stored or it can't be read.
+/// Loads the stored picture of a frame; `None` if missing or unreadable.
 pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
 
 /// Largest side of the picture in a list.
@@ -42,17 +42,17 @@ pub struct Recording {
     pub when: String,
     /// Name of the camera, and the size of its pictures.
     pub camera: String,
-    /// The verdict in words, or that there is none.
+    /// Verdict in words, or a note of its absence.
     pub verdict: String,
     /// Gravity of the verdict; `None` without one.
     pub judged: Option<Verdict>,
-    /// Views that the calibration uses; `None` without one.
+    /// Views used by the calibration; `None` without one.
     pub views: Option<usize>,
-    /// The report, if one was written.
+    /// Report, if written.
     pub report: Option<PathBuf>,
 }
 
-/// What was dropped onto the window.
+/// Kind of a path dropped onto the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dropped {
     /// A session's folder.
@@ -63,7 +63,7 @@ pub enum Dropped {
     File,
 }
 
-/// A session that was stored, as it ended.
+/// Final state of a stored session.
 pub struct StoredSession {
     /// The last state.
     pub snapshot: Snapshot,
@@ -75,15 +75,15 @@ pub struct StoredSession {
     pub files: Vec<PathBuf>,
 }
 
-/// A recording, decided again.
+/// A recording with its decisions made again.
 pub struct DecidedRecording {
     /// The state after each input; at least one.
     pub steps: Vec<Snapshot>,
-    /// The steps at which this build decides differently, from 0.
+    /// Steps decided differently by this build, from 0.
     pub different: Vec<usize>,
-    /// The folder, as the person named it.
+    /// Folder as named by the person.
     pub name: String,
-    /// Loads stored pictures.
+    /// Loader of stored pictures.
     pub load: LoadPicture,
 }
 
@@ -100,7 +100,7 @@ pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
     found.into_iter().map(|(_, recording)| recording).take(MOST_OFFERED).collect()
 }
 
-/// The session in `folder`, as a list shows it.
+/// List entry of the session in `folder`.
 fn listed(folder: PathBuf, header: &Header) -> Recording {
     let result = read_text(&folder.join(RESULT_FILE), TEXT_LIMIT, Links::Refused).ok();
     let result = result.and_then(|text| serde_json::from_str::<Value>(&text).ok());
@@ -126,7 +126,7 @@ fn listed(folder: PathBuf, header: &Header) -> Recording {
     }
 }
 
-/// A time stamp in local time; as it is, if it's none.
+/// A time stamp in local time; unchanged if unparsable.
 fn local(stamp: &str) -> String {
     let zoned = |stamp: Timestamp| stamp.to_zoned(TimeZone::system());
     stamp.parse::<Timestamp>().map_or_else(
@@ -135,7 +135,8 @@ fn local(stamp: &str) -> String {
     )
 }
 
-/// The newest stored picture of the session in `folder`, small; `None` if it has none that can be read.
+/// Thumbnail of the newest stored picture of the session in `folder`; `None` without a readable
+/// picture.
 pub fn small_picture(folder: &Path) -> Option<GrayImage> {
     let newest = entries(&folder.join(FRAMES)).into_iter().filter(|file| is_picture(file)).max()?;
     let bytes = read(&newest, PICTURE_LIMIT, Links::Refused).ok()?;
@@ -150,7 +151,7 @@ fn is_picture(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending == "png")
 }
 
-/// What `path` is: a session, pictures to calibrate from, or another file.
+/// Kind of `path`: a session, pictures to calibrate from, or another file.
 pub fn dropped(path: &Path) -> Dropped {
     const VIDEOS: [&str; 9] = ["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ts"];
     let is_video = path
@@ -165,7 +166,7 @@ pub fn dropped(path: &Path) -> Dropped {
     }
 }
 
-/// The session in `folder` as it ended, with the views that it records.
+/// Final state of the session in `folder`, with its recorded views.
 ///
 /// # Errors
 ///
@@ -205,7 +206,8 @@ pub fn open(folder: &Path) -> anyhow::Result<DecidedRecording> {
     decided(folder, steps, &again.replayed, journal.contents.stored)
 }
 
-/// A recording to step through: the state after each input, and where this build decides differently.
+/// A recording to step through: the state after each input, and the steps decided differently by
+/// this build.
 ///
 /// # Errors
 ///

@@ -40,7 +40,7 @@ pub fn redetect(
     Ok((searched, observed))
 }
 
-/// For each stored frame, the place where the board was first looked for when the session was recorded: a function of
+/// Initial search regions of the board in each stored frame, as at recording time: a function of
 /// earlier observations. Also the number of frames observed.
 fn predictions(
     contents: &JournalContents,
@@ -66,8 +66,8 @@ fn predictions(
     Ok((predictions, observed))
 }
 
-/// Difference between the two decisions, in the names of the journal: the outcome with the reason for a refusal, else
-/// the fields that changed.
+/// Difference between two decisions, in the names of the journal: the outcome with the reason for a
+/// refusal, else the changed fields.
 pub fn change(difference: &Difference) -> String {
     let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
     let (recorded, replayed): (Value, Value) =
@@ -84,8 +84,8 @@ pub fn change(difference: &Difference) -> String {
     format!("{after}, other numbers in: {}", changed.join(", "))
 }
 
-/// Difference between the outcomes of the two decisions, as in [`change`]; equal outcomes from other numbers are one
-/// kind.
+/// Difference between the outcomes of two decisions, as in [`change`]; equal outcomes from other
+/// numbers are a single kind.
 pub fn kind(difference: &Difference) -> String {
     let parsed = |text: &str| serde_json::from_str(text).unwrap_or(Value::Null);
     let before = outcome(&parsed(&difference.recorded));

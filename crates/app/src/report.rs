@@ -17,8 +17,8 @@ use boresight_present::{
 };
 use boresight_run::config::CertificateConfig;
 
-/// The report of a calibration file without its session. `command` is the command line that repeats it; `stated` is
-/// what the certificate says beside the numbers.
+/// Report of a calibration file without its session. `command` is the command line to repeat it;
+/// `stated` has the certificate's statements.
 ///
 /// # Errors
 ///
@@ -28,7 +28,8 @@ pub fn of_file(path: &Path, command: String, stated: &CertificateConfig) -> anyh
     of_text(&text, path, command, stated)
 }
 
-/// The report of the calibration in `text`, which is, or will be, the file at `path`; otherwise as [`of_file`].
+/// Report of the calibration in `text`, the present or future contents of `path`; otherwise as
+/// [`of_file`].
 ///
 /// # Errors
 ///
@@ -86,8 +87,8 @@ pub struct ReportFile {
 /// Name and version of [`ReportFile`].
 pub const REPORT_SCHEMA: &str = "boresight.report/1";
 
-/// The picture of that name below `folder`, if it is there and of that size. A name that leads out of the
-/// folder is none.
+/// Picture `name` below `folder`, if present and of `size`. Names leading out of the folder give
+/// none.
 pub fn picture_beside(folder: &Path, name: &str, size: ImageSize) -> Option<Thumbnail> {
     let inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
     let path = folder.join(name);
@@ -98,7 +99,7 @@ pub fn picture_beside(folder: &Path, name: &str, size: ImageSize) -> Option<Thum
     (thumbnail.full_size() == size).then_some(thumbnail)
 }
 
-/// Program and schemas: the calibration's and `more`.
+/// Versions of the program and the schemas: the calibration's and `more`.
 pub fn versions(more: &[&str]) -> Vec<(String, String)> {
     let schemas = [&[CALIBRATION_SCHEMA], more].concat().join(", ");
     vec![
@@ -107,7 +108,7 @@ pub fn versions(more: &[&str]) -> Vec<(String, String)> {
     ]
 }
 
-/// A word as a shell reads it.
+/// A word quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {

@@ -16,13 +16,13 @@ use boresight_run::recording::Header;
 
 /// Result of a session.
 pub struct Conclusion {
-    /// The exit status that it deserves.
+    /// Exit status.
     pub exit: Exit,
     /// The file to write.
     pub result: CalibrationFile,
 }
 
-/// Announces what `session`, whose folder has `header`, found.
+/// Announces the result of `session`, with `header` in its folder.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
     announcer.say(text::ending(session.ending(), session.lack()));
     let result = calibration_file(session, header);
@@ -34,8 +34,8 @@ pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Co
     Conclusion { exit: if has_failed { Exit::Failed } else { exit }, result }
 }
 
-/// Writes `result` into the folder of `session`, and beside it the corners of its views as a table that other programs read.
-/// Both follow from the journal, so they may be replaced. Returns the result's file.
+/// Writes `result` into the folder of `session`, and beside it the corners of its views as a table
+/// for other programs. Both follow from the journal and may be replaced. Returns the result's file.
 ///
 /// # Errors
 ///
@@ -55,7 +55,7 @@ pub fn save_result(
     Ok(file)
 }
 
-/// The calibration file of what a session, whose folder has `header`, has so far.
+/// Calibration file of a session so far, with `header` in its folder.
 pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
     let views: Vec<ViewName> = session.accepted().iter().map(view_name).collect();
     let setup = session.setup();
@@ -64,8 +64,8 @@ pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
     from_session(CalibrationFile::of(result, size, &setup.board, &views, words), session, header)
 }
 
-/// `file`, a calibration from the views of `session`, whose folder has `header`: with the source and the camera that took
-/// them, by which a check knows the camera again.
+/// Adds to `file`, a calibration from the views of `session`, the source and the camera in
+/// `header`: they let a check identify the camera.
 pub fn from_session(file: CalibrationFile, session: &Session, header: &Header) -> CalibrationFile {
     CalibrationFile {
         source: Some(header.source.clone()),
@@ -100,7 +100,7 @@ fn camera(camera: &CameraState) -> Option<CameraEntry> {
     })
 }
 
-/// What a session calls a view that it took.
+/// Name of an accepted view in its session.
 pub(super) fn view_name(accepted: &AcceptedView) -> ViewName {
     ViewName {
         name: accepted.picture_name(),

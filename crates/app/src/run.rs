@@ -38,7 +38,7 @@ use boresight_run::{
 };
 use boresight_sim::TruthLog;
 
-/// A session that is ready to run.
+/// A session ready to run.
 pub struct Run {
     /// Folder of the session, locked.
     pub folder: SessionFolder,
@@ -46,19 +46,19 @@ pub struct Run {
     pub session: Session,
     /// Source of the frames.
     pub open: OpenSource,
-    /// True if every picture is stored, not only the accepted ones.
+    /// True to store every picture, not only the accepted ones.
     pub record_stream: bool,
-    /// The first frame number that the journal has not used.
+    /// First frame number unused by the journal.
     pub first_frame: u64,
-    /// The pictures that a resumed session has stored.
+    /// Stored pictures of a resumed session.
     pub stored: Vec<Stored>,
     /// True if the session was resumed.
     pub resumed: bool,
-    /// A command that the session gets before its first frame.
+    /// Command before the first frame.
     pub first: Option<Command>,
     /// ID of the board, from its printed code or the settings; empty without one.
     pub board_id: String,
-    /// Notice shown at the start, e.g. that the camera is simulated.
+    /// Notice at the start, e.g. about a simulated camera.
     pub note: Option<String>,
 }
 
@@ -70,7 +70,7 @@ pub struct RunContext {
     first_frame: u64,
 }
 
-/// A session that has run.
+/// A finished session.
 pub struct FinishedRun {
     /// The state at the end.
     pub session: Session,
@@ -80,21 +80,21 @@ pub struct FinishedRun {
     first_frame: u64,
 }
 
-/// A session that has run, with its result on disk.
+/// A finished session, with its result on disk.
 pub struct Concluded {
     /// The session's folder.
     pub path: PathBuf,
-    /// The exit status that the result deserves.
+    /// Exit status of the result.
     pub exit: Exit,
     /// Contents of [`RESULT_FILE`](super::RESULT_FILE).
     pub result: CalibrationFile,
-    /// Result of the comparison with an older calibration, if one was asked for. A failed comparison doesn't fail the
-    /// session.
+    /// Result of the comparison with an older calibration, if requested. A failed comparison
+    /// doesn't fail the session.
     pub compared: Option<anyhow::Result<Compared>>,
 }
 
 impl Run {
-    /// The board in words, with its ID if it has one: "Board K7Q2: 9 × 6, 20 mm".
+    /// Board in words, with its ID if known: "Board K7Q2: 9 × 6, 20 mm".
     pub fn board_in_words(&self) -> String {
         let board = self.session.setup().board;
         let corners = [board.columns(), board.rows()];
@@ -125,7 +125,7 @@ impl Run {
     ///
     /// # Errors
     ///
-    /// [`PipelineError`]; every view that was announced as taken is on disk.
+    /// [`PipelineError`]; every announced view is on disk.
     pub fn carry_out(
         self,
         stop: &AtomicBool,
@@ -134,7 +134,7 @@ impl Run {
         self.carry_out_seen(stop, announcer, |_| ())
     }
 
-    /// Keeps a source that can wait to its own time, as people need who look on.
+    /// Paces a waiting source in real time, for onlookers.
     #[must_use]
     pub fn paced(mut self) -> Self {
         if self.open.source.waits() {
@@ -158,7 +158,7 @@ impl Run {
         run(setup, context, (stop, onlookers), announcer, |_| ())
     }
 
-    /// [`Self::carry_out`], which shows the newest state to `each` as it goes.
+    /// [`Self::carry_out`] with a call of `each` for every new state.
     ///
     /// # Errors
     ///
@@ -173,11 +173,12 @@ impl Run {
         run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
     }
 
-    /// Prepares the threads, and the state needed once they have ended. Announces the folder.
+    /// Prepares the threads, and the state needed after their end. Announces the folder.
     ///
     /// # Errors
     ///
-    /// [`boresight_run::recording::RecordingError`] if a resumed session's journal can't be written.
+    /// [`boresight_run::recording::RecordingError`] if a resumed session's journal can't be
+    /// written.
     pub fn setup(self, announcer: &Announcer) -> anyhow::Result<(Setup, RunContext)> {
         let path = self.folder.path().to_path_buf();
         let Self {
@@ -215,8 +216,8 @@ fn run(
     onlookers.push(announcing(announcer));
     let (pipeline, snapshots) = Pipeline::start_before(setup, &onlookers, || ())?;
     let mut camera = CameraAnnouncer::new(announcer);
-    // The link also closes when the session thread ends, for example because the disk is full. A lost
-    // camera sends no snapshots; `stop` must be noticed nevertheless.
+    // The link also closes when the session thread ends, for example because the disk is full. A
+    // lost camera sends no snapshots, but `stop` must be noticed nevertheless.
     while let Ok(snapshot) = snapshots.recv_within(SOURCE_PATIENCE) {
         let ended = snapshot.as_ref().is_some_and(has_ended);
         if let Some(snapshot) = snapshot {
@@ -232,11 +233,11 @@ fn run(
 }
 
 impl RunContext {
-    /// The session that has run.
+    /// Turns the ended threads into a finished session.
     ///
     /// # Errors
     ///
-    /// What ended the threads.
+    /// The error that ended the threads.
     pub fn finished(
         self,
         finished: Result<Finished, PipelineError>,
@@ -251,7 +252,8 @@ impl FinishedRun {
     ///
     /// # Errors
     ///
-    /// If the result, or after all else a simulation's truth, can't be written. A report or comparison that can't be written is announced.
+    /// If the result, or finally a simulation's truth, can't be written. An unwritable report or
+    /// comparison is announced.
     pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
         let Self { session, path, truth, first_frame } = self;
         let header = SessionFolder::header(&path)?;
@@ -293,7 +295,7 @@ impl FinishedRun {
     }
 }
 
-/// Announces how a view is left out of the session in `folder`, if what was found says that one should be.
+/// Announces how to leave out a view of the session in `folder`, if the findings advise it.
 pub fn say_how_to_leave_out(
     folder: &Path,
     header: &Header,
@@ -308,10 +310,10 @@ pub fn say_how_to_leave_out(
     }
 }
 
-/// Views from which a calibration's noise is that of the camera's corners.
+/// Minimum number of views for the calibration's noise to equal that of the camera's corners.
 const LEAST_FOR_NOISE: usize = 4;
 
-/// Announces each change of what the person is asked to do and every view taken, then passes the frame on.
+/// Wraps `on_frame`: announces each new request and every accepted view first.
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = None;
     let mut is_far = false;
@@ -352,7 +354,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         // Views taken and the end of the session are announced with more words elsewhere.
         if last != Some(prompt) && prompt != Prompt::Taken && !prompt.is_state() {
             announcer.ask(&match prompt {
-                // Nobody can choose it here.
+                // No choice here.
                 Prompt::OtherBoard(other) => text::miss(&Miss::OtherBoard(other)),
                 Prompt::OtherSquares => text::miss(&Miss::OtherSquares { markers: 0 }),
                 _ => now.sentence(mirrored),
@@ -363,7 +365,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
     }
 }
 
-/// Announces what happens to views between frames: a person or the camera removes them, or brings them back.
+/// Onlooker for views removed or restored between frames, by a person or the camera.
 pub fn announcing(announcer: &Announcer) -> Arc<dyn Onlooker> {
     Arc::new(BetweenFrames(announcer.clone()))
 }
@@ -374,7 +376,7 @@ impl Onlooker for BetweenFrames {
     fn decided(&self, snapshot: &Snapshot) {
         let Self(announcer) = self;
         let decision = &snapshot.decision;
-        // What comes of a frame is announced with the frame.
+        // Outcomes of frames are announced with the frame.
         if decision.frame.is_none()
             && let Some(sentence) =
                 text::outcome(&decision.outcome, snapshot, announcer.is_mirrored())

@@ -47,13 +47,14 @@ pub struct JournalReading {
     pub header: Header,
     /// Contents of the journal.
     pub contents: JournalContents,
-    /// Detections from another search of stored pictures, by frame number. They replace the recorded ones.
+    /// Detections from another search of stored pictures, by frame number; override the recorded
+    /// ones.
     pub seen_again: BTreeMap<u64, Result<Detection, Miss>>,
 }
 
 impl DecidedAgain {
-    /// Output of `replay --json`: `result`, and how the `count` decisions of the session at `path` compare with the
-    /// recorded ones. `crc32` is their checksum.
+    /// Output of `replay --json`: `result`, and the comparison of the `count` decisions of the
+    /// session at `path` with the recorded ones. `crc32` is their checksum.
     ///
     /// # Errors
     ///
@@ -79,23 +80,23 @@ impl DecidedAgain {
     }
 }
 
-/// A session as its folder records it.
+/// A session as recorded in its folder.
 #[derive(Clone, Debug)]
 pub struct SavedSession {
     /// Path of the session's folder.
     pub path: PathBuf,
     /// Contents of `session.toml`.
     pub header: Header,
-    /// The state after the last line. Its accepted views are the ones recorded as accepted.
+    /// State after the last line. The accepted views are those recorded as accepted.
     pub session: Session,
-    /// Decisions that this build makes differently.
+    /// Decisions made differently by this build.
     pub replayed: Replayed,
-    /// True if the accepted views had to be restored from the recorded outcomes, because this build would have accepted
-    /// others.
+    /// True if the accepted views had to be restored from the recorded outcomes, because this build
+    /// would have accepted others.
     pub restored: bool,
-    /// Contents of the journal, without a last line that a crash cut.
+    /// Contents of the journal, without a cut last line.
     pub contents: JournalContents,
-    /// The first frame number that the journal has not used.
+    /// First frame number unused by the journal.
     pub first_frame: u64,
 }
 
@@ -151,8 +152,8 @@ impl JournalReading {
         Ok(DecidedAgain { session, replayed })
     }
 
-    /// Decides every line again as [`Self::decide_again`] does, with a checksum of all decisions: equal ones mean equal
-    /// decisions.
+    /// Decides every line again as [`Self::decide_again`] does, with a checksum of all decisions:
+    /// equal ones mean equal decisions.
     ///
     /// # Errors
     ///
@@ -164,7 +165,7 @@ impl JournalReading {
     ) -> anyhow::Result<(DecidedAgain, String)> {
         let mut checksum = crc32fast::Hasher::new();
         let again = self.decide_again(config, |session, decision| {
-            // The same text that a recording holds.
+            // Same text as in a recording.
             checksum.update(serde_json::to_string(decision).unwrap_or_default().as_bytes());
             checksum.update(b"\n");
             each(session, decision);
@@ -172,13 +173,13 @@ impl JournalReading {
         Ok((again, format!("{:08x}", checksum.finalize())))
     }
 
-    /// The session that the journal records: which views are accepted is a recorded fact, and stands even
-    /// where this build would decide otherwise.
+    /// Session recorded by the journal: accepted views are recorded facts, kept even where this
+    /// build would decide otherwise.
     ///
     /// # Errors
     ///
-    /// If a line can't be read, or a recorded view can't be restored because its observation is missing or has no
-    /// board.
+    /// If a line can't be read, or a recorded view can't be restored because its observation is
+    /// missing or has no board.
     pub fn session(self) -> anyhow::Result<SavedSession> {
         let mut first_frame = 0;
         let DecidedAgain { mut session, replayed } =
@@ -216,7 +217,7 @@ impl JournalReading {
                 (Input::Command(_), RecordedOutcome::Removed { view }) => {
                     session.handle(&Input::Command(Command::Remove { view }));
                 }
-                // The command forced a view that is recorded as accepted.
+                // The command forced a view recorded as accepted.
                 (Input::Command(Command::ForceNext), _) => {}
                 (input, _) => {
                     session.handle(&input);
@@ -226,7 +227,7 @@ impl JournalReading {
         Ok(session)
     }
 
-    /// Observations in the frames that gave views, by frame number.
+    /// Observations in the frames of accepted views, by frame number.
     fn observations_of_views(&self) -> Result<BTreeMap<u64, Observation>, RecordingError> {
         let mut wanted = BTreeSet::new();
         for line in self.lines() {
@@ -247,17 +248,17 @@ impl JournalReading {
 }
 
 impl SavedSession {
-    /// Reads the session at `path` and restores the state that its journal records.
+    /// Reads the session at `path` and restores its recorded state.
     ///
     /// # Errors
     ///
-    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or is damaged; or if a
-    /// recorded view can't be restored.
+    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or is
+    /// damaged; or if a recorded view can't be restored.
     pub fn open(path: &Path) -> anyhow::Result<Self> {
         JournalReading::of(path)?.session()
     }
 
-    /// Opens the session at `path` to continue it. The folder stays locked until it's dropped.
+    /// Opens the session at `path` to resume it. The folder stays locked until dropped.
     ///
     /// # Errors
     ///
@@ -267,7 +268,7 @@ impl SavedSession {
         Ok((folder, JournalReading::new(path, header, contents).session()?))
     }
 
-    /// Announces a cut last line, and that this build decides differently.
+    /// Announces a cut last line, and different decisions of this build.
     pub fn announce(&self, announcer: &Announcer) {
         if self.contents.cut {
             announcer.say(text::replay::CUT);

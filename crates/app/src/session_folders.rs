@@ -1,4 +1,4 @@
-//! The sessions, and the recorded bags, in and below a folder.
+//! Sessions and recorded bags in and below a folder.
 
 use std::{
     io::{Error, ErrorKind},
@@ -10,8 +10,8 @@ use boresight_files::{FileError, entries, is_own_folder};
 
 const HEADER: &str = "session.toml";
 
-/// Finds the sessions in and below `root`, damaged ones, too, in the order of their paths, which are absolute, and hands
-/// each to `found`. Links below the root aren't followed.
+/// Finds the sessions in and below `root`, including damaged ones, and hands each absolute path to
+/// `found`, sorted. Links below the root aren't followed.
 ///
 /// # Errors
 ///
@@ -23,7 +23,8 @@ pub fn session_folders(
     recordings(root, &is_session, found)
 }
 
-/// Finds the sessions and the recorded bags in and below `root`, as [`session_folders`] does; `root` may be a bag itself.
+/// Finds the sessions and the recorded bags in and below `root`, as [`session_folders`] does;
+/// `root` may be a bag itself.
 ///
 /// # Errors
 ///

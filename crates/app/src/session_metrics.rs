@@ -21,7 +21,7 @@ use boresight_run::pipeline::{CommandLink, Onlooker};
 /// Time between two writings of the file.
 const BETWEEN: Duration = Duration::from_secs(5);
 
-/// Writes a file of metrics while it looks on at sessions, every few seconds and at the end.
+/// Writes a file of metrics while sessions run, every few seconds and at the end.
 pub struct SessionMetrics {
     watched: Arc<Watched>,
     over: Option<Sender<()>>,
@@ -57,7 +57,7 @@ struct Lens {
 }
 
 impl SessionMetrics {
-    /// Starts to write the file at `path`; `announcer` hears once if it can't be written.
+    /// Starts to write the file at `path`; announces the first failure to `announcer`.
     ///
     /// # Errors
     ///
@@ -77,12 +77,12 @@ impl SessionMetrics {
         Ok(Self { watched, over: Some(over), thread: Some(thread) })
     }
 
-    /// Looks on at a session.
+    /// Onlooker for a session.
     pub fn onlooker(&self) -> Arc<dyn Onlooker> {
         Arc::clone(&self.watched) as Arc<dyn Onlooker>
     }
 
-    /// The session has ended with this result.
+    /// Notes the result at the end of the session.
     pub fn concluded(&self, result: &CalibrationFile) {
         self.watched.state().verdict = Some(verdict_name(result));
     }
@@ -199,7 +199,7 @@ struct Writer {
 }
 
 impl Writer {
-    /// Metrics are a convenience: the session continues without them.
+    /// Writes the metrics. A failure doesn't stop the session.
     fn write(&mut self, watched: &Watched) {
         let state = watched.state().clone();
         let written = state.page(&self.path, jiff::Timestamp::now().as_second()).save(&self.path);

@@ -41,8 +41,8 @@ pub fn page_path(session: &Path) -> PathBuf {
     session.join(REPORT_FILE)
 }
 
-/// Writes the report of a session that has just ended, and announces where. Everything that it shows is
-/// already on disk, so a report that can't be written is announced but isn't a failure.
+/// Writes the report of a just-ended session, and announces its path. All contents are already on
+/// disk: an unwritable report is announced but isn't a failure.
 pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer) {
     match write(path, session) {
         Ok(page) => announcer.say(&format!("Report: {}", page.display())),
@@ -50,7 +50,7 @@ pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer)
     }
 }
 
-/// The report follows from the journal, so it may be replaced.
+/// Writes the report. It follows from the journal and may be replaced.
 fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     let (header, contents) = SessionFolder::read(path)?;
     let stated = &header.config.certificate;
@@ -60,8 +60,8 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// The report of the session at `path`, calibrated again from the views in its journal. The session's settings fill the
-/// gaps that `stated` leaves in the certificate.
+/// Report of the session at `path`, calibrated again from the views in its journal. The session's
+/// settings fill the gaps of `stated` in the certificate.
 ///
 /// # Errors
 ///
@@ -88,7 +88,7 @@ pub fn of_folder(path: &Path, stated: &CertificateConfig) -> anyhow::Result<Repo
     Ok(report)
 }
 
-/// True if the folder has a result that is not `ours`.
+/// True if the folder has a result other than `ours`.
 fn holds_another_result(path: &Path, ours: &CalibrationFile) -> bool {
     let Ok(text) = files::read_text(&path.join(RESULT_FILE), files::TEXT_LIMIT, Links::Refused)
     else {
@@ -114,7 +114,7 @@ fn compose(
 ) -> anyhow::Result<Report> {
     let stored: BTreeMap<u64, &Stored> =
         contents.stored.iter().map(|stored| (stored.frame, stored)).collect();
-    // A picture that is gone or damaged leaves the board's outline; `doctor` names it.
+    // A missing or damaged picture leaves the board's outline; `doctor` names it.
     let picture = |frame: u64| {
         let stored = stored.get(&frame)?;
         Thumbnail::of(&stored_frame(path, stored).ok()?)
@@ -145,13 +145,13 @@ fn compose(
     })?)
 }
 
-/// A session with what its report shows, wherever it's kept.
+/// A session with the contents of its report, from any storage.
 pub struct Recorded<'a, L, P> {
     /// Name of the session.
     pub name: String,
-    /// Where it's kept, in words.
+    /// Storage location in words.
     pub place: String,
-    /// The command that repeats the result.
+    /// Command to repeat the result.
     pub command: String,
     /// Contents of `session.toml`.
     pub header: &'a Header,
@@ -159,23 +159,23 @@ pub struct Recorded<'a, L, P> {
     pub session: &'a Session,
     /// Its calibration file.
     pub calibration: CalibrationFile,
-    /// The bytes of that file, if it's stored.
+    /// Bytes of the calibration file, if stored.
     pub result: Option<&'a [u8]>,
     /// Lines of the journal.
     pub lines: L,
-    /// The picture with that number, made small, where there is one.
+    /// Thumbnail of a picture by number, if any.
     pub picture: P,
-    /// The check against an older calibration.
+    /// Check against an older calibration.
     pub check: Option<CheckFile>,
     /// Statements of the first sheet.
     pub stated: &'a CertificateConfig,
 }
 
-/// The report of a session.
+/// Report of a session.
 ///
 /// # Errors
 ///
-/// What a line couldn't be read for.
+/// The error of an unreadable line.
 pub fn of_recorded<E>(
     recorded: Recorded<
         '_,
@@ -208,7 +208,7 @@ pub fn of_recorded<E>(
     })
 }
 
-/// What a report says about the camera of a stored session.
+/// Camera section of a report on a stored session.
 ///
 /// # Errors
 ///
@@ -223,7 +223,7 @@ fn camera_section(header: &Header, session: &Session, changes: Vec<CameraChange>
     CameraSection { rows: camera(header, session), simulated, changes }
 }
 
-/// The camera and its mode with which a session was taken, for the first sheet.
+/// Camera and mode of a session, for the first sheet.
 pub fn taken_with(header: &Header, session: &Session) -> Circumstances<'static> {
     let camera = match &header.camera {
         Some(camera) => (camera.name().to_owned(), camera.serial().to_owned()),
@@ -267,7 +267,7 @@ fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     CheckFile::read(&found).map(Some).with_context(damaged)
 }
 
-/// The command that makes a comparison again: its journal alone doesn't hold the old calibration.
+/// Command to repeat a comparison: the journal alone doesn't hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
     let board = header.config.board.argument();
     let square_mm = header.config.board.square_mm;
@@ -307,8 +307,8 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     rows
 }
 
-/// Settings that are not the default ones, as `--set` takes them; the board and the certificate are
-/// shown elsewhere.
+/// Settings other than the defaults, as `--set` takes them; board and certificate are shown
+/// elsewhere.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
     let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
@@ -326,9 +326,9 @@ fn changed_settings(config: &Config) -> Vec<String> {
     changed
 }
 
-/// Frames of a video for the same reason that are worth a line.
+/// Minimum number of frames of a video with the same reason for a line.
 const FEWEST_FRAMES: usize = 5;
-/// Longest time that a frame of a video stands for.
+/// Longest time attributed to a frame of a video.
 const PAUSE_SECS: f64 = 1.0;
 
 /// Facts in a journal besides the views.
@@ -391,7 +391,7 @@ fn history<E>(lines: impl Iterator<Item = Result<Line, E>>) -> Result<History, E
     Ok(History { frames, refused, changes })
 }
 
-/// Stable name of the reason for which the frame was refused or a view taken back, as reported then.
+/// Stable name of the reason for refusing the frame or taking back a view, as reported then.
 fn refusal(input: &Input, decision: &str) -> Option<String> {
     let decision: Value = serde_json::from_str(decision).unwrap_or_default();
     let word = |pointer: &str| decision.pointer(pointer).and_then(Value::as_str);

@@ -32,7 +32,7 @@ use boresight_run::{
 };
 use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 
-/// Most frames that the simulated camera may have in flight.
+/// Maximum number of frames in flight from the simulated camera.
 const IN_FLIGHT: usize = 24;
 
 /// Hint on valid names.
@@ -45,13 +45,13 @@ const STDIN: &str = "pipe:-";
 pub struct OpenSource {
     /// The source of the frames.
     pub source: Box<dyn FrameSource>,
-    /// Callback for every judged frame: the simulated person reads the screen through it.
+    /// Callback for every judged frame, through which the simulated person reads the screen.
     pub on_frame: OnFrame,
     /// The truth, if the source is simulated.
     pub truth: Option<TruthLog>,
 }
 
-/// A parsed source name; not open yet.
+/// A parsed but unopened source name.
 #[derive(Clone, Debug)]
 pub enum SourceName {
     /// The simulated camera.
@@ -60,11 +60,11 @@ pub enum SourceName {
     Camera(Box<ChosenCamera>),
     /// A network stream or a video file.
     Video(String),
-    /// A recorded bag, and the topic of its pictures if it was named.
+    /// A recorded bag, with the topic of its pictures, if named.
     Bag(PathBuf, Option<String>),
     /// A recorded session.
     Session(PathBuf),
-    /// A folder of pictures, and which way up they're read.
+    /// A folder of pictures, and their orientation.
     Folder(PathBuf, Upright),
 }
 
@@ -80,14 +80,16 @@ impl OpenSource {
 }
 
 impl SourceName {
-    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, `sim:demo:SEED`, a camera's node or stable name, a video file,
-    /// stream or bag, `pipe:COMMAND`, `-` for standard input, a session folder, or a folder of pictures. `auto` is the only real camera if there is one, else the
-    /// simulated camera; it announces which. It announces the pictures of a folder that aren't read, too.
+    /// Parses `name`: `sim`, `sim:SCENE.toml`, `sim:random:SEED`, `sim:demo:SEED`, a camera's node
+    /// or stable name, a video file, stream or bag, `pipe:COMMAND`, `-` for standard input, a
+    /// session folder, or a folder of pictures. `auto` is the only real camera if there is exactly
+    /// one, else the simulated camera; announces the choice. Announces skipped pictures of a
+    /// folder, too.
     ///
     /// # Errors
     ///
-    /// If nothing has that name, a scene file is wrong, `auto` finds several cameras, or there is no backend as `config`
-    /// names it.
+    /// If no source has this name, a scene file is wrong, `auto` finds several cameras, or the
+    /// backend in `config` doesn't exist.
     pub fn parse(name: &str, config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
         camera::Backend::asked(&config.camera.backend)?;
         if let Some(simulated) = name.strip_prefix("sim") {
@@ -140,7 +142,7 @@ impl SourceName {
         bail!("no source {name:?}: {SOURCES}")
     }
 
-    /// The name that opens the same source again, where `given` is the name that was typed.
+    /// Stable name to open the same source again; `given` is the typed name.
     pub fn stable_name(&self, given: &str) -> String {
         match self {
             Self::Simulated(_) if given == "auto" => "sim".into(),
@@ -190,7 +192,7 @@ fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
     }
 }
 
-/// A network stream or video file in a build that can't read any.
+/// Error for network streams and video files in builds without a reader for them.
 #[cfg(not(all(unix, feature = "live")))]
 fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
     if cfg!(unix) {
@@ -204,12 +206,12 @@ pub fn is_recording(path: &Path) -> bool {
     is_video(path) || is_bag(path)
 }
 
-/// True if `folder` is that of a session.
+/// True if `folder` is a session folder.
 pub fn is_session(folder: &Path) -> bool {
     folder.join("session.toml").is_file()
 }
 
-/// The calibration file that `path` names: itself, or the result of the session in that folder.
+/// Calibration file named by `path`: itself, or the result of the session in the folder.
 ///
 /// # Errors
 ///
@@ -225,7 +227,7 @@ pub fn result_named_by(path: &Path) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// True if `path` is a file of moving pictures.
+/// True if `path` is a video file.
 fn is_video(path: &Path) -> bool {
     const ENDINGS: [&str; 18] = [
         "mp4", "mov", "mkv", "avi", "webm", "m4v", "mjpeg", "mjpg", "ts", "mts", "m2ts", "mpg",

@@ -1,4 +1,4 @@
-//! The simulated camera's truth, on disk and against the result.
+//! Truth of the simulated camera, on disk and against the result.
 
 use std::path::Path;
 
@@ -43,8 +43,8 @@ pub struct FramePose {
 /// Name and version of [`TruthFile`].
 pub const TRUTH_SCHEMA: &str = "boresight.truth/1";
 
-/// Writes `truth.json` into the session. Frames are numbered as in the session, of which this run began at
-/// `first_frame`; the frames of earlier runs stay.
+/// Writes `truth.json` into the session. Frames are numbered as in the session, from `first_frame`
+/// in this run; the frames of earlier runs stay.
 ///
 /// # Errors
 ///
@@ -73,13 +73,13 @@ pub fn write(session: &Path, truth: &Truth, first_frame: u64) -> anyhow::Result<
     Ok(save(&path, json.as_bytes(), Overwrite::Allowed)?)
 }
 
-/// Empty if there is no earlier file, or none that can be read.
+/// Frames of an earlier file; empty if missing or unreadable.
 fn earlier_frames(path: &Path) -> Vec<FramePose> {
     let text = read_text(path, TEXT_LIMIT, Links::Refused).unwrap_or_default();
     serde_json::from_str::<TruthFile>(&text).map_or_else(|_| Vec::new(), |file| file.cam_from_board)
 }
 
-/// Announces how far the result is from the truth, in pixels and in its standard deviations.
+/// Announces the distance of the result from the truth, in pixels and in its standard deviations.
 pub fn announce(truth: &Truth, calibration: &Calibration, announcer: &Announcer) {
     let say = |line: &str| announcer.say(line);
     let off = |found: f64, truth: f64, sd: f64| {

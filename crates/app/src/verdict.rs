@@ -1,4 +1,4 @@
-//! The verdict on a result, in sentences and as an exit status.
+//! Verdict on a result, in sentences and as an exit status.
 
 use boresight_calibrate::{Calibration, Focal, NotCalibrated, Verdict};
 use boresight_formats::{CalibrationFile, FindingEntry};
@@ -12,9 +12,9 @@ use super::Announcer;
 pub enum Exit {
     /// 0: done, and usable.
     Good,
-    /// 3: ended, but the result isn't trustworthy, or falls short of what was asked for.
+    /// 3: ended, but the result isn't trustworthy, or misses its goal.
     NotTrustworthy,
-    /// 5: an installed camera points elsewhere; its lens is as it was.
+    /// 5: an installed camera points elsewhere; its lens is unchanged.
     Moved,
     /// 4: an installed camera has changed.
     Recalibrate,
@@ -34,9 +34,9 @@ impl From<Exit> for std::process::ExitCode {
     }
 }
 
-/// Announces a result and its `file`: the verdict first, then what speaks against it, then the numbers. Returns the exit
-/// status that it deserves: good only if a goal is met, too. The verdict is marked if the file's source is the simulated
-/// camera.
+/// Announces a result and its `file`: the verdict first, then the objections, then the numbers.
+/// Returns the exit status: good only if a goal is met, too. The verdict is marked if the file's
+/// source is the simulated camera.
 pub fn announce_result(
     result: Result<&Calibration, &NotCalibrated>,
     file: &CalibrationFile,

@@ -1,4 +1,4 @@
-//! The computer's voice: says the words of a session through a program that the desktop has.
+//! The computer's voice: speaks the words of a session through a program of the desktop.
 
 use std::{
     path::PathBuf,
@@ -19,14 +19,14 @@ use boresight_present::{
 };
 use boresight_run::pipeline::Onlooker;
 
-/// Programs that speak their last argument and end when it's spoken.
+/// Programs to speak their last argument and end afterwards.
 const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
 /// Time between two looks at the queue.
 const LOOK: Duration = Duration::from_millis(20);
-/// Longest time for a sentence; a program that speaks for longer hangs.
+/// Longest time for a sentence; a program speaking for longer hangs.
 const LONGEST: Duration = Duration::from_secs(8);
 
-/// A program that speaks.
+/// A speech program.
 #[derive(Clone, Debug)]
 struct Speaker {
     program: PathBuf,
@@ -34,7 +34,7 @@ struct Speaker {
 }
 
 impl Speaker {
-    /// The first that is installed.
+    /// First installed program.
     fn find() -> Option<Self> {
         let path = std::env::var_os("PATH")?;
         SPEAKERS.iter().find_map(|(name, arguments)| {
@@ -56,7 +56,7 @@ impl Speaker {
     }
 }
 
-/// Says the requests of a session while it looks on and is switched on. Ends when dropped, after the news.
+/// Speaks the requests of a session while switched on. Ends when dropped, after the news.
 pub struct Voice {
     said: Arc<Said>,
     thread: Option<JoinHandle<()>>,
@@ -68,15 +68,15 @@ struct Said {
     narrator: Mutex<Narrator>,
     began: Instant,
     on: AtomicBool,
-    /// True if left and right are swapped for a person who faces the camera.
+    /// True if left and right are swapped for a person facing the camera.
     mirrored: AtomicBool,
     over: AtomicBool,
 }
 
-/// Why nothing can be heard.
+/// Reason for silence.
 #[derive(Debug, thiserror::Error)]
 pub enum NoVoice {
-    /// No program speaks.
+    /// No speech program.
     #[error("{}", text::NO_VOICE)]
     NoProgram,
     /// The system refused a thread.
@@ -104,11 +104,12 @@ impl Voice {
         Self { said, thread: None }
     }
 
-    /// Switches the voice on or off. With `mirrored`, left and right are swapped for a person who faces the camera.
+    /// Switches the voice on or off. With `mirrored`, left and right are swapped for a person
+    /// facing the camera.
     ///
     /// # Errors
     ///
-    /// [`NoVoice`]; it's then off.
+    /// [`NoVoice`]; the voice is then off.
     pub fn switch(&mut self, on: bool, mirrored: bool) -> Result<(), NoVoice> {
         self.said.mirrored.store(mirrored, Ordering::Relaxed);
         if on && self.thread.is_none() {
@@ -123,7 +124,7 @@ impl Voice {
         Ok(())
     }
 
-    /// Says something to try it.
+    /// Speaks a test sentence.
     ///
     /// # Errors
     ///
@@ -136,14 +137,14 @@ impl Voice {
         Ok(())
     }
 
-    /// Says what holds for now, if it's switched on; `mirrored` to a person who faces the camera. Said again and again, it's
-    /// heard when there is time for it.
+    /// Speaks a passing request if switched on; `mirrored` to a person facing the camera. Repeated
+    /// requests are heard when there is time for them.
     pub fn request(&self, text: &str, mirrored: &str) {
         let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
         self.said.offer(Word { rank: Rank::Guidance, text, mirrored });
     }
 
-    /// Looks on at a session.
+    /// Onlooker for a session.
     pub fn onlooker(&self) -> Arc<dyn Onlooker> {
         Arc::clone(&self.said) as Arc<dyn Onlooker>
     }

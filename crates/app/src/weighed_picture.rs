@@ -1,4 +1,4 @@
-//! A picture with the grids that the detector weighed, for whoever reports that it was refused.
+//! A picture with the grids weighed by the detector, to report a refusal.
 
 use boresight_detect::{GridOutcome, WeighedGrid};
 use image::{GrayImage, ImageFormat, Rgb, RgbImage, buffer::ConvertBuffer};
@@ -6,11 +6,11 @@ use image::{GrayImage, ImageFormat, Rgb, RgbImage, buffer::ConvertBuffer};
 const NAMED: Rgb<u8> = Rgb([60, 210, 90]);
 const MISSED: Rgb<u8> = Rgb([255, 180, 30]);
 const CIRCLES: Rgb<u8> = Rgb([160, 160, 255]);
-/// Half the length of a cross, and of its black rim, for each 640 px of the picture's width.
+/// Half length of a cross, and of its black rim, per 640 px of the picture's width.
 const CROSS_PX: i64 = 3;
 
-/// `image` as a PNG with a cross on every corner of every grid: green where it's the board's, amber where it was refused,
-/// blue on circles. Grids that were weighed later lie on top.
+/// `image` as a PNG with a cross on every corner of every grid: green for the board, amber for
+/// refusals, blue on circles. Later grids lie on top.
 ///
 /// # Errors
 ///

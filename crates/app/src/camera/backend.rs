@@ -1,4 +1,4 @@
-//! A backend as a value: its description, the controls that it locks, and the functions that reach its cameras.
+//! A backend as a value: its description, lockable controls, and functions to reach its cameras.
 
 use std::{fmt, sync::Arc};
 
@@ -15,14 +15,14 @@ pub struct Backend {
     pub name: &'static str,
     /// Description in a few words.
     pub is: &'static str,
-    /// The controls that it locks and watches.
+    /// Controls locked and watched.
     pub locks: &'static [Control],
-    /// Limits to state to a person, besides controls that it doesn't lock.
+    /// Limits to state to a person, besides controls without a lock.
     pub cannot: &'static [&'static str],
-    /// Prefixes of camera names that can only belong to this backend. A backend that shares all of its prefixes with an
-    /// earlier one opens the cameras which that one lists.
+    /// Prefixes of camera names exclusive to this backend. A backend sharing all of its prefixes
+    /// with an earlier one opens the cameras listed by the earlier one.
     pub begins: &'static [&'static str],
-    /// The driver, or the reason why this build has none.
+    /// Driver, or the reason for its absence from this build.
     pub(super) driver: Result<Driver, fn() -> anyhow::Error>,
 }
 
@@ -31,12 +31,12 @@ pub struct Backend {
 pub struct Driver {
     /// Lists the connected cameras. Called every second while a person chooses one.
     pub near: fn() -> Near,
-    /// Lists the readable modes of a named camera, as the settings name them, the largest first; none if they or the
-    /// camera aren't known.
+    /// Lists the readable modes of a named camera, as the settings name them, the largest first;
+    /// empty if the modes or the camera are unknown.
     pub modes: fn(&str) -> Vec<String>,
-    /// The camera called so, used in that mode.
+    /// Finds the named camera, for use in the given mode.
     pub find: fn(&str, &Wanted) -> anyhow::Result<ChosenCamera>,
-    /// The connected cameras, and all that is known of them.
+    /// Describes the connected cameras in full.
     pub devices: fn() -> Devices,
 }
 
@@ -52,15 +52,15 @@ pub struct Near {
 /// A camera that can be opened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NearCamera {
-    /// The name that finds it again.
+    /// Stable name, to find the camera again.
     pub source: String,
-    /// Product name, which may be shown.
+    /// Product name, for display.
     pub name: String,
-    /// True for a camera that may be opened unasked: neither virtual nor infrared.
+    /// True for a camera to open unasked: neither virtual nor infrared.
     pub is_ordinary: bool,
 }
 
-/// A camera that is there and can't be used.
+/// A connected but unusable camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unusable {
     /// The camera's node, or another name for it.
@@ -76,22 +76,23 @@ pub struct Unusable {
 pub struct Devices {
     /// Cameras that can be opened.
     pub cameras: Vec<(DeviceEntry, Vec<String>)>,
-    /// Devices that are no camera or can't be used, each with a line for a person, or none if it's no news.
+    /// Devices without or with an unusable camera, each with a line for a person unless it's no
+    /// news.
     pub others: Vec<(OtherDevice, Option<String>)>,
 }
 
 /// Purpose for which a camera is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// A session: its controls are locked, if the backend can.
+    /// A session: locks the controls, if the backend can.
     Session,
-    /// A look: no control is set.
+    /// A look: sets no control.
     Preview,
 }
 
 type Opens = dyn Fn(Purpose) -> Result<Box<dyn FrameSource>, CaptureError> + Send + Sync;
 
-/// A camera that was found but isn't open yet.
+/// A camera found but not yet open.
 #[derive(Clone)]
 pub struct ChosenCamera {
     source: String,
@@ -104,7 +105,7 @@ impl Backend {
         self.driver.is_ok()
     }
 
-    /// True if `source` can mean one of its cameras.
+    /// True if `source` can name a camera of this backend.
     pub(super) fn knows(&self, source: &str) -> bool {
         self.begins.iter().any(|start| source.starts_with(start))
     }
@@ -130,14 +131,14 @@ impl Backend {
 }
 
 impl Unusable {
-    /// Why it can't be used, and what to do.
+    /// Reason for a camera being unusable, and the next action.
     pub fn said(&self) -> (String, String) {
         words::with_detail(self.fault, &self.detail)
     }
 }
 
 impl ChosenCamera {
-    /// The camera called `source`, which `opens` starts; it's found already.
+    /// Wraps the found camera `source`, started by `opens`.
     pub fn new(
         source: String,
         opens: impl Fn(Purpose) -> Result<Box<dyn FrameSource>, CaptureError> + Send + Sync + 'static,
@@ -145,7 +146,7 @@ impl ChosenCamera {
         Self { source, opens: Arc::new(opens) }
     }
 
-    /// The name that finds it again.
+    /// Stable name, to find the camera again.
     pub fn stable_name(&self) -> String {
         self.source.clone()
     }
@@ -159,7 +160,7 @@ impl ChosenCamera {
         Ok((self.opens)(Purpose::Session)?)
     }
 
-    /// Starts streaming without setting any control: somebody only looks.
+    /// Starts streaming without setting any control, for a preview.
     ///
     /// # Errors
     ///

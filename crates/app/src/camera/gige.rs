@@ -1,4 +1,4 @@
-//! Machine-vision cameras on the network (GigE Vision), which answer as a kernel's cameras do.
+//! Machine-vision cameras on the network (GigE Vision), behind the interface of a kernel's cameras.
 
 use super::backend::Backend;
 use boresight_geometry::device::Control;
@@ -42,7 +42,7 @@ mod built {
         for seen in gige::near() {
             let (source, name) = (seen.node.known_as, printable(&seen.name));
             if seen.is_reachable {
-                // Others may share the network: none is taken from them unasked.
+                // Others may share the network: no camera is opened unasked.
                 near.cameras.push(NearCamera { source, name, is_ordinary: false });
             } else {
                 let detail = format!("{name} at {}", seen.node.path.display());

@@ -1,7 +1,8 @@
 //! Live cameras: the table of backends, and the search for a camera by name.
 //!
-//! A backend is a way to cameras: a frame source in [`boresight_capture`], a file here that lists and opens its cameras,
-//! and its line in [`BACKENDS`]. A build that leaves it out still knows its name, and which feature adds it.
+//! A backend is a way to cameras: a frame source in [`boresight_capture`], a file here to list and
+//! open its cameras, and its line in [`BACKENDS`]. A build without a backend still knows its name
+//! and its feature.
 //!
 //! | file | holds |
 //! |---|---|
@@ -29,16 +30,16 @@ use super::Announcer;
 use boresight_capture::is_command;
 use boresight_run::config::{self, Config};
 
-/// Every backend that boresight knows, the usual one first.
+/// All known backends, the default first.
 pub const BACKENDS: [Backend; 5] =
     [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, ros2::BACKEND, nokhwa::BACKEND];
 
 impl Backend {
-    /// The backend that the settings ask for; `None` for `auto`.
+    /// Requested backend; `None` for `auto`.
     ///
     /// # Errors
     ///
-    /// If there is none of that name: the names to choose from.
+    /// If there is none of this name: the names to choose from.
     pub fn asked(by: &config::Backend) -> anyhow::Result<Option<Self>> {
         let Some(name) = by.name() else { return Ok(None) };
         let found = BACKENDS.into_iter().find(|backend| backend.name == name);
@@ -50,12 +51,12 @@ impl Backend {
     }
 }
 
-/// The backends of this build, the usual one first.
+/// Backends in this build, the default first.
 pub fn backends() -> impl Iterator<Item = Backend> {
     BACKENDS.into_iter().filter(Backend::is_built)
 }
 
-/// Drivers of this build that list cameras, or the driver of the requested backend.
+/// Drivers of this build with a camera list, or the driver of the requested backend.
 fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     if let Some(backend) = Backend::asked(asked)? {
         return Ok(vec![backend.driver()?]);
@@ -68,12 +69,12 @@ fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     Ok(built.iter().enumerate().filter_map(lists).collect())
 }
 
-/// True if `name` can only mean a live camera, which this build may not be able to open.
+/// True if `name` can only mean a live camera, perhaps of a backend missing from this build.
 pub fn is_name(name: &str) -> bool {
     BACKENDS.iter().any(|backend| backend.knows(name))
 }
 
-/// The connected cameras; none if the backend that is asked for isn't there.
+/// Lists the connected cameras; empty if the requested backend is missing.
 pub fn near(asked: &config::Backend) -> Near {
     let mut all = Near::default();
     for driver in drivers(asked).unwrap_or_default() {
@@ -84,14 +85,14 @@ pub fn near(asked: &config::Backend) -> Near {
     all
 }
 
-/// The modes of the camera called `name` that can be read, as the settings name them; none if they or the camera aren't
-/// known.
+/// Lists the readable modes of the camera `name`, as the settings name them; empty if the modes or
+/// the camera are unknown.
 pub fn modes(name: &str) -> Vec<String> {
     let driver = backends().find(|backend| backend.knows(name)).and_then(|it| it.driver.ok());
     driver.map_or(Vec::new(), |driver| (driver.modes)(name))
 }
 
-/// The connected cameras of every backend, with all known facts.
+/// Describes the connected cameras of every backend.
 pub fn devices() -> Devices {
     let mut all = Devices::default();
     for driver in drivers(&config::Backend::default()).unwrap_or_default() {
@@ -103,11 +104,12 @@ pub fn devices() -> Devices {
 }
 
 impl ChosenCamera {
-    /// The camera called `name`, through the backend and in the mode of `config`.
+    /// Finds the camera `name`, with the backend and mode of `config`.
     ///
     /// # Errors
     ///
-    /// [`boresight_capture::CaptureError::Camera`] if there is no such camera; [`super::MissingFeature`] if this build leaves its backend out.
+    /// [`boresight_capture::CaptureError::Camera`] if there is no such camera;
+    /// [`super::MissingFeature`] if its backend isn't in this build.
     pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         let backend = match Backend::asked(&config.camera.backend)? {
             Some(asked) => Some(asked),
@@ -121,12 +123,12 @@ impl ChosenCamera {
         if is_command(name) {
             return pipe::chosen(name, config.camera.raw_form()?);
         }
-        // The mode was checked when it was read.
+        // The settings validate the mode.
         (driver.find)(name, &config.camera.wanted().unwrap_or_default())
     }
 
-    /// The only camera that isn't virtual or infrared; `None` if there is none. Announces its name, or why a connected
-    /// one can't be used.
+    /// Finds the only camera neither virtual nor infrared; `None` if there is none. Announces its
+    /// name, or the fault of a connected but unusable one.
     ///
     /// # Errors
     ///
@@ -136,7 +138,7 @@ impl ChosenCamera {
         cameras.retain(|camera| camera.is_ordinary);
         match cameras.as_slice() {
             [] => {
-                // Announce a connected camera that cannot be used instead of skipping it silently.
+                // Announce an unusable connected camera instead of skipping it silently.
                 for other in unusable {
                     let (cause, action) = other.said();
                     announcer.say(&format!("{}: {cause}. {action}", other.fault.code()));

@@ -1,4 +1,4 @@
-//! Cameras through the library nokhwa: cameras of other systems, and a second way to the cameras that V4L2 lists.
+//! Cameras through the library nokhwa: on other systems, and a second way to V4L2 cameras.
 
 use super::backend::Backend;
 
@@ -69,7 +69,7 @@ mod built {
 
     pub(super) const DRIVER: Driver = Driver { near, modes: |_| Vec::new(), find: chosen, devices };
 
-    /// Lists the cameras that can be opened. The unusable ones aren't known here.
+    /// Lists the usable cameras. nokhwa doesn't report unusable ones.
     fn near() -> Near {
         let cameras = list().unwrap_or_default().into_iter().map(|camera| NearCamera {
             source: camera.source,

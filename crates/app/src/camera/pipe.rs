@@ -1,4 +1,4 @@
-//! Pictures that another program writes: any camera whose own program can send them.
+//! Pictures written by another program: any camera with a program to send its pictures.
 
 use super::backend::{Backend, ChosenCamera};
 use boresight_capture::RawForm;
@@ -20,7 +20,7 @@ pub(super) const BACKEND: Backend = Backend {
     driver: Err(|| anyhow::anyhow!("the pipe backend is available on Linux and macOS only")),
 };
 
-/// The camera behind the command `name`, which isn't started yet; `raw` says what its pictures are if they don't.
+/// Camera behind the command `name`, not started yet; `raw` describes headerless pictures.
 #[cfg_attr(
     not(all(unix, feature = "live")),
     allow(clippy::unnecessary_wraps, reason = "as in a build that reads pipes")
@@ -41,7 +41,7 @@ mod built {
     use crate::camera::{ChosenCamera, Devices, Driver, Near};
     use boresight_capture::{Pipe, RawForm, without_secrets};
 
-    /// No command is known before a person gives it.
+    /// Driver without listing: commands come from the person.
     pub(super) const DRIVER: Driver = Driver {
         near: Near::default,
         modes: |_| Vec::new(),

@@ -1,4 +1,4 @@
-//! Image topics of ROS 2, which needn't be installed.
+//! Image topics of ROS 2, without an installation of ROS 2.
 
 use super::backend::Backend;
 
@@ -36,15 +36,15 @@ pub(crate) mod built {
     pub(in crate::camera) const DRIVER: Driver =
         Driver { near, modes: |_| Vec::new(), find: chosen, devices };
 
-    /// The part of the network that the environment names.
+    /// Domain of ROS 2 from the environment.
     pub(crate) fn domain() -> Result<Domain, CaptureError> {
         Domain::of(|variable| std::env::var(variable).ok())
     }
 
-    /// Time that others have to say what they publish, for a list that is made once.
+    /// Time for others to announce their topics, for a single listing.
     const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 
-    /// Each topic as a source, and what it's called.
+    /// Topics as sources, with their names.
     fn published(patience: Duration) -> Vec<(String, String)> {
         let topics = domain().map_or(Vec::new(), |domain| topics(domain, patience));
         let described = |ImageTopic { name, kind, publishers }: ImageTopic| {

@@ -1,4 +1,4 @@
-//! The cameras of Linux, found through V4L2.
+//! Cameras of Linux, found through V4L2.
 
 use super::backend::Backend;
 use boresight_geometry::device::Control;
@@ -82,7 +82,7 @@ pub(super) mod built {
         (100.0 * hz).round() / 100.0
     }
 
-    /// The camera that `name` means.
+    /// Finds the camera `name`.
     pub(in crate::camera) fn found(name: &str) -> Result<Camera, CaptureError> {
         let failed = |(fault, detail)| CaptureError::Camera { fault, detail };
         find(&discover(&mut Linux::default()), name).map_err(failed)
@@ -105,7 +105,7 @@ pub(super) mod built {
         report(&mut kernel, &found)
     }
 
-    /// Everything known of cameras that a kernel has found.
+    /// Describes all cameras found by a kernel.
     pub(in crate::camera) fn report(kernel: &mut dyn Kernel, found: &Found) -> Devices {
         let Found { cameras, others } = found;
         let cameras = cameras.iter().map(|camera| {

@@ -1,4 +1,4 @@
-//! Helps to push a camera back, live: pictures in, the one thing to do out.
+//! Live help to push a camera back: pictures in, the next action out.
 
 use std::{
     sync::{
@@ -17,28 +17,28 @@ use boresight_watch::{Adjust, Advice, NoAnswer, Turn, View, px_per_turn};
 use image::GrayImage;
 use nalgebra::Point2;
 
-/// Most pictures a second: nobody pushes faster, and a small computer has other things to do.
+/// Minimum time between pictures: no hand is faster, and small computers are slow.
 const BETWEEN: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// One picture while a camera is pushed back.
+/// Step for a picture while a camera is pushed back.
 #[derive(Debug)]
 pub struct Step<'a> {
-    /// The one thing to do now.
+    /// Next action.
     pub advice: Advice,
-    /// How near it is: [`Adjust::closeness`].
+    /// Closeness: [`Adjust::closeness`].
     pub closeness: Option<f64>,
     /// The picture.
     pub frame: &'a Arc<Frame>,
-    /// Edges of the scene where they should be at this hour, px.
+    /// Expected edges of the scene at this hour, px.
     pub outline: Vec<Point2<f64>>,
 }
 
-/// The way back with what is drawn meanwhile.
+/// Way back, with the drawing state.
 struct Way<'a> {
     camera: &'a WatchedCamera,
     adjust: Adjust,
-    /// The reference that is drawn: that of the first picture's light.
+    /// Drawn reference: that of the first picture's light.
     drawn: Option<usize>,
 }
 
@@ -70,8 +70,8 @@ impl Way<'_> {
     }
 }
 
-/// Follows a source until the camera stands right, `stop` is set, or the source ends; `hear` gets every step. True if the
-/// camera stands right.
+/// Follows a source until the camera points right, `stop` is set, or the source ends; `hear` gets
+/// every step. True if the camera points right.
 ///
 /// # Errors
 ///
@@ -90,7 +90,7 @@ pub fn adjust(
         step.advice == Advice::Right
     };
     if let Some(pictures) = feed.stills() {
-        // Pictures that stand alone: their own times count.
+        // Single pictures: their own times count.
         for (at, path) in pictures {
             let frame = still(boresight_capture::read_picture(&path)?);
             if stop.load(Ordering::Relaxed) || take(&frame, at, at) {
@@ -101,7 +101,7 @@ pub fn adjust(
     }
     let began = Instant::now();
     if let Feed::Street(street) = feed {
-        // It stands still at the end of its last day.
+        // The street ends with its last day.
         let end_secs = street.began_secs + street.days * 86_400.0;
         let frame = still(street.picture(end_secs));
         while !stop.load(Ordering::Relaxed) {
@@ -132,7 +132,7 @@ pub fn adjust(
     Ok(false)
 }
 
-/// Says what to do through the computer's voice.
+/// Speaks the advice through the computer's voice.
 pub fn say_aloud(voice: &Voice, advice: &Advice) {
     let facing = words::facing(advice);
     if let Some((text, mirrored)) = words::aloud(advice).zip(words::aloud(&facing)) {
@@ -140,7 +140,7 @@ pub fn say_aloud(voice: &Voice, advice: &Advice) {
     }
 }
 
-/// A picture that stands alone as a frame.
+/// A single picture as a frame.
 fn still(image: GrayImage) -> Arc<Frame> {
     Arc::new(Frame {
         id: FrameId(0),

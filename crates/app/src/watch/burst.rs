@@ -1,4 +1,4 @@
-//! Several pictures of one moment: the median of their estimates, and how much the camera shakes.
+//! Several pictures of a moment: median of their estimates, and shake of the camera.
 
 use image::GrayImage;
 use nalgebra::{Matrix4, Vector4};
@@ -7,10 +7,10 @@ use boresight_watch::{
     Looked, NoAnswer, Picture, SIGMA_OF_MEDIAN, Shelf, Station, Turn, View, Watch, px_per_turn,
 };
 
-/// Shake beyond which a burst tells nothing, px.
+/// Shake limit of a usable burst, px.
 const TOO_MUCH_PX: f64 = 2.0;
 
-/// Looks at a burst. Its middle picture is the one that is learned from.
+/// Looks at a burst. Its middle picture is used for learning.
 pub(super) fn of_burst(
     station: &mut Station,
     mut burst: Vec<GrayImage>,
@@ -51,7 +51,7 @@ pub(super) fn of_burst(
         let off = per_part(&turns, |turn, i| (turn[i] - median[i]).abs() * px[i]);
         shake_px = Some(SIGMA_OF_MEDIAN * off.amax());
         one.turn = Turn::from_vector(&median);
-        // The scatter of the burst is known, and counts as far as the median leaves it.
+        // The scatter of the burst is known, and reduced by the median.
         let sd = off.component_div(&px) * SIGMA_OF_MEDIAN;
         let mean_variance = sd.component_mul(&sd) / turns.len() as f64;
         one.covariance += Matrix4::from_diagonal(&mean_variance);

@@ -1,4 +1,4 @@
-//! One watched camera: its store, its references, and its state.
+//! A single watched camera: its store, its references, and its state.
 
 use std::{
     collections::BTreeSet,
@@ -19,7 +19,7 @@ use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Answer, Decision, Input, Lens, NoAnswer, Picture, Station, Watch};
 
-/// A camera that is watched.
+/// A watched camera.
 #[derive(Debug)]
 pub struct WatchedCamera {
     store: Store,
@@ -29,19 +29,19 @@ pub struct WatchedCamera {
     newest_secs: Option<f64>,
     newest_picture_secs: Option<f64>,
     newest_answer: Option<Answer>,
-    /// The seconds in which the pictures were taken that have been looked at.
+    /// Seconds of the pictures already looked at.
     looked_at: BTreeSet<i64>,
-    /// Those of pictures that couldn't be read: they may still be being written, until a newer one comes.
+    /// Seconds of unreadable pictures: perhaps still being written, until a newer one comes.
     unread: BTreeSet<i64>,
-    /// The newest of those that were taken before the camera was accepted as it stands.
+    /// Newest second before the camera was accepted in its present pose.
     before_accepted: Option<i64>,
 }
 
-/// The lens of a calibration file, or of the session in a folder, and which file it was.
+/// Lens of a calibration file, or of the session in a folder, and the file's name.
 ///
 /// # Errors
 ///
-/// If there is no calibration with one lens.
+/// If there is no calibration with a single lens.
 pub fn reference_lens(path: &Path) -> anyhow::Result<(Lens, Named)> {
     let file: PathBuf = if path.is_dir() { path.join(RESULT_FILE) } else { path.to_path_buf() };
     let old = comparison::read(&file)?;
@@ -57,12 +57,13 @@ pub fn reference_lens(path: &Path) -> anyhow::Result<(Lens, Named)> {
 }
 
 impl WatchedCamera {
-    /// Opens the store in `folder`, or makes one by the calibration `reference`, or by the lens that the source itself knows.
+    /// Opens the store in `folder`, or creates it from the calibration `reference` or the source's
+    /// own lens.
     ///
     /// # Errors
     ///
-    /// If there is no store and no reference, the reference is another calibration than the store's, or files can't be
-    /// read or written.
+    /// If there is no store and no reference, if the reference is another calibration than the
+    /// store's, or if files can't be read or written.
     pub fn open(
         folder: &Path,
         name: &str,
@@ -118,27 +119,27 @@ impl WatchedCamera {
         Ok((camera, stored.was_cut))
     }
 
-    /// Its name.
+    /// Name of the camera.
     pub fn name(&self) -> &str {
         &self.store.file().name
     }
 
-    /// Folder of its store.
+    /// Folder of the store.
     pub fn folder(&self) -> &Path {
         self.store.folder()
     }
 
-    /// Its lens.
+    /// Lens of the camera.
     pub fn lens(&self) -> &Lens {
         &self.station.lens
     }
 
-    /// Its references.
+    /// References of the camera.
     pub fn station(&self) -> &Station {
         &self.station
     }
 
-    /// Its state so far.
+    /// State so far.
     pub fn watch(&self) -> &Watch {
         &self.watch
     }
@@ -148,19 +149,20 @@ impl WatchedCamera {
         self.pictures
     }
 
-    /// As of when its state is told, seconds since 1970: the newest picture's time, or when one was missing.
+    /// Time of the reported state, seconds since 1970: that of the newest picture, or of a missing
+    /// one.
     pub fn newest_secs(&self) -> Option<f64> {
         self.newest_secs
     }
 
-    /// When the newest picture was taken, seconds since 1970. One that was missing, or couldn't be read, isn't a picture: it's
-    /// looked at when it comes.
+    /// Time of the newest picture, seconds since 1970. Missing and unreadable pictures don't count:
+    /// they are read when they come.
     pub fn newest_picture_secs(&self) -> Option<f64> {
         self.newest_picture_secs
     }
 
-    /// Whether the picture that was taken in that second, since 1970, needs no look: it has been looked at, or shows the camera
-    /// before it was accepted as it stands.
+    /// True if the picture taken at second `at`, since 1970, needs no look: already looked at, or
+    /// older than the acceptance of the present pose.
     pub(super) fn knows(&self, at: i64) -> bool {
         self.looked_at.contains(&at) || self.before_accepted.is_some_and(|newest| at <= newest)
     }
@@ -170,11 +172,11 @@ impl WatchedCamera {
         self.newest_answer.as_ref()
     }
 
-    /// Looks at the pictures of one moment, in order; the decision is recorded before it's returned.
+    /// Looks at the pictures of a moment, in order; records the decision before returning it.
     ///
     /// # Errors
     ///
-    /// If it can't be recorded.
+    /// If the decision can't be recorded.
     pub fn look(&mut self, burst: Vec<GrayImage>, taken: Taken) -> anyhow::Result<Decision> {
         self.take_accepted()?;
         let (station, shelf) = (&mut self.station, self.store.shelf());
@@ -192,11 +194,11 @@ impl WatchedCamera {
         Ok(self.handle_all(&looked.inputs))
     }
 
-    /// Notes that no picture came, or that it couldn't be used.
+    /// Notes a missing or unusable picture.
     ///
     /// # Errors
     ///
-    /// If it can't be recorded.
+    /// If the note can't be recorded.
     pub fn no_picture(&mut self, reason: NoAnswer, taken: Taken) -> anyhow::Result<Decision> {
         self.take_accepted()?;
         let (at, late) = (taken.at_secs.round(), taken.is_late);
@@ -240,7 +242,7 @@ impl WatchedCamera {
         self.looked_at.append(&mut std::mem::replace(&mut self.unread, newer));
     }
 
-    /// Learns anew if a person has said that the camera stays as it is.
+    /// Learns again if a person has accepted the present pose.
     fn take_accepted(&mut self) -> anyhow::Result<()> {
         let accepted = self.store.newly_accepted()?;
         if accepted.is_empty() {
@@ -255,12 +257,12 @@ impl WatchedCamera {
     }
 }
 
-/// Name of the folder of a preset.
+/// Folder name of a preset.
 pub(super) fn preset(number: usize) -> String {
     format!("preset-{number}")
 }
 
-/// Whether the pictures of a camera with that lens can have this size.
+/// Checks the picture size of a camera with this lens.
 ///
 /// # Errors
 ///
@@ -281,7 +283,7 @@ fn newest_answer(inputs: &[Input]) -> Option<Answer> {
     })
 }
 
-/// Every decision of the store in `folder`, from its recorded inputs alone: when, and what.
+/// Decisions of the store in `folder` with their times, from its recorded inputs alone.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! A watched camera over time, from its store, as it's drawn.
+//! A watched camera over time, from its store, for drawing.
 
 use std::path::Path;
 
@@ -12,11 +12,12 @@ use super::{
 use boresight_present::report::{WatchedCurve, WatchedEvent, WatchedPoint};
 use boresight_watch::{Input, Lens, Watch, turn_of};
 
-/// When, seconds since 1970; pan, tilt, roll and focal ratio; what is usual then, and the smallest change that would be
-/// seen, once that's known.
+/// Time, seconds since 1970; pan, tilt, roll and focal ratio; usual values and smallest visible
+/// change at that time, once known.
 type Estimate = (f64, [f64; 4], Option<[[f64; 4]; 2]>);
 
-/// The camera in `folder`, and what else `happened`, such as its calibrations: when, seconds since 1970, and what.
+/// Curve of the camera in `folder`, with other events in `happened`, such as its calibrations:
+/// time, seconds since 1970, and text.
 ///
 /// # Errors
 ///

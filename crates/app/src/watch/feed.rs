@@ -1,4 +1,4 @@
-//! Pictures of a watched camera: from files, folders that fill, recordings, cameras and streams.
+//! Pictures of a watched camera: from files, growing folders, recordings, cameras and streams.
 
 use std::{
     path::PathBuf,
@@ -16,70 +16,70 @@ use boresight_run::config::Config;
 use boresight_sim::street::Street;
 use boresight_watch::Lens;
 
-/// Pictures of a live source that are taken together, and over how long.
+/// Pictures in a burst from a live source, and its duration.
 const BURST: usize = 8;
 const BURST_TIME: Duration = Duration::from_secs(2);
-/// How long a live source may take for its first picture, and how long its exposure then settles.
+/// Longest wait for the first picture of a live source, and the settling time of its exposure.
 const FIRST_PICTURE: Duration = Duration::from_secs(20);
 const SETTLES: Duration = Duration::from_secs(2);
 
-/// Name of the simulated fixed camera; what is planted follows after a colon.
+/// Name of the simulated fixed camera; planted changes follow after a colon.
 const STREET: &str = "sim:street";
 
-/// Where a camera's pictures come from.
+/// Origin of a camera's pictures.
 #[derive(Clone, Debug)]
 pub enum Feed {
     /// Files, in the order of their times.
     Files(Vec<PathBuf>),
-    /// A folder that a camera puts its pictures into.
+    /// A folder filled by a camera.
     Folder(PathBuf),
     /// A source with its own pictures: a video file, a recorded session, a simulation.
     Recorded(SourceName),
     /// A camera or stream.
     Live(SourceName),
-    /// The simulated fixed camera, which is as fast as the machine.
+    /// The simulated fixed camera, as fast as the machine.
     Street(Box<Street>),
-    /// A source that isn't there now, such as a folder of a disk that's to be mounted: its name, and how it's understood.
+    /// An absent source, such as a folder on an unmounted disk: its name, and its settings.
     Away(String, Box<Config>),
 }
 
 /// A picture in a file.
 #[derive(Clone, Debug)]
 pub(super) struct PictureFile {
-    /// When it was taken, in seconds since 1970.
+    /// Time of the picture, seconds since 1970.
     pub(super) at_secs: f64,
     pub(super) path: PathBuf,
-    /// The one that was taken before it.
+    /// Previous picture.
     before: Option<PathBuf>,
 }
 
-/// When a picture was taken, or none came.
+/// Time of a picture, or of its absence.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Seconds since 1970.
     pub at_secs: f64,
-    /// True if a picture taken later has been looked at.
+    /// True if a later picture has already been looked at.
     pub is_late: bool,
 }
 
 impl Taken {
-    /// At that time, with no later picture before.
+    /// On-time picture at `at_secs`.
     pub fn at(at_secs: f64) -> Self {
         Self { at_secs, is_late: false }
     }
 }
 
-/// One moment's pictures.
+/// Pictures of a moment.
 #[derive(Debug)]
 pub struct Moment {
-    /// When they were taken.
+    /// Time of the pictures.
     pub taken: Taken,
-    /// One picture, or a burst.
+    /// A single picture, or a burst.
     pub burst: Vec<GrayImage>,
 }
 
 impl Feed {
-    /// Understands the names of a source: files, or one folder, video, session, camera or stream.
+    /// Parses the names of a source: files, or a single folder, video, session, camera or stream.
     ///
     /// # Errors
     ///
@@ -107,7 +107,7 @@ impl Feed {
         }
     }
 
-    /// A source that may be away for now: it's then looked for at every look.
+    /// Parses as [`Self::parse`], but allows an absent source: every look searches for it.
     ///
     /// # Errors
     ///
@@ -125,23 +125,23 @@ impl Feed {
         }
     }
 
-    /// True if its pictures are files or recorded, and so may all be read at once.
+    /// True for files and recordings, readable all at once.
     pub fn is_recorded(&self) -> bool {
         !matches!(self, Self::Live(_))
     }
 
-    /// Every picture with its time, if the source is files.
+    /// Pictures with their times, if the source is files.
     pub(super) fn stills(&self) -> Option<Vec<(f64, PathBuf)>> {
         let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
         let all = || self.new_files(|_| false).into_iter().map(|file| (file.at_secs, file.path));
         is_files.then(|| all().collect())
     }
 
-    /// The open source of a camera, stream or recording; a simulated street stands still and needs none.
+    /// Opens a camera, stream or recording; a simulated street needs no source.
     ///
     /// # Errors
     ///
-    /// If it can't be opened.
+    /// If the source can't be opened.
     pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         match self {
             Self::Live(name) | Self::Recorded(name) => Ok(name.open(u64::MAX)?.source),
@@ -151,7 +151,7 @@ impl Feed {
         }
     }
 
-    /// The lens, if the source knows it: a simulation does.
+    /// Lens known to the source: that of a simulation.
     pub fn own_lens(&self) -> Option<Lens> {
         match self {
             Self::Street(street) => Some(Lens::new(street.camera, None, street.image_size)),
@@ -159,8 +159,8 @@ impl Feed {
         }
     }
 
-    /// The files that aren't `known` by the second in which they were taken, oldest first. One that has gone since it was listed is
-    /// as of now, and can't be read.
+    /// Files with seconds not `known`, oldest first. A file deleted since the listing gets the
+    /// present time, and can't be read.
     pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> Vec<PictureFile> {
         let paths = match self {
             Self::Files(paths) => paths.clone(),
@@ -182,12 +182,12 @@ impl Feed {
         .collect()
     }
 
-    /// The pictures of a recorded source, one every `every_secs` of its own time, each handed to `take` with the time since
-    /// `began_secs`. Ends when `take` says so.
+    /// Hands the pictures of a recorded source to `take`, every `every_secs` of its own time, with
+    /// times since `began_secs`. Ends when `take` says so.
     ///
     /// # Errors
     ///
-    /// If it can't be read, or what `take` fails with.
+    /// If the source can't be read, or the error of `take`.
     pub fn play(
         &self,
         began_secs: f64,
@@ -217,7 +217,7 @@ impl Feed {
         }
     }
 
-    /// Takes a burst of a live source, which is opened for it and closed again.
+    /// Opens a live source, takes a burst, and closes it again.
     ///
     /// # Errors
     ///
@@ -260,7 +260,7 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
 ///
 /// # Errors
 ///
-/// If it's no picture, or the one before again: no camera sees exactly the same twice.
+/// If unreadable, or a copy of the previous picture: no camera repeats a picture exactly.
 pub(super) fn read_moment(taken: Taken, file: &PictureFile) -> anyhow::Result<Moment> {
     let PictureFile { path, before, .. } = file;
     if let Some(before) = before.as_ref().filter(|before| is_same_file(path, before)) {

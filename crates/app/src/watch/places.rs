@@ -1,5 +1,5 @@
-//! What a camera looks at: one place, or several if it turns between presets. Each place is watched separately, in a store of
-//! its own.
+//! Places seen by a camera: a single one, or several presets. Each place is watched separately, in
+//! a store of its own.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub struct Places {
     presets: Option<Presets>,
 }
 
-/// Presets that may still be found.
+/// Presets still to be found.
 #[derive(Debug)]
 struct Presets {
     most: usize,
@@ -33,26 +33,26 @@ struct Presets {
     reference: Option<PathBuf>,
     lens: Lens,
     patches_only: bool,
-    /// Pictures of no known place, on a shelf: the second one of a place makes it a preset.
+    /// Pictures of unknown places, on a shelf: the second picture of a place makes it a preset.
     waiting: Vec<(u64, Reference)>,
     shelf: PictureShelf,
 }
 
-/// Who hears of decisions, on any of the threads.
+/// Listener for decisions, on any of the threads.
 pub(super) type Hear<'a> = &'a (dyn Fn(&WatchedCamera, &Decision) + Sync);
 
 impl Places {
-    /// A camera that looks at one place.
+    /// A camera with a single place.
     pub fn one(camera: WatchedCamera) -> Self {
         Self { cameras: vec![camera], presets: None }
     }
 
-    /// A camera that turns between up to `most` presets: those found so far are in folders below `folder`.
+    /// A camera with up to `most` presets; those found so far are in folders below `folder`.
     ///
     /// # Errors
     ///
-    /// As [`WatchedCamera::open`], whose cut lines are said by `was_cut`; and if a preset may still be found and the camera's
-    /// lens isn't known.
+    /// As [`WatchedCamera::open`], with cut lines reported to `was_cut`; and if presets may still
+    /// be found but the camera's lens is unknown.
     pub fn presets(
         (folder, name): (&Path, &str),
         reference: Option<&Path>,
@@ -100,15 +100,16 @@ impl Places {
         &self.cameras
     }
 
-    /// When the newest picture was taken, seconds since 1970, as [`WatchedCamera::newest_picture_secs`].
+    /// Time of the newest picture, seconds since 1970, as [`WatchedCamera::newest_picture_secs`].
     pub fn newest_picture_secs(&self) -> Option<f64> {
         let waiting = self.presets.iter().flat_map(|p| &p.waiting).map(|(_, w)| w.taken_secs);
         let seen = self.cameras.iter().filter_map(WatchedCamera::newest_picture_secs);
         seen.chain(waiting).reduce(f64::max)
     }
 
-    /// Whether the picture that was taken in that second, since 1970, needs no look. While a preset may still be found, only
-    /// pictures newer than all before are looked at: those of no known place leave no line.
+    /// True if the picture taken at second `at`, since 1970, needs no look. While presets may still
+    /// be found, only pictures newer than all before are looked at: those of unknown places leave
+    /// no line.
     pub(super) fn knows(&self, at: i64) -> bool {
         if self.presets.as_ref().is_some_and(|presets| self.cameras.len() < presets.most) {
             return self.newest_picture_secs().is_some_and(|newest| at as f64 <= newest);
@@ -116,11 +117,11 @@ impl Places {
         self.cameras.iter().any(|camera| camera.knows(at))
     }
 
-    /// Looks at the pictures of one moment; what's decided is recorded before `hear` gets it.
+    /// Looks at the pictures of a moment; records decisions before handing them to `hear`.
     ///
     /// # Errors
     ///
-    /// If it can't be recorded.
+    /// If a decision can't be recorded.
     pub(super) fn look(
         &mut self,
         burst: Vec<GrayImage>,
@@ -138,7 +139,7 @@ impl Places {
             let all = self.cameras.iter().enumerate();
             all.filter_map(|(index, camera)| Some((agreeing(camera)?, index))).max()
         };
-        // One that has moved is looked for only when every preset is known: two may overlap.
+        // Moved places are searched only when every preset is known: two may overlap.
         let all_known = self.cameras.len() >= presets.most;
         let moved = |camera: &WatchedCamera| Some(camera.station().measure(&view).ok()?.inliers);
         let known = best(&|camera| camera.station().agreeing(&view))
@@ -177,11 +178,11 @@ impl Places {
         Ok(())
     }
 
-    /// Notes at every place that no picture came, or none that could be used.
+    /// Notes a missing or unusable picture at every place.
     ///
     /// # Errors
     ///
-    /// If it can't be recorded.
+    /// If the note can't be recorded.
     pub(super) fn no_picture(
         &mut self,
         reason: NoAnswer,
@@ -195,7 +196,7 @@ impl Places {
         Ok(())
     }
 
-    /// Notes once a day at each preset to which the camera hasn't come since.
+    /// Notes a day without visit at each preset.
     fn note_silence(&mut self, at_secs: f64, hear: Hear<'_>) -> anyhow::Result<()> {
         for camera in &mut self.cameras {
             if camera.newest_secs().is_some_and(|newest| at_secs - newest > DAY_SECS) {
@@ -206,7 +207,7 @@ impl Places {
         Ok(())
     }
 
-    /// Whether the camera's pictures can have this size.
+    /// Checks the size of the camera's pictures.
     ///
     /// # Errors
     ///
@@ -218,7 +219,8 @@ impl Places {
 }
 
 impl Presets {
-    /// The first picture of the place that `view` shows, with its time. If it's a new place, `view` waits for its second.
+    /// First picture of the place in `view`, with its time. At a new place, `view` waits for its
+    /// second picture.
     fn second_of_a_place(&mut self, view: &View, at_secs: f64) -> Option<(f64, GrayImage)> {
         let is_it = |(_, w): &(u64, Reference)| agreeing(w, view, &self.lens).is_some();
         if let Some(index) = self.waiting.iter().position(is_it) {
@@ -230,7 +232,7 @@ impl Presets {
         let at_secs = at_secs.round();
         self.shelf.put(number, at_secs, &view.grey);
         self.waiting.push((number, Reference::of(view, at_secs, &self.lens, &Mask::default())));
-        // Those of a camera on its way never come again.
+        // Pictures of a camera under way never come again.
         let surplus = self.waiting.len().saturating_sub(2 * self.most);
         for (number, _) in self.waiting.drain(..surplus) {
             self.shelf.drop(number);
@@ -238,7 +240,7 @@ impl Presets {
         None
     }
 
-    /// The store of the preset of that number.
+    /// Opens the store of a preset by number.
     fn open(&self, number: usize) -> anyhow::Result<WatchedCamera> {
         let lens = self.reference.is_none().then(|| self.lens.clone());
         let (camera, _) = WatchedCamera::open(

@@ -1,4 +1,5 @@
-//! References as files: `NAME.json` with what was learned, `NAME.png` with the patches, and for some `NAME.picture.png`.
+//! References as files: `NAME.json` with the learned data, `NAME.png` with the patches, and for
+//! some `NAME.picture.png`.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +16,7 @@ use boresight_watch::{
 
 const FINE: u32 = 2 * FINE_HALF as u32 + 1;
 const COARSE: u32 = 2 * COARSE_HALF as u32 + 1;
-/// References that keep their picture, for the page that helps to push the camera back.
+/// Number of references with their picture, for the page to push the camera back.
 const WITH_PICTURE: usize = 12;
 const PICTURE: &str = ".picture.png";
 
@@ -49,7 +50,7 @@ impl<'a> ReferenceFiles<'a> {
         Self { folder, learned, patches_only }
     }
 
-    /// Writes those that aren't there; the names of all.
+    /// Writes missing references; returns the names of all.
     pub(super) fn save(
         &mut self,
         gallery: &Gallery,
@@ -58,7 +59,8 @@ impl<'a> ReferenceFiles<'a> {
         let mut names = Vec::new();
         let mut pictures = 0;
         for reference in &gallery.references {
-            // The number of patches tells versions of one reference apart: an adopted one is judged later.
+            // The number of patches tells versions of a reference apart: an adopted one is judged
+            // later.
             let patches = reference.landmarks.len();
             let name = format!("{:04}-{}-{patches}", self.learned, reference.taken_secs);
             let path = self.folder.join(format!("{name}.json"));
@@ -119,7 +121,7 @@ fn put(picture: &mut GrayImage, [left, top]: [u32; 2], side: u32, levels: &[u8])
     }
 }
 
-/// Reads the reference of that name.
+/// Reads the named reference.
 pub(super) fn load(folder: &Path, name: &str, lens: &Lens) -> anyhow::Result<Reference> {
     if name.contains(['/', '\\']) || name.starts_with('.') {
         bail!("{name:?} is no name of a reference");
@@ -153,7 +155,7 @@ pub(super) fn load(folder: &Path, name: &str, lens: &Lens) -> anyhow::Result<Ref
     })
 }
 
-/// Removes the files of references that are no longer in use.
+/// Removes the files of unused references.
 pub(super) fn forget_others(folder: &Path, names: &[String]) -> anyhow::Result<()> {
     let is_used = |path: &PathBuf| {
         let file = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Many cameras in one process, each at its interval, on a few threads.
+//! Many cameras in a process, each at its interval, on a few threads.
 
 use std::{
     sync::{
@@ -18,24 +18,25 @@ use crate::{Announcer, explain};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::NoAnswer;
 
-/// Between two looks whether a camera is due, or the person wants to stop.
+/// Time between two checks for a due camera or a request to stop.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// A camera with its pictures and its interval.
 #[derive(Debug)]
 pub struct Round {
-    /// Its name.
+    /// Name of the camera.
     pub name: String,
-    /// What it looks at.
+    /// Places seen by the camera.
     pub places: Places,
-    /// Its pictures.
+    /// Pictures of the camera.
     pub feed: Feed,
     /// Time between two looks.
     pub every: Duration,
 }
 
 impl Round {
-    /// Looks once: at every file that is new, however late it comes, or at a burst. A picture that can't be had is noted, and said.
+    /// Looks once: at every new file, however late, or at a burst. Missing pictures are noted and
+    /// announced.
     ///
     /// # Errors
     ///
@@ -97,7 +98,7 @@ impl Round {
         Ok(())
     }
 
-    /// Whether a folder has never been filled, or not for two intervals.
+    /// True for a folder never filled, or not for two intervals.
     fn is_overdue(&self) -> bool {
         let is_filled = matches!(self.feed, Feed::Folder(_)) && !self.every.is_zero();
         let newest = self.places.newest_picture_secs();
@@ -127,7 +128,7 @@ impl Round {
     }
 }
 
-/// Says why a camera isn't watched, and what to do.
+/// Announces an unwatched camera with the reason and the next action.
 pub fn say_left_out(name: &str, err: &anyhow::Error, announcer: &Announcer) {
     announcer.say(&format!("{name} isn't watched: {err:#}"));
     if let Some(action) = explain(err) {
@@ -135,13 +136,13 @@ pub fn say_left_out(name: &str, err: &anyhow::Error, announcer: &Announcer) {
     }
 }
 
-/// Threads that leave half of the machine to others.
+/// Half of the machine's threads.
 fn polite_threads() -> usize {
     thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1))
 }
 
-/// Looks at every camera once, or again and again at its interval until `stop` is set. A camera that can't be recorded any
-/// more is said and left out; the others go on. The cameras that are left.
+/// Looks at every camera once, or at its interval until `stop` is set. A camera with a failing
+/// store is announced and left out; the others continue. Returns the remaining cameras.
 ///
 /// # Errors
 ///
@@ -194,7 +195,7 @@ pub fn run(
                     done.lock().unwrap_or_else(PoisonError::into_inner).push(round);
                 }
                 Ok(()) => {
-                    // A look that took longer than the interval isn't made up for.
+                    // Looks longer than the interval aren't made up for.
                     let next = (due + round.every).max(Instant::now());
                     lock().push((next, round));
                 }

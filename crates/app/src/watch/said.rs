@@ -1,4 +1,4 @@
-//! The state of a watched camera for people and programs.
+//! State of a watched camera for people and programs.
 
 use serde::Serialize;
 
@@ -88,7 +88,7 @@ impl Amounts {
     }
 }
 
-/// Runs `say` with what turns the numbers of a camera with that lens into words.
+/// Runs `say` with the conversion of the lens's numbers into words.
 pub fn with_scale<T>(lens: &Lens, say: impl FnOnce(&Scale<'_>) -> T) -> T {
     let f_px = lens.camera.f_px.into();
     say(&Scale {
@@ -100,7 +100,7 @@ pub fn with_scale<T>(lens: &Lens, say: impl FnOnce(&Scale<'_>) -> T) -> T {
 }
 
 impl StateLine {
-    /// What is said of `camera` now.
+    /// Present state of `camera`.
     pub fn of(camera: &WatchedCamera) -> Self {
         let newest = camera.newest_secs();
         Self::of_decision(
@@ -112,7 +112,7 @@ impl StateLine {
         )
     }
 
-    /// What is said of a camera after `decision`.
+    /// State of a camera after `decision`.
     pub fn of_decision(
         name: &str,
         lens: &Lens,
@@ -147,7 +147,7 @@ impl StateLine {
         })
     }
 
-    /// The lines that a person reads.
+    /// Lines for a person.
     pub fn lines(&self, smallest: &str) -> Vec<String> {
         let mut lines = vec![
             format!("{}: {}. {} {}", self.camera, self.state, self.sentence, self.action)
@@ -160,7 +160,7 @@ impl StateLine {
     }
 }
 
-/// What is said of a camera, a line each.
+/// State of a camera, as lines.
 pub fn lines(camera: &WatchedCamera) -> Vec<String> {
     let smallest = with_scale(camera.lens(), |scale| {
         words::smallest_visible(camera.watch().decision(), scale)
@@ -168,7 +168,7 @@ pub fn lines(camera: &WatchedCamera) -> Vec<String> {
     StateLine::of(camera).lines(&smallest)
 }
 
-/// The exit code that a state deserves.
+/// Exit code of a state.
 pub fn exit(state: State) -> Exit {
     match state {
         State::Ok => Exit::Good,
@@ -178,12 +178,12 @@ pub fn exit(state: State) -> Exit {
     }
 }
 
-/// The worst of several: what needs a new calibration, then what has moved, then what can't be told.
+/// Worst of several states: a needed calibration, then a movement, then an unclear state.
 pub fn worst(states: impl IntoIterator<Item = State>) -> Exit {
     states.into_iter().map(exit).max().unwrap_or(Exit::Good)
 }
 
-/// What Prometheus is told of a camera.
+/// Metrics of a camera for Prometheus.
 #[derive(Clone, Debug)]
 pub struct CameraMetrics {
     line: StateLine,
@@ -192,7 +192,7 @@ pub struct CameraMetrics {
 }
 
 impl CameraMetrics {
-    /// Of a camera as it is now.
+    /// Present metrics of a camera.
     pub fn of(camera: &WatchedCamera) -> Self {
         let answer = camera.newest_answer();
         Self {
@@ -203,7 +203,7 @@ impl CameraMetrics {
     }
 }
 
-/// The states of cameras for Prometheus.
+/// Adds the states of cameras to a page for Prometheus.
 pub fn metrics(page: &mut Page, cameras: &[&CameraMetrics]) {
     let mut states = Vec::new();
     let mut pictures = Vec::new();
@@ -259,7 +259,7 @@ const PARTS: [(&str, &str, Of); 4] = [
     ("focal_percent", "How much larger everything is, per cent.", |a| a.focal_percent),
 ];
 
-/// A name inside the quotes of a label.
+/// A name escaped for the quotes of a label.
 fn harmless(name: &str) -> String {
     name.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }

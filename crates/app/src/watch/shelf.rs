@@ -1,4 +1,4 @@
-//! The pictures that a camera learns from, while it does.
+//! Learning pictures of a camera.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use boresight_capture::{Upright, decoded, read_picture};
 use boresight_files::{FileError, Overwrite, entries, make_folder, remove, save};
 use boresight_watch::Shelf;
 
-/// Name of their folder.
+/// Folder name of the learning pictures.
 pub(super) const LEARNING: &str = "learning";
 
 /// Learning pictures: in a folder, or only in memory where no picture may be stored.
@@ -39,18 +39,18 @@ impl PictureShelf {
         entries(folder).into_iter().filter_map(of).collect()
     }
 
-    /// The picture of that time.
+    /// Picture by its time.
     pub(super) fn taken_at(&mut self, at_secs: f64) -> Option<GrayImage> {
         let (number, _) = self.kept().into_iter().find(|(_, at)| *at == at_secs)?;
         self.take(number)
     }
 
-    /// Removes what was dropped: references that were learned from it are stored by now.
+    /// Removes dropped pictures: references learned from them are stored by now.
     pub(super) fn clear_dropped(&mut self) {
         for number in std::mem::take(&mut self.dropped) {
             self.in_memory.retain(|(n, _, _)| *n != number);
             if let Some(path) = self.path(number) {
-                // One that stays is dropped again when learning ends.
+                // A leftover is dropped again when learning ends.
                 let _ = remove(&path);
             }
         }
@@ -79,7 +79,7 @@ impl PictureShelf {
 
 impl Shelf for PictureShelf {
     fn put(&mut self, number: u64, at_secs: f64, grey: &GrayImage) {
-        // A picture that couldn't be kept is missing from learning, and nothing else.
+        // A lost picture is missing from learning, and nothing else.
         let _ = self.put_or(number, at_secs, grey);
     }
 

@@ -1,8 +1,9 @@
-//! What is stored of a watched camera: a folder with `watch.json`, `watch.jsonl`, `references/` and, while it learns,
-//! `learning/`.
+//! Store of a watched camera: a folder with `watch.json`, `watch.jsonl`, `references/` and, while
+//! learning, `learning/`.
 //!
-//! Lines are appended and synced before anybody is told. References are written under new names, then `watch.json` names
-//! them, then the old ones go. So a power cut loses at most the newest line.
+//! Lines are appended and synced before being announced. References are written under new names,
+//! then `watch.json` names them, then the old ones are removed: a power cut loses at most the
+//! newest line.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,7 @@ pub(super) const WATCH_FILE: &str = "watch.json";
 const LINES_FILE: &str = "watch.jsonl";
 const ACCEPTED_FILE: &str = "accepted.jsonl";
 const REFERENCES: &str = "references";
-/// Bytes of a line at most: `learned` holds every learning picture.
+/// Maximum bytes of a line: `learned` holds every learning picture.
 const LINE_LIMIT: u64 = 1 << 20;
 
 /// `watch.json`: the camera, its lens, and which references are in use.
@@ -120,23 +121,23 @@ pub struct Store {
     accepted: usize,
 }
 
-/// What a store holds when it's opened.
+/// Contents of an opened store.
 #[derive(Debug)]
 pub struct Stored {
-    /// The camera as it was.
+    /// Last state of the camera.
     pub station: Station,
     /// Every input, oldest first.
     pub inputs: Vec<Input>,
-    /// True if the newest line was cut by a crash and has been dropped.
+    /// True if a crash cut the newest line, now dropped.
     pub was_cut: bool,
 }
 
 impl Store {
-    /// Reads what a store says of its camera; `None` if there is none in that folder.
+    /// Reads the camera file of a store; `None` without a store in the folder.
     ///
     /// # Errors
     ///
-    /// If it can't be read, or is of a later version.
+    /// If the file can't be read, or is of a later version.
     pub fn read(folder: &Path) -> anyhow::Result<Option<WatchFile>> {
         let path = folder.join(WATCH_FILE);
         if !path.is_file() {
@@ -151,11 +152,11 @@ impl Store {
         Ok(Some(file))
     }
 
-    /// Makes a store for a camera in `folder`, which may exist.
+    /// Creates a store for a camera in `folder`, which may exist.
     ///
     /// # Errors
     ///
-    /// If it can't be written, or there is one.
+    /// If the store can't be written, or exists.
     pub fn create(
         folder: &Path,
         name: &str,
@@ -186,11 +187,11 @@ impl Store {
         Ok(())
     }
 
-    /// Opens the store in `folder` to go on with it.
+    /// Opens the store in `folder` for appending.
     ///
     /// # Errors
     ///
-    /// If there is none, or it's damaged: the message names the line.
+    /// If there is none, or if a line is damaged: the message names the line.
     pub fn open(folder: &Path) -> anyhow::Result<(Self, Stored)> {
         let Some(file) = Self::read(folder)? else {
             bail!("there is no {WATCH_FILE} in {folder:?}");
@@ -211,7 +212,8 @@ impl Store {
         let kept = shelf.kept();
         let is_learned_line =
             |input: &&Input| matches!(input, Input::Learned { .. } | Input::Accepted { .. });
-        // References and line are written one after the other: if a crash came between, they are learned once more.
+        // References and line are written in sequence: after a crash between them, they are learned
+        // again.
         let since = inputs.iter().filter(is_learned_line).count() as u64;
         let in_step = since == file.learned;
         let gallery = if in_step || !kept.is_empty() { gallery } else { Gallery::default() };
@@ -228,7 +230,7 @@ impl Store {
         &self.folder
     }
 
-    /// What the store says of its camera.
+    /// Camera file of the store.
     pub fn file(&self) -> &WatchFile {
         &self.file
     }
@@ -238,11 +240,11 @@ impl Store {
         &mut self.shelf
     }
 
-    /// Appends inputs; they last when this returns.
+    /// Appends inputs durably.
     ///
     /// # Errors
     ///
-    /// If they can't be written.
+    /// If the inputs can't be written.
     pub fn record(&mut self, inputs: &[Input]) -> anyhow::Result<()> {
         let mut text = String::new();
         for input in inputs {
@@ -262,7 +264,7 @@ impl Store {
     ///
     /// # Errors
     ///
-    /// If they can't be written; the older ones are then still in use.
+    /// If the references can't be written; the older ones are then still in use.
     pub fn save_references(&mut self, station: &Station) -> anyhow::Result<()> {
         let folder = self.folder.join(REFERENCES);
         let mut files = ReferenceFiles::new(&folder, self.file.learned, self.file.patches_only);
@@ -276,7 +278,7 @@ impl Store {
         Ok(())
     }
 
-    /// What persons have accepted since this was last asked.
+    /// Acceptances by persons since the last call.
     ///
     /// # Errors
     ///
@@ -291,7 +293,7 @@ impl Store {
     }
 }
 
-/// The folders of watched cameras: this one, or those in it.
+/// Folders of watched cameras: `folder` itself, or those in it.
 ///
 /// # Errors
 ///
@@ -310,7 +312,7 @@ pub fn stores_below(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(all)
 }
 
-/// Notes that a camera stays as it is; whoever watches it hears of it with the next picture.
+/// Accepts the present pose of a camera; a running watch learns it with the next picture.
 ///
 /// # Errors
 ///
@@ -340,7 +342,7 @@ fn accepted_lines(folder: &Path) -> anyhow::Result<Vec<AcceptedLine>> {
     lines.with_context(|| format!("could not read {path:?}"))
 }
 
-/// The inputs of a store, how many bytes they have, and whether a last line was cut.
+/// Inputs of a store, their size in bytes, and true if the last line was cut.
 pub(super) fn read_lines(path: &Path) -> anyhow::Result<(Vec<Input>, u64, bool)> {
     let mut reader = LineReader::open(path, LINE_LIMIT, Links::Refused)?;
     let (mut line, mut inputs, mut bytes) = (Vec::new(), Vec::new(), 0);
@@ -357,11 +359,11 @@ pub(super) fn read_lines(path: &Path) -> anyhow::Result<(Vec<Input>, u64, bool)>
     Ok((inputs, bytes, false))
 }
 
-/// The inputs of the store in `folder`, oldest first.
+/// Inputs of the store in `folder`, oldest first.
 ///
 /// # Errors
 ///
-/// If there is none, or a line is damaged.
+/// If there is no store, or a line is damaged.
 pub(super) fn inputs(folder: &Path) -> anyhow::Result<(Lens, Vec<Input>)> {
     let Some(file) = Store::read(folder)? else {
         bail!("there is no watched camera in {folder:?}: name its folder with --store");

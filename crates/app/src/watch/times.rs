@@ -1,15 +1,16 @@
-//! When a picture in a file was taken: by its name, or else by the file's own time. And times in words.
+//! Time of a picture in a file: from its name, or else the file's own time. Also times in words.
 
 use std::path::Path;
 
 use anyhow::Context;
 
-/// Seconds since 1970 of a picture's file: the first date and time in its name (`2023-06-13T03_11_46`, `20230613031146`; as
-/// UTC), or seconds since 1970 in its name, or the time at which the file was changed.
+/// Time of a picture's file, seconds since 1970: the first date and time in its name
+/// (`2023-06-13T03_11_46`, `20230613031146`; as UTC), or seconds since 1970 in its name, or the
+/// file's modification time.
 ///
 /// # Errors
 ///
-/// If the file can't be looked at.
+/// If the file's metadata can't be read.
 pub fn picture_secs(path: &Path) -> anyhow::Result<f64> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     if let Some(secs) = secs_in(&name) {
@@ -21,13 +22,13 @@ pub fn picture_secs(path: &Path) -> anyhow::Result<f64> {
     Ok(stamp.as_millisecond() as f64 * 1e-3)
 }
 
-/// The time that a name holds.
+/// Time in a name.
 fn secs_in(name: &str) -> Option<f64> {
     let is_digit = |c: char| c.is_ascii_digit();
     let runs: Vec<&str> =
         name.split(|c: char| !is_digit(c)).filter(|run| !run.is_empty()).collect();
     for (i, run) in runs.iter().enumerate() {
-        // Year to second in one run, in two of eight and six, or in six.
+        // Year to second in a single run, in two of eight and six digits, or in six.
         let joined = match run.len() {
             14 => Some((*run).to_owned()),
             8 => runs.get(i + 1).filter(|time| time.len() == 6).map(|time| format!("{run}{time}")),
@@ -62,17 +63,17 @@ fn secs_of(digits: &str) -> Option<f64> {
     Some(stamp.as_second() as f64)
 }
 
-/// Seconds since 1970 now.
+/// Present time, seconds since 1970.
 pub fn now_secs() -> f64 {
     jiff::Timestamp::now().as_millisecond() as f64 * 1e-3
 }
 
-/// A time as people say it: "12 March 2026, 14:05", in this computer's zone.
+/// A time in words: "12 March 2026, 14:05", in this computer's zone.
 pub fn in_words(secs: f64) -> String {
     in_this_zone(secs, "%-d %B %Y, %H:%M")
 }
 
-/// Its day: "12 March 2026".
+/// Its day in words: "12 March 2026".
 pub fn day_in_words(secs: f64) -> String {
     in_this_zone(secs, "%-d %B %Y")
 }
