@@ -1,15 +1,15 @@
 //! Live pose guidance for camera calibration with principal lines.
 //!
-//! A person holds a checkerboard in front of a camera. boresight finds the board in every frame, computes
-//! the view's *principal line* (the board's axis of symmetry in the picture, which passes through the
-//! principal point), says which pose to show next, takes the views that add something, and ends with a
-//! calibration whose uncertainty is stated and checked.
+//! A person holds a checkerboard in front of a camera. boresight finds the board in every frame,
+//! computes the view's *principal line* (the board's axis of symmetry in the picture, through the
+//! principal point), shows the next pose, takes the informative views, and ends with a calibration
+//! of stated and checked uncertainty.
 //!
 //! # The program is a fold
 //!
-//! [`session::Session::handle`] applies one input and says what it decided; everything else feeds it or
-//! shows its state. Live, replayed and tested sessions run the same loop over the same inputs and decide
-//! the same: bit for bit with one build on one processor, up to rounding elsewhere.
+//! [`session::Session::handle`] applies an input and returns its decision; everything else feeds it
+//! or shows its state. Live, replayed and tested sessions run the same loop over the same inputs
+//! with the same decisions: bit for bit with one build on one processor, up to rounding elsewhere.
 //!
 //! ```text
 //!  capture ──latest frame──▶ detector ──observations──▶ session ──snapshots──▶ window, terminal
@@ -20,7 +20,8 @@
 //!
 //! # The crates
 //!
-//! This crate is the program, and a facade: it passes on the crates that do the work, under the names of their rooms.
+//! This crate is the program, and a facade: it re-exports the crates of the workspace under the
+//! names of their rooms.
 //!
 //! | module | crate | holds |
 //! |---|---|---|
@@ -41,19 +42,20 @@
 //!
 //! # Invariants
 //!
-//! - Up to `session` nothing reads a clock, a file, chance or another thread. `tests/core/layering` holds that.
-//! - Nothing is taken from a camera that is lost, frozen, or whose focus or zoom has moved; a frame that
-//!   is not whole never becomes a picture.
+//! - Up to `session` nothing reads a clock, a file, chance or another thread. `tests/core/layering`
+//!   enforces this.
+//! - Nothing is taken from a camera while lost, frozen, or with moved focus or zoom; an incomplete
+//!   frame never becomes a picture.
 //! - A view is shown as taken only after its picture and its journal line are on disk.
-//! - Frames are dropped in one place, the slot between capture and detector, and counted; sources that
-//!   can wait are never dropped from.
-//! - Pixel (0, 0) is the centre of the top-left pixel. Inside it is metres, radians and pixels, and names
-//!   say so.
+//! - Frames are dropped in one place, the slot between capture and detector, and counted; waiting
+//!   sources never lose a frame.
+//! - Pixel (0, 0) is the centre of the top-left pixel. Internal units are metres, radians and
+//!   pixels, and names say so.
 //!
 //! # Glossary
 //!
-//! Words of camera calibration keep their usual meaning: homography, principal point, reprojection error,
-//! bundle adjustment, distortion. These are ours, or narrower than usual:
+//! Words of camera calibration keep their usual meaning: homography, principal point, reprojection
+//! error, bundle adjustment, distortion. These are ours, or narrower than usual:
 //!
 //! | word | means |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! JSON Schema of every file that the program writes, from the types that write them.
+//! JSON Schema of every written file, from the Rust types.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
@@ -21,8 +21,8 @@ use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_run::recording::journal_line_schema;
 use boresight_watch::Input;
 
-/// Name of each file in `docs/schemas`, with its schema (draft 2020-12). They describe what this version writes;
-/// readers skip fields that they don't know.
+/// Name of each file in `docs/schemas`, with its schema (draft 2020-12). The schemas describe the
+/// output of this version; readers skip unknown fields.
 pub fn schemas() -> Vec<(&'static str, Schema)> {
     let mut schemas = vec![
         ("calibration.v1.json", of::<CalibrationFile>()),
@@ -55,7 +55,8 @@ fn of<T: JsonSchema>() -> Schema {
     generator().into_root_schema_for::<T>()
 }
 
-/// Generator of schemas for written files, not for accepted ones: a field that is always written is required.
+/// Generator of schemas for written files, not for accepted ones: always written fields are
+/// required.
 fn generator() -> SchemaGenerator {
     SchemaSettings::draft2020_12().for_serialize().into_generator()
 }

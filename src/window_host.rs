@@ -39,13 +39,13 @@ use boresight_present::text;
 use boresight_run::pipeline::Onlooker;
 use boresight_run::pipeline::{Background, Onlookers, Paced, Pipeline};
 
-/// Called with each session's folder and result.
+/// Callback for each session's folder and result.
 pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
 
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
 pub struct WindowHost {
     opening: Opening,
-    /// True if sources that can wait keep to the time of their recording.
+    /// True if waiting sources run at their recorded rate.
     paced: bool,
     stop: Arc<AtomicBool>,
     announcer: Announcer,
@@ -56,19 +56,19 @@ pub struct WindowHost {
     at_once: bool,
     /// File of the window's memory.
     memory: Option<PathBuf>,
-    /// What was remembered last.
+    /// Last stored memory.
     kept: Option<Memory>,
     lookout: Option<Lookout>,
     /// ID of the boards printed from here: two prints are one board.
     board_id: BoardId,
-    /// The code that was seen last beside a board.
+    /// Last seen code beside a board.
     code: Option<SeenCode>,
-    /// The folder that the person named for the first session.
+    /// Folder named by the person for the first session.
     named: Option<PathBuf>,
     voice: Voice,
     /// Onlookers at every session beside the window.
     watching: Onlookers,
-    /// Speaks from the beginning if set; true swaps left and right for a person who faces the camera.
+    /// Initial voice: true swaps left and right for a person facing the camera.
     speaks: Option<bool>,
     #[cfg(feature = "serve")]
     phone: Option<Arc<boresight_phone::session_page::Phone>>,
@@ -118,7 +118,7 @@ impl AppHost for WindowHost {
     }
 
     fn remember(&mut self, memory: &Memory) -> Result<(), UserError> {
-        // A password isn't kept.
+        // Passwords aren't kept.
         let plain =
             |name: &String| if is_address(name) { without_secrets(name) } else { name.clone() };
         let memory = Memory {
@@ -177,7 +177,7 @@ impl AppHost for WindowHost {
         let here = std::path::absolute(".").unwrap_or_else(|_| ".".into());
         let printed = printed_board::print(&here, (board, markers), paper, self.board_id);
         let printed = printed.map_err(|err| user_error(&err))?;
-        // Where nothing can show it, the person still reads the name of the file.
+        // Without a viewer, the person still reads the name of the file.
         self.show(&printed.file).ok();
         Ok(printed)
     }
@@ -317,8 +317,9 @@ impl AppHost for WindowHost {
 }
 
 impl WindowHost {
-    /// Host of a window whose first session is `opening`. `stop` ends the whole program. With `paced`, a simulated or
-    /// recorded source keeps to its own time, as a person needs; without, it runs as fast as the machine can.
+    /// Host of a window with `opening` as its first session. `stop` ends the whole program. With
+    /// `paced`, a simulated or recorded source runs in real time, as a person needs; without, as
+    /// fast as the machine can.
     pub fn new(
         opening: Opening,
         paced: bool,
@@ -365,7 +366,7 @@ impl WindowHost {
         all.collect()
     }
 
-    /// Has these look on at every session, too.
+    /// Adds onlookers at every session.
     #[must_use]
     pub fn watched_by(self, watching: Onlookers) -> Self {
         Self { watching, ..self }
@@ -377,25 +378,26 @@ impl WindowHost {
         Self { memory: path, ..self }
     }
 
-    /// Speaks from the beginning, if `mirrored` is given: true swaps left and right for a person who faces the camera.
+    /// Speaks from the beginning, if `mirrored` is given: true swaps left and right for a person
+    /// facing the camera.
     #[must_use]
     pub fn speaking(self, mirrored: Option<bool>) -> Self {
         Self { speaks: mirrored, ..self }
     }
 
-    /// Asks what the first session is about instead of starting it.
+    /// Asks about the first session instead of starting it.
     #[must_use]
     pub fn asking(self) -> Self {
         Self { at_once: false, ..self }
     }
 
-    /// The exit status of the session that ended last.
+    /// Exit status of the last session.
     pub fn exit(&self) -> Arc<Mutex<Exit>> {
         Arc::clone(&self.exit)
     }
 
-    /// Folder for `wish`: the one that was named, if there's no session in it; one beside it for the next board; then one in
-    /// `sessions`.
+    /// Folder for `wish`: the named folder, if without a session; a sibling for the next board;
+    /// then a folder in `sessions`.
     fn folder_for(&self, wish: &SessionRequest) -> Option<PathBuf> {
         if wish.go_on_with.is_some() {
             return None;
@@ -416,7 +418,7 @@ impl WindowHost {
         })
     }
 
-    /// Gives the board that `code` names its measured square, if the settings have one.
+    /// Sets the measured square of the board in `code`, if the settings have it.
     fn measured(&self, code: &mut SeenCode) {
         let id = code.id.parse::<BoardId>().ok();
         let named = |key: &str| id.is_some() && key.parse::<BoardId>().ok() == id;
@@ -427,14 +429,14 @@ impl WindowHost {
     }
 
     fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
-        // Cameras that show small pictures must be free.
+        // Previewed cameras must be free.
         self.stop_looking();
         let mut config = self.opening.config.clone();
         config.board = config.board.chosen(wish.board, wish.markers);
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
         self.remembered().apply(&mut config);
-        // What was typed is checked as a settings file is.
+        // Typed text is checked like a settings file.
         let mut config = config.with(&[])?;
         config.guidance.plan = wish.plan.into();
         let is_seen = |code: &&SeenCode| {

@@ -1,4 +1,4 @@
-//! The arguments that say what a calibration must be good for.
+//! Arguments for the goal of a calibration.
 
 use std::str::FromStr;
 
@@ -10,22 +10,22 @@ use boresight_run::config::Config;
 /// The goal, and how well the board is known.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub(super) struct AcceptArguments {
-    /// Largest acceptable error, met 95 % of the time: "0.2px" for projection, or "length 800mm at 2m <= 0.5mm"
-    /// for a length measured at a distance.
+    /// Largest acceptable error, met 95 % of the time: "0.2px" for projection, or "length 800mm at
+    /// 2m <= 0.5mm" for a length measured at a distance.
     #[arg(long, value_name = "GOAL")]
     pub(super) accept: Option<AcceptanceGoal>,
-    /// Standard deviation of the board's square size: 0.1% with a ruler, 0.02% with a caliper over the whole
-    /// board. Affects the error of lengths [default: 0.1%].
+    /// Standard deviation of the board's square size: 0.1% with a ruler, 0.02% with a caliper over
+    /// the whole board. Affects the error of lengths [default: 0.1%].
     #[arg(long, value_name = "PERCENT")]
     board_scale_error: Option<Percent>,
 }
 
-/// A share in per cent.
+/// A percentage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Percent(f64);
 
 impl AcceptArguments {
-    /// Lays the arguments over `config`.
+    /// Merges the arguments into `config`.
     pub(super) fn apply(&self, config: &mut Config) {
         if let Some(goal) = self.accept {
             config.guidance.accept = Some(goal);
@@ -35,13 +35,13 @@ impl AcceptArguments {
         }
     }
 
-    /// Whether any of them is given.
+    /// True if any argument is given.
     #[cfg(any(feature = "window", feature = "report"))]
     pub(super) fn says_something(&self) -> bool {
         self.accept.is_some() || self.board_scale_error.is_some()
     }
 
-    /// Whether the board's error is given.
+    /// True if the board's error is given.
     #[cfg(feature = "report")]
     pub(super) fn says_scale(&self) -> bool {
         self.board_scale_error.is_some()

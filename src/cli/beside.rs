@@ -1,4 +1,4 @@
-//! Who is beside a session in the terminal: a phone's page, a voice.
+//! Companions of a session in the terminal: a phone's page, a voice.
 
 #[cfg(feature = "serve")]
 use std::path::{Path, PathBuf};
@@ -16,15 +16,16 @@ use boresight_files::{Links, read, read_or_make_private};
 #[cfg(feature = "serve")]
 use boresight_phone::{Certificate, Secret, ServeAddress, Setup, session_page::Phone};
 
-/// Bytes of a certificate or key at most.
+/// Maximum bytes of a certificate or key.
 #[cfg(feature = "serve")]
 const LARGEST_PEM: u64 = 1 << 20;
 
 #[derive(Debug, Args)]
 pub(super) struct BesideArguments {
-    /// Serve a page for a phone on the local network, with the live picture, the next pose, a voice, and buttons.
-    /// Prints a link with a secret key and a QR code; only who has it is let in. ADDRESS: an address of this computer,
-    /// a port (:8000), or both [default: every address, port 8417].
+    /// Serve a page for a phone on the local network, with the live picture, the next pose, a
+    /// voice, and buttons. Prints a link with a secret key and a QR code; only who has it is let
+    /// in. ADDRESS: an address of this computer, a port (:8000), or both [default: every address,
+    /// port 8417].
     #[cfg(feature = "serve")]
     #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "")]
     serve: Option<String>,
@@ -39,7 +40,8 @@ pub(super) struct BesideArguments {
 #[cfg(feature = "serve")]
 #[derive(Debug, Args)]
 pub(super) struct NameArguments {
-    /// A name of this computer by which a phone may open the page; repeat for several. Addresses need no name.
+    /// A name of this computer by which a phone may open the page; repeat for several. Addresses
+    /// need no name.
     #[arg(long, value_name = "NAME")]
     serve_name: Vec<String>,
     /// Serve HTTPS with this certificate (PEM, with those that it rests on) for one of the names.
@@ -48,9 +50,10 @@ pub(super) struct NameArguments {
     /// The certificate's private key (PEM).
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_key: Option<PathBuf>,
-    /// Keep the secret of the links in this file: phones then stay connected when boresight is started again, and the
-    /// QR code stays the same. The file is made if it isn't there, readable by you only. Delete it to shut everybody
-    /// out. Without this option, links are new at each start.
+    /// Keep the secret of the links in this file: phones then stay connected when boresight is
+    /// started again, and the QR code stays the same. The file is made if it isn't there, readable
+    /// by you only. Delete it to shut everybody out. Without this option, links are new at each
+    /// start.
     #[arg(long, value_name = "FILE")]
     serve_key: Option<PathBuf>,
 }
@@ -61,8 +64,8 @@ pub(super) struct VoiceArguments {
     /// Say aloud what to do, through spd-say or espeak-ng. With WHERE, as --stand WHERE.
     #[arg(long, value_name = "WHERE", num_args = 0..=1)]
     speak: Option<Option<Stands>>,
-    /// Where the person stands: facing the camera, or behind it. Left and right are then theirs, in the terminal and in the
-    /// voice [default: facing].
+    /// Where the person stands: facing the camera, or behind it. Left and right are then theirs, in
+    /// the terminal and in the voice [default: facing].
     #[arg(long, value_name = "WHERE")]
     stand: Option<Stands>,
 }
@@ -74,23 +77,23 @@ enum Stands {
 }
 
 impl BesideArguments {
-    /// Whether the voice that was asked for speaks to somebody who faces the camera; `None` if none was.
+    /// True if the requested voice addresses someone facing the camera; `None` without a voice.
     #[cfg(feature = "window")]
     pub(super) fn speaks_to_facing(&self) -> Option<bool> {
         self.voice.speak.map(|_| self.voice.faces())
     }
 
-    /// `announcer` with the left and right of the person.
+    /// `announcer` with the person's left and right.
     pub(super) fn for_person(&self, announcer: Announcer) -> Announcer {
         self.voice.for_person(announcer)
     }
 
-    /// The voice that was asked for.
+    /// Requested voice.
     pub(super) fn voice(&self) -> anyhow::Result<Option<Voice>> {
         self.voice.start()
     }
 
-    /// The page that was asked for, being served.
+    /// Requested phone page, being served.
     #[cfg(feature = "serve")]
     pub(super) fn phone(&self) -> anyhow::Result<Option<Phone>> {
         self.serve.as_deref().map(|address| self.names.phone(address)).transpose()
@@ -98,17 +101,17 @@ impl BesideArguments {
 }
 
 impl VoiceArguments {
-    /// Whether the person faces the camera.
+    /// True if the person faces the camera.
     fn faces(&self) -> bool {
         self.speak.flatten().or(self.stand) != Some(Stands::Behind)
     }
 
-    /// `announcer` with the left and right of the person.
+    /// `announcer` with the person's left and right.
     pub(super) fn for_person(&self, announcer: Announcer) -> Announcer {
         if self.faces() { announcer } else { announcer.from_behind() }
     }
 
-    /// The voice that was asked for.
+    /// Starts the requested voice.
     pub(super) fn start(&self) -> anyhow::Result<Option<Voice>> {
         if self.speak.is_none() {
             return Ok(None);
@@ -116,7 +119,7 @@ impl VoiceArguments {
         let mut voice = Voice::new();
         match voice.switch(true, self.faces()) {
             Ok(()) => Ok(Some(voice)),
-            // The session can be read, too.
+            // A session works without a voice, too.
             Err(err @ NoVoice::NoProgram) => {
                 say(&err.to_string());
                 Ok(None)
@@ -128,7 +131,7 @@ impl VoiceArguments {
 
 #[cfg(feature = "serve")]
 impl NameArguments {
-    /// The page at `address` (empty: the usual one), being served.
+    /// Serves the page at `address`; empty for the default.
     pub(super) fn phone(&self, address: &str) -> anyhow::Result<Phone> {
         let address = match address {
             "" => ServeAddress::default(),
@@ -149,7 +152,7 @@ impl NameArguments {
     }
 }
 
-/// The secret in the file at `path`; a new one if there is no file.
+/// Secret in the file at `path`; a new secret if there is no file.
 #[cfg(feature = "serve")]
 fn kept_secret(path: &Path) -> anyhow::Result<Secret> {
     const LARGEST_SECRET: u64 = 256;

@@ -1,4 +1,4 @@
-//! The arguments that say which board and which settings.
+//! Arguments for board and settings.
 
 use std::{
     path::{Path, PathBuf},
@@ -20,13 +20,15 @@ use boresight_run::config::Config;
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
 pub(super) struct BoardArguments {
-    /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its margin, or 9x6]; or
-    /// squares, dictionary and marker size of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an
-    /// AprilGrid, for example aprilgrid:6x6; or circles in a row and rows, for example circles:7x5, or acircles:4x11 with
-    /// every second row shifted.
+    /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its
+    /// margin, or 9x6]; or squares, dictionary and marker size of a ChArUco board, for example
+    /// charuco:8x11:DICT_4X4_50:15mm; or tags of an AprilGrid, for example aprilgrid:6x6; or
+    /// circles in a row and rows, for example circles:7x5, or acircles:4x11 with every second row
+    /// shifted.
     #[arg(long, value_name = "BOARD")]
     board: Option<BoardChoice>,
-    /// Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
+    /// Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm,
+    /// 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
     /// Settings file. config/default.toml explains every setting.
@@ -37,7 +39,7 @@ pub(super) struct BoardArguments {
     settings: Vec<String>,
 }
 
-/// Whether a setting has the form KEY=VALUE; what the key is, the configuration knows.
+/// Checks a setting for the form KEY=VALUE; the configuration checks the key.
 pub(super) fn setting(text: &str) -> Result<String, String> {
     let key = text.split_once('=').map(|(key, _)| key.trim());
     let is_key = |key: &str| key.split('.').all(|part| !part.trim().is_empty());
@@ -47,14 +49,14 @@ pub(super) fn setting(text: &str) -> Result<String, String> {
     }
 }
 
-/// The settings of `file` and `settings` over the defaults. Those that aren't used any more are named on stderr.
+/// Merges `file` and `settings` into the defaults. Names obsolete settings on stderr.
 pub(super) fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result<Config> {
     let (config, notes) = Config::load_with_notes(file, settings)?;
     notes.iter().for_each(|note| say(note));
     Ok(config)
 }
 
-/// Commands that read no code in a board's margin, with what they take for squares without --square.
+/// Commands without reading of codes in a board's margin, with their default square.
 const WITHOUT_CODE: [(&str, &str); 4] = [
     ("serve", "25mm"),
     ("check", "25mm"),
@@ -62,7 +64,7 @@ const WITHOUT_CODE: [(&str, &str); 4] = [
     ("target", "as large as fits, in whole millimetres"),
 ];
 
-/// `program` whose help names the board that each command takes without --board.
+/// `program` with the default board in the help of each command.
 pub(super) fn with_true_defaults(program: Command) -> Command {
     WITHOUT_CODE.iter().fold(program, |program, (name, square)| {
         program.mut_subcommand(name, |command| {
@@ -106,7 +108,7 @@ pub(super) struct Length {
 }
 
 impl BoardArguments {
-    /// The configuration that they amount to. Settings that aren't used any more are named on stderr.
+    /// Configuration from the arguments. Names obsolete settings on stderr.
     pub(super) fn config(&self) -> anyhow::Result<Config> {
         let mut config = loaded(self.config.as_deref(), &self.settings)?;
         if let Some(BoardChoice { columns, rows, markers }) = self.board {
@@ -119,7 +121,7 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// The configuration `taken_with`, with the settings of `--set` and the size of `--square` over it.
+    /// Configuration `taken_with`, overridden by `--set` and `--square`.
     pub(super) fn config_over(&self, taken_with: &Config) -> anyhow::Result<Config> {
         if self.board.is_some() || self.config.is_some() {
             bail!(
@@ -136,12 +138,12 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// As `--board` with this argument.
+    /// Sets the board as `--board` does.
     pub(super) fn name(&mut self, board: &str) {
         self.board = board.parse().ok();
     }
 
-    /// Whether any of them is given.
+    /// True if any argument is given.
     #[cfg(feature = "window")]
     pub(super) fn says_something(&self) -> bool {
         self.board.is_some()
@@ -150,12 +152,12 @@ impl BoardArguments {
             || !self.settings.is_empty()
     }
 
-    /// Whether anything here names the size of the squares, or it is the default's.
+    /// True if the arguments name the size of the squares, or it is the default's.
     pub(super) fn says_square(&self) -> anyhow::Result<bool> {
         Ok(self.square.is_some() || self.sets_of_board("square_mm")?)
     }
 
-    /// What a code in the board's margin may decide: what nothing here names.
+    /// Properties of the board left to a code in its margin.
     pub(super) fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
         let says_counts =
             self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
@@ -169,7 +171,7 @@ impl BoardArguments {
         ))
     }
 
-    /// The configuration, with the board that a code in `pictures` names if nothing here does.
+    /// Configuration, with the board from a code in `pictures` if the arguments name none.
     pub(super) fn config_for(&self, pictures: &[PathBuf]) -> anyhow::Result<Config> {
         let mut config = self.config()?;
         let open = self.open_to_code()?;
@@ -179,7 +181,7 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// Whether the settings file or a `--set` has this key of the board.
+    /// True if the settings file or a `--set` has this key of the board.
     fn sets_of_board(&self, key: &str) -> anyhow::Result<bool> {
         let path = ["board", key];
         let sets = |setting: &String| {
@@ -202,7 +204,7 @@ impl FromStr for Length {
     type Err = InvalidChoice;
 
     fn from_str(text: &str) -> Result<Self, InvalidChoice> {
-        // To a nanometre: what was typed comes back.
+        // Rounded to a nanometre, to print the typed value again.
         Ok(Self { millimetres: millimetres(length_m(text)?) })
     }
 }

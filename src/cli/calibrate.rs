@@ -42,13 +42,14 @@ use boresight_present::{
 
 /// Calibrate from pictures of the board, a corner table, or the views of a session.
 ///
-/// A corner table has lines `filename x y level`, row by row over the board, and needs --image-size. A session is
-/// calibrated from the corners in its journal, with its board and settings.
+/// A corner table has lines `filename x y level`, row by row over the board, and needs
+/// --image-size. A session is calibrated from the corners in its journal, with its board and
+/// settings.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG) or folders of them, one corner table (.vnl), or one session folder; - reads a table or a picture
-    /// from standard input.
+    /// Pictures (PNG, JPEG) or folders of them, one corner table (.vnl), or one session folder; -
+    /// reads a table or a picture from standard input.
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -60,8 +61,8 @@ pub(super) struct Arguments {
     /// Width and height of the corner table's pictures.
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
-    /// Estimate a separate focal length for each view, for a zoom or autofocus that can't be locked. The
-    /// result is the principal point.
+    /// Estimate a separate focal length for each view, for a zoom or autofocus that can't be
+    /// locked. The result is the principal point.
     #[arg(long)]
     varying_focal: bool,
     /// Read the pixels as they're stored, not turned as the pictures' EXIF orientation says.
@@ -226,13 +227,13 @@ impl Arguments {
     }
 }
 
-/// The session whose stored pictures these are, if some couldn't be used.
+/// Session of these stored pictures, if some couldn't be used.
 fn session_of_pictures<'a>(inputs: &'a [PathBuf], views: &CalibrationViews) -> Option<&'a Path> {
     let session = inputs.first()?.parent()?.parent()?;
     (is_session(session) && views.names.iter().any(|view| view.reason.is_some())).then_some(session)
 }
 
-/// What the folder of the first input is called.
+/// Folder name of the first input.
 #[cfg(feature = "report")]
 fn folder_name(inputs: &[PathBuf]) -> String {
     let first = inputs.first().map(|path| std::path::absolute(path).unwrap_or(path.clone()));

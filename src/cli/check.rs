@@ -29,12 +29,14 @@ use boresight_run::config::{Backend, Config, PlanName};
 
 /// Check an installed camera against its old calibration.
 ///
-/// Guides through two opposed pairs, then compares: OK, WATCH or RECALIBRATE. The report states the smallest detectable change. There
-/// is no verdict for a different picture size, a different camera, or views outside the part of the picture that
-/// the old calibration covers. The old file is never changed.
+/// Guides through two opposed pairs, then compares: OK, WATCH or RECALIBRATE. The report states the
+/// smallest detectable change. There is no verdict for a different picture size, a different
+/// camera, or views outside the part of the picture that the old calibration covers. The old file
+/// is never changed.
 ///
-/// Reads boresight's calibration.json, OpenCV YAML and JSON, ROS camera_info, Kalibr camchain and mrcal
-/// .cameramodel. Only calibration.json states its uncertainty, which makes the check most sensitive.
+/// Reads boresight's calibration.json, OpenCV YAML and JSON, ROS camera_info, Kalibr camchain and
+/// mrcal .cameramodel. Only calibration.json states its uncertainty, which makes the check most
+/// sensitive.
 #[derive(Debug, Args)]
 #[command(
     after_help = EXAMPLES
@@ -132,7 +134,8 @@ impl Arguments {
         Ok(exit)
     }
 
-    /// The name in the file, if it differs from `source`'s and the person hasn't confirmed that this is right.
+    /// Camera name in the file, if it differs from `source`'s and the person hasn't confirmed the
+    /// change.
     fn other_camera(
         &self,
         old: &OldCalibration,
@@ -153,7 +156,7 @@ impl Arguments {
         Ok(Some(NoVerdict::OtherCamera { old: named.into(), new: source.into() }))
     }
 
-    /// Says what was found and writes it into the session's folder; the exit code that it deserves.
+    /// Announces the finding and writes it into the session's folder; returns the exit code.
     fn tell(
         &self,
         old: &OldCalibration,
@@ -179,7 +182,7 @@ impl Arguments {
         Ok(exit)
     }
 
-    /// Whether to calibrate again right away.
+    /// True to calibrate again right away.
     fn goes_on(&self, config: &Config) -> anyhow::Result<bool> {
         if self.recalibrate || agreed("Continue to a full calibration now?")? {
             return Ok(true);
@@ -193,7 +196,7 @@ impl Arguments {
         Ok(false)
     }
 
-    /// A full session with the same source and board; its result names the old file.
+    /// Runs a full session with the same source and board; its result names the old file.
     fn full_calibration(self, config: Config) -> anyhow::Result<Exit> {
         let opening = Opening {
             backend: self.backend.clone(),
@@ -205,7 +208,7 @@ impl Arguments {
     }
 }
 
-/// Asks on a terminal; without one nobody can agree.
+/// Asks on a terminal; false without a terminal.
 fn agreed(question: &str) -> anyhow::Result<bool> {
     if !(std::io::stdin().is_terminal() && std::io::stderr().is_terminal()) {
         return Ok(false);

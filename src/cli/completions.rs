@@ -22,7 +22,7 @@ Examples:
   boresight completions fish > ~/.config/fish/completions/boresight.fish";
 
 impl Arguments {
-    /// `program` is what is completed.
+    /// Prints the script to complete `program`.
     pub(super) fn run(self, mut program: Command) -> anyhow::Result<Exit> {
         let mut script = Vec::new();
         generate(self.shell, &mut program, "boresight", &mut script);

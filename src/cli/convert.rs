@@ -9,12 +9,14 @@ use boresight_app::{Exit, export::Format};
 
 /// Convert a calibration from one program's format to another's.
 ///
-/// IN is recognised by its content. OUT's name tells its format if it's a usual one, such as cameras.txt, transforms.json or
-/// front.cameramodel; else give --format. What the format can't hold is refused.
+/// IN is recognised by its content. OUT's name tells its format if it's a usual one, such as
+/// cameras.txt, transforms.json or front.cameramodel; else give --format. What the format can't
+/// hold is refused.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A calibration of boresight or another program, or a session folder; - reads one from standard input.
+    /// A calibration of boresight or another program, or a session folder; - reads one from
+    /// standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// File to write.

@@ -14,9 +14,10 @@ use boresight_run::{config::Config, pipeline::Onlookers};
 
 /// Try a guided session in half a minute: no camera, no board, no display needed.
 ///
-/// A simulated person holds a simulated board in front of a simulated webcam, and follows what boresight says: the same
-/// guidance, calibration, verdict and report as with your camera. The lens is known here, so the end says how far off
-/// the result is. Session, verdict and report are marked SIMULATED. Where there is a desktop, the report is opened.
+/// A simulated person holds a simulated board in front of a simulated webcam, and follows what
+/// boresight says: the same guidance, calibration, verdict and report as with your camera. The lens
+/// is known here, so the end says how far off the result is. Session, verdict and report are marked
+/// SIMULATED. Where there is a desktop, the report is opened.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -42,7 +43,7 @@ Examples:
   boresight demo
   boresight demo --fast --seed 2 --out demo";
 
-/// Pictures after which it ends in any case: a minute and a half of the person's time.
+/// Maximum number of pictures: a minute and a half of the person's time.
 const MOST_FRAMES: u64 = 2_700;
 
 impl Arguments {
@@ -57,7 +58,7 @@ impl Arguments {
         let report = finished.path.join(REPORT_FILE);
         let exit = guide::conclude(finished, self.json)?;
         if !self.no_open && report.is_file() && desktop::has_display() {
-            // Its path is on the screen in any case.
+            // The path is on the screen in any case.
             desktop::show(&report).ok();
         }
         say(text::demo::WHAT_NOW);

@@ -31,14 +31,17 @@ use boresight_run::pipeline::LOOKS_FOR_OTHERS;
 
 /// Detect the board's corners in pictures.
 ///
-/// Prints a corner table, or one JSON object per picture. A picture of a video or bag is called FILE#NUMBER.
+/// Prints a corner table, or one JSON object per picture. A picture of a video or bag is called
+/// FILE#NUMBER.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures, PNG or JPEG, folders of them, video files or recorded bags; - reads one picture from standard input.
+    /// Pictures, PNG or JPEG, folders of them, video files or recorded bags; - reads one picture
+    /// from standard input.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
-    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only one with pictures].
+    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only
+    /// one with pictures].
     #[arg(long, value_name = "TOPIC")]
     topic: Option<String>,
     #[command(flatten)]
@@ -46,7 +49,8 @@ pub(super) struct Arguments {
     /// Read the pixels as they're stored, not turned as the pictures' EXIF orientation says.
     #[arg(long)]
     as_stored: bool,
-    /// Say what was weighed for each picture, grid by grid, and draw the grids into pictures in this folder.
+    /// Say what was weighed for each picture, grid by grid, and draw the grids into pictures in
+    /// this folder.
     #[arg(long, value_name = "DIR")]
     explain: Option<PathBuf>,
     /// Overwrite existing pictures in the folder of --explain.
@@ -147,7 +151,7 @@ impl Arguments {
     }
 }
 
-/// Says what was `weighed` for the picture called `name`, and draws it into `folder`.
+/// Prints the grids `weighed` for the picture `name`, and draws them into `folder`.
 fn explain(
     progress: &Progress,
     (folder, name, overwrite): (&Path, &str, Overwrite),

@@ -16,9 +16,10 @@ use boresight_present::text::camera as words;
 ///
 /// Also lists the limits of each backend.
 ///
-/// Cameras are identified by USB vendor, product and serial number, identical cameras by USB port, and machine-vision
-/// cameras on the network by serial number, so the name stays valid after a restart. Virtual and infrared cameras are listed but never chosen automatically. Exits
-/// with 1 if there is no camera.
+/// Cameras are identified by USB vendor, product and serial number, identical cameras by USB port,
+/// and machine-vision cameras on the network by serial number, so the name stays valid after a
+/// restart. Virtual and infrared cameras are listed but never chosen automatically. Exits with 1 if
+/// there is no camera.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -48,7 +49,7 @@ impl Arguments {
     }
 }
 
-/// Says which cameras there are, and what their backends cannot promise.
+/// Prints the cameras, and the limits of their backends.
 fn tell(found: &Devices) {
     let cameras = found.cameras.iter().flat_map(|(_, lines)| lines);
     cameras.for_each(|line| say(line));

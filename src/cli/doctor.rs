@@ -19,8 +19,9 @@ use boresight_run::recording::{Recovered, recover};
 ///
 /// Checks header, journal and pictures, and whether the decisions can be reproduced.
 ///
-/// --bundle packs version, system, cameras and, if you name one, a session without its pictures. It hides names of files,
-/// serial numbers, addresses, commands, your home folder and what the certificate states.
+/// --bundle packs version, system, cameras and, if you name one, a session without its pictures. It
+/// hides names of files, serial numbers, addresses, commands, your home folder and what the
+/// certificate states.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -64,7 +65,7 @@ impl Arguments {
         };
         let Diagnosis { lines, pictures, views, problems, different_decisions, .. } = &found;
         if let (Some(first), true) = (found.first_difference, problems.is_empty()) {
-            // What was recorded is whole all the same.
+            // The recording is intact all the same.
             say(&format!(
                 "{different_decisions} decisions differ, the first at line {first}: normal for a recording by another version. The recorded views are kept."
             ));

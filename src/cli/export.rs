@@ -26,7 +26,8 @@ use boresight_formats::export::CameraFormat;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A session folder, or a calibration of boresight or another program; - reads one from standard input.
+    /// A session folder, or a calibration of boresight or another program; - reads one from
+    /// standard input.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     /// Format to write [default: what FILE's name tells, else opencv-yaml].
@@ -48,8 +49,8 @@ pub(super) struct Arguments {
     /// Topic of the bag's pictures [default: the only one with pictures].
     #[arg(long, value_name = "TOPIC", requires = "bag")]
     topic: Option<String>,
-    /// Give the calibration to the driver of this ROS 2 camera instead: its service set_camera_info keeps and publishes it.
-    /// A calibration that's untrustworthy is kept back.
+    /// Give the calibration to the driver of this ROS 2 camera instead: its service set_camera_info
+    /// keeps and publishes it. A calibration that's untrustworthy is kept back.
     #[arg(long, value_name = "ros2:/TOPIC", conflicts_with_all = ["format", "name", "out", "force", "bag", "json"])]
     set_camera_info: Option<String>,
     /// Same as --format json.
@@ -57,10 +58,10 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What is written if nothing says otherwise.
+/// Default format.
 const USUAL: Format = Format::Camera(CameraFormat::OpencvYaml);
 
-/// Reads the name of a format; help lists them all.
+/// Parser for the name of a format; help lists all names.
 pub(super) fn format_name() -> impl TypedValueParser<Value = Format> {
     let names = Format::all().map(|format| PossibleValue::new(format.code()).help(format.about()));
     PossibleValuesParser::new(names).map(|code| Format::by_code(&code).unwrap_or(USUAL))
@@ -95,13 +96,13 @@ impl Arguments {
     }
 }
 
-/// The format that a file's name tells.
+/// Format from a file name.
 pub(super) fn told_by(out: &Path) -> anyhow::Result<Format> {
     Format::of_file(out)
         .with_context(|| format!("the name {out:?} doesn't tell its format: add --format"))
 }
 
-/// Whether a file's name ends as those of other formats than the usual one.
+/// True if the file name has an extension of formats other than the default.
 fn is_anothers(out: &Path) -> bool {
     let ends_so = |format: Format| Path::new(format.file()).extension() == out.extension();
     !ends_so(USUAL) && Format::all().any(ends_so)

@@ -29,19 +29,20 @@ use {
 
 /// Guide a person through the poses, take the views, and calibrate.
 ///
-/// Opens a window. Without options, its start page asks for camera, board and plan; with any, the session starts at
-/// once. F12 lists the keys; you don't need any.
-/// The session ends when the plan is complete, or at Ctrl-C. Your views are always safe: `--session DIR`
-/// resumes where you stopped.
+/// Opens a window. Without options, its start page asks for camera, board and plan; with any, the
+/// session starts at once. F12 lists the keys; you don't need any. The session ends when the plan
+/// is complete, or at Ctrl-C. Your views are always safe: `--session DIR` resumes where you
+/// stopped.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Source of the pictures: a camera (its name from `boresight devices`, or its node such as
-    /// /dev/video0), gige:NAME for a machine-vision camera on the network, ros2:/TOPIC for a camera of ROS 2, sim, sim:SCENE.toml, sim:random:SEED, a
-    /// recorded session, a folder of pictures, a video file, a recorded bag (MCAP, .db3), a stream such as rtsp://… or
-    /// http://… (video files and streams need ffmpeg), pipe:COMMAND for what another
-    /// program writes, or - for standard input. auto, the default without the start page: the only camera, or a
-    /// simulation if there is none.
+    /// /dev/video0), gige:NAME for a machine-vision camera on the network, ros2:/TOPIC for a camera
+    /// of ROS 2, sim, sim:SCENE.toml, sim:random:SEED, a recorded session, a folder of pictures, a
+    /// video file, a recorded bag (MCAP, .db3), a stream such as rtsp://… or http://… (video files
+    /// and streams need ffmpeg), pipe:COMMAND for what another program writes, or - for standard
+    /// input. auto, the default without the start page: the only camera, or a simulation if there
+    /// is none.
     #[arg(long, value_name = "SOURCE")]
     source: Option<String>,
     /// Camera backend [default: the first one below that this build has and that knows the camera].
@@ -61,13 +62,13 @@ pub(super) struct Arguments {
     /// Resume this session with its original settings.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "settings", "config", "accept", "board_scale_error", "shifted_sensor", "lens"])]
     session: Option<PathBuf>,
-    /// Compare the result with this older calibration and report what has changed. The older file isn't
-    /// changed.
+    /// Compare the result with this older calibration and report what has changed. The older file
+    /// isn't changed.
     #[arg(long, visible_alias = "replaces", value_name = "OLD", conflicts_with = "session")]
     against: Option<PathBuf>,
-    /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant board. Use it only
-    /// if focus and zoom are locked and nobody has touched them since. The result says if the lens has changed, or
-    /// why it can't be held.
+    /// Hold the new calibration to OLD, within the uncertainty of both: for a small or distant
+    /// board. Use it only if focus and zoom are locked and nobody has touched them since. The
+    /// result says if the lens has changed, or why it can't be held.
     #[arg(long, requires = "against")]
     hold: bool,
     /// Folder for the new session [default: a new one in ./sessions].
@@ -79,8 +80,8 @@ pub(super) struct Arguments {
     /// Stop after this many pictures.
     #[arg(long, value_name = "N", default_value_t = 18_000)]
     max_frames: u64,
-    /// Give the result to the driver of a ROS 2 camera at the end: its service set_camera_info keeps and publishes it. A
-    /// result that's untrustworthy is kept back.
+    /// Give the result to the driver of a ROS 2 camera at the end: its service set_camera_info
+    /// keeps and publishes it. A result that's untrustworthy is kept back.
     #[arg(long, conflicts_with = "session")]
     set_camera_info: bool,
     #[command(flatten)]
@@ -131,13 +132,13 @@ impl Arguments {
         conclude_seen(finished, &operation, self.json)
     }
 
-    /// The program behind a window that shows these sessions.
+    /// Program behind a window for these sessions.
     #[cfg(feature = "window")]
     pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
         window::app_host(self.opening()?, &self.beside, self.says_something(), paced)
     }
 
-    /// Whether an option says anything about the session: then nobody needs to be asked.
+    /// True if an option describes the session: then the window asks nothing.
     #[cfg(feature = "window")]
     fn says_something(&self) -> bool {
         self.source.is_some()
@@ -173,8 +174,8 @@ impl Arguments {
     }
 }
 
-/// Runs a session in the terminal before `onlookers`: with lines that are rewritten in place where they can be. With
-/// `paced`, a simulated or recorded source keeps to its own time.
+/// Runs a session in the terminal before `onlookers`, with lines rewritten in place where possible.
+/// With `paced`, a simulated or recorded source runs in real time.
 pub(super) fn in_terminal(
     opening: &Opening,
     paced: bool,
@@ -189,7 +190,8 @@ pub(super) fn in_terminal(
     run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)
 }
 
-/// The lines on the terminal, if it has any, which look on from now on; and the announcer, which leaves requests to them.
+/// Status lines on the terminal, if any, as a new onlooker; and the announcer without requests,
+/// left to the lines.
 fn with_status(onlookers: &mut Onlookers, announcer: Announcer) -> (Option<Status>, Announcer) {
     match Status::new(announcer.is_mirrored()) {
         Some(status) => {
@@ -206,7 +208,7 @@ pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
     conclude(opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?, json)
 }
 
-/// Announces and stores the result of a session that has run; prints it as JSON with `json`.
+/// Announces and stores the result of a finished session; prints it as JSON with `json`.
 pub(super) fn conclude(finished: FinishedRun, json: bool) -> anyhow::Result<Exit> {
     conclude_seen(finished, &Operation::default(), json)
 }

@@ -27,8 +27,8 @@ use boresight_present::{report::WatchedCurve, text::of_source};
 
 /// Keep track of every calibration of every camera: what drifts, what is due.
 ///
-/// Without a subcommand, lists all cameras, or the calibrations of one. The index is one file that follows from the
-/// session folders: delete it whenever you like, and add the folders again.
+/// Without a subcommand, lists all cameras, or the calibrations of one. The index is one file that
+/// follows from the session folders: delete it whenever you like, and add the folders again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub(super) struct Arguments {
@@ -65,8 +65,8 @@ Examples:
 enum Command {
     /// Add the results of sessions to the index.
     ///
-    /// Sessions without a result are left out. One that was added before is read again; one that is gone or damaged by now
-    /// leaves the index.
+    /// Sessions without a result are left out. One that was added before is read again; one that is
+    /// gone or damaged by now leaves the index.
     Add {
         /// Sessions, or folders of sessions.
         #[arg(required = true, value_name = "SESSION|ROOT")]
@@ -74,10 +74,11 @@ enum Command {
         #[command(flatten)]
         common: Common,
     },
-    /// List the cameras that have changed, as far as they are watched, and those whose newest usable calibration is too old.
+    /// List the cameras that have changed, as far as they are watched, and those whose newest
+    /// usable calibration is too old.
     Due {
-        /// Folders of watched cameras (`boresight watch --store`): those whose lens has changed come first, then those that
-        /// have moved. Repeat for several.
+        /// Folders of watched cameras (`boresight watch --store`): those whose lens has changed
+        /// come first, then those that have moved. Repeat for several.
         #[arg(long, value_name = "DIR")]
         watch: Vec<PathBuf>,
         /// From this age on, in days.
@@ -86,10 +87,11 @@ enum Command {
         #[command(flatten)]
         common: Common,
     },
-    /// Write one page with every camera's focal length and principal point over time, and where watched cameras point.
+    /// Write one page with every camera's focal length and principal point over time, and where
+    /// watched cameras point.
     Page {
-        /// Folders of watched cameras (`boresight watch --store`): where each points over time, with its daily cycle, what
-        /// happened, and its calibrations. Repeat for several.
+        /// Folders of watched cameras (`boresight watch --store`): where each points over time,
+        /// with its daily cycle, what happened, and its calibrations. Repeat for several.
         #[arg(long, value_name = "DIR")]
         watch: Vec<PathBuf>,
         /// File to write (HTML).
@@ -132,7 +134,7 @@ impl Arguments {
 }
 
 impl Common {
-    /// Where the index is; `None` if it isn't there yet.
+    /// Path of the index; `None` if missing.
     fn find(&self) -> anyhow::Result<Option<PathBuf>> {
         let Some((path, taken)) = Index::find(&self.index)? else { return Ok(None) };
         if let Some(Taken { count, from, to }) = taken {
@@ -145,7 +147,7 @@ impl Common {
         Ok(Some(path))
     }
 
-    /// The index, which must be there.
+    /// Opens the index, which must exist.
     fn open(&self) -> anyhow::Result<Index> {
         let Some(path) = self.find()? else {
             bail!(
@@ -322,7 +324,7 @@ fn page(
     Ok(Exit::Good)
 }
 
-/// The watched cameras in the folders, each with the calibrations of the camera that its session calibrated.
+/// Watched cameras in the folders, each with the calibrations of its camera.
 fn watched(folders: &[PathBuf], all: &[CameraHistory]) -> anyhow::Result<Vec<WatchedCurve>> {
     let mut watched = Vec::new();
     for folder in

@@ -1,6 +1,6 @@
-//! Commands of features that this build leaves out: they say so.
+//! Commands of features missing from this build, with an error to say so.
 
-/// Defines the arguments of a command that this build leaves out.
+/// Defines the arguments of a command missing from this build.
 #[allow(unused_macros, reason = "a build with every command leaves none out")]
 macro_rules! left_out {
     ($missing:expr, $about:literal) => {
@@ -8,7 +8,7 @@ macro_rules! left_out {
         #[derive(Debug, clap::Args)]
         #[command(disable_help_flag = true)]
         pub(in crate::cli) struct Arguments {
-            /// Whatever they are, they change nothing.
+            /// Ignored arguments.
             #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
             _any: Vec<std::ffi::OsString>,
         }

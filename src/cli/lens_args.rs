@@ -1,4 +1,4 @@
-//! The arguments that say what is known about the lens.
+//! Arguments for prior knowledge of the lens.
 
 use clap::{
     Args,
@@ -14,13 +14,13 @@ pub(super) struct LensArguments {
     /// Family of lens models to choose from. Wide lenses are recognised without it.
     #[arg(long, value_name = "FAMILY", value_parser = lens_names())]
     lens: Option<LensName>,
-    /// The principal point is far from the middle of the picture by design, as with a shift lens or a cropped
-    /// picture: don't warn about it.
+    /// The principal point is far from the middle of the picture by design, as with a shift lens or
+    /// a cropped picture: don't warn about it.
     #[arg(long)]
     shifted_sensor: bool,
 }
 
-/// The names of families of lens models, each with what it's for.
+/// Names of families of lens models, each with its purpose.
 fn lens_names() -> impl TypedValueParser<Value = LensName> {
     let value = |name: LensName| PossibleValue::new(name.code()).help(help(name));
     PossibleValuesParser::new(LensName::all().map(value)).try_map(|code| code.parse::<LensName>())
@@ -36,7 +36,7 @@ fn help(name: LensName) -> &'static str {
 }
 
 impl LensArguments {
-    /// Lays the arguments over `config`.
+    /// Merges the arguments into `config`.
     pub(super) fn apply(self, config: &mut Config) {
         config.calibration.shifted_sensor |= self.shifted_sensor;
         if let Some(lens) = self.lens {
@@ -44,7 +44,7 @@ impl LensArguments {
         }
     }
 
-    /// Whether any of them is given.
+    /// True if any argument is given.
     #[cfg(feature = "window")]
     pub(super) fn says_something(self) -> bool {
         self.lens.is_some() || self.shifted_sensor

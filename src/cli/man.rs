@@ -26,11 +26,11 @@ Examples:
   boresight man ~/.local/share/man/man1
   man boresight-guide";
 
-/// Heading of what help says at its end.
+/// Heading of the final section of help.
 const EXTRA: &str = ".SH EXTRA\n";
 
 impl Arguments {
-    /// `program` is what the pages describe.
+    /// Writes the pages of `program`.
     pub(super) fn run(self, program: Command) -> anyhow::Result<Exit> {
         // The build and its libraries are no part of a page.
         let mut program = program.long_version(None::<&str>).disable_help_subcommand(true);
@@ -42,7 +42,7 @@ impl Arguments {
             page.render(&mut text)?;
             let mut text = String::from_utf8(text)?;
             if let Some(examples) = text.find(EXTRA) {
-                // What help says at its end is broken into lines already; commands are no prose.
+                // The final section of help is broken into lines already; commands are no prose.
                 text.insert_str(examples + EXTRA.len(), ".nf\n");
             }
             pages.push((self.folder.join(page.get_filename()), text));
@@ -62,7 +62,7 @@ impl Arguments {
     }
 }
 
-/// `command`, and all below it that help shows.
+/// `command`, and all its visible subcommands.
 fn with_subcommands(command: &Command) -> Vec<Command> {
     let below = command.get_subcommands().filter(|below| !below.is_hide_set());
     let below = below.flat_map(with_subcommands);

@@ -1,4 +1,4 @@
-//! The command line: one subcommand a file. Machines read stdout, people read stderr.
+//! Command line: one subcommand a file. Machines read stdout, people read stderr.
 
 mod accept_args;
 mod backend;
@@ -91,7 +91,7 @@ struct CommandLine {
     guide: guide::Arguments,
 }
 
-/// Exit code of arguments that this build doesn't take; clap uses it for wrong ones.
+/// Exit code for unsupported arguments, as clap uses for wrong ones.
 const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
@@ -144,7 +144,7 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// Parses the arguments, runs the command, and turns what comes out into an exit code.
+/// Parses the arguments, runs the command, and turns its outcome into an exit code.
 pub fn main() -> ExitCode {
     let read = command_line().try_get_matches().and_then(|matches| {
         CommandLine::from_arg_matches(&matches).map_err(|err| err.format(&mut command_line()))
@@ -206,14 +206,14 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Shows the help that was asked for, or says why the arguments can't be read.
+/// Shows the requested help, or the reason for rejecting the arguments.
 fn not_run(err: &clap::Error) -> ExitCode {
     if err.use_stderr() {
-        // The first paragraph says what's wrong; usage and hints follow.
+        // The first paragraph names the error; usage and hints follow.
         let words = err.to_string();
         let cause = words.split("\n\n").next().unwrap_or_default();
         tell_program("USAGE", cause.trim_start_matches("error: "), Some(HELP));
-        // Where it can't be shown, the exit code says it.
+        // If printing fails, the exit code tells.
         let _ = err.print();
         return ExitCode::from(WRONG_USAGE);
     }
@@ -226,10 +226,10 @@ fn not_run(err: &clap::Error) -> ExitCode {
     }
 }
 
-/// What to do about arguments that can't be read.
+/// Next action for unreadable arguments.
 const HELP: &str = "`boresight COMMAND --help` lists the options.";
 
-/// Tells a program, if one reads stdout or stderr as JSON, why the command failed.
+/// Tells a program reading stdout or stderr as JSON why the command failed.
 fn tell_program(code: &str, message: &str, next: Option<&str>) {
     let error =
         || json!({ "schema": "boresight.error/1", "code": code, "message": message, "next": next });
@@ -240,14 +240,14 @@ fn tell_program(code: &str, message: &str, next: Option<&str>) {
     }
 }
 
-/// The command line with its help.
+/// Command line with its help.
 fn command_line() -> clap::Command {
     board_args::with_true_defaults(CommandLine::command())
 }
 
-/// The program behind a window of guided sessions, for tests that show the window without a display:
-/// `arguments` are those of `boresight guide`. With `paced`, a simulated source keeps to its own time, as a
-/// person needs; without, it's as fast as the machine.
+/// Program behind a window of guided sessions, for tests of the window without a display:
+/// `arguments` are those of `boresight guide`. With `paced`, a simulated source runs in real time,
+/// as a person needs; without, as fast as the machine can.
 ///
 /// # Errors
 ///

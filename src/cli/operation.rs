@@ -1,4 +1,5 @@
-//! What a machine that runs sessions or batches unattended needs: logs for programs, metrics, and a command at the end.
+//! Support for machines running sessions or batches unattended: logs for programs, metrics, and a
+//! command at the end.
 
 use std::{
     ffi::OsString,
@@ -30,7 +31,7 @@ pub(super) enum LogForm {
 }
 
 impl LogForm {
-    /// From now on, stderr has this form.
+    /// Switches stderr to this form.
     pub(super) fn begin(self) {
         if self == Self::Json {
             log_as_json();
@@ -44,21 +45,23 @@ pub(super) struct OperationArguments {
     /// How sentences and events are written on stderr: for people, or a JSON object a line.
     #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
     log: LogForm,
-    /// Run this command with the shell when a session has its result. BORESIGHT_RESULT is the file, BORESIGHT_SESSION its
-    /// folder, BORESIGHT_VERDICT is good, care, unfinished, untrustworthy, or none without a calibration. If it fails,
-    /// it's reported; the session's verdict and exit code stay.
+    /// Run this command with the shell when a session has its result. BORESIGHT_RESULT is the file,
+    /// BORESIGHT_SESSION its folder, BORESIGHT_VERDICT is good, care, unfinished, untrustworthy, or
+    /// none without a calibration. If it fails, it's reported; the session's verdict and exit code
+    /// stay.
     #[arg(long, value_name = "COMMAND")]
     on_finish: Option<String>,
     /// Write how the session goes to this file for Prometheus' node exporter, every few seconds.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
-    /// Publish the lines of `--log json` on the topic /boresight/state of ROS 2 (std_msgs/msg/String), for other nodes to watch.
+    /// Publish the lines of `--log json` on the topic /boresight/state of ROS 2
+    /// (std_msgs/msg/String), for other nodes to watch.
     #[arg(long)]
     ros2_state: bool,
 }
 
 impl OperationArguments {
-    /// Starts what was asked for.
+    /// Starts the requested outputs.
     pub(super) fn start(&self) -> anyhow::Result<Operation> {
         self.log.begin();
         let metrics = match &self.metrics {
@@ -77,28 +80,28 @@ impl OperationArguments {
     }
 }
 
-/// Looks on at sessions for the machine that runs them. When dropped, it waits for the commands of `--on-finish`.
+/// Onlooker for the machine running the sessions. Dropping waits for the commands of `--on-finish`.
 #[derive(Default)]
 pub(super) struct Operation {
-    /// A program reads them.
+    /// True if a program reads events.
     has_events: bool,
     metrics: Option<SessionMetrics>,
     on_finish: Option<OnFinish>,
 }
 
 impl Operation {
-    /// Who looks on at each session.
+    /// Onlookers for each session.
     pub(super) fn onlookers(&self) -> Onlookers {
         let events = self.has_events.then(|| Arc::new(Events) as Arc<dyn Onlooker>);
         self.metrics.iter().map(SessionMetrics::onlooker).chain(events).collect()
     }
 
-    /// A session has ended.
+    /// Notes the end of a session.
     pub(super) fn concluded(&self, concluded: &Concluded) {
         self.ended(&concluded.path, &concluded.result);
     }
 
-    /// The session in `folder` has ended with this result.
+    /// Notes the end of the session in `folder`, with its result.
     pub(super) fn ended(&self, folder: &Path, result: &CalibrationFile) {
         let (verdict, file) = (verdict_name(result), folder.join(RESULT_FILE));
         log("end", || json!({ "verdict": verdict, "session": folder, "result": file }));
@@ -116,13 +119,13 @@ impl Operation {
 }
 
 impl Drop for Operation {
-    /// The last lines are heard before the program ends.
+    /// Delivers the last lines before the program ends.
     fn drop(&mut self) {
         log_to(None);
     }
 }
 
-/// Logs what happens to the views.
+/// Logs changes of the views.
 struct Events;
 
 impl Onlooker for Events {
@@ -133,7 +136,7 @@ impl Onlooker for Events {
     }
 }
 
-/// What the newest decision did to the views: one event for each, with its fields.
+/// Changes of the views by the newest decision: one event for each, with its fields.
 fn events_of(snapshot: &Snapshot) -> Vec<(&'static str, Value)> {
     let (event, views) = match &snapshot.decision.outcome {
         Outcome::Accepted { view, .. } => ("view-taken", slice::from_ref(view)),
@@ -145,7 +148,7 @@ fn events_of(snapshot: &Snapshot) -> Vec<(&'static str, Value)> {
     views.iter().map(|view| (event, json!({ "view": view.0, "views": left }))).collect()
 }
 
-/// The person's own command for the end. When dropped, it's waited for.
+/// The person's own command for the end. Dropping waits for it.
 pub(super) struct OnFinish {
     command: String,
     running: Mutex<Vec<JoinHandle<()>>>,
@@ -156,8 +159,9 @@ impl OnFinish {
         Self { command, running: Mutex::default() }
     }
 
-    /// Starts the command with these variables. That it fails is reported and changes nothing else. What it writes goes to
-    /// stderr: at once for people, and as messages when it has ended for a program that reads a JSON object a line.
+    /// Starts the command with these variables. A failure is reported and changes nothing else. Its
+    /// output goes to stderr: at once for people, and as messages at the end for a reader of JSON
+    /// lines.
     pub(super) fn start(&self, variables: Vec<(&'static str, OsString)>) {
         let mut shell = if cfg!(windows) {
             let mut shell = Command::new("cmd");
@@ -199,7 +203,7 @@ impl OnFinish {
     }
 }
 
-/// What a command writes, in a file: unlike a pipe, nothing that it leaves running holds that open.
+/// Output of a command, in a file: unlike a pipe, it isn't held open by processes left running.
 struct Written {
     scratch: Scratch,
 }
@@ -207,7 +211,7 @@ struct Written {
 impl Written {
     const FILE: &str = "written";
 
-    /// Makes `command` write there.
+    /// Redirects the output of `command`.
     fn by(command: &mut Command) -> anyhow::Result<Self> {
         let scratch = Scratch::new()?;
         let file = scratch.create(Path::new(Self::FILE))?;
@@ -215,7 +219,7 @@ impl Written {
         Ok(Self { scratch })
     }
 
-    /// Says each line.
+    /// Announces each line.
     fn say(&self) {
         match read(&self.scratch.path().join(Self::FILE), TEXT_LIMIT, Links::Refused) {
             Ok(bytes) => String::from_utf8_lossy(&bytes).lines().for_each(say),

@@ -9,8 +9,8 @@ use boresight_present::text::paths as words;
 
 /// Say where sessions, settings and indexes are kept.
 ///
-/// Nothing needs to be there yet. Sessions, the history's index and watched cameras lie below the folder in which you
-/// start a command.
+/// Nothing needs to be there yet. Sessions, the history's index and watched cameras lie below the
+/// folder in which you start a command.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

@@ -18,8 +18,9 @@ use boresight_guide::guidance::GuidanceParams;
 
 /// Say which board to print: from the distance and the field of view to squares and paper.
 ///
-/// The board should fill the picture where it's held. For each paper, the command says how large its board looks there
-/// and what it's expected to measure after eight views, and names the smallest paper that is enough.
+/// The board should fill the picture where it's held. For each paper, the command says how large
+/// its board looks there and what it's expected to measure after eight views, and names the
+/// smallest paper that is enough.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, group(ArgGroup::new("view").required(true)))]
 pub(super) struct Arguments {

@@ -1,4 +1,4 @@
-//! How far long work is: a bar on a terminal, now and then a line elsewhere.
+//! Progress of long work: a bar on a terminal, occasional lines elsewhere.
 
 use std::{
     io::IsTerminal,
@@ -13,15 +13,15 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use super::terminal::say;
 
-/// What most work does.
+/// Usual kind of work.
 pub const FINDING: &str = "finding the board";
-/// Work that takes less shows nothing.
+/// Minimum duration for showing progress.
 const SOON: Duration = Duration::from_secs(1);
-/// Between two lines where there is no terminal.
+/// Time between two lines without a terminal.
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 const REDRAW: Duration = Duration::from_millis(500);
 
-/// Progress of one piece of work, on stderr.
+/// Progress of a piece of work, on stderr.
 pub struct Progress {
     bar: ProgressBar,
     what: String,
@@ -29,12 +29,12 @@ pub struct Progress {
     is_terminal: bool,
     /// Lines written, or 1 once the bar is shown.
     shown: AtomicU64,
-    /// When the last step was done, in milliseconds after the beginning.
+    /// Time of the last step, in milliseconds after the beginning.
     last_step: Arc<AtomicU64>,
 }
 
 impl Progress {
-    /// `what` in `total` steps, shown once it has taken a second.
+    /// Progress of `what` in `total` steps, shown after a second.
     pub fn new(what: &str, total: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::hidden())
             .with_message(what.to_owned());
@@ -53,7 +53,7 @@ impl Progress {
         Self { bar, what: what.to_owned(), began: Instant::now(), is_terminal, shown, last_step }
     }
 
-    /// The same for steps of which each takes long: shown at once on a terminal.
+    /// Progress of long steps: shown at once on a terminal.
     pub fn of_long_steps(what: &str, total: usize) -> Self {
         let progress = Self::new(what, total);
         if progress.is_terminal {
@@ -62,19 +62,19 @@ impl Progress {
         progress
     }
 
-    /// What is being done now.
+    /// Names the present work.
     pub fn now(&self, what: &str) {
         self.bar.set_message(what.to_owned());
     }
 
-    /// A step is done.
+    /// Counts a step.
     pub fn step(&self) {
         self.bar.inc(1);
         self.stepped();
         self.show();
     }
 
-    /// `done` of `total` steps are done.
+    /// Sets the progress to `done` of `total` steps.
     pub fn at(&self, done: usize, total: usize) {
         self.bar.set_length(total as u64);
         if self.bar.position() != done as u64 {
@@ -94,12 +94,12 @@ impl Progress {
         self.bar.suspend(|| say(line));
     }
 
-    /// Does what writes to the terminal, with the bar out of its way.
+    /// Runs a terminal writer, with the bar hidden.
     pub fn aside<T>(&self, write: impl FnOnce() -> T) -> T {
         self.bar.suspend(write)
     }
 
-    /// The work is done: the bar goes.
+    /// Ends the work and removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -128,13 +128,14 @@ impl Progress {
     }
 }
 
-/// "finding the board: 120 of 400, about 2 min left".
+/// Progress line: "finding the board: 120 of 400, about 2 min left".
 fn line(what: &str, done: u64, total: u64, elapsed: Duration, last_step: Duration) -> String {
     format!("{what}: {done} of {total}{}", left(done, total, elapsed, last_step))
 }
 
-/// ", about 2 min left"; empty before the first step. What was left at the last step, less the time since then: once
-/// that's over, the work takes longer than the steps so far told, and nobody knows how long.
+/// Remaining time: ", about 2 min left"; empty before the first step. Counts down from the estimate
+/// at the last step; once exhausted, the work takes longer than the steps so far suggested, and the
+/// remaining time is unknown.
 fn left(done: u64, total: u64, elapsed: Duration, last_step: Duration) -> String {
     if done == 0 {
         return String::new();
@@ -162,7 +163,7 @@ mod tests {
         assert_eq!(line(100, 10, 10), "replaying: 100 of 400, about 30 s left");
         assert_eq!(line(1, 1, 1), "replaying: 1 of 400, about 7 min left");
         assert_eq!(line(0, 1, 0), "replaying: 0 of 400");
-        // Nothing stands still: less is left as time goes by, and then it isn't known.
+        // Time passes without a step: less is left, until it's unknown.
         assert_eq!(line(100, 25, 10), "replaying: 100 of 400, about 15 s left");
         assert_eq!(line(100, 41, 10), "replaying: 100 of 400");
         // At the end, nothing is left.

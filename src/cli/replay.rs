@@ -25,8 +25,8 @@ use boresight_run::recording::{Replayed, Rounding};
 
 /// Re-run recorded sessions and compare every decision.
 ///
-/// Without --set and --redetect, every decision must match; otherwise it exits with 1. The session isn't
-/// changed.
+/// Without --set and --redetect, every decision must match; otherwise it exits with 1. The session
+/// isn't changed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

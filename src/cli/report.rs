@@ -32,10 +32,11 @@ use boresight_present::{
 
 /// Write a certificate and report of a calibration, to read and print.
 ///
-/// One self-contained HTML file. The first sheet is for your customer, the others are for engineers.
+/// One self-contained HTML file. The first sheet is for your customer, the others are for
+/// engineers.
 ///
-/// For a session, rewrites the report in its folder. For a calibration.json from `calibrate`, writes a report
-/// beside it, with the pictures if they're in the same folder.
+/// For a session, rewrites the report in its folder. For a calibration.json from `calibrate`,
+/// writes a report beside it, with the pictures if they're in the same folder.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -116,8 +117,8 @@ impl Arguments {
         })
     }
 
-    /// The calibration of the session at `path` with the goal given here, as `calibrate` makes it: a goal has a say in the
-    /// verdict and the warnings, too.
+    /// Calibrates the session at `path` again with the given goal, as `calibrate` does: a goal
+    /// affects the verdict and the warnings, too.
     fn again(&self, path: &Path) -> anyhow::Result<CalibrationFile> {
         let silent = Announcer::silent();
         let SessionViews { mut views, noise_floor_px, saved } = from_session(path, &silent)?;
@@ -130,7 +131,7 @@ impl Arguments {
         Ok(file)
     }
 
-    /// Judges the calibration by the goal given here; without one, the verdict on its own goal stays.
+    /// Judges the calibration by the given goal; without a goal, the verdict on its own stays.
     fn judge(&self, calibration: &mut CalibrationFile) -> anyhow::Result<()> {
         let own = calibration.acceptance.as_ref().and_then(|judged| judged.goal.parse().ok());
         let Some(goal) = self.goal.accept.or_else(|| own.filter(|_| self.goal.says_scale())) else {
@@ -144,7 +145,7 @@ impl Arguments {
         Ok(())
     }
 
-    /// Refuses settings that would change the calibration: a report only states one.
+    /// Rejects settings with an effect on the calibration: a report only states.
     fn says_what_it_states(&self) -> anyhow::Result<()> {
         let key = |setting: &String| setting.split_once('=').map(|(key, _)| key.trim().to_owned());
         let keys = self.settings.iter().filter_map(key);
@@ -156,7 +157,7 @@ impl Arguments {
         Err(WrongUsage(message).into())
     }
 
-    /// The session, if the input is one, or the result of one.
+    /// Session folder, if the input is a session, or the result of one.
     fn session(&self) -> Option<PathBuf> {
         if self.input.is_dir() {
             return Some(self.input.clone());
@@ -170,7 +171,7 @@ impl Arguments {
     }
 }
 
-/// The command line of this run, as a shell reads it.
+/// Command line of this run, quoted for a shell.
 pub(super) fn this_command() -> String {
     let arguments = std::env::args_os().skip(1);
     let words = arguments.map(|argument| quoted(&without_secrets(&argument.to_string_lossy())));

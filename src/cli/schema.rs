@@ -8,7 +8,8 @@ use boresight_app::Exit;
 
 /// Print the JSON Schema of a file that boresight writes.
 ///
-/// Without a name, lists them. Each names the files that it describes, and has an `$id` for schemas that refer to it.
+/// Without a name, lists them. Each names the files that it describes, and has an `$id` for schemas
+/// that refer to it.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -30,7 +31,7 @@ macro_rules! schema {
     };
 }
 
-/// Each schema of `docs/schemas`. A test holds the list against the types that write the files.
+/// Schemas of `docs/schemas`. A test compares the list with the types written to files.
 const SCHEMAS: &[(&str, &str)] = &[
     schema!("batch", "v1"),
     schema!("batch-manifest-line", "v1"),

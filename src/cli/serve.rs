@@ -18,8 +18,9 @@ use boresight_run::{config::Backend, pipeline::Onlookers};
 
 /// Wait for a phone: choose camera, board and plan on its page, and calibrate.
 ///
-/// For a camera that is out of reach of a screen. Prints a link with a secret key and a QR code; only who has it is let
-/// in. Sessions are stored in ./sessions. If the phone is gone, the session continues by itself. Ctrl-C ends.
+/// For a camera that is out of reach of a screen. Prints a link with a secret key and a QR code;
+/// only who has it is let in. Sessions are stored in ./sessions. If the phone is gone, the session
+/// continues by itself. Ctrl-C ends.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

@@ -15,13 +15,14 @@ use boresight_present::text;
 /// Record a simulated session: every picture, every decision, and the true values.
 ///
 /// A simulated technician follows the guidance with human reaction time, speed and mistakes.
-/// truth.json holds the true lens and the board's true pose in every frame. If nothing is taken for two minutes of
-/// the scene's time, the session ends and says what was asked for.
+/// truth.json holds the true lens and the board's true pose in every frame. If nothing is taken for
+/// two minutes of the scene's time, the session ends and says what was asked for.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
     /// Scene file (TOML), or random:SEED for a random camera [default: an ordinary webcam:
-    /// 1280x720, 30 pictures/s, 16 ms exposure, 15 ms readout, corner noise about 0.1 px, board bent by 0.2 mm].
+    /// 1280x720, 30 pictures/s, 16 ms exposure, 15 ms readout, corner noise about 0.1 px, board
+    /// bent by 0.2 mm].
     #[arg(value_name = "SCENARIO")]
     scenario: Option<String>,
     /// Folder for the new session.
@@ -46,10 +47,10 @@ Examples:
   boresight simulate random:7 --out recordings/seven
   boresight simulate scene.toml --accepted-only --out recordings/scene";
 
-/// The simulated person goes on for that long without a new view, in the scene's own time.
+/// Longest time without a new view, in the scene's own time.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// When the number of views last changed.
+/// Last change of the number of views.
 #[derive(Default)]
 struct Newest {
     views: usize,
@@ -57,7 +58,7 @@ struct Newest {
 }
 
 impl Newest {
-    /// Notes how many views there are at that time; true if there has been no other number for [`PATIENCE`].
+    /// Notes the number of views; true if it was constant for [`PATIENCE`].
     fn is_long_ago(&mut self, views: usize, now_nanos: u64) -> bool {
         if views != self.views {
             *self = Self { views, at_nanos: now_nanos };
@@ -108,7 +109,7 @@ mod tests {
         assert!(!newest.is_long_ago(0, secs(119)));
         assert!(!newest.is_long_ago(1, secs(121)));
         assert!(!newest.is_long_ago(1, secs(240)));
-        // A view that was taken back counts, too.
+        // A view taken back counts, too.
         assert!(!newest.is_long_ago(0, secs(241)));
         assert!(newest.is_long_ago(0, secs(362)));
     }

@@ -1,4 +1,4 @@
-//! What a person named: files, the pictures of folders, and `-` for what comes at standard input.
+//! Inputs named by a person: files, the pictures of folders, and `-` for standard input.
 
 use std::{
     io::{Read, Write},
@@ -13,22 +13,22 @@ use boresight_capture::{pictures_in, unread_pictures_in};
 use boresight_files::Scratch;
 use boresight_present::text;
 
-/// The name of standard input.
+/// Name of standard input.
 pub(super) const DASH: &str = "-";
 
-/// Most bytes that are taken.
+/// Largest input, in bytes.
 const LIMIT: u64 = 1 << 30;
 
-/// Files that a person named, with a copy of standard input where that's one of them.
+/// Files named by a person, with a copy of standard input where named.
 #[derive(Debug)]
 pub(super) struct Given {
-    /// Paths that can be read, and read again.
+    /// Paths for repeated reading.
     pub(super) files: Vec<PathBuf>,
     copy: Option<(Scratch, PathBuf)>,
 }
 
 impl Given {
-    /// The files called `names`.
+    /// Files by `names`.
     ///
     /// # Errors
     ///
@@ -46,8 +46,8 @@ impl Given {
         Ok(given)
     }
 
-    /// As [`Self::of`], with the pictures of a folder in its place; says which are of a kind that isn't read. A session's
-    /// folder stays.
+    /// Files as [`Self::of`], with folders replaced by their pictures; announces skipped kinds. A
+    /// session's folder stays.
     ///
     /// # Errors
     ///
@@ -68,7 +68,7 @@ impl Given {
         Self::of(&files)
     }
 
-    /// The file called `name`, alone.
+    /// A single file by `name`.
     ///
     /// # Errors
     ///
@@ -77,12 +77,12 @@ impl Given {
         Self::of(&[name.to_path_buf()])
     }
 
-    /// The file of [`Self::one`].
+    /// File of [`Self::one`].
     pub(super) fn file(&self) -> &Path {
         self.files.first().map_or(Path::new(DASH), PathBuf::as_path)
     }
 
-    /// What a person calls `file`.
+    /// Name of `file` for a person.
     pub(super) fn name(&self, file: &Path) -> String {
         match &self.copy {
             Some((_, copy)) if copy == file => DASH.into(),
@@ -91,7 +91,7 @@ impl Given {
     }
 }
 
-/// Standard input as a file, whose name tells whether it's a picture or a table.
+/// Standard input as a file, named as a picture or a table.
 fn copied() -> anyhow::Result<(Scratch, PathBuf)> {
     let mut input = std::io::stdin().lock().take(LIMIT + 1);
     let mut start = Vec::new();

@@ -1,4 +1,4 @@
-//! The arguments that say what a source can't say itself.
+//! Arguments for properties not stated by a source.
 
 use clap::Args;
 
@@ -8,11 +8,13 @@ use boresight_run::config::Config;
 /// What a source can't say itself.
 #[derive(Clone, Debug, Args)]
 pub(super) struct StreamArguments {
-    /// Size, format and rate of raw pictures from pipe:COMMAND or -, for example 1280x720:gray@30. Formats by their names
-    /// in ffmpeg, GStreamer or ROS: gray, gray16le, rgb24, bgr24, yuv420p, nv12, yuyv422, uyvy422, bayer_rggb8, ….
+    /// Size, format and rate of raw pictures from pipe:COMMAND or -, for example 1280x720:gray@30.
+    /// Formats by their names in ffmpeg, GStreamer or ROS: gray, gray16le, rgb24, bgr24, yuv420p,
+    /// nv12, yuyv422, uyvy422, bayer_rggb8, ….
     #[arg(long, value_name = "WxH:FORMAT@FPS", value_parser = raw)]
     raw: Option<String>,
-    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only one with pictures].
+    /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only
+    /// one with pictures].
     #[arg(long, value_name = "TOPIC")]
     topic: Option<String>,
 }

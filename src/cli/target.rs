@@ -25,10 +25,11 @@ use boresight_present::{
 
 /// Create a board to print or show on a screen: PDF, SVG or PNG.
 ///
-/// The board has its true size. Without --square, the squares are as large as fits with a white margin of one square,
-/// in whole millimetres (in whole pixels on a screen). The sheet also shows a ruler, the board's name and the square
-/// size. If there is room, a code in the margin names the board, so that other commands need no --board. The command
-/// explains how to check the print and its flatness, and what to pass to `boresight guide`.
+/// The board has its true size. Without --square, the squares are as large as fits with a white
+/// margin of one square, in whole millimetres (in whole pixels on a screen). The sheet also shows a
+/// ruler, the board's name and the square size. If there is room, a code in the margin names the
+/// board, so that other commands need no --board. The command explains how to check the print and
+/// its flatness, and what to pass to `boresight guide`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -40,12 +41,12 @@ pub(super) struct Arguments {
     /// Paper or screen; landscape or portrait, whichever fits best.
     #[arg(long, value_enum, default_value = "a4", ignore_case = true)]
     paper: Medium,
-    /// File to write: *.pdf, *.svg or *.png [default: named after the board, such as checkerboard-9x6-25mm.pdf; .png for
-    /// a screen].
+    /// File to write: *.pdf, *.svg or *.png [default: named after the board, such as
+    /// checkerboard-9x6-25mm.pdf; .png for a screen].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Pixels per inch of a PNG [default: 300] or of the screen (required): its width in pixels divided by its width
-    /// in inches.
+    /// Pixels per inch of a PNG [default: 300] or of the screen (required): its width in pixels
+    /// divided by its width in inches.
     #[arg(long, value_name = "NUMBER", value_parser = resolution)]
     dpi: Option<Resolution>,
     /// Size of the screen in pixels.

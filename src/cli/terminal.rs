@@ -16,8 +16,8 @@ use serde_json::{Value, json};
 use boresight_app::{Announcer, Lines};
 use boresight_present::text;
 
-/// Writes a line to stdout. A reader that has gone, as `head` goes, is no failure: what the command finds
-/// out still decides its exit code.
+/// Writes a line to stdout. A closed reader such as `head` is no failure: the exit code still
+/// follows from the command's result.
 pub fn print(line: &str) -> anyhow::Result<()> {
     match writeln!(std::io::stdout(), "{line}") {
         Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
@@ -25,7 +25,7 @@ pub fn print(line: &str) -> anyhow::Result<()> {
     }
 }
 
-/// Whether stderr is read by a program: every line is then a JSON object.
+/// True if a program reads stderr: every line is then a JSON object.
 static AS_JSON: AtomicBool = AtomicBool::new(false);
 
 /// True if every line on stderr is a JSON object.
@@ -33,7 +33,7 @@ pub(super) fn is_json() -> bool {
     AS_JSON.load(Ordering::Relaxed)
 }
 
-/// Lines at the end of stderr that are rewritten in place; others come above them.
+/// Lines at the end of stderr, rewritten in place below all others.
 static STATUS: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
 pub(super) fn set_status(lines: ProgressBar) {
@@ -44,7 +44,7 @@ pub(super) fn take_status() {
     *STATUS.lock().unwrap_or_else(PoisonError::into_inner) = None;
 }
 
-/// From now on, every line on stderr is a JSON object.
+/// Switches stderr to JSON lines.
 pub(super) fn log_as_json() {
     AS_JSON.store(true, Ordering::Relaxed);
 }
@@ -52,12 +52,13 @@ pub(super) fn log_as_json() {
 /// Another reader of the events.
 static READER: Mutex<Option<Lines>> = Mutex::new(None);
 
-/// From now on, `reader` gets every event, too; `None` ends that.
+/// Sends every event to `reader`, too; `None` ends the sending.
 pub(super) fn log_to(reader: Option<Lines>) {
     *READER.lock().unwrap_or_else(PoisonError::into_inner) = reader;
 }
 
-/// Writes a line to stderr; without a reader the work continues. Names from files and devices command no terminal.
+/// Writes a line to stderr; without a reader the work continues. Escapes terminal commands in names
+/// from files and devices.
 pub fn say(line: &str) {
     log("message", || json!({ "text": line.trim() }));
     if is_json() {
@@ -74,7 +75,7 @@ pub fn say(line: &str) {
     }
 }
 
-/// Hands an event with its `fields` to the programs that read them, on stderr or elsewhere.
+/// Sends an event with its `fields` to the programs on stderr or elsewhere.
 pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
     let reader = READER.lock().unwrap_or_else(PoisonError::into_inner);
     if reader.is_none() && !is_json() {
@@ -87,19 +88,20 @@ pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
         reader(&line.to_string());
     }
     if is_json() {
-        // One write, so that lines of several threads stay whole.
+        // A single write keeps lines of several threads whole.
         let _ = std::io::stderr().write_all(format!("{line}\n").as_bytes());
     }
 }
 
-/// How long a second Ctrl-C counts as the first: some shells and wrappers pass it on twice.
+/// Time within which a second Ctrl-C counts as the first: some shells and wrappers pass it on
+/// twice.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(50);
 /// Exit code after a second Ctrl-C, as shells know it.
 const INTERRUPTED: i32 = 130;
 
-/// A flag that Ctrl-C, a polite kill and the closing of the terminal set. A second Ctrl-C or kill ends the
-/// program at once, whatever hangs.
+/// Flag set by Ctrl-C, a polite kill and the closing of the terminal. A second Ctrl-C or kill ends
+/// the program at once, even if hanging.
 pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
@@ -120,7 +122,7 @@ pub(super) fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
         while !again.load(Ordering::Relaxed) {
             std::thread::sleep(LOOK);
         }
-        // What hangs may be the terminal.
+        // The hanging part may be the terminal.
         let said = std::thread::Builder::new().spawn(|| {
             #[cfg(unix)]
             super::typing::restore();

@@ -1,14 +1,14 @@
-//! How a terminal hands over what is typed.
+//! Mode of a terminal's keyboard input.
 
 use std::sync::{Mutex, PoisonError};
 
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcsetattr};
 
-/// The terminal's settings from before keys were read; `None` while they're unchanged.
+/// Settings of the terminal before reading keys; `None` while unchanged.
 static BEFORE: Mutex<Option<Termios>> = Mutex::new(None);
 
-/// From now on, the terminal at stdin hands over every key at once and shows none; Ctrl-C still ends the session. `None` if
-/// it can't.
+/// Switches the terminal at stdin to single keys without echo; Ctrl-C still ends the session.
+/// `None` if unsupported.
 pub(super) fn by_key() -> Option<()> {
     let stdin = std::io::stdin();
     let before = tcgetattr(&stdin).ok()?;

@@ -1,14 +1,14 @@
-//! Arguments that can't be meant.
+//! Implausible arguments.
 
 use boresight_app::MissingFeature;
 use boresight_run::config::ConfigError;
 
-/// Arguments that can't be meant.
+/// Error for implausible arguments.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(super) struct WrongUsage(pub(super) String);
 
-/// Whether the arguments are at fault, not what they name.
+/// True if the arguments are at fault, not the files they name.
 pub(super) fn is_of_usage(cause: &(dyn std::error::Error + 'static)) -> bool {
     let is_setting = |err: &ConfigError| !matches!(err, ConfigError::File(_));
     cause.is::<MissingFeature>()

@@ -1,6 +1,6 @@
-//! What `--version` says.
+//! Output of `--version`.
 
-/// Version, build, commit, features and libraries, as a bug report needs them.
+/// Version, build, commit, features and libraries, for a bug report.
 pub(super) const LONG: &str = concat!(
     env!("CARGO_PKG_VERSION"),
     "\nbuild:     ",

@@ -31,22 +31,23 @@ use boresight_watch::{Decision, State};
 
 /// Watch an installed camera without a board: say when it has moved or its lens has changed.
 ///
-/// Compares ordinary pictures of the scene with those of the days after installation, through the calibrated lens. It
-/// learns for 20 hours before it says anything, and for three days until it's surest. Everything is stored in --store; the
-/// same command goes on where it stopped.
+/// Compares ordinary pictures of the scene with those of the days after installation, through the
+/// calibrated lens. It learns for 20 hours before it says anything, and for three days until it's
+/// surest. Everything is stored in --store; the same command goes on where it stopped.
 ///
-/// States: LEARNING, OK, MOVED (it points elsewhere; the lens calibration stays valid), ZOOM and LENS (calibrate again),
-/// CANNOT-TELL, each with the smallest change that would be seen.
+/// States: LEARNING, OK, MOVED (it points elsewhere; the lens calibration stays valid), ZOOM and
+/// LENS (calibrate again), CANNOT-TELL, each with the smallest change that would be seen.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, args_conflicts_with_subcommands = true)]
 pub(super) struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
-    /// Pictures: a folder, files, a camera, a stream, or a video. The times of files are read from their names, such as
-    /// 2026-03-12T14_05_00.jpg in UTC, or else are those of the files.
+    /// Pictures: a folder, files, a camera, a stream, or a video. The times of files are read from
+    /// their names, such as 2026-03-12T14_05_00.jpg in UTC, or else are those of the files.
     #[arg(value_name = "SOURCE")]
     source: Vec<String>,
-    /// The camera's calibration: a session's folder, or a file that `check --against` reads. Needed the first time.
+    /// The camera's calibration: a session's folder, or a file that `check --against` reads. Needed
+    /// the first time.
     #[arg(long, value_name = "SESSION|FILE")]
     reference: Option<PathBuf>,
     #[command(flatten)]
@@ -60,24 +61,25 @@ pub(super) struct Arguments {
     /// Look at what is there, print the state, and end with its exit code: for cron and tests.
     #[arg(long)]
     once: bool,
-    /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and if you like every,
-    /// presets and patches_only. Each has a folder of its name in --store. One that can't be opened fails the command, but
-    /// stops none of the others.
+    /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and
+    /// if you like every, presets and patches_only. Each has a folder of its name in --store. One
+    /// that can't be opened fails the command, but stops none of the others.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["source", "reference", "name", "presets", "patches_only"])]
     list: Option<PathBuf>,
-    /// The camera turns between up to N presets. Watch tells them apart by their pictures and watches each separately, in
-    /// its own folder below --store.
+    /// The camera turns between up to N presets. Watch tells them apart by their pictures and
+    /// watches each separately, in its own folder below --store.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=64))]
     presets: Option<u8>,
-    /// Store patches of the scene only and no picture: for sites with people. Learning starts over if the program is
-    /// stopped meanwhile.
+    /// Store patches of the scene only and no picture: for sites with people. Learning starts over
+    /// if the program is stopped meanwhile.
     #[arg(long)]
     patches_only: bool,
     /// Write the states to this file for Prometheus' node exporter.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
-    /// Run this command with the shell when a camera's state changes, and with --once at the end. BORESIGHT_CAMERA is its
-    /// name, BORESIGHT_STATE the state, BORESIGHT_SENTENCE what is said, BORESIGHT_STORE its folder.
+    /// Run this command with the shell when a camera's state changes, and with --once at the end.
+    /// BORESIGHT_CAMERA is its name, BORESIGHT_STATE the state, BORESIGHT_SENTENCE what is said,
+    /// BORESIGHT_STORE its folder.
     #[arg(long, value_name = "COMMAND")]
     on_finish: Option<String>,
     /// Print a JSON object on stdout for each picture, or with --once for each camera.
@@ -97,11 +99,13 @@ struct Place {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Help to push a camera back: says live what to do, roll first, until it's tight and points where it should.
+    /// Help to push a camera back: says live what to do, roll first, until it's tight and points
+    /// where it should.
     ///
-    /// The camera is compared with where it stood at this hour of the day. A window, and with --serve a phone's page, shows
-    /// the live picture with the edges of the scene where they should be, an arrow, a number and a sentence, and sounds a
-    /// tone that rises as the camera comes nearer. Nothing is recorded.
+    /// The camera is compared with where it stood at this hour of the day. A window, and with
+    /// --serve a phone's page, shows the live picture with the edges of the scene where they should
+    /// be, an arrow, a number and a sentence, and sounds a tone that rises as the camera comes
+    /// nearer. Nothing is recorded.
     Adjust {
         /// The camera or stream.
         #[arg(required = true, value_name = "SOURCE")]
@@ -224,7 +228,7 @@ impl Arguments {
                 metrics.note(camera);
             }
             if self.json && !self.once {
-                // A reader that has gone ends nothing.
+                // A closed reader ends nothing.
                 let _ = serde_json::to_string(&StateLine::of(camera)).map(|line| print(&line));
             }
             let code = decision.state.code();
@@ -279,8 +283,8 @@ impl Arguments {
         Ok(watch::worst(cameras().map(|camera| camera.watch().decision().state)))
     }
 
-    /// The cameras, each with its pictures and interval, and how many there should be: what's wrong with one of a list stops
-    /// none of the others.
+    /// Opens the cameras, each with its pictures and interval, and returns their intended number: a
+    /// failing camera of a list stops none of the others.
     fn rounds(&self) -> anyhow::Result<(Vec<Round>, usize)> {
         let config = Config::load(None, &[])?;
         let Some(list) = &self.list else {
@@ -373,7 +377,7 @@ fn start(on_finish: &OnFinish, camera: &WatchedCamera, line: &StateLine) {
     ]);
 }
 
-/// The file of `--metrics`: each camera's part is replaced when it has been looked at.
+/// File of `--metrics`: looking at a camera replaces its part.
 struct Metrics {
     path: PathBuf,
     parts: Mutex<BTreeMap<String, watch::CameraMetrics>>,
@@ -429,7 +433,7 @@ fn adjust(
             let line = json!({
                 "arrow": cue.arrow, "number": cue.number, "sentence": cue.sentence, "closeness": step.closeness,
             });
-            // A reader that has gone ends nothing.
+            // A closed reader ends nothing.
             let _ = print(&line.to_string());
         } else if cue != said {
             say(&format!("{}  {:>8}  {}", cue.arrow, cue.number, cue.sentence));

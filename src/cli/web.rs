@@ -15,20 +15,21 @@ use boresight_files::{Links, read};
 use boresight_phone::{ServeAddress, WebPage};
 use boresight_present::text::phone as words;
 
-/// Where the page lies from the folder of the program: installed, and as `make web` leaves it.
+/// Locations of the page relative to the program's folder: installed, and as left by `make web`.
 const PLACES: [&str; 2] = ["../share/boresight/boresight.html", "../web/boresight.html"];
-/// Largest page.
+/// Largest page, in bytes.
 const LIMIT: u64 = 64 << 20;
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Serve the page that calibrates in a browser, to this computer.
 ///
-/// The page needs nothing else: webcam, pictures or a video are looked at in the browser, and nothing leaves it. It's one
-/// file, which also works when it's opened from a disk. Ctrl-C ends.
+/// The page needs nothing else: webcam, pictures or a video are looked at in the browser, and
+/// nothing leaves it. It's one file, which also works when it's opened from a disk. Ctrl-C ends.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// An address of this computer with a port. Only to localhost do browsers give their camera without HTTPS.
+    /// An address of this computer with a port. Only to localhost do browsers give their camera
+    /// without HTTPS.
     #[arg(value_name = "ADDRESS", default_value = "127.0.0.1:8418")]
     address: ServeAddress,
     /// The page [default: as installed, or as `make web` made it].
@@ -54,7 +55,7 @@ impl Arguments {
     }
 }
 
-/// The page that belongs to this program.
+/// Page of this program.
 fn found() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
     let folder = program.parent().unwrap_or(Path::new("."));

@@ -1,4 +1,4 @@
-//! The window, opened from the command line.
+//! Window, opened from the command line.
 
 use std::{
     path::Path,
@@ -30,7 +30,7 @@ use boresight_formats::CalibrationFile;
 use boresight_present::text::window as words;
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
-/// Without `at_once`, the start page asks what the first one is about.
+/// Without `at_once`, the start page asks about the first session.
 pub(super) fn run(
     opening: Opening,
     beside: &BesideArguments,
@@ -44,7 +44,7 @@ pub(super) fn run(
     Ok(*exit.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// The program behind a window that somebody else shows, as tests do; remembers nothing.
+/// Program behind a window shown by others, such as tests; remembers nothing.
 pub(super) fn app_host(
     opening: Opening,
     beside: &BesideArguments,
@@ -59,7 +59,8 @@ pub(super) fn replay(recording: DecidedRecording) -> anyhow::Result<()> {
     or_say_why(ui::run_replay(recording))
 }
 
-/// Shows in a window how to push `camera` back until it's closed; `hear` gets every step. True if the camera stands right.
+/// Guides in a window to push `camera` back until it's closed; `hear` gets every step. True if the
+/// camera points right.
 pub(super) fn adjust(
     (camera, feed): (&WatchedCamera, &Feed),
     faces: bool,
@@ -99,11 +100,11 @@ fn host(
     let on_result = Arc::new(move |folder: &Path, result: &CalibrationFile| {
         operation.ended(folder, result);
         if json {
-            // A result that can't be printed is in the session's folder all the same.
+            // An unprintable result is in the session's folder all the same.
             let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
-    // The window's picture isn't mirrored, unless its voice speaks to somebody who faces the camera.
+    // The window's picture isn't mirrored, unless its voice addresses someone facing the camera.
     let announcer = match beside.speaks_to_facing() {
         Some(true) => announcer(),
         _ => announcer().from_behind(),

@@ -1,5 +1,5 @@
-//! The way back of a watched camera: the live picture with the edges of the scene where they should be, an arrow, a number,
-//! a sentence, and a tone that rises as the camera comes nearer.
+//! Way back of a watched camera: the live picture with the expected edges of the scene, an arrow, a
+//! number, a sentence, and a tone rising as the camera comes nearer.
 
 use std::{
     f32::consts::{FRAC_PI_2, PI},
@@ -40,17 +40,17 @@ use boresight_watch::{Advice, Axis, Lens};
 /// Time between two looks for a new picture, and between two tones.
 const LOOK: std::time::Duration = std::time::Duration::from_millis(40);
 const TONE_SECS: f64 = 0.4;
-/// Closeness from which on a tone is heard.
+/// Minimum closeness for a tone.
 const HEARD: f64 = 0.25;
 /// Height of the words and of the bar below the picture, as shares of the window's.
 const WORDS: f32 = 0.2;
 const BAR: f32 = 0.035;
 
-/// What the window shows of a step.
+/// Step as shown by the window.
 #[derive(Clone, Debug)]
 pub struct WayBack {
     frame: Arc<frame::Frame>,
-    /// What to do, for who stands behind the camera, and for who faces it.
+    /// Next action for a person behind the camera, and for one facing it.
     said: [(Advice, Cue); 2],
     gravity: Gravity,
     close: Option<f64>,
@@ -58,7 +58,7 @@ pub struct WayBack {
 }
 
 impl WayBack {
-    /// Of a step of a camera with that lens.
+    /// Step of a camera with this lens.
     pub fn of(step: &Step<'_>, lens: &Lens) -> Self {
         let said = |advice| (advice, with_scale(lens, |scale| watch_words::cue(&advice, scale)));
         Self {
@@ -71,11 +71,11 @@ impl WayBack {
     }
 }
 
-/// What passes between the window and the thread that measures.
+/// Link between the window and the measuring thread.
 #[derive(Debug, Default)]
 pub struct Link {
     newest: Mutex<Option<WayBack>>,
-    /// The thread has failed or was stopped, so that there's nothing to show.
+    /// True once the thread has failed or stopped.
     pub has_ended: AtomicBool,
 }
 
@@ -86,27 +86,27 @@ impl Link {
     }
 }
 
-/// The page.
+/// Page for a watched camera's way back.
 pub struct AdjustPage {
     link: Arc<Link>,
     shown: Option<WayBack>,
     picture: Picture,
     faces: bool,
-    /// None for a person who has turned the tone off.
+    /// Sound; `None` if the person has turned the tone off.
     sound: Option<Sound>,
     sounded_secs: f64,
 }
 
 impl AdjustPage {
-    /// A page that shows what `link` brings, for a person who stands behind the camera or `faces` it, and who made the
-    /// choices in `memory`.
+    /// Page for the steps from `link`, for a person behind the camera or, with `faces`, facing it,
+    /// with the choices in `memory`.
     pub fn new(link: Arc<Link>, faces: bool, memory: &Memory) -> Self {
         let has_tone = memory.tone.unwrap_or(Preferences::default().tone);
         let (shown, picture, sound) = (None, Picture::default(), has_tone.then(Sound::new));
         Self { link, shown, picture, faces, sound, sounded_secs: 0.0 }
     }
 
-    /// Shows it.
+    /// Shows the page.
     pub fn show(&mut self, ui: &mut Ui) {
         if self.link.has_ended.load(Ordering::Relaxed) {
             ui.ctx().send_viewport_cmd(ViewportCommand::Close);
@@ -155,7 +155,7 @@ impl AdjustPage {
         let line = |text: &str, size: f32, color| {
             painter.layout_no_wrap(text.to_owned(), FontId::proportional(size), color)
         };
-        // Sign and number are read from a ladder; the sentence takes what's left of the width.
+        // Sign and number are read from a ladder; the sentence takes the remaining width.
         let square = Rect::from_min_size(rect.min, Vec2::splat(high)).shrink(0.15 * high);
         if let Some((advice, _)) = said {
             sign(&painter, square, advice, color);
@@ -189,7 +189,7 @@ impl AdjustPage {
         }
         Image::new((texture, placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
         let color = shown.close.map_or(theme::GREY, |close| theme::approach(close as f32));
-        // Dark below, so that the edges are seen on any picture.
+        // Dark below, to show the edges on any picture.
         let dot = placed.scale().max(1.0);
         for (side, color) in [(dot + 1.5, Color32::from_black_alpha(140)), (dot, color)] {
             let mut mesh = Mesh::default();
@@ -201,7 +201,7 @@ impl AdjustPage {
         }
     }
 
-    /// A tone that rises by two octaves on the way.
+    /// Tone, rising by two octaves on the way.
     fn sound(&mut self, now_secs: f64) {
         let Some(sound) = &mut self.sound else { return };
         let close = self.shown.as_ref().and_then(|shown| shown.close).unwrap_or(0.0);
@@ -212,7 +212,7 @@ impl AdjustPage {
     }
 }
 
-/// The sign of what to do; none while it isn't known where the camera points.
+/// Sign of the next action; none while the camera's direction is unknown.
 fn sign(painter: &Painter, rect: Rect, advice: &Advice, color: Color32) {
     let shift = |towards_rad| icon::paint(painter, rect, Movement::Shift { towards_rad }, color);
     match *advice {

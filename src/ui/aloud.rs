@@ -1,18 +1,18 @@
-//! What a screen reader says without being asked.
+//! Announcements of a screen reader.
 
 use egui::{Context, Response, accesskit::Live};
 
-/// Has `response`'s words read when they come or change, after what is being read.
+/// Announces new words of `response` after the present announcement.
 pub(super) fn read_next(response: &Response) {
     read(response, Live::Polite);
 }
 
-/// Has them read at once: what is being read may not be true any more.
+/// Announces the words at once: the present announcement may be outdated.
 pub(super) fn read_now(response: &Response) {
     read(response, Live::Assertive);
 }
 
-/// Names the window, which has a title only for those who see it.
+/// Names the window, for people who can't see its title.
 pub(super) fn name_window(ctx: &Context, title: &str) {
     ctx.accesskit_node_builder(egui::accesskit_root_id(), |node| node.set_label(title));
 }

@@ -37,21 +37,21 @@ use boresight_geometry::{device::Control, target::BoardChoice};
 use boresight_guide::session::Command;
 use boresight_present::text::{self, Act, window as words};
 
-/// Time between two paintings while something moves that doesn't come from the source: a flash fades. As long as between a
-/// usual camera's pictures, with which it then is painted.
+/// Time between two paintings during a motion without a new picture, such as a fading flash. Equals
+/// a usual camera's frame interval, to paint both together.
 const MOVING: Duration = Duration::from_millis(33);
-/// Wakes within this time paint once: a picture, and what is found in it.
+/// Time within which wakes paint once: for a picture, and its detections.
 const MOMENT: Duration = Duration::from_millis(15);
-/// Time between two looks of the window while a session runs and nothing comes.
+/// Time between two looks of the window in a session without news.
 const IDLE: Duration = Duration::from_millis(500);
-/// The same while nobody waits for anything: the person has paused, or no session runs. Without a graphics card, a look
-/// costs the processor 30 ms.
+/// Time between two looks while paused or without a session. Without a graphics card, a look costs
+/// the processor 30 ms.
 const REST: Duration = Duration::from_secs(2);
-/// Time without mouse or keys after which a session is shown in big letters.
+/// Time without mouse or keys before a session is shown in big letters.
 const UNTOUCHED_SECS: f64 = 2.0;
-/// Time for which another board must have been named, before the first view, until it's used …
+/// Time of continuous detection of another board, before the first view, until it's used.
 const OTHER_BOARD_SECS: f64 = 1.5;
-/// … and most switches, so that two boards in view don't take turns for ever.
+/// Maximum number of switches, against two boards in view taking turns for ever.
 const MOST_SWITCHES: u32 = 3;
 
 /// Page of the window.
@@ -59,11 +59,11 @@ const MOST_SWITCHES: u32 = 3;
 pub enum Page {
     /// Camera, board and plan of the next session.
     Start,
-    /// The live picture and what to do next.
+    /// The live picture and the next action.
     Guide,
     /// The calibration and its charts.
     Result,
-    /// The next session, and how the window looks and sounds.
+    /// Settings of the next session, and of looks and sounds.
     Settings,
     /// A recording, decision by decision.
     Replay,
@@ -75,45 +75,45 @@ pub struct App {
     wish: SessionRequest,
     start: StartPage,
     choices: Choices,
-    /// The source whose modes are offered.
+    /// Source of the offered modes.
     offered_of: String,
-    /// The camera whose board is counted.
+    /// Camera with the counted board.
     counted: Option<String>,
-    /// True if the cameras are being looked through.
+    /// True while the cameras are previewed.
     looks: bool,
     memory: Memory,
-    /// Another board that is in view, and since when.
+    /// Another board in view, with the time of its appearance.
     other_board: Option<(BoardChoice, f64)>,
-    /// Number of times that another board was used by itself since the person started.
+    /// Number of automatic switches of the board since the person started.
     switches: u32,
-    /// True if the window fills the screen only while nobody is at the computer.
+    /// True if the window fills the screen only while the person is away.
     fills_screen: bool,
     phone: phone::PhoneCard,
     stage: SessionState,
     screen: Screen,
     page: Page,
     result: result::ResultPage,
-    /// Values of the camera's controls that the person set.
+    /// Values of the camera's controls set by the person.
     adjusted: BTreeMap<Control, i64>,
     shelf: RecordingBrowser,
-    /// A stored session that is being read.
+    /// A stored session being read.
     storing: Option<(PathBuf, Storing)>,
-    /// A calibration that the next result is compared with.
+    /// Calibration to compare the next result with.
     compare_later: Option<PathBuf>,
     sound: Sound,
-    /// True for big letters even while somebody is at the computer.
+    /// True for big letters even while the person is at the computer.
     wants_distance: bool,
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
     help: bool,
-    /// How many times as large as the person wants it everything is, so that it fits into the window, or is seen in it.
+    /// Scale on top of the person's choice, to fit everything into the window and keep it readable.
     fitted: f32,
     note: Option<String>,
-    /// Why nothing can be heard, since it was tried last.
+    /// Reason for silence at the last attempt to speak.
     no_voice: Option<String>,
     exported: Option<Result<PathBuf, UserError>>,
     wake: Wake,
-    /// True while the person has paused: pictures that come then are painted now and then.
+    /// True while paused: new pictures are then painted rarely.
     rests: Arc<AtomicBool>,
 }
 
@@ -199,7 +199,7 @@ impl App {
         &self.screen
     }
 
-    /// Shows a running session in big letters while nobody is at the computer.
+    /// Shows a running session in big letters while the person is away.
     fn notice_hands(&mut self, ctx: &Context) {
         let touched = ctx.input(|input| {
             // A window without a person, as in a test, has no focus to gain or lose.
@@ -223,8 +223,8 @@ impl App {
         }
     }
 
-    /// Shows everything smaller in a window that is too small for it, as on a laptop that doubles its pixels, and larger in a
-    /// very large one, as on a screen of 3840×2160 pixels that doesn't.
+    /// Shows everything smaller in a too small window, as on a laptop with doubled pixels, and
+    /// larger in a very large one, as on a screen of 3840×2160 undoubled pixels.
     fn fit(&mut self, ctx: &Context) {
         let zoom = ctx.zoom_factor();
         let size = ctx.content_rect().size() * zoom;
@@ -236,12 +236,12 @@ impl App {
         }
     }
 
-    /// The scale that the person chose; 1 is the usual size.
+    /// Scale chosen by the person; 1 is the usual size.
     fn zoom(&self, ctx: &Context) -> f32 {
         ctx.zoom_factor() / self.fitted
     }
 
-    /// Looks through the cameras while the start page is seen and no session has one.
+    /// Previews the cameras on the start page, while they are free.
     fn look_around(&mut self) {
         let has_session = matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_));
         if self.page != Page::Start || has_session {
@@ -270,7 +270,8 @@ impl App {
         }
     }
 
-    /// Before the first view, a plain board in view replaces the chosen one. Circles may be something else: they're offered.
+    /// Replaces the chosen board by a plain one in view before the first view. Circles may be
+    /// something else: they're offered.
     fn notice_other_board(&mut self, ctx: &Context) {
         let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
             snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended
@@ -297,7 +298,7 @@ impl App {
         let board = [columns, rows];
         let image = self.screen.picture.grey().filter(|_| markers.is_none());
         let code = image.and_then(|image| self.host.read_code(image, board));
-        // Without a code only the number of corners or circles names the board in view.
+        // Without a code, only the number of corners or circles identifies the board in view.
         let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
         let (go_on_with, first) = (None, None);
         let wish =
@@ -308,7 +309,8 @@ impl App {
             let (board, square_m) = (Some(board), Some(square_m));
             self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
         }
-        // Dropping what is being ended waits for it. A session without a view stays only where there's no bin.
+        // Dropping an ending session waits for it. A session without a view remains only where
+        // there's no bin.
         self.end();
         self.stage = SessionState::Idle;
         if let Some(empty) = &self.screen.folder {
@@ -319,7 +321,7 @@ impl App {
         self.note = Some(text::start::switched(id, board, markers, square_m));
     }
 
-    /// Switches the voice as the person wants it; off if no program here speaks.
+    /// Switches the voice as chosen; off without a program to speak.
     fn voice(&mut self) {
         let Preferences { speech, mirrored, .. } = self.screen.preferences;
         if let Err(trouble) = self.host.speak(speech, mirrored) {
@@ -367,7 +369,7 @@ impl App {
         self.choices.full_screen = self.screen.preferences.full_screen;
     }
 
-    /// Keeps the choices for a session that were made on the start page.
+    /// Keeps the session choices of the start page.
     fn keep_wish(&mut self, wish: &SessionRequest) {
         let mut memory = Memory {
             board: Some(wish.board),
@@ -376,7 +378,7 @@ impl App {
             plan: Some(wish.plan),
             ..self.memory.clone()
         };
-        // The next time, a camera is more likely wanted than the simulation.
+        // The next time, a camera is more likely than the simulation.
         if !wish.source.starts_with(start::SIMULATION) {
             let is_camera = self.start.camera(&self.choices).is_some();
             memory.source = is_camera.then(|| wish.source.clone()).or(memory.source);
@@ -393,7 +395,7 @@ impl App {
         self.page
     }
 
-    /// The session that ended, once its result is stored.
+    /// The ended session, once its result is stored.
     pub fn ended(&self) -> Option<&Ended> {
         match &self.stage {
             SessionState::Ended(ended) => Some(ended),
@@ -401,7 +403,8 @@ impl App {
         }
     }
 
-    /// Work that needs no painting, done also while the window is hidden: the session goes on and ends by itself.
+    /// Does the work without painting, also while the window is hidden: the session continues and
+    /// ends unattended.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
         self.fit(ctx);
@@ -438,7 +441,7 @@ impl App {
                     if let Some(old) = self.compare_later.take() {
                         self.compare(&old);
                     }
-                    // The person may be on another page, sees a notice and stays there.
+                    // On another page, the person sees a notice and stays there.
                     if matches!(self.page, Page::Guide | Page::Start) {
                         self.page = Page::Result;
                     } else if self.page != Page::Result {
@@ -553,15 +556,15 @@ impl App {
         ui.ctx().request_repaint_after(next);
     }
 
-    /// Stores what there is; the window is closing.
+    /// Stores everything before the window closes.
     pub fn close(&mut self) {
         self.stop_looking();
         self.end();
-        // Dropping what is being ended waits for it.
+        // Dropping an ending session waits for it.
         self.stage = SessionState::Idle;
     }
 
-    /// Title of the window: the camera of the session, if there is one.
+    /// Title of the window: the session's camera, if any.
     fn title(&self) -> String {
         let source = self.screen.source.as_str();
         if source.is_empty() { words::TITLE.into() } else { words::title(source) }
@@ -587,7 +590,7 @@ impl App {
                 }
                 self.screen.adjustables.clone_from(&opened.adjustables);
                 let running = Running::new(opened, wish.first);
-                // A camera forgets between sessions what the person set.
+                // A camera forgets the person's settings between sessions.
                 if wish.source != self.wish.source {
                     self.adjusted.clear();
                 }
@@ -601,7 +604,7 @@ impl App {
         self.wish = SessionRequest { first: None, board_code: BoardFromCode::Nothing, ..wish };
     }
 
-    /// Ends the running session, if there is one.
+    /// Ends the running session, if any.
     fn end(&mut self) {
         self.stage = match std::mem::replace(&mut self.stage, SessionState::Idle) {
             SessionState::Running(running) => running.end(Arc::clone(&self.wake)),
@@ -612,7 +615,7 @@ impl App {
     fn command(&mut self, ctx: &Context, command: Command) {
         match &mut self.stage {
             SessionState::Running(running) => running.command(command),
-            // Going on is how an ended session changes.
+            // An ended session changes by resuming it.
             SessionState::Ended(ended) => {
                 let folder = ended.folder.clone();
                 let wish = SessionRequest {
@@ -742,7 +745,7 @@ impl App {
     }
 }
 
-/// Inner corners, if a board can have that many.
+/// Inner corners, if valid for a board.
 impl eframe::App for App {
     fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
         self.look(ctx);

@@ -1,4 +1,4 @@
-//! Keys and buttons for everything that can be done.
+//! Keys and buttons for every action.
 
 use egui::{Button, Context, Key, Response, Ui};
 
@@ -9,19 +9,19 @@ use boresight_present::text::Act;
 /// Request of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub enum UiAction {
-    /// An action that needs no further data.
+    /// Action without further data.
     Act(Act),
     /// Scale everything by this factor; 1 is the usual size.
     Zoom(f32),
-    /// Take back one view.
+    /// Take back a view.
     Remove(ViewNumber),
     /// Start the session chosen on the start page.
     Start(Box<boresight_app::host::SessionRequest>),
-    /// Take two more views, where no board has been.
+    /// Take two more views in uncovered areas.
     TakeMore,
-    /// Restart with a board of that many inner corners.
+    /// Restart with a board of these inner corners.
     UseBoard(BoardChoice),
-    /// Print a board of that many inner corners, with markers or plain, on the paper of that number.
+    /// Print a board of these inner corners, with markers or plain, on paper number `paper`.
     Print {
         /// Columns and rows.
         board: [u16; 2],
@@ -30,11 +30,11 @@ pub enum UiAction {
         /// Number of the paper.
         paper: usize,
     },
-    /// Mirror the picture if true: the camera faces the person, who has been asked.
+    /// Mirror the picture if true: the camera faces the person, as confirmed.
     Mirror(bool),
-    /// Say something to try the voice, which is then on.
+    /// Switch the voice on and speak a test sentence.
     TestVoice,
-    /// Fill the screen during a session, if true, while nobody is at the computer.
+    /// Fill the screen during a session, if true, while the person is away.
     FullScreenAfar(bool),
     /// Start with these settings.
     Open(Box<boresight_app::host::SessionRequest>),
@@ -91,13 +91,13 @@ fn key(act: Act) -> Key {
     }
 }
 
-/// True if `act` does something to the running session.
+/// True if `act` affects the running session.
 pub(super) fn is_of_session(act: Act) -> bool {
     matches!(act, Act::Force | Act::Undo | Act::Restore | Act::Pause | Act::Finish | Act::GoOn)
 }
 
-/// Requests of the keys pressed since the last pass. Letters belong to a text field that has the focus, and Space to a
-/// control that has it.
+/// Requests from keys pressed since the last pass. A focused text field keeps its letters, and a
+/// focused control its Space.
 pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
     let writing = ctx.egui_wants_keyboard_input();
     let focused = ctx.memory(|memory| memory.focused().is_some());
@@ -123,7 +123,7 @@ pub(super) fn button(ui: &mut Ui, act: Act, asks: &mut Vec<UiAction>) -> Respons
     response
 }
 
-/// A button that stays pressed while `on`.
+/// Button pressed down while `on`.
 pub(super) fn toggle(ui: &mut Ui, act: Act, on: bool, asks: &mut Vec<UiAction>) -> Response {
     let response = with_tip(ui.add(Button::selectable(on, act.words().label)), act);
     if response.clicked() {

@@ -1,9 +1,9 @@
 //! The window: guidance by picture, words and sound, and the result.
 //!
-//! Panels see a [`Screen`] only: the newest [`boresight_guide::session::Snapshot`], the newest picture and the person's
-//! preferences. They put requests into a list of [`UiAction`]s; [`App`] carries them out. The window never waits:
-//! pictures and snapshots are latest-wins, commands go out when there is room, and a session is ended and stored beside
-//! it.
+//! Panels see a [`Screen`] only: the newest [`boresight_guide::session::Snapshot`], the newest
+//! picture and the person's preferences. They put requests into a list of [`UiAction`]s; [`App`]
+//! carries them out. The window never waits: pictures and snapshots are latest-wins, commands go
+//! out when there is room, and sessions end and are stored in the background.
 //!
 //! | file | is |
 //! |---|---|

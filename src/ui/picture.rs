@@ -10,27 +10,27 @@ use nalgebra::Point2;
 
 use boresight_geometry::frame::{CaptureTime, Frame, ImageSize};
 
-/// The pixels of a small picture.
+/// Pixels of a thumbnail.
 pub(super) fn grey(image: &GrayImage) -> ColorImage {
     let size = [image.width() as usize, image.height() as usize];
     ColorImage::from_gray(size, image.as_raw())
 }
 
-/// A part of the picture in another colour. It's mixed into the pixels: one that is painted twice costs twice, most of all
-/// where there is no graphics card.
+/// Part of the picture in another colour, mixed into the pixels: painting a pixel twice costs
+/// twice, most of all without a graphics card.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tint {
-    /// Points around the part, in pixels of a picture …
+    /// Points around the part, in pixels of a picture of [`Self::image_size`].
     pub rim_px: Vec<Point2<f64>>,
-    /// … of that size, though the one that is shown may be smaller.
+    /// Size of the picture in the units of the rim; the shown picture may be smaller.
     pub image_size: ImageSize,
-    /// The colour, which the picture shines through.
+    /// Colour, mixed with the picture.
     pub color: Color32,
 }
 
 impl Tint {
-    /// The columns of row `y` whose middles are inside, each part from its first column to the one after its last, in a
-    /// picture of `width` columns.
+    /// Columns of row `y` with their middles inside, each run from its first column to the one
+    /// after its last, in a picture of `width` columns.
     fn parts(&self, y: usize, width: usize) -> Vec<[usize; 2]> {
         let scale = width as f64 / f64::from(self.image_size.width_px);
         let y = (y as f64 + 0.5) / scale - 0.5;
@@ -58,17 +58,17 @@ pub struct Picture {
     interval_secs: Option<f64>,
 }
 
-/// What was painted last, and whether it's still the newest picture.
+/// Last painted picture, with a note of its age.
 struct Shown {
     texture: TextureHandle,
     pixels: Arc<ColorImage>,
     tint: Option<Tint>,
-    /// True if a newer picture has come since.
+    /// True once a newer picture has come.
     is_old: bool,
 }
 
 impl Picture {
-    /// Shows `frame`, which came at `now_secs` by the window's clock.
+    /// Shows `frame`, arrived at `now_secs` by the window's clock.
     pub fn show_frame(&mut self, frame: &Frame, now_secs: f64) {
         self.show_image(&frame.image);
         if let Some(before) = self.captured_at {
@@ -104,8 +104,8 @@ impl Picture {
         self.interval_secs.map(|secs| 1.0 / secs)
     }
 
-    /// Texture of the picture with `tint`, once there is a picture. Pixels are coloured when they are painted: pictures that
-    /// come faster than that cost nothing.
+    /// Texture of the picture with `tint`, once there is a picture. Pixels are coloured when
+    /// painted: faster pictures cost nothing.
     pub fn texture(&self, ctx: &Context, tint: Option<&Tint>) -> Option<TextureId> {
         let image = self.grey()?;
         let size = [image.width() as usize, image.height() as usize];
@@ -121,7 +121,7 @@ impl Picture {
                 Shown { texture, pixels, tint: None, is_old: true }
             }
         };
-        // Unshared once the last one is on the graphics card, so that nothing is allocated.
+        // Unshared once the last one is on the graphics card, which avoids an allocation.
         color(&mut Arc::make_mut(&mut shown.pixels).pixels, image, tint);
         shown.texture.set_partial([0, 0], Arc::clone(&shown.pixels), OPTIONS);
         (shown.tint, shown.is_old) = (tint.cloned(), false);
@@ -131,7 +131,7 @@ impl Picture {
 
 const OPTIONS: TextureOptions = TextureOptions::LINEAR;
 
-/// The pixels of `image` with `tint`.
+/// Colours the pixels of `image` with `tint`.
 fn color(pixels: &mut [Color32], image: &GrayImage, tint: Option<&Tint>) {
     for (to, from) in pixels.iter_mut().zip(image.as_raw()) {
         *to = Color32::from_gray(*from);
@@ -150,7 +150,7 @@ fn color(pixels: &mut [Color32], image: &GrayImage, tint: Option<&Tint>) {
     }
 }
 
-/// A picture as large as fits within a rectangle of the screen.
+/// A picture fitted into a rectangle of the screen.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     /// Rectangle of the picture on the screen.
@@ -160,15 +160,15 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// The picture as large as `area` allows.
+    /// Picture as large as `area` allows.
     pub fn within(area: Rect, size: ImageSize, mirrored: bool) -> Self {
         let size_px = Vec2::new(size.width_px.max(1) as f32, size.height_px.max(1) as f32);
         let scale = (area.width() / size_px.x).min(area.height() / size_px.y).max(0.0);
         Self { rect: Rect::from_center_size(area.center(), size_px * scale), size_px, mirrored }
     }
 
-    /// Bars that the picture leaves free of `area`, before and after it. Painted instead of all of `area`: a pixel that
-    /// is painted twice costs twice, most of all where there is no graphics card.
+    /// Bars of `area` left free by the picture, before and after it. Painted instead of all of
+    /// `area`: painting a pixel twice costs twice, most of all without a graphics card.
     pub fn bars(&self, area: Rect) -> [Rect; 2] {
         if self.rect.width() < area.width() {
             [area.with_max_x(self.rect.left()), area.with_min_x(self.rect.right())]
@@ -184,7 +184,7 @@ impl Placed {
         self.rect.min + Vec2::new(across, share.y) * self.rect.size()
     }
 
-    /// The pixel at a place on the screen.
+    /// Pixel at a screen position.
     pub fn px(&self, pos: Pos2) -> Point2<f64> {
         let share = (pos - self.rect.min) / self.rect.size();
         let across = if self.mirrored { 1.0 - share.x } else { share.x };
@@ -197,7 +197,7 @@ impl Placed {
         self.rect.width() / self.size_px.x
     }
 
-    /// The texture coordinates that show it, mirrored or not.
+    /// Texture coordinates, mirrored or not.
     pub fn uv(&self) -> Rect {
         let (left, right) = if self.mirrored { (1.0, 0.0) } else { (0.0, 1.0) };
         Rect { min: pos2(left, 0.0), max: pos2(right, 1.0) }
@@ -220,7 +220,7 @@ mod tests {
         };
         let plain = color_of_all(None);
         assert_eq!(plain[3 * 20 + 7], Color32::from_gray(73));
-        // A quadrilateral whose side bends inwards and that leaves the picture on the right.
+        // A quadrilateral with a side bent inwards, extending beyond the picture on the right.
         let rim = [[2.5, 1.5], [30.0, 1.5], [30.0, 7.5], [9.5, 4.4], [2.5, 7.5]];
         let rim_px: Vec<Point2<f64>> = rim.into_iter().map(Point2::from).collect();
         let half = Color32::from_rgba_premultiplied(100, 50, 0, 128);

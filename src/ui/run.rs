@@ -1,4 +1,4 @@
-//! Opens the window, or says why there is none.
+//! Opens the window, or reports the reason for a failure.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -16,13 +16,13 @@ use boresight_app::{AppHost, desktop::has_display, recordings::DecidedRecording}
 use boresight_geometry::panic_message;
 use boresight_present::text::window as words;
 
-/// A window below that can't be read.
+/// Minimum readable window.
 const LEAST: Vec2 = Vec2::new(640.0, 400.0);
 
-/// Why there is no window.
+/// Reason for a missing window.
 #[derive(Debug, thiserror::Error)]
 pub enum NoWindow {
-    /// Neither X11 nor Wayland is there.
+    /// Neither X11 nor Wayland exists.
     #[error("there is no display to open a window on")]
     NoDisplay,
     /// The display went away while the window was open; the session has been ended and stored.
@@ -86,7 +86,7 @@ impl eframe::App for ReplayWindow {
     }
 }
 
-/// Options with which the window is opened.
+/// Options of the window.
 pub fn options() -> eframe::NativeOptions {
     eframe::NativeOptions {
         viewport: ViewportBuilder::default()
@@ -96,13 +96,13 @@ pub fn options() -> eframe::NativeOptions {
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size(LEAST),
         renderer: eframe::Renderer::Glow,
-        // Dithering only smooths gradients, of which there are none, at a cost for each painted pixel.
+        // Dithering only smooths gradients, absent here, at a cost for each painted pixel.
         dithering: false,
         ..eframe::NativeOptions::default()
     }
 }
 
-/// Opens a window that shows `app` until it's closed.
+/// Opens a window for `app` until it's closed.
 ///
 /// # Errors
 ///
@@ -111,8 +111,8 @@ pub fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<
     if !has_display() {
         return Err(NoWindow::NoDisplay);
     }
-    // A missing library makes the window system's client panic; until the window is there, that is only
-    // a reason to be told.
+    // A missing library makes the window system's client panic; until the window exists, that is
+    // only a reason to report.
     let before = Arc::new(Mutex::new(Some(take_hook())));
     set_hook(Box::new(|_| ()));
     let restore = {
@@ -147,7 +147,7 @@ pub fn open(app: impl FnOnce(&egui::Context) -> Box<dyn eframe::App>) -> Result<
     }
 }
 
-/// The system's message, without the place in the window library's source where it was noticed.
+/// System's message, without the source location in the window library.
 fn plain(reason: &str) -> String {
     let after_place = reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": "));
     after_place.map_or(reason, |(_, words)| words).to_owned()

@@ -10,7 +10,7 @@ use boresight_geometry::device::{Adjustable, Control, Lock, Locks};
 use boresight_guide::session::{Outcome, Prompt, Snapshot, Stream, ViewNumber};
 use boresight_present::instruction::Instruction;
 
-/// Time without a picture that is worth saying.
+/// Time without a picture before it's reported.
 const STALLED_SECS: f64 = 2.0;
 /// Width of a thumbnail's texture.
 const THUMBNAIL_PX: u32 = 192;
@@ -18,19 +18,19 @@ const THUMBNAIL_PX: u32 = 192;
 /// Preferences of the person for picture and sound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Preferences {
-    /// True to show the picture as a mirror, with left and right of the person in front of the camera.
+    /// True for a mirrored picture, with left and right of the person in front of the camera.
     pub mirrored: bool,
-    /// A tone for each view taken.
+    /// True for a tone with each view taken.
     pub tone: bool,
-    /// The sentence spoken.
+    /// True for spoken sentences.
     pub speech: bool,
-    /// Numbers beside the picture.
+    /// True for numbers beside the picture.
     pub panels: bool,
     /// Marks for engineers on the picture: corners, covered area, principal lines.
     pub lines: bool,
-    /// Full screen while nobody is at the computer.
+    /// True for full screen while the person is away.
     pub full_screen: bool,
-    /// A word on the picture on how the guide works, until the first view is taken.
+    /// True for a hint on the picture about the guide, until the first view is taken.
     pub hint: bool,
 }
 
@@ -48,14 +48,14 @@ impl Default for Preferences {
     }
 }
 
-/// Everything that the panels may see.
+/// State visible to the panels.
 #[derive(Default)]
 pub struct Screen {
     /// The newest state of the session.
     pub snapshot: Option<Snapshot>,
     /// The newest picture.
     pub picture: Picture,
-    /// Small pictures of the accepted views, by their numbers.
+    /// Thumbnails of the accepted views, by their numbers.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
     /// Prompts of refused frames, with their counts, the most frequent first.
     pub asked: Vec<(Prompt, usize)>,
@@ -63,23 +63,23 @@ pub struct Screen {
     pub source: String,
     /// Folder of the session.
     pub folder: Option<std::path::PathBuf>,
-    /// What's said of source and board until the first view is taken.
+    /// Notes on source and board until the first view is taken.
     pub opening_note: Option<String>,
-    /// Frames that newer ones replaced before they were looked at.
+    /// Frames replaced by newer ones before being looked at.
     pub frames_replaced: u64,
-    /// Time at which the last view was taken, by the window's clock.
+    /// Time of the last view, by the window's clock.
     pub taken_secs: Option<f64>,
     /// The window's clock.
     pub now_secs: f64,
-    /// The camera's controls that can be set.
+    /// Adjustable controls of the camera.
     pub adjustables: Vec<Adjustable>,
-    /// Values at which the controls were locked at first.
+    /// First locked values of the controls.
     pub first_locks: Locks,
-    /// Requested values of controls that are not read back yet.
+    /// Requested values of controls not yet read back.
     pub adjusting: BTreeMap<Control, Adjusting>,
     /// True if the screen is read from afar: big letters, no panels.
     pub distance: bool,
-    /// A moment of a recording, in which nothing can be changed.
+    /// True for a moment of a recording, which is read-only.
     pub is_recorded: bool,
     /// See [`Preferences`].
     pub preferences: Preferences,
@@ -96,7 +96,7 @@ pub struct Adjusting {
     until_secs: f64,
 }
 
-/// Longest time that a camera takes to obey and to be read back.
+/// Longest time for a camera to obey and be read back.
 const LONGEST_ADJUSTING_SECS: f64 = 2.0;
 
 impl Screen {
@@ -129,7 +129,7 @@ impl Screen {
         self.asked.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     }
 
-    /// Remembers that `control` was asked to be at `value`.
+    /// Remembers the requested `value` of `control`.
     pub fn adjust(&mut self, control: Control, value: i64) {
         let before = self.locks().of(control);
         let until_secs = self.now_secs + LONGEST_ADJUSTING_SECS;
@@ -143,7 +143,7 @@ impl Screen {
         self.snapshot.as_ref().map(|snapshot| snapshot.camera.locks).unwrap_or_default()
     }
 
-    /// How many times as large words are that are read from afar, too.
+    /// Scale of words to be read from afar, too.
     pub fn larger(&self) -> f32 {
         if self.distance { 1.5 } else { 1.0 }
     }
@@ -164,14 +164,14 @@ impl Screen {
         self.thumbnails.insert(view, texture);
     }
 
-    /// What to do now; `None` before the first decision.
+    /// Next instruction; `None` before the first decision.
     pub fn instruction(&self) -> Option<Instruction> {
         let instruction = Instruction::of(self.snapshot.as_ref()?);
         let is_old = self.stalled_secs().is_some();
         Some(if is_old { instruction.without_picture() } else { instruction })
     }
 
-    /// Time without a picture, if that is worth saying and nothing else explains it.
+    /// Time without a picture, if long and otherwise unexplained.
     pub fn stalled_secs(&self) -> Option<f64> {
         let snapshot = self.snapshot.as_ref()?;
         let silent_secs = self.now_secs - self.picture.came_secs?;
@@ -179,7 +179,7 @@ impl Screen {
         (silent_secs > STALLED_SECS && !is_explained).then_some(silent_secs)
     }
 
-    /// Time since the last picture, if the camera is lost or stalled; `None` if it isn't.
+    /// Time since the last picture, if the camera is lost or stalled.
     pub fn lost_secs(&self) -> Option<f64> {
         let camera = &self.snapshot.as_ref()?.camera;
         let is_lost = matches!(camera.stream, Stream::Lost { .. });
@@ -187,7 +187,7 @@ impl Screen {
         is_lost.then(silent_secs).or_else(|| self.stalled_secs())
     }
 
-    /// Time since the last view was taken.
+    /// Time since the last view.
     pub fn since_taken_secs(&self) -> Option<f64> {
         self.taken_secs.map(|taken| self.now_secs - taken)
     }

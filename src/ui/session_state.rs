@@ -14,7 +14,7 @@ use boresight_guide::{
 use boresight_run::pipeline::Background;
 
 pub(super) enum SessionState {
-    /// None has been started yet.
+    /// No session yet.
     Idle,
     /// The session could not be started.
     NotStarted(UserError),
@@ -29,10 +29,10 @@ pub(super) enum SessionState {
 /// A session under way.
 pub(super) struct Running {
     opened: Opened,
-    /// Commands that the session's inbox had no room for yet.
+    /// Commands waiting for room in the session's inbox.
     unsent: VecDeque<Command>,
-    /// True if views were wanted at some time: a resumed session may be complete already, and is then ended by hand, or
-    /// by an action on it.
+    /// True if views were collected at some time: a resumed session may be complete already, and is
+    /// then ended by hand, or by an action on it.
     has_collected: bool,
 }
 
@@ -41,7 +41,7 @@ pub(super) struct Running {
 pub(super) struct News {
     /// A view was taken.
     pub(super) taken: bool,
-    /// Nothing more will be taken.
+    /// The session takes nothing more.
     pub(super) over: bool,
 }
 
@@ -58,7 +58,7 @@ impl Running {
         self.unsent.push_back(command);
     }
 
-    /// Takes the news onto the screen. Never waits.
+    /// Brings the news onto the screen. Never waits.
     pub(super) fn look(&mut self, ctx: &Context, screen: &mut Screen) -> News {
         while let Some(command) = self.unsent.pop_front() {
             if let Err(command) = self.opened.pipeline.try_command(command) {
@@ -88,10 +88,10 @@ impl Running {
         news
     }
 
-    /// Ends it beside the window.
+    /// Ends the session in the background.
     pub(super) fn end(self, wake: Wake) -> SessionState {
         let Opened { pipeline, showing, folder, conclude, .. } = self.opened;
-        // What it still shows, nobody needs to see.
+        // Its last pictures are of no interest.
         drop(showing);
         let ending = pipeline.stop_then(move |finished| {
             let ended = conclude(finished);

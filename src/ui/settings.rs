@@ -18,13 +18,13 @@ use boresight_present::text::{Act, certificate::name, settings as words, start};
 const MOST: f32 = 1200.0;
 /// Width of a field for text.
 const FIELD: f32 = 260.0;
-/// Most letters of such a field, as of the settings file's.
+/// Maximum letters of a text field, as in the settings file.
 const MOST_LETTERS: usize = 200;
-/// Between the rows and columns of fields.
+/// Spacing between the rows and columns of fields.
 const SPACING: [f32; 2] = [2.0 * theme::UNIT, 0.5 * theme::UNIT];
 
-/// Shows the page. `zoom` is the scale that the person chose, `no_voice` says why nothing can be
-/// heard; what new sessions should have goes into `memory`.
+/// Shows the page. `zoom` is the person's scale, `no_voice` the reason for silence; `memory`
+/// receives the choices for new sessions.
 pub fn show(
     ui: &mut Ui,
     (preferences, zoom): (&Preferences, f32),
@@ -54,7 +54,7 @@ fn card(ui: &mut Ui, heading: &str, contents: &mut dyn FnMut(&mut Ui)) {
     ui.add_space(theme::UNIT);
 }
 
-/// How the window looks and sounds.
+/// Looks and sounds of the window.
 fn window(
     ui: &mut Ui,
     (preferences, zoom): (&Preferences, f32),
@@ -133,7 +133,7 @@ fn sessions(ui: &mut Ui, memory: &mut Memory) {
     }
 }
 
-/// What the certificate says beside the numbers.
+/// Statements of the certificate.
 fn certificate(ui: &mut Ui, memory: &mut Memory) {
     let certificate = &mut memory.certificate;
     ui.label(RichText::new(words::CERTIFICATE_TIP).weak());
@@ -167,11 +167,11 @@ fn text(ui: &mut Ui, (name, tip): (&str, &str), value: &mut String) {
 }
 
 fn size(ui: &mut Ui, mut zoom: f32, asks: &mut Vec<UiAction>) {
-    // What the keys have set between the steps stays until the slider is moved.
+    // Values set by keys between the steps stay until the slider is moved.
     let slider = Slider::new(&mut zoom, 0.5..=3.0).step_by(0.25).text(words::ZOOM);
     let slider = slider.clamping(SliderClamping::Edits);
     let response = ui.add(slider).on_hover_text(words::ZOOM_TIP);
-    // While it is dragged, a new size would move the slider away from the pointer.
+    // While dragging, a new size would move the slider away from the pointer.
     if response.changed() && !response.dragged() || response.drag_stopped() {
         asks.push(UiAction::Zoom(zoom));
     }

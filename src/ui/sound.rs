@@ -1,4 +1,4 @@
-//! Tones by a program that the desktop has. Without them it stays silent; that is no error.
+//! Tones by a program of the desktop. Silence without such a program is no error.
 
 use std::{
     io::Write,
@@ -7,13 +7,13 @@ use std::{
 };
 
 const SAMPLES_PER_SEC: u32 = 22_050;
-/// Programs that play raw sound from their input, with the arguments that say which.
+/// Programs to play raw sound from their input, with the arguments for its format.
 const PLAYERS: [(&str, &[&str]); 2] = [
     ("paplay", &["--raw", "--rate=22050", "--channels=1", "--format=s16le"]),
     ("aplay", &["-q", "-t", "raw", "-r", "22050", "-c", "1", "-f", "S16_LE", "-"]),
 ];
 
-/// Something worth hearing.
+/// An audible event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tone {
     /// A view was taken.
@@ -22,7 +22,7 @@ pub(super) enum Tone {
     Complete,
     /// Tone of a failure.
     UserError,
-    /// A camera that's pushed back is this near.
+    /// Closeness of a camera being pushed back.
     Near {
         /// Pitch: the higher, the nearer.
         hertz: u16,
@@ -37,7 +37,7 @@ pub(super) struct Sound {
 }
 
 impl Sound {
-    /// Looks for the program.
+    /// Looks for a player.
     pub(super) fn new() -> Self {
         Self { player: first_of(&PLAYERS), playing: Vec::new() }
     }
@@ -53,7 +53,7 @@ impl Sound {
             .spawn();
         let Ok(mut child) = child else { return };
         if let Some(mut stdin) = child.stdin.take() {
-            // Less than a pipe holds, so this does not wait. A player that has gone plays nothing.
+            // Less than a pipe holds: never waits. A dead player plays nothing.
             stdin.write_all(&samples(tone)).ok();
         }
         self.playing.push(child);

@@ -1,4 +1,4 @@
-//! Colours. Those on the picture hold on bright and dark pictures; the rest follow the theme.
+//! Colours. Those on the picture suit bright and dark pictures; the rest follow the theme.
 
 use egui::{
     Color32, Context, FontId, Frame, Rect, Stroke, TextStyle, Theme, ThemePreference, Ui, Vec2,
@@ -17,27 +17,27 @@ pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
 /// Colour behind words about an error, on a picture.
 pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
-/// The button to press first, and words on it.
+/// Colour of the main button.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(20, 120, 200);
-/// See [`ACCENT`].
+/// Colour of words on [`ACCENT`].
 pub(super) const ON_ACCENT: Color32 = Color32::WHITE;
-/// Size of letters in details …
+/// Size of letters in details.
 pub(super) const SMALL: f32 = 11.0;
-/// … in text …
+/// Size of letters in text.
 pub(super) const BODY: f32 = 14.0;
-/// … in headings …
+/// Size of letters in headings.
 pub const TITLE: f32 = 18.0;
-/// … and in the verdict.
+/// Size of letters in the verdict.
 pub(super) const VERDICT: f32 = 24.0;
 /// Unit of spacing.
 pub const UNIT: f32 = 8.0;
-/// Smallest window in which nothing is cut off. A smaller one shows everything smaller.
+/// Smallest window without cut-off contents. A smaller one is scaled down.
 pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
-/// Largest window in which everything is seen well. A larger one shows everything larger.
+/// Largest window without scaling. A larger one is scaled up.
 pub(super) const LARGEST: Vec2 = Vec2::new(1920.0, 1200.0);
 /// Colour behind the sentence and around the picture.
 pub const BAND: Color32 = Color32::from_gray(18);
-/// Area that boards have covered.
+/// Colour of the area covered by boards.
 pub(super) const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
 /// Colour behind words on the picture.
 pub(super) const SHADE: Color32 = Color32::from_rgba_premultiplied(0, 0, 0, 170);
@@ -62,7 +62,7 @@ pub fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
     ]
 }
 
-/// A line that contrasts with any picture, whose neighbours it covers: black below, `color` above.
+/// A line in contrast to any picture, covering its neighbours: black below, `color` above.
 pub(super) fn outline(width: f32, color: Color32) -> [Stroke; 2] {
     [Stroke::new(width + 4.0, Color32::BLACK), Stroke::new(width, color)]
 }
@@ -100,8 +100,8 @@ pub(super) fn palette(visuals: &Visuals) -> Palette {
     }
 }
 
-/// Colour to which the window is cleared, and on which all panels lie without one of their own: a pixel that is painted
-/// twice costs twice, most of all where there is no graphics card.
+/// Clear colour of the window and ground of all panels, which have none of their own: painting a
+/// pixel twice costs twice, most of all without a graphics card.
 pub fn ground(visuals: &Visuals) -> Color32 {
     match (visuals.dark_mode, is_sunlit(visuals)) {
         (true, _) => BAND,
@@ -110,7 +110,7 @@ pub fn ground(visuals: &Visuals) -> Color32 {
     }
 }
 
-/// The same as RGBA from 0 to 1.
+/// Ground as RGBA from 0 to 1.
 pub fn background(visuals: &Visuals) -> [f32; 4] {
     ground(visuals).to_normalized_gamma_f32()
 }
@@ -126,7 +126,8 @@ fn is_sunlit(visuals: &Visuals) -> bool {
     !visuals.dark_mode && visuals.window_fill == Color32::WHITE
 }
 
-/// Sets the differences from the toolkit's style: larger words of four sizes, one unit of spacing, calmer surfaces.
+/// Sets the differences from the toolkit's style: larger words of four sizes, one unit of spacing,
+/// calmer surfaces.
 pub fn apply(ctx: &Context) {
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
@@ -156,7 +157,7 @@ pub fn apply(ctx: &Context) {
     }
 }
 
-/// Names of the palettes, as they are remembered.
+/// Names of the palettes, as remembered.
 const NAMES: [&str; 3] = ["dark", "light", "sunlight"];
 
 /// Name of the palette in use.
@@ -170,7 +171,7 @@ pub(super) fn name(ctx: &Context) -> &'static str {
     }
 }
 
-/// Uses the palette of that name; any other leaves it to the system.
+/// Uses the named palette; any other name leaves the choice to the system.
 pub(super) fn choose(ctx: &Context, name: &str) {
     if NAMES.contains(&name) {
         for _ in NAMES {
@@ -204,7 +205,7 @@ fn sunlight(visuals: &mut Visuals) {
     visuals.widgets.noninteractive.bg_stroke.color = Color32::BLACK;
 }
 
-/// A surface for what belongs together.
+/// A surface to group related items.
 pub fn card(visuals: &Visuals) -> Frame {
     Frame::new()
         .fill(visuals.faint_bg_color)

@@ -1,4 +1,4 @@
-//! A session that could not be started: the error, the next action, and another try.
+//! A failed start of a session: the error, the next action, and another try.
 
 use egui::{CentralPanel, RichText, Ui};
 

@@ -1,4 +1,5 @@
-//! The picture's cells by the uncertainty of projection there: green where the goal is met, amber where it isn't yet.
+//! Cells of the picture by the uncertainty of projection: green where the goal is met, amber
+//! elsewhere.
 
 use egui::{Color32, Painter, Rect, RichText, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, vec2};
 
@@ -33,8 +34,8 @@ pub(super) fn cells(
     }
 }
 
-/// The map of the calibration so far, `high` points high, with the share of the picture that meets the goal: it fills as
-/// photos are taken.
+/// Map of the calibration so far, `high` points high, with the share of the picture within the
+/// goal: fills as photos are taken.
 pub(super) fn so_far(ui: &mut Ui, screen: &Screen, high: f32) {
     let Some(snapshot) = &screen.snapshot else { return };
     let size = snapshot.setup.image_size;

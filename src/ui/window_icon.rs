@@ -1,4 +1,5 @@
-//! The window's icon: a card in space inside the outline of a board, as in `packaging/linux/boresight.svg`.
+//! Icon of the window: a card in space inside the outline of a board, as in
+//! `packaging/linux/boresight.svg`.
 
 use egui::{Color32, IconData, Pos2, Rect, pos2};
 
@@ -14,7 +15,7 @@ const CARD: [Pos2; 4] = [pos2(18.0, 22.0), pos2(45.0, 18.0), pos2(42.0, 45.0), p
 const LINE: f32 = 3.0;
 const HOLE: f32 = 6.0;
 
-/// The icon, painted.
+/// Painted icon.
 pub(super) fn window_icon() -> IconData {
     let mut rgba = Vec::with_capacity(4 * SIDE * SIDE);
     for y in 0..SIDE {
@@ -49,7 +50,7 @@ fn color(at: Pos2) -> Color32 {
     }
 }
 
-/// True if `at` lies in a convex shape whose corners go clockwise.
+/// True if `at` lies in a convex shape with clockwise corners.
 fn is_inside(corners: &[Pos2; 4], at: Pos2) -> bool {
     (0..4).all(|i| {
         let (side, to) = (corners[(i + 1) % 4] - corners[i], at - corners[i]);

@@ -18,8 +18,9 @@ use boresight_fleet::batch::{Change, Changes, Gathered, Store, changes, gather};
 
 /// Put the results of a batch in one table.
 ///
-/// Prints one JSON object a line, sorted by id: the same bytes whatever the number of shards and the order in which they
-/// ran. DuckDB, Polars and pandas read it as it is. If a session has no result yet, the exit code is 1.
+/// Prints one JSON object a line, sorted by id: the same bytes whatever the number of shards and
+/// the order in which they ran. DuckDB, Polars and pandas read it as it is. If a session has no
+/// result yet, the exit code is 1.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// The folder of results, or s3://BUCKET/PREFIX.
@@ -109,7 +110,7 @@ fn table(changes: &Changes) -> String {
     text
 }
 
-/// One line a change, the most frequent first.
+/// Adds a line for each change, the most frequent first.
 fn add(text: &mut String, changes: &BTreeMap<String, Change>) {
     let mut lines: Vec<(&String, &Change)> = changes.iter().collect();
     lines.sort_by_key(|(_, change)| std::cmp::Reverse(change.count));

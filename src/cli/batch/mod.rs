@@ -11,12 +11,13 @@ use boresight_app::Exit;
 
 /// Work on many sessions, on one computer or on a cluster.
 ///
-/// `plan` lists the sessions, `run` works on them or on one shard of them, `gather` puts the results in one table.
-/// There is no scheduler here: Slurm, Kubernetes, AWS Batch or GNU parallel starts `run`, once for each shard.
+/// `plan` lists the sessions, `run` works on them or on one shard of them, `gather` puts the
+/// results in one table. There is no scheduler here: Slurm, Kubernetes, AWS Batch or GNU parallel
+/// starts `run`, once for each shard.
 ///
-/// A result that is there is done. So if a run was interrupted, or a machine was lost, run it again: only what is
-/// missing is worked on. Several runs on one folder of results share the work. A session that can't be worked on becomes a
-/// row with a code, and the others go on.
+/// A result that is there is done. So if a run was interrupted, or a machine was lost, run it
+/// again: only what is missing is worked on. Several runs on one folder of results share the work.
+/// A session that can't be worked on becomes a row with a code, and the others go on.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

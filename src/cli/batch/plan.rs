@@ -14,8 +14,9 @@ use boresight_fleet::batch::plan;
 
 /// List the sessions and recorded bags in and below folders, one a line, for `batch run`.
 ///
-/// Every folder with a session.toml is listed, damaged ones, too, and every bag (MCAP, .db3). Links aren't followed. The list holds absolute paths:
-/// all workers must see the sessions under the same names.
+/// Every folder with a session.toml is listed, damaged ones, too, and every bag (MCAP, .db3). Links
+/// aren't followed. The list holds absolute paths: all workers must see the sessions under the same
+/// names.
 #[derive(Debug, Args)]
 pub(in crate::cli) struct Arguments {
     /// Folders of sessions and bags, or one of them; in an object store: s3://BUCKET/PREFIX.

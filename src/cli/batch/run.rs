@@ -54,7 +54,8 @@ pub(in crate::cli) struct Arguments {
     /// Folder for the results, or s3://BUCKET/PREFIX.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Work on part I of N, from 1/N to N/N [default: from the variables of Slurm, Kubernetes or AWS Batch, else all].
+    /// Work on part I of N, from 1/N to N/N [default: from the variables of Slurm, Kubernetes or
+    /// AWS Batch, else all].
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
     /// Change one setting of every session, for example guidance.hold_secs=0.5. Can be repeated.
@@ -66,8 +67,8 @@ pub(in crate::cli) struct Arguments {
     /// Format to write, for --action export [default: opencv-yaml].
     #[arg(long, value_parser = format_name())]
     format: Option<Format>,
-    /// The longest that one session may take, for example 90s, 10m or 1h; after that it's a row with the code
-    /// TIME-BUDGET.
+    /// The longest that one session may take, for example 90s, 10m or 1h; after that it's a row
+    /// with the code TIME-BUDGET.
     #[arg(long, value_name = "TIME", default_value = "10m", value_parser = time)]
     budget: Duration,
     /// Sessions to work on at a time [default: one per core that this process may use].
@@ -79,9 +80,9 @@ pub(in crate::cli) struct Arguments {
     /// How events are written on stderr: for people, or a JSON object a line.
     #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
     log: LogForm,
-    /// Run this command with the shell when the run has ended. BORESIGHT_OUT is the folder of results,
-    /// BORESIGHT_VERDICT is done, failed (some sessions couldn't be worked on) or stopped. If it fails, it's reported;
-    /// the exit code stays.
+    /// Run this command with the shell when the run has ended. BORESIGHT_OUT is the folder of
+    /// results, BORESIGHT_VERDICT is done, failed (some sessions couldn't be worked on) or stopped.
+    /// If it fails, it's reported; the exit code stays.
     #[arg(long, value_name = "COMMAND")]
     on_finish: Option<String>,
     /// Write how it goes to this file for Prometheus' node exporter, every few seconds.
@@ -112,7 +113,7 @@ impl From<ActionName> for Action {
     }
 }
 
-/// Between two writings of the metrics.
+/// Time between two writings of the metrics.
 const BETWEEN_METRICS: Duration = Duration::from_secs(5);
 
 /// A duration with its unit.
@@ -219,7 +220,7 @@ impl Arguments {
         if self.format.is_some() && action != Action::Export {
             anyhow::bail!("--format is for --action export");
         }
-        // Better known now than from every row.
+        // Fail now rather than in every row.
         loaded(None, &self.settings)?;
         let mut job = Job { settings: self.settings.clone(), ..Job::new(action, BUILD) };
         if action == Action::Export {
@@ -231,7 +232,7 @@ impl Arguments {
         }
     }
 
-    /// Metrics are a convenience: work goes on without them.
+    /// Writes the metrics. A failure doesn't stop the work.
     fn write_metrics(&self, action: Action, tally: &Tally) {
         if let Some(path) = &self.metrics
             && let Err(err) = write_metrics(path, action, tally)

@@ -1,4 +1,4 @@
-//! `boresight batch worker`: works on one item after the other for `batch run`, which may kill it.
+//! `boresight batch worker`: works on items in sequence for `batch run`, which may kill it.
 
 use std::{
     io::BufRead,
@@ -24,7 +24,7 @@ pub(in crate::cli) struct Arguments {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        // Ctrl-C reaches it, too, but `batch run` decides what becomes of it.
+        // Ctrl-C reaches the worker, too, but `batch run` decides its fate.
         signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::new(AtomicBool::new(false)))?;
         // A panic becomes a row.
         std::panic::set_hook(Box::new(|_| ()));
@@ -36,7 +36,7 @@ impl Arguments {
                 }
                 break;
             }
-            // `batch run` has gone, perhaps killed: nobody waits for the row, however long it still takes.
+            // `batch run` is gone, perhaps killed: no reader is left for the row.
             std::process::exit(0);
         })?;
         let first = lines.recv().context("there is no job on stdin")?;

@@ -1,10 +1,11 @@
-//! The board now and as it should be held, side by side, in dots of braille, or in letters where a terminal has none.
+//! Present and requested board side by side, in dots of braille, or in letters on a terminal
+//! without braille.
 
 use nalgebra::Point2;
 
 use boresight_present::{ghost::Card, instruction::Instruction, text::window as words};
 
-/// Characters of one card, across and down.
+/// Characters of a card, across and down.
 const CELLS: [usize; 2] = [14, 5];
 /// Dots of a character, across and down.
 const DOTS: [usize; 2] = [2, 4];
@@ -14,10 +15,10 @@ const BRAILLE: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40,
 const BLANK: u32 = 0x2800;
 const GAP: &str = "  ";
 
-/// A card's rim: pixel and nearness.
+/// Rim of a card: pixel and nearness.
 type Rim = Vec<(Point2<f64>, f32)>;
 
-/// Both cards, in lines of the same length; as in a mirror if `mirrored`.
+/// Both cards, in lines of equal length; mirrored if `mirrored`.
 pub(super) fn drawing(now: &Instruction, draws_dots: bool, mirrored: bool) -> Vec<String> {
     let side = if mirrored { -1.0 } else { 1.0 };
     let as_seen = |rim: Rim| -> Rim {
@@ -46,7 +47,7 @@ pub(super) fn drawing(now: &Instruction, draws_dots: bool, mirrored: bool) -> Ve
     cards.map(|(seen, wanted)| format!("{seen}{GAP}{wanted}")).collect()
 }
 
-/// A card in dots; its near edge is thick.
+/// Card in dots, with a thick near edge.
 fn dots(rim: &Rim, largest: f64, draws_dots: bool) -> Vec<String> {
     let [wide, high] = [CELLS[0] * DOTS[0], CELLS[1] * DOTS[1]];
     let mut is_set = vec![false; wide * high];

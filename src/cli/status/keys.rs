@@ -16,17 +16,17 @@ use rustix::{
 
 use super::{super::typing, lines::Lines};
 
-/// Longest wait for a key until it's asked whether the session is over.
+/// Longest wait for a key before checking for the end of the session.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
-/// Reads keys until it's dropped, then restores the terminal's settings.
+/// Reads keys until dropped, then restores the terminal's settings.
 pub(super) struct Keys {
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keys {
-    /// `None` if nobody types at stdin.
+    /// Starts reading keys; `None` unless stdin is a terminal.
     pub(super) fn start(lines: Arc<Lines>) -> Option<Self> {
         let stdin = std::io::stdin();
         if !stdin.is_terminal() {
@@ -51,7 +51,7 @@ impl Keys {
             }
         };
         let thread = Builder::new().name("keys".into()).spawn(look).ok();
-        // Without it, nothing would be read.
+        // Without a thread, no key would be read.
         Some(Self { over, thread })
     }
 }

@@ -1,12 +1,12 @@
-//! Where the words stand: beside the drawing, or below it on a narrow terminal.
+//! Layout of the words: beside the drawing, or below it on a narrow terminal.
 
-/// Between the drawing and the words beside it.
+/// Gap between the drawing and the words beside it.
 const GAP: &str = "  ";
-/// Fewest characters in which words stand beside the drawing: the line of the keys has hardly fewer.
+/// Minimum width of words beside the drawing: slightly more than the line of the keys.
 const LEAST_BESIDE: usize = 40;
 
-/// The `drawing` with the `words`, for a terminal that is `width` characters wide. Lines of words are broken between words,
-/// and a drawing that is too wide is left out.
+/// Places the `words` beside or below the `drawing`, for a terminal of `width` characters. Lines
+/// break between words; a drawing wider than the terminal is left out.
 pub(super) fn laid_out(drawing: &[String], words: &[String], width: usize) -> Vec<String> {
     let drawn = drawing.iter().map(|line| line.chars().count()).max().unwrap_or(0);
     let beside = width.saturating_sub(drawn + GAP.len());
@@ -23,7 +23,7 @@ pub(super) fn laid_out(drawing: &[String], words: &[String], width: usize) -> Ve
         .collect()
 }
 
-/// A line in several of at most `width` characters, unless a word is longer.
+/// Breaks a line into lines of at most `width` characters, unless a word is longer.
 fn broken(line: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in line.split(' ') {
@@ -59,7 +59,7 @@ mod tests {
             assert_eq!(said, words.join(" ").split_whitespace().collect::<Vec<_>>(), "{width}");
             assert_eq!(lines[0].contains('⠿'), width >= 30, "{width}: {lines:#?}");
         }
-        // Beside the drawing, nothing stands below it.
+        // Beside the drawing, no words are below it.
         assert_eq!(laid_out(&drawing, &words, 80).len(), 3);
         assert_eq!(laid_out(&drawing, &words, 40).len(), 2 + 4);
     }

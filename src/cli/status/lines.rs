@@ -1,4 +1,4 @@
-//! What the session writes and the keys command.
+//! Output of the session, and commands of the keys.
 
 use std::sync::{
     Mutex, PoisonError,
@@ -14,7 +14,7 @@ use boresight_guide::session::Snapshot;
 use boresight_present::instruction::Instruction;
 use boresight_run::pipeline::{CommandLink, Onlooker};
 
-/// State shared by the session, which writes, and the keys.
+/// State shared by the writing session and the keys.
 pub(super) struct Lines {
     pub(super) bar: ProgressBar,
     commands: Mutex<Option<CommandLink>>,
@@ -22,12 +22,13 @@ pub(super) struct Lines {
     wants_end: AtomicBool,
     pub(super) has_keys: AtomicBool,
     draws_dots: bool,
-    /// True for somebody who faces the camera.
+    /// True for a person facing the camera.
     mirrored: bool,
 }
 
 impl Lines {
-    /// Nothing is written yet. With `draws_dots`, the terminal has braille; with `mirrored`, the person faces the camera.
+    /// Empty lines. With `draws_dots`, the terminal has braille; with `mirrored`, the person faces
+    /// the camera.
     pub(super) fn new(bar: ProgressBar, draws_dots: bool, mirrored: bool) -> Self {
         Self {
             bar,
@@ -40,7 +41,7 @@ impl Lines {
         }
     }
 
-    /// Does what the key is for; other keys do nothing.
+    /// Runs the command of a key; ignores other keys.
     #[cfg(unix)]
     pub(super) fn pressed(&self, key: u8) {
         let command = match key.to_ascii_lowercase() {
@@ -57,13 +58,13 @@ impl Lines {
         };
         let commands = self.commands.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(link) = &*commands {
-            // A session that is busy for that long isn't served by another try.
+            // A full inbox isn't worth another try.
             link.send(command).ok();
         }
     }
 }
 
-/// Characters in a line of the terminal; none is too many where that can't be told.
+/// Width of the terminal in characters; unlimited where unknown.
 fn width() -> usize {
     #[cfg(unix)]
     if let Ok(size) = rustix::termios::tcgetwinsize(std::io::stderr())

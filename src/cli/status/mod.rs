@@ -1,4 +1,4 @@
-//! A session on a terminal: what to do now, in a few lines that are rewritten in place, and keys.
+//! A session on a terminal: the next action, in a few lines rewritten in place, and keys.
 //!
 //! | file | holds |
 //! |---|---|
@@ -25,10 +25,10 @@ use super::terminal::{is_json, set_status, take_status};
 use boresight_run::pipeline::Onlooker;
 use lines::Lines;
 
-/// Rewritten this often per second at most: a slow link to the terminal isn't flooded.
+/// Maximum rate of rewriting per second: a slow link to the terminal isn't flooded.
 const PER_SEC: u8 = 8;
 
-/// The lines on the terminal. They go when it's dropped.
+/// Lines on the terminal. Dropping removes them.
 pub(super) struct Status {
     lines: Arc<Lines>,
     #[cfg(unix)]
@@ -36,7 +36,8 @@ pub(super) struct Status {
 }
 
 impl Status {
-    /// `None` unless people read stderr on a terminal that can be written over. If `mirrored`, they face the camera.
+    /// Status lines; `None` unless stderr is a rewritable terminal. If `mirrored`, for a person
+    /// facing the camera.
     pub(super) fn new(mirrored: bool) -> Option<Self> {
         let is_dumb = std::env::var_os("TERM").is_none_or(|term| term == "dumb");
         if !std::io::stderr().is_terminal() || is_dumb || is_json() {
@@ -60,7 +61,7 @@ impl Status {
         Some(Self { lines })
     }
 
-    /// Looks on at a session.
+    /// Onlooker for a session.
     pub(super) fn onlooker(&self) -> Arc<dyn Onlooker> {
         Arc::clone(&self.lines) as Arc<dyn Onlooker>
     }

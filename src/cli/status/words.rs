@@ -1,4 +1,4 @@
-//! The lines beside the drawing.
+//! Lines beside the drawing.
 
 use boresight_guide::session::Snapshot;
 use boresight_present::{
@@ -10,7 +10,8 @@ use boresight_present::{
 /// Characters of the hold's bar.
 const BAR: usize = 10;
 
-/// Sentence, for somebody who faces the camera if `mirrored`; measurements, hold, views and, with `keys`, the keys.
+/// Sentence, mirrored for a person facing the camera if `mirrored`; measurements, hold, views and,
+/// with `keys`, the keys.
 pub(super) fn lines(
     now: &Instruction,
     snapshot: &Snapshot,

@@ -67,11 +67,11 @@ impl App {
                     let (wrap, room) = (Some(TextWrapMode::Extend), f32::INFINITY);
                     let whole = WidgetText::from(note.clone());
                     let whole = whole.into_galley(ui, wrap, room, TextStyle::Small);
-                    // The note starts a new line if it doesn't fit on this one.
+                    // A note without room starts a new line.
                     if whole.size().x > ui.available_size_before_wrap().x {
                         ui.end_row();
                     }
-                    // One name on every page: a screen reader reads what is new.
+                    // The same name on every page: a screen reader reads the news.
                     let own = UiBuilder::new().scope_id(Id::unique("note"));
                     ui.scope_builder(own, |ui| aloud::read_next(&ui.label(note)));
                 }

@@ -1,4 +1,4 @@
-//! The phone's page as a QR code, until a phone has scanned it.
+//! QR code of the phone's page, until scanned.
 
 use egui::{
     Align2, Color32, Context, Rect, RichText, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2,
@@ -17,7 +17,7 @@ const MARGIN: f32 = 8.0;
 pub(super) struct PhoneCard {
     link: Option<PhoneLink>,
     open: bool,
-    /// True if a phone has come.
+    /// True once a phone has come.
     came: bool,
     /// Number of phones at the last look.
     phones: usize,
@@ -29,7 +29,7 @@ impl PhoneCard {
         Self { open: link.is_some(), link, came: false, phones: 0 }
     }
 
-    /// The link of a phone that has come is used up: the card shows the next one.
+    /// Notes phones: the link of a connected phone is used up, and the card shows the next link.
     pub(super) fn notice(&mut self, host: &dyn AppHost, phones: usize) {
         if phones != self.phones {
             (self.phones, self.link) = (phones, host.phone());
@@ -45,13 +45,13 @@ impl PhoneCard {
         }
     }
 
-    /// Shows the card. The first of the `phones` that comes closes it.
+    /// Shows the card. The first new phone in `phones` closes it.
     pub(super) fn show(&mut self, ctx: &Context, phones: usize) {
         let Some(PhoneLink { link, watcher, code }) = &self.link else { return };
         if phones > 0 && !self.came {
             (self.open, self.came) = (false, true);
         }
-        // Over the picture, where it hides neither the sentence nor the pages.
+        // Over the picture, clear of the sentence and the pages.
         let corner = ctx.content_rect().left_bottom() + vec2(MARGIN, -MARGIN);
         egui::Window::new(words::PHONE)
             .pivot(Align2::LEFT_BOTTOM)
@@ -71,7 +71,7 @@ impl PhoneCard {
     }
 }
 
-/// Dark on light under every theme.
+/// Modules, dark on light under every theme.
 fn modules(ui: &mut Ui, code: &[Vec<bool>], link: &str) {
     let side = MODULE * code.len() as f32;
     let (rect, response) = ui.allocate_exact_size(Vec2::splat(side), Sense::hover());

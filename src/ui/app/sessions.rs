@@ -1,4 +1,4 @@
-//! Stored sessions: their results, going on with them, and what was dropped onto the window.
+//! Stored sessions: results, resumption, and dropped paths.
 
 use std::{
     path::{Path, PathBuf},
@@ -17,7 +17,7 @@ use boresight_app::{
 };
 use boresight_present::text::sessions as words;
 
-/// The source that a resumed session has recorded.
+/// Source name for the recorded source of a resumed session.
 const RECORDED: &str = "auto";
 
 impl App {
@@ -26,7 +26,7 @@ impl App {
         matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_))
     }
 
-    /// Begins to show the result of the session in `folder`.
+    /// Starts showing the result of the session in `folder`.
     pub(super) fn show_stored(&mut self, folder: PathBuf) {
         if self.has_session() {
             self.note = Some(words::FINISH_FIRST.into());
@@ -41,7 +41,7 @@ impl App {
         }
     }
 
-    /// Takes the stored session that was read. Never waits.
+    /// Takes the loaded session. Never waits.
     pub(super) fn look_at_stored(&mut self, ctx: &Context) {
         let Some((_, storing)) = &self.storing else { return };
         let stored = match storing.outcome() {
@@ -55,7 +55,7 @@ impl App {
         };
         let Some((folder, _)) = self.storing.take() else { return };
         match stored {
-            // A session that was started meanwhile goes on.
+            // A session started meanwhile continues.
             Ok(stored) if !self.has_session() => self.show_ended(ctx, folder, stored),
             Ok(_) => self.note = Some(words::FINISH_FIRST.into()),
             Err(trouble) => {
@@ -77,7 +77,7 @@ impl App {
             self.screen.add_thumbnail(ctx, *view, picture);
         }
         self.screen.snapshot = Some(snapshot);
-        // What is started from here has this session's board and source.
+        // Sessions started from here reuse the board and source.
         let board = self.screen.snapshot.as_ref().map(|snapshot| snapshot.setup.board);
         if let Some(board) = board {
             let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
@@ -94,7 +94,7 @@ impl App {
         }
     }
 
-    /// Continues the session in `folder` with the source and the settings that it records.
+    /// Resumes the session in `folder` with its recorded source and settings.
     pub(super) fn go_on_with(&mut self, ctx: &Context, folder: PathBuf) {
         if self.has_session() {
             self.note = Some(words::FINISH_FIRST.into());
@@ -116,7 +116,7 @@ impl App {
         });
     }
 
-    /// Moves the session in `folder` to the bin, unless it's the one that runs.
+    /// Moves the session in `folder` to the bin, unless it's running.
     pub(super) fn delete(&mut self, folder: &Path) {
         if self.has_session() && self.screen.folder.as_deref() == Some(folder) {
             self.note = Some(words::RUNS.into());
@@ -138,7 +138,7 @@ impl App {
         self.shelf.browse(&*self.host, Arc::clone(&self.wake));
     }
 
-    /// A file or folder was dropped onto the window.
+    /// Handles a dropped file or folder.
     pub(super) fn dropped(&mut self, path: &Path) {
         match self.host.dropped(path) {
             Dropped::Session => self.show_stored(path.to_path_buf()),

@@ -1,4 +1,4 @@
-//! Banner over the picture: what keeps views from being taken, and its next action.
+//! Banner over the picture: the obstacle to taking views, and its next action.
 
 use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
 
@@ -48,7 +48,7 @@ pub(super) fn show(
     }
 }
 
-/// The board in view is one button away.
+/// Offers the board in view with a button.
 fn use_other_board(ui: &mut Ui, board: BoardChoice, asks: &mut Vec<UiAction>) {
     ui.add_space(0.5 * theme::UNIT);
     let label = RichText::new(words::use_board(&board)).size(theme::TITLE).color(theme::ON_ACCENT);
@@ -58,7 +58,7 @@ fn use_other_board(ui: &mut Ui, board: BoardChoice, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// Offers the way back if a control that the person set keeps views from being taken.
+/// Offers the way back if a control set by the person keeps views from being taken.
 fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(camera) = screen.snapshot.as_ref().map(|snapshot| &snapshot.camera) else { return };
     for control in &camera.set_by_hand {
@@ -71,7 +71,7 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// What keeps views from being taken, the most important first; and doubts, with which views are taken all the same.
+/// Obstacles to taking views, the most important first, and doubts without effect on taking.
 pub(super) fn troubles(screen: &Screen) -> (Vec<Trouble>, Vec<Trouble>) {
     let Some(snapshot) = &screen.snapshot else { return Default::default() };
     let (doubts, mut obstacles): (Vec<_>, Vec<_>) =

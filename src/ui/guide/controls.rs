@@ -1,4 +1,4 @@
-//! The camera's controls: set by a slider or a number, shown as they are read back.
+//! Controls of the camera: set by a slider or a number, shown as read back.
 
 use egui::{Button, RichText, Slider, Ui};
 
@@ -7,7 +7,7 @@ use boresight_geometry::device::{Adjustable, Lock};
 use boresight_guide::session::Stream;
 use boresight_present::text::adjust as words;
 
-/// Shows the controls that can be set.
+/// Shows the adjustable controls.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lives = snapshot.camera.stream == Stream::Live;

@@ -9,12 +9,12 @@ use boresight_present::{instruction::Instruction, text::window as words};
 const BAR: f32 = 0.035;
 /// Height of the count as a share of the picture's.
 const COUNT: f32 = 0.3;
-/// The same of the words below it.
+/// Height of the words below the count, as a share of the picture's.
 const OF_ABOUT: f32 = 0.07;
 /// Width of the count's outline as a share of its height.
 const OUTLINE: f32 = 0.025;
 
-/// The bar, whose place is kept while nothing is held.
+/// Progress bar of the hold, with its place kept while nothing is held.
 pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     let high = BAR * ui.ctx().content_rect().height();
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
@@ -26,7 +26,7 @@ pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     }
 }
 
-/// The number of photos in a corner of the picture, and below it, of about how many.
+/// Number of photos in a corner of the picture, with the expected total below.
 pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     let Some(snapshot) = screen.snapshot.as_ref().filter(|snapshot| !snapshot.views.is_empty())
     else {
@@ -42,7 +42,7 @@ pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     outlined(painter, at, &taken.to_string(), COUNT * rect.height());
 }
 
-/// Text that ends at that bottom right corner, with an outline, which makes it visible on any picture.
+/// Outlined text with its bottom right corner at `at`, visible on any picture.
 fn outlined(painter: &Painter, at: Pos2, text: &str, size: f32) {
     let font = FontId::proportional(size);
     let wide = (OUTLINE * size).max(2.0);

@@ -1,5 +1,5 @@
-//! Gauges: measurements of the newest frame beside those of the pose asked for. Only what the sentence is about is
-//! amber.
+//! Gauges: measurements of the newest frame beside those of the target. Only the subject of the
+//! sentence is amber.
 
 use egui::{Color32, RichText, Sense, Stroke, Ui, Vec2, pos2};
 
@@ -26,7 +26,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instructio
     }
 }
 
-/// What the sentence is about isn't good enough; in a hold everything is.
+/// Colour of a gauge: amber for the subject of the sentence; good throughout a hold.
 fn color(gauge: Gauge, instruction: Option<&Instruction>, plain: Color32) -> Color32 {
     match instruction {
         Some(instruction) if instruction.lacks == Some(gauge) => theme::AMBER,

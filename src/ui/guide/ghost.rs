@@ -1,5 +1,5 @@
-//! The card that the board should match, and the board's outline, where the lens shows them; and both side by side,
-//! where most of the card lies outside the picture.
+//! The target card and the board's outline, drawn through the lens; and both side by side, where
+//! most of the card lies outside the picture.
 
 use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 use nalgebra::Point2;
@@ -15,15 +15,16 @@ use boresight_present::{
     text::window as words,
 };
 
-/// Opacity of the card while the board is far from it, and on it, where the board itself must be seen.
+/// Opacity of the card while the board is far away, and on the board, where the board itself must
+/// be seen.
 const OPACITY: [f32; 2] = [0.45, 0.12];
 /// Width of the rim at the far and at the near edge, in a picture 720 points high.
 const RIM: [f32; 2] = [3.0, 12.0];
 /// Width of the board's outline.
 const OUTLINE: f32 = 3.0;
-/// Way of the shadow to the right and down.
+/// Offset of the shadow to the right and down.
 const SHADOW: f32 = 14.0;
-/// Size of both side by side, as a share of the picture's height, and at least in points.
+/// Size of both cards side by side, as a share of the picture's height, with a minimum in points.
 const INSET: (f32, f32) = (0.2, 96.0);
 
 pub(super) fn paint(
@@ -54,7 +55,7 @@ pub(super) fn paint(
     }
 }
 
-/// The face of the card that is wanted, which tints the picture.
+/// Face of the target card, as a tint of the picture.
 pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<Tint> {
     let rim = instruction.card.as_ref()?.rim()?;
     let opacity = OPACITY[0] + closeness(instruction) * (OPACITY[1] - OPACITY[0]);
@@ -62,18 +63,18 @@ pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Optio
     Some(Tint { rim_px: rim.into_iter().map(|(px, _)| px).collect(), image_size, color })
 }
 
-/// The face where there's no picture to tint.
+/// Paints the face without a picture to tint.
 pub(super) fn paint_face(painter: &Painter, placed: &Placed, tint: &Tint) {
     let rim: Vec<(Pos2, f32)> = tint.rim_px.iter().map(|px| (placed.pos(px), 0.0)).collect();
     face(painter, &rim, tint.color);
 }
 
-/// Closeness of the board to the card. The last steps matter most, so that green comes late.
+/// Closeness of the board to the card. The last steps matter most: green comes late.
 fn closeness(instruction: &Instruction) -> f32 {
     instruction.close.unwrap_or(0.0).powi(3)
 }
 
-/// Colour of the card, which isn't green before all that lacks is small.
+/// Colour of the card, green only once all deviations are small.
 fn color(instruction: &Instruction) -> Color32 {
     if instruction.moment == Moment::Match {
         theme::approach(closeness(instruction))
@@ -102,7 +103,7 @@ impl Canvas<'_> {
         Some(card.rim()?.into_iter().map(on_screen).collect())
     }
 
-    /// Around a card's face: its shadow, and its rim, thick where it's near.
+    /// Draws around a card's face: its shadow, and its rim, thick at the near side.
     fn around(&self, rim: &Rim, color: Color32) {
         self.shadow(rim);
         let width = |near: f32| self.wide(RIM[0] + near * near * (RIM[1] - RIM[0]));
@@ -111,7 +112,7 @@ impl Canvas<'_> {
         edge(self.painter, rim, width, color);
     }
 
-    /// Beside the card, not below it, where the board must be seen.
+    /// Draws the shadow beside the card, not below it, where the board must be seen.
     fn shadow(&self, rim: &Rim) {
         let middle = middle(rim);
         let aside = Vec2::splat(self.wide(SHADOW));
@@ -133,7 +134,7 @@ impl Canvas<'_> {
         self.painter.add(Shape::mesh(cast));
     }
 
-    /// Both cards, small and whole, side by side: the board as it is, and as it's wanted.
+    /// Both cards, small and whole, side by side: the present board and the target.
     fn inset(&self, now: Option<&Rim>, wanted: &Rim, color: Color32) {
         let picture = self.placed.rect;
         let side = (INSET.0 * picture.height()).max(INSET.1).min(0.4 * picture.width());
@@ -183,9 +184,9 @@ fn middle(rim: &Rim) -> Pos2 {
     (sum / rim.len().max(1) as f32).to_pos2()
 }
 
-/// The inside of a rim.
+/// Face inside a rim.
 fn face(painter: &Painter, rim: &Rim, color: Color32) {
-    // A side that bends inwards leaves no corner from which all others are seen; the middle sees them.
+    // With a side bent inwards, no corner sees all others, but the middle does.
     let mut mesh = Mesh::default();
     mesh.colored_vertex(middle(rim), color);
     for (at, _) in rim {
@@ -198,7 +199,7 @@ fn face(painter: &Painter, rim: &Rim, color: Color32) {
     painter.add(Shape::mesh(mesh));
 }
 
-/// A line around a rim, as wide as `width` says of its nearness.
+/// Line around a rim, with a `width` by nearness.
 fn edge(painter: &Painter, rim: &Rim, width: impl Fn(f32) -> f32, color: Color32) {
     for (i, (from, near)) in rim.iter().enumerate() {
         let (to, near_to) = rim[(i + 1) % rim.len()];

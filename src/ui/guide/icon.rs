@@ -1,4 +1,4 @@
-//! Signs of the movements that a sentence asks for: turn, shift, nearer or farther. One at a time.
+//! Signs of the movements in a sentence: turn, shift, nearer or farther. One at a time.
 
 use std::f32::consts::{FRAC_PI_4, PI};
 
@@ -13,7 +13,7 @@ pub(in crate::ui) fn paint(painter: &Painter, rect: Rect, movement: Movement, co
     let at = |angle_rad: f32, reach: f32| middle + reach * half * Vec2::angled(angle_rad);
     match movement {
         Movement::Tip { towards_rad } => {
-            // A card seen from the front whose far edge is short, and the way of that edge.
+            // A card seen from the front with a short far edge, and the direction of its edge.
             let (along, across) =
                 (Vec2::angled(towards_rad) * half, Vec2::angled(towards_rad + 0.5 * PI) * half);
             let card = vec![
@@ -57,12 +57,12 @@ pub(in crate::ui) fn paint_roll(painter: &Painter, rect: Rect, clockwise: bool, 
     arrow(painter, [at(STEPS - 4), at(STEPS)], stroke);
 }
 
-/// A line with a filled head at its last point.
+/// Line with a filled head at its last point.
 fn arrow(painter: &Painter, path: [Pos2; 2], stroke: Stroke) {
     let [from, tip] = path;
     let along = (tip - from).normalized();
     let (head, across) = (3.2 * stroke.width, along.rot90() * 1.9 * stroke.width);
-    // The head stands in place of the last part of the line.
+    // The head replaces the last part of the line.
     let base = tip - head * along;
     painter.line_segment([from, base], stroke);
     let triangle = vec![tip, base + across, base - across];

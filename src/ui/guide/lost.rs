@@ -1,4 +1,4 @@
-//! A lost camera: the last picture is dimmed, so that nobody takes it for a live one.
+//! A lost camera: dims the last picture, to tell it from a live one.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, StrokeKind, Vec2};
 

@@ -61,7 +61,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
                 controls::show(ui, screen, asks);
             });
         });
-        // Keep the space for views before the first one, so that the picture never jumps.
+        // Keep the space for views before the first one: the picture never jumps.
         Panel::bottom("views").resizable(false).exact_size(views::PANEL).show(ui, |ui| {
             views::show(ui, screen, asks);
         });
@@ -69,7 +69,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     CentralPanel::no_frame().show(ui, |ui| {
         let area = ui.available_rect_before_wrap();
         picture(ui, screen, instruction, &doubts);
-        // Over the picture, which stays where it is.
+        // Over the picture, which keeps its place.
         if banner::is_needed(screen, &obstacles) {
             ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
                 banner::show(ui, screen, obstacles, asks);
@@ -113,7 +113,7 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     }
 }
 
-/// Buttons to use while views are taken.
+/// Buttons for use during a session.
 pub(super) fn buttons(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let paused = snapshot.is_some_and(|snapshot| snapshot.paused);

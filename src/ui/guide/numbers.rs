@@ -5,7 +5,7 @@ use egui::{Grid, RichText, Ui};
 use super::super::{screen::Screen, theme};
 use boresight_present::text::{Trouble, window as words};
 
-/// Most letters of a value in the usual size.
+/// Maximum letters of a value in the usual size.
 const LONG: usize = 24;
 
 pub(super) fn show(ui: &mut Ui, screen: &Screen) {
@@ -26,7 +26,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
         for ((name, tip), value) in words::NUMBERS.into_iter().zip(values) {
             let Some(value) = value else { continue };
             ui.label(RichText::new(name).size(theme::SMALL).weak()).on_hover_text(tip);
-            // Beside each other, long values are small: those of a large picture fit, too.
+            // Long values in a row are small: those of a large picture fit, too.
             let size = if value.chars().count() > LONG { theme::SMALL } else { theme::BODY };
             ui.label(RichText::new(value).size(size).strong()).on_hover_text(tip);
             ui.end_row();
@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen) {
     });
 }
 
-/// State of the camera's controls, if it is a live one, and doubts about it.
+/// State of a live camera's controls, and doubts about the camera.
 pub(super) fn camera(ui: &mut Ui, screen: &Screen, doubts: &[Trouble]) {
     let Some(snapshot) = &screen.snapshot else { return };
     let lines = words::camera_lines(&snapshot.camera, &screen.adjustables);

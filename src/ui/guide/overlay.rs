@@ -1,4 +1,4 @@
-//! Drawing over the live picture. It comes from an older frame than the picture and fades with its age.
+//! Drawing over the live picture. Comes from an older frame than the picture and fades with age.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
 use nalgebra::{Matrix2, Point2, SymmetricEigen, Vector2};
@@ -19,12 +19,12 @@ use boresight_present::{
 
 /// Age up to which the drawing counts as the picture's own.
 const FRESH_SECS: f64 = 0.12;
-/// Age beyond which the drawing is hardly seen.
+/// Age of an almost invisible drawing.
 const OLD_SECS: f64 = 0.7;
 /// Duration of the flash after a view, in seconds.
 pub(in crate::ui) const FLASH_SECS: f64 = 0.45;
 
-/// Draws everything that belongs on the picture: what the instruction shows, and marks for engineers if they are wanted.
+/// Draws everything on the picture: the instruction, and optional marks for engineers.
 pub(super) fn paint(
     painter: &Painter,
     placed: &Placed,
@@ -69,7 +69,7 @@ pub(super) fn paint(
     }
 }
 
-/// What stands on the picture, for those who don't see it.
+/// Words on the picture, for a screen reader.
 pub(super) fn told(screen: &Screen, instruction: &Instruction, doubts: &[Trouble]) -> String {
     let views = screen.snapshot.as_ref().map(text::window::views);
     let lines = said_of_pictures(screen, doubts).into_iter().chain(hints(screen, instruction));
@@ -77,31 +77,31 @@ pub(super) fn told(screen: &Screen, instruction: &Instruction, doubts: &[Trouble
     lines.map(|line| format!("{}.", line.trim_end_matches('.'))).collect::<Vec<_>>().join(" ")
 }
 
-/// What the result will say of the pictures, whatever the board does.
+/// Future findings on the pictures, independent of the board.
 fn said_of_pictures<'a>(screen: &Screen, doubts: &'a [Trouble]) -> Vec<&'a str> {
     let simulated = text::is_simulated(&screen.source);
     let simulated = simulated.then_some(text::window::SIMULATED_CAMERA);
     simulated.into_iter().chain(doubts.iter().map(|doubt| doubt.what.as_str())).collect()
 }
 
-/// Hints on what to do next, from the lower edge up.
+/// Hints on the next action, from the lower edge up.
 fn hints<'a>(screen: &'a Screen, instruction: &Instruction) -> Vec<&'a str> {
     let has_card = instruction.card.is_some();
     let hint = (has_card && screen.preferences.hint).then_some(text::window::HINT);
     let is_new = screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.views.is_empty());
     let note = screen.opening_note.as_deref().filter(|_| has_card && is_new);
-    // From afar, no button says how to go on.
+    // From afar, no button tells how to continue.
     let rests = screen.distance && instruction.moment == Moment::Rest;
     hint.into_iter().chain(note).chain(rests.then_some(text::window::RESUME)).collect()
 }
 
-/// Opacity of a drawing of that age, 0.15 to 1.
+/// Opacity of a drawing by age, 0.15 to 1.
 fn opacity(age_secs: Option<f64>) -> f32 {
     let age_secs = age_secs.unwrap_or(0.0);
     (1.0 - (age_secs - FRESH_SECS) / (OLD_SECS - FRESH_SECS)).clamp(0.15, 1.0) as f32
 }
 
-/// The part of the picture in which boards have been.
+/// Area of the picture covered by boards.
 fn coverage(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     let size = snapshot.setup.image_size;
     let outlines: Vec<BoardOutline> =
@@ -119,7 +119,7 @@ fn coverage(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// The accepted views' lines: thin, one colour per direction.
+/// Principal lines of the accepted views: thin, one colour per direction.
 fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     for view in snapshot.views.iter() {
         let line = line_on_screen(placed, snapshot, &view.line);
@@ -129,7 +129,7 @@ fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// This frame's corners, and its line, bold.
+/// Corners and bold line of this frame.
 fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
     let Some(live) = &snapshot.live else { return };
     let Ok(corners_px) = &live.corners_px else { return };
@@ -152,7 +152,7 @@ fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
     }
 }
 
-/// The sensor's centre, and the principal point with its ellipse of two standard deviations.
+/// Centre of the sensor, and the principal point with its ellipse of two standard deviations.
 fn principal_point(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     let centre = placed.pos(&snapshot.setup.image_size.centre_px());
     cross(painter, centre, 7.0, theme::GREY);
@@ -189,7 +189,7 @@ fn ring(painter: &Painter, placed: &Placed, instruction: &Instruction, hold: f32
     painter.add(Shape::line(arc, Stroke::new(10.0, theme::GREEN)));
 }
 
-/// The line as the lens shows it: straight lines of the ideal picture are bent in the real one.
+/// Line as imaged by the lens: straight lines of the ideal picture are bent in the real one.
 fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) -> Vec<Pos2> {
     let size = snapshot.setup.image_size;
     let reach_px = f64::from(size.width_px) + f64::from(size.height_px);
@@ -201,8 +201,8 @@ fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) ->
         .collect()
 }
 
-/// Pixel of the distorted picture for one of the undistorted picture. `None` far outside, where lens models turn back
-/// on themselves.
+/// Pixel of the distorted picture for an undistorted one. `None` far outside, where lens models
+/// fold back.
 fn through_lens(lens: &Camera, px: &Point2<f64>) -> Option<Point2<f64>> {
     let ideal = Point2::from((px - lens.pp_px).component_div(&lens.f_px));
     let seen = lens.px_from_normalized(&ideal);

@@ -1,4 +1,4 @@
-//! Sentence in letters of one size, with a sign of the movement that it asks for.
+//! Sentence in letters of constant size, with a sign of its movement.
 
 use egui::{
     Align2, Color32, FontId, Id, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role,
@@ -16,9 +16,9 @@ use boresight_present::{instruction::Instruction, text::window as words};
 struct Size {
     /// Height of the band as a share of the window's.
     band: f32,
-    /// Size of letters as a share of the band's height …
+    /// Size of letters as a share of the band's height.
     letters: f32,
-    /// … and at most as a share of the width that a line of the longest sentence has.
+    /// Maximum size of letters as a share of the width of a line of the longest sentence.
     across: f32,
     /// Height of a line as a share of the letters' size.
     line: f32,
@@ -32,7 +32,7 @@ const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.0
 /// Side of the sign as a share of the band's height.
 const SIGN: f32 = 0.8;
 
-/// The sentence, and its colour.
+/// Sentence and colour.
 fn words(instruction: Option<&Instruction>, mirrored: bool) -> (String, Color32) {
     instruction.map_or((words::STARTING.into(), theme::GREY), |instruction| {
         (instruction.sentence(mirrored), color(instruction.gravity()))
@@ -56,7 +56,7 @@ pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
     (size(screen).band * ui.ctx().content_rect().height()).max(64.0)
 }
 
-/// Shows it over the full width.
+/// Shows the sentence over the full width.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) -> Response {
     let mirrored = screen.preferences.mirrored;
     let (words, color) = words(instruction, mirrored);
@@ -64,7 +64,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instructio
     let Size { letters, across, line, .. } = size(screen);
     let high = height(ui, screen);
     let (_, rect) = ui.allocate_space(Vec2::new(width, high));
-    // One name, whatever stands above it: a screen reader reads what is new.
+    // The same name under any banner: a screen reader reads the news.
     let response = ui.interact(rect, Id::unique("sentence"), Sense::hover());
     let painter = ui.painter_at(rect);
     theme::band(ui, rect);

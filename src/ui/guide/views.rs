@@ -1,5 +1,5 @@
-//! How much of the picture is known well enough, and the accepted views as small pictures, each with a way to take it
-//! back.
+//! Share of the picture with sufficient precision, and thumbnails of the accepted views, each with
+//! a way to take it back.
 
 use egui::{Button, accesskit::Role};
 use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo};
@@ -7,13 +7,13 @@ use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2,
 use super::super::{keys::UiAction, screen::Screen, theme, valid_map};
 use boresight_present::text::window as words;
 
-/// Height of a small picture.
+/// Height of a thumbnail.
 const HIGH: f32 = 48.0;
 
 /// Height of the row.
 pub(super) const PANEL: f32 = 92.0;
 
-/// Shows them in a row, the newest view last.
+/// Shows share and thumbnails in a row, the newest view last.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     if snapshot.views.is_empty() {

@@ -7,7 +7,7 @@ use egui::{Align2, Color32, FontId, Sense, Stroke, Ui, Vec2, WidgetInfo, accessk
 use super::super::{screen::Screen, theme};
 use boresight_present::text::window::{WHEEL, WHEEL_TIP, slot_state};
 
-/// Height of what stands below the wheel.
+/// Height of the area below the wheel.
 const BELOW: f32 = 366.0;
 
 /// Shows the wheel, as large as a panel of height `high` allows.

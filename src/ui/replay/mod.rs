@@ -1,4 +1,4 @@
-//! A recording, decision by decision: the frame, and the reason why it was taken or not.
+//! A recording, decision by decision: the frame, and the reason for taking it or not.
 
 mod picker;
 mod recording_browser;
@@ -35,11 +35,11 @@ pub fn show(ui: &mut Ui, replayed: &mut Replayed) {
         });
         ui.add_space(0.5 * theme::UNIT);
     });
-    // Nothing can be changed in a recording.
+    // Recordings are read-only.
     guide::show(ui, &replayed.screen, &mut Vec::new());
 }
 
-/// The decision, and its place in the recording.
+/// Decision and its place in the recording.
 fn decision(ui: &mut Ui, replayed: &Replayed) {
     let step = &replayed.steps[replayed.at];
     let bad = theme::palette(ui.visuals()).bad;

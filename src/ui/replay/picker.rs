@@ -15,25 +15,25 @@ use boresight_app::{host::UserError, recordings::Recording};
 use boresight_calibrate::Verdict;
 use boresight_present::text::{Act, replay as words, sessions};
 
-/// Room for the picture of a session.
+/// Size of a session's picture.
 const PICTURE: Vec2 = vec2(128.0, 80.0);
 
-/// State of the page that stands while no recording is open.
+/// State of the page without an open recording.
 #[derive(Clone, Default)]
 pub struct Picker {
-    /// The folder, as it is typed.
+    /// Typed folder.
     pub path: String,
-    /// Recordings that are near at hand, newest first.
+    /// Recordings nearby, newest first.
     pub recordings: Vec<Recording>,
-    /// Small pictures of them.
+    /// Thumbnails of the recordings.
     pub pictures: BTreeMap<PathBuf, TextureHandle>,
     /// Names of the formats for export.
     pub formats: Vec<&'static str>,
-    /// True if a session runs, which nothing here may end.
+    /// True while a session runs, protected from this page.
     pub busy: bool,
-    /// Folder of the recording that is being opened.
+    /// Folder of the recording being opened.
     pub opening: Option<PathBuf>,
-    /// Why the last one could not be opened.
+    /// Reason for the last failure to open a recording.
     pub trouble: Option<UserError>,
 }
 
@@ -60,7 +60,7 @@ pub fn pick(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     });
 }
 
-/// The recording that is being opened, or the reason why it couldn't be.
+/// Recording being opened, or the reason for a failure.
 fn opening(ui: &mut Ui, picker: &Picker) {
     if let Some(folder) = &picker.opening {
         ui.horizontal(|ui| {
@@ -92,7 +92,7 @@ fn recent(ui: &mut Ui, picker: &Picker, asks: &mut Vec<UiAction>) {
     }
 }
 
-/// A session: picture, time, camera, verdict, views, and what can be done with it.
+/// A session: picture, time, camera, verdict, views, and possible actions.
 fn session(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<UiAction>) {
     ui.horizontal(|ui| {
         let (rect, _) = ui.allocate_exact_size(PICTURE, Sense::hover());

@@ -1,4 +1,4 @@
-//! The open recording, or the choice of one.
+//! Open recording, or the choice of a recording.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ impl RecordingBrowser {
         self.recording.is_some()
     }
 
-    /// Sees what there is to choose from.
+    /// Lists the recordings to choose from.
     pub(in super::super) fn browse(&mut self, host: &dyn AppHost, wake: Wake) {
         self.picker.recordings = host.recordings();
         self.picker.formats = host.formats();
@@ -37,7 +37,7 @@ impl RecordingBrowser {
         self.pictures = host.small_pictures(unseen, wake);
     }
 
-    /// Notes whether a session runs.
+    /// Notes a running session.
     pub(in super::super) fn note_busy(&mut self, busy: bool) {
         self.picker.busy = busy;
     }
@@ -46,7 +46,7 @@ impl RecordingBrowser {
         self.recording = None;
     }
 
-    /// Begins to open the recording in `folder`, unless another one is being opened.
+    /// Starts opening the recording in `folder`, unless another one is being opened.
     pub(in super::super) fn open(&mut self, host: &mut dyn AppHost, folder: &Path, wake: Wake) {
         if self.loading.is_some() {
             return;
@@ -91,7 +91,7 @@ impl RecordingBrowser {
         }
     }
 
-    /// Shows the recording, or the choice of one.
+    /// Shows the recording, or the choice of recordings.
     pub(in super::super) fn show(
         &mut self,
         ui: &mut Ui,

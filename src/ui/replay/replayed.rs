@@ -1,4 +1,4 @@
-//! The state of a recording that is stepped through.
+//! State of stepping through a recording.
 
 use egui::{Key, Ui};
 
@@ -9,26 +9,26 @@ use super::super::{
 use boresight_app::recordings::{DecidedRecording, LoadPicture};
 use boresight_guide::session::{Outcome, Snapshot};
 
-/// A recording that was decided again.
+/// A recording with its decisions made again.
 pub struct Replayed {
     pub(super) steps: Vec<Snapshot>,
     /// Seconds since the first frame.
     pub(super) secs: Vec<f64>,
-    /// True for each step that the recording decided differently.
+    /// True for each step decided differently in the recording.
     pub(super) differs: Vec<bool>,
     pub(super) load: LoadPicture,
     pub(super) screen: Screen,
     pub(super) at: usize,
-    /// The step that the screen shows.
+    /// Step on the screen.
     pub(super) shown: Option<usize>,
-    /// Time of the recording at the window's clock 0, while it plays.
+    /// Time of the recording at the window's clock 0, while playing.
     pub(super) playing_from_secs: Option<f64>,
-    /// True if gauges and numbers stand beside the picture.
+    /// True for gauges and numbers beside the picture.
     pub(super) numbers: bool,
 }
 
 impl Replayed {
-    /// Starts at the first step; `None` if there is none.
+    /// Starts at the first step; `None` for an empty recording.
     pub fn new(recording: DecidedRecording) -> Option<Self> {
         let DecidedRecording { steps, different, name, load } = recording;
         let first = steps.iter().find_map(|step| step.live.as_ref()).map(|live| live.captured_at);
@@ -58,12 +58,12 @@ impl Replayed {
         })
     }
 
-    /// The step that is shown.
+    /// Present step.
     pub fn at(&self) -> usize {
         self.at
     }
 
-    /// Shows it as the person wants to see it.
+    /// Applies the person's preferences.
     pub fn prefer(&mut self, preferences: Preferences) {
         self.screen.preferences = preferences;
     }
@@ -112,7 +112,7 @@ impl Replayed {
         };
     }
 
-    /// Follows the clock while it plays.
+    /// Follows the clock while playing.
     pub(super) fn follow(&mut self, ui: &Ui) {
         let Some(from_secs) = self.playing_from_secs else { return };
         let now = from_secs + ui.ctx().time();
@@ -136,7 +136,7 @@ impl Replayed {
         let step = &self.steps[self.at];
         self.screen.snapshot = Some(step.clone());
         self.screen.picture = Picture::default();
-        // A view's picture is the sharpest of its hold, not the one of the frame that ended it.
+        // A view's picture is the sharpest of its hold, not the one of its last frame.
         let frame = match step.decision.outcome {
             Outcome::Accepted { frame, .. } => Some(frame),
             _ => step.decision.frame,

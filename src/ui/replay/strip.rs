@@ -1,4 +1,4 @@
-//! All decisions of a recording on one line, in colours; a click goes there.
+//! All decisions of a recording as a coloured strip; a click goes there.
 
 use egui::{Color32, Rect, Sense, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2};
 
@@ -9,7 +9,7 @@ use boresight_guide::{
 };
 use boresight_present::text::replay as words;
 
-/// Shows the strip. Returns the decision that was clicked.
+/// Shows the strip. Returns the clicked decision.
 pub(super) fn show(ui: &mut Ui, replayed: &Replayed) -> Option<usize> {
     let size = Vec2::new(ui.available_width(), 18.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
@@ -36,7 +36,7 @@ pub(super) fn show(ui: &mut Ui, replayed: &Replayed) -> Option<usize> {
 const COLORS: [Color32; 5] =
     [Color32::from_gray(50), Color32::from_gray(90), theme::AMBER, theme::GREEN, theme::RED];
 
-/// Nothing, a board that was refused, one that was held, a view taken, a difference.
+/// Rank: nothing, a refused board, a held one, a view taken, a difference.
 fn rank(replayed: &Replayed, step: usize) -> usize {
     let snapshot: &Snapshot = &replayed.steps[step];
     match snapshot.decision.outcome {

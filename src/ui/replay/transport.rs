@@ -1,4 +1,4 @@
-//! The buttons that step through a recording, with the signs of a player.
+//! Buttons to step through a recording, with the signs of a player.
 
 use egui::{Painter, Rect, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo, accesskit::Role, pos2};
 
@@ -21,7 +21,7 @@ pub(super) enum Sign {
     ToNextView,
 }
 
-/// Shows the button for `step`. Returns true if it was pressed.
+/// Shows the button for `step`. Returns true if pressed.
 pub(super) fn button(ui: &mut Ui, sign: Sign, (label, key, tip): Step) -> bool {
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(5.0, 4.0) * theme::UNIT, Sense::click());

@@ -24,7 +24,7 @@ use boresight_present::text::{
 
 /// Room for the words below a chart.
 const NOTE: f32 = 88.0;
-/// Most rooms for a chart: beyond it, letters would be lost.
+/// Largest gap for words: beyond, letters would be lost.
 const LOWEST: f32 = 140.0;
 
 /// Shows the choice of charts and the chosen one.
@@ -40,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
         ui.add(Slider::new(share, 0.0..=1.0).show_value(false).text(words::AFTER));
     }
     let all = ui.available_rect_before_wrap();
-    // Below the choice, where its words follow.
+    // Below the choice, with its words after it.
     let size = calibration.image_size;
     let high = all.width() * size.height_px as f32 / size.width_px as f32 + NOTE;
     let high = high.min(all.height()).max(LOWEST);
@@ -104,7 +104,7 @@ fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
     });
 }
 
-/// Colours of the cells where the goal is met, and where it isn't. Returns its height.
+/// Colours of the cells within the goal and beyond. Returns the height of the legend.
 fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
     let area = &calibration.valid_area;
     let color = ui.visuals().text_color();
@@ -125,7 +125,7 @@ fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
     20.0
 }
 
-/// Cells of the picture by the standard deviation of projection there: green where the goal is met.
+/// Cells of the picture by standard deviation of projection: green where the goal is met.
 fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
     if !knows_sd(calibration) {
         return words::TOO_FEW.into();
@@ -143,7 +143,7 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
 
-/// From where each corner that was seen should be to where it was.
+/// Arrows from the expected to the seen position of each corner.
 fn residuals(
     painter: &Painter,
     placed: &Placed,
@@ -185,9 +185,9 @@ fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Dri
     words::change_scale(times, drift.displacement_px, drift.matters_px)
 }
 
-/// A window of `width_px` around the principal point, as large as the area allows.
+/// Window of `width_px` around the principal point, as large as the area allows.
 fn around(placed: &Placed, pp: &Point2<f64>, width_px: f64) -> Placed {
-    // Enlarges the picture until the wanted part fills the area, with the point in the middle.
+    // Enlarges the picture until the requested part fills the area, with the point in the middle.
     let scale = f64::from(placed.rect.width()) / width_px;
     let size = ImageSize { width_px: 1, height_px: 1 };
     let side = scale as f32;
@@ -196,7 +196,7 @@ fn around(placed: &Placed, pp: &Point2<f64>, width_px: f64) -> Placed {
     Placed::within(Rect::from_min_size(min, Vec2::splat(side)), size, false)
 }
 
-/// The lines without distortion, and the principal point with its ellipse.
+/// Lines without distortion, and the principal point with its ellipse.
 fn lines(
     painter: &Painter,
     placed: &Placed,
@@ -267,8 +267,8 @@ fn skipped(
     words::skipped_scale(width_px, clouds.map(|cloud| cloud.len()))
 }
 
-/// The newest picture through the lens model's inverse, drawn as a grid of pieces; `share` goes from the picture as it is, 0,
-/// to the picture without distortion, 1.
+/// Newest picture through the lens model's inverse, as a grid of pieces; `share` goes from the
+/// original picture, 0, to the undistorted one, 1.
 fn undistorted(
     painter: &Painter,
     placed: &Placed,

@@ -13,9 +13,9 @@ use boresight_present::text::{self, result as words};
 /// A comparison with an older calibration.
 #[derive(Debug, Default)]
 pub struct Comparison {
-    /// The file, as it is typed.
+    /// Typed file name.
     pub path: String,
-    /// Files that may be meant.
+    /// Candidate files.
     pub older: Vec<PathBuf>,
     /// Outcome of the comparison.
     pub outcome: Outcome,
@@ -24,17 +24,17 @@ pub struct Comparison {
 /// Outcome of a comparison.
 #[derive(Debug, Default)]
 pub enum Outcome {
-    /// None was asked for.
+    /// No comparison.
     #[default]
     Nothing,
     /// The comparison is under way.
     Working(Comparing),
-    /// The comparison, or why there is none.
+    /// Comparison, or the reason for its failure.
     Done(Result<Compared, UserError>),
 }
 
 impl Comparison {
-    /// The comparison of a session with one of `older`.
+    /// Comparison of a session with a calibration from `older`.
     pub(in super::super) fn with(older: Vec<PathBuf>) -> Self {
         Self { older, ..Self::default() }
     }
@@ -44,7 +44,8 @@ impl Comparison {
         matches!(self.outcome, Outcome::Working(_))
     }
 
-    /// Begins to compare the session in `folder` with the calibration in `old`, unless one is under way.
+    /// Starts comparing the session in `folder` with the calibration in `old`, unless a comparison
+    /// is under way.
     pub(in super::super) fn begin(
         &mut self,
         host: &mut dyn AppHost,
@@ -61,7 +62,7 @@ impl Comparison {
         };
     }
 
-    /// Takes the result, if there is one. Returns true if there is something new to see. Never waits.
+    /// Takes the result, if ready. True if there is something new to see. Never waits.
     pub(in super::super) fn look(&mut self) -> bool {
         let Outcome::Working(comparing) = &self.outcome else { return false };
         let found = match comparing.outcome() {
@@ -75,7 +76,7 @@ impl Comparison {
         true
     }
 
-    /// The result, if there is one.
+    /// Result, if any.
     pub fn found(&self) -> Option<&Compared> {
         match &self.outcome {
             Outcome::Done(Ok(compared)) => Some(compared),
@@ -84,7 +85,7 @@ impl Comparison {
     }
 }
 
-/// Shows where to name the older calibration.
+/// Shows the choice of the older calibration.
 pub(super) fn ask(ui: &mut Ui, comparison: &mut Comparison, asks: &mut Vec<UiAction>) {
     let name = ui.label(words::COMPARE).on_hover_text(words::COMPARE_TIP);
     ui.horizontal(|ui| {

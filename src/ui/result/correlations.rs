@@ -16,7 +16,7 @@ pub(super) fn draw(painter: &Painter, area: Rect, calibration: &Calibration) -> 
         let (i, j) = (a.index(), b.index());
         calibration.covariance[(i, j)] / (sd[i] * sd[j])
     };
-    // With square pixels, fx and fy are one.
+    // With square pixels, fx and fy are one parameter.
     if used.contains(&LensParameter::Fy)
         && used.contains(&LensParameter::Fx)
         && correlation(LensParameter::Fx, LensParameter::Fy) > 1.0 - 1e-9

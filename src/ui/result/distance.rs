@@ -1,4 +1,4 @@
-//! How far a point may be from where the camera says, against its distance.
+//! Error of a point's position by the camera, against its distance.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 

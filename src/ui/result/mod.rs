@@ -31,7 +31,7 @@ use boresight_present::text::window as words;
 pub struct Context<'a> {
     /// State of the session.
     pub state: State<'a>,
-    /// Names of the formats that it can be exported in.
+    /// Names of the export formats.
     pub formats: &'a [&'static str],
     /// Outcome of the newest export.
     pub exported: Option<&'a Result<PathBuf, UserError>>,

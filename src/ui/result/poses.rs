@@ -1,4 +1,4 @@
-//! The boards as they were held before the camera, and the camera's field of view.
+//! The boards as held before the camera, and the camera's field of view.
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, vec2};
 use nalgebra::{Point3, Vector3};
@@ -44,7 +44,7 @@ pub(super) fn draw(
     let size_px = (f64::from(size.width_px), f64::from(size.height_px));
     let field = field(&calibration.camera, size_px, farthest_m);
     let turn = from_aside(f64::from(turn_rad));
-    // Seen from far away: no perspective, so that sizes compare.
+    // Seen from far away: parallel projection keeps sizes comparable.
     let seen = |point: &Point3<f64>| {
         let at = turn * (point - Vector3::new(0.0, 0.0, 0.5 * farthest_m));
         (at.x, at.y, at.z)

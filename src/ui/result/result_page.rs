@@ -7,33 +7,33 @@ use boresight_present::text::charts::Chart;
 /// The person's choices on the page.
 #[derive(Debug)]
 pub struct ResultPage {
-    /// The chart that is seen.
+    /// Visible chart.
     pub chart: Chart,
-    /// The comparison with an older calibration.
+    /// Comparison with an older calibration.
     pub comparison: Comparison,
-    /// Share of the distortion that is removed from the picture, 0 to 1.
+    /// Share of the distortion removed from the picture, 0 to 1.
     pub undistorted: f32,
-    /// Angle from which the poses are seen.
+    /// Viewing angle of the poses.
     pub turn_rad: f32,
 }
 
 impl Default for ResultPage {
     fn default() -> Self {
         let (chart, comparison) = (Chart::default(), Comparison::default());
-        // From the side, where distances and tilts are seen.
+        // From the side, to show distances and tilts.
         Self { chart, comparison, undistorted: 1.0, turn_rad: 0.9 }
     }
 }
 
 impl ResultPage {
-    /// Takes what a comparison found, and shows it. Never waits.
+    /// Takes and shows the result of a comparison. Never waits.
     pub(in crate::ui) fn look(&mut self) {
         if self.comparison.look() {
             self.show_change();
         }
     }
 
-    /// Shows the result of a session that has ended and may be compared with one of `older`.
+    /// Shows the result of an ended session, comparable with `older`.
     pub(in crate::ui) fn begin(&mut self, ended: &Ended, older: Vec<PathBuf>) {
         self.comparison = Comparison::with(older);
         if let Some(compared) = ended.compared.clone() {

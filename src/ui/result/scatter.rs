@@ -1,4 +1,4 @@
-//! Residuals of all corners as a cloud, and how often each size occurs.
+//! Residuals of all corners as a cloud, and the distribution of their sizes.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 use nalgebra::{Point2, Vector2};
@@ -11,7 +11,7 @@ use boresight_present::{
     text::charts as words,
 };
 
-/// Corners of view `index` as they should be, and how far off they were seen, px.
+/// Expected corners of view `index`, and their residuals, px.
 pub(super) fn residuals_of(
     index: usize,
     snapshot: &Snapshot,
@@ -35,7 +35,7 @@ pub(super) fn residuals_of(
         .collect()
 }
 
-/// Draws both, and the words below.
+/// Draws cloud and distribution, and the words below.
 pub(super) fn draw(
     painter: &Painter,
     area: Rect,
@@ -75,7 +75,7 @@ pub(super) fn draw(
     words::scatter(offs.len(), rms_px)
 }
 
-/// How often each size of a residual's component occurs, beside the normal distribution.
+/// Distribution of the residuals' components, beside the normal distribution.
 fn bars(painter: &Painter, area: Rect, offs: &[Vector2<f64>], rms_px: f64) {
     let histogram = Histogram::of(offs, rms_px);
     let most = histogram.most();

@@ -3,7 +3,7 @@ use boresight_app::host::Ended;
 /// State of a session, as the result page sees it.
 #[derive(Clone, Copy, Debug)]
 pub enum State<'a> {
-    /// There is none.
+    /// No session.
     Nothing,
     /// Views are being taken.
     Running,

@@ -19,7 +19,7 @@ use boresight_geometry::{BoardOutline, open_corners};
 use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Act, window as words};
 
-/// Shows the verdict, and what would make it better.
+/// Shows the verdict, and ways to improve it.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
@@ -38,7 +38,7 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Ve
     });
 }
 
-/// Shows what the checks found, if anything.
+/// Shows the findings of the checks, if any.
 pub(super) fn found(ui: &mut Ui, screen: &Screen) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
@@ -76,7 +76,7 @@ pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
     });
 }
 
-/// Why there is no result, and what to try.
+/// Reason for a missing result, and the next action.
 fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let has_views = snapshot.is_some_and(|snapshot| !snapshot.views.is_empty());
@@ -109,7 +109,7 @@ fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiActi
     });
 }
 
-/// The verdict, the two numbers that matter, and the area without boards.
+/// Verdict, its two main numbers, and the area without boards.
 fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Calibration) {
     let palette = theme::palette(ui.visuals());
     let color = match calibration.verdict {
@@ -140,7 +140,7 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     }
 }
 
-/// Names the corners of the picture that boards have hardly reached, and offers two more views for them.
+/// Names the corners of the picture hardly reached by boards, and offers two more views for them.
 fn uncovered(
     ui: &mut Ui,
     (snapshot, calibration): (&Snapshot, &Calibration),
@@ -160,7 +160,7 @@ fn uncovered(
     }
 }
 
-/// A sign that its shape alone identifies: a tick, an exclamation mark or a cross.
+/// Sign with a distinctive shape: a tick, an exclamation mark or a cross.
 fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
     let (middle, half) = (rect.center(), 0.5 * rect.width());
     let stroke = Stroke::new(0.16 * half, color);

@@ -7,7 +7,7 @@ use boresight_calibrate::Calibration;
 use boresight_guide::session::Snapshot;
 use boresight_present::text::charts as words;
 
-/// Share of the width that the picture of the worst view takes.
+/// Share of the width for the picture of the worst view.
 const PICTURE: f32 = 0.4;
 
 /// Draws the bars, and the words below.

@@ -94,8 +94,8 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     }
 }
 
-/// Number of corners of a plain board, of squares of a ChArUco board, of tags of an AprilGrid, or of circles: as other programs name
-/// them.
+/// Number of corners of a plain board, of squares of a ChArUco board, of tags of an AprilGrid, or
+/// of circles, as in other programs.
 fn size(ui: &mut Ui, page: &mut StartPage) {
     let (name, tip, range, each, more) = match page.kind() {
         APRILGRID => (words::TAGS, words::TAGS_TIP, 2..=49, 2, 0),
@@ -146,19 +146,20 @@ fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
     }
 }
 
-/// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner corner has a dot.
+/// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner
+/// corner has a dot.
 pub(super) fn draw(
     painter: &Painter,
     area: Rect,
     ([columns, rows], markers): ([u16; 2], Option<Markers>),
     corners: bool,
 ) {
-    // In squares. If it can't have these markers, the page says so.
+    // In squares. The page reports impossible markers.
     let Ok(plain) = Board::new(columns, rows, 1.0) else { return };
     let board = markers.map_or(plain, |markers| plain.drawn_with(markers));
     let [across, down] = board.target().size_m().map(|squares| squares as f32);
     let side = (area.width() / (across + 2.0)).min(area.height() / (down + 2.0));
-    // Whole pixels, so that all squares are alike.
+    // Whole pixels make all squares alike.
     let per_point = painter.pixels_per_point();
     let side = ((side * per_point).floor() / per_point).max(1.0 / per_point);
     let sheet = Rect::from_center_size(area.center(), side * Vec2::new(across + 2.0, down + 2.0));
@@ -169,7 +170,7 @@ pub(super) fn draw(
     let first = sheet.min + Vec2::splat(side);
     let place = |[x, y]: [f64; 2]| {
         let at = first + side * (Vec2::new(x as f32, y as f32) + 0.5 * Vec2::new(across, down));
-        // Whole pixels, so that cells are sharp.
+        // Whole pixels make cells sharp.
         ((at.to_vec2() * per_point).round() / per_point).to_pos2()
     };
     let DarkShapes { large, fine } = board.target().dark_shapes();

@@ -1,4 +1,4 @@
-//! The card with the cameras, and everything else that pictures can come from.
+//! The card with the cameras and all other sources of pictures.
 
 use egui::{
     Align2, Button, ComboBox, FontId, Image, Rect, RichText, Sense, Stroke, StrokeKind, TextEdit,
@@ -20,7 +20,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
         ui.label(RichText::new(words::NO_CAMERA).size(theme::TITLE).strong());
         ui.label(words::NO_CAMERA_ACTION);
     }
-    // One large picture, or two beside each other.
+    // A single large picture, or two beside each other.
     let across = if choices.cameras.len() > 1 { 2 } else { 1 };
     let gap = ui.spacing().item_spacing.x;
     let width = ui.available_width();
@@ -136,7 +136,7 @@ fn modes(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
     });
 }
 
-/// The question about the mirror, asked once, where the person can see which way the camera looks.
+/// Question about the mirror, asked once, where the person can see the camera's direction.
 fn mirror(ui: &mut Ui, choices: &Choices, asks: &mut Vec<UiAction>) {
     if choices.mirrored.is_some() || choices.cameras.is_empty() {
         return;

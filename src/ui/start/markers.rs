@@ -1,4 +1,4 @@
-//! What a ChArUco board and an AprilGrid have more than a checkerboard: their markers or tags, chosen.
+//! Extra choices of a ChArUco board and an AprilGrid: markers or tags.
 
 use egui::{ComboBox, DragValue, RichText, Ui};
 
@@ -86,7 +86,7 @@ fn usual_side_m(chosen: MarkerChoice, square_m: f64) -> f64 {
     square_m * MarkerChoice { side_m: None, ..chosen }.in_squares_of(square_m).side_squares
 }
 
-/// The action that prints the chosen board.
+/// Action to print the chosen board.
 pub(super) fn print(page: &StartPage) -> UiAction {
     let draft = &page.draft;
     let markers = draft.markers.map(|chosen| chosen.in_squares_of(draft.square_m));

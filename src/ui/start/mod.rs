@@ -23,11 +23,11 @@ use super::{
 use boresight_guide::guidance::Plan;
 use boresight_present::text::{Act, start as words, window};
 
-/// Largest room for the cards.
+/// Maximum size of the cards.
 const LARGEST: Vec2 = Vec2::new(1320.0, 720.0);
 /// Height of a card's heading.
 const HEADING: f32 = 40.0;
-/// Height of the button that starts.
+/// Height of the start button.
 const GO: f32 = 64.0;
 
 /// Shows the page.
@@ -49,7 +49,7 @@ pub fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec
     });
 }
 
-/// While a session runs, its camera isn't free.
+/// Shows the page during a session: its camera isn't free.
 pub fn show_running(ui: &mut Ui, asks: &mut Vec<UiAction>) {
     CentralPanel::default().show(ui, |ui| {
         theme::card(ui.visuals()).show(ui, |ui| {
@@ -69,7 +69,7 @@ pub fn show_running(ui: &mut Ui, asks: &mut Vec<UiAction>) {
 
 fn card(ui: &mut Ui, heading: &str, high: f32, contents: impl FnOnce(&mut Ui)) {
     theme::card(ui.visuals()).show(ui, |ui| {
-        // Columns stretch what is in them; words and buttons keep their own width.
+        // Columns stretch their contents; words and buttons keep their own width.
         ui.with_layout(Layout::top_down(Align::Min), |ui| {
             ui.set_width(ui.available_width());
             ui.spacing_mut().item_spacing = Vec2::new(theme::UNIT, 0.75 * theme::UNIT);
@@ -105,7 +105,7 @@ fn start(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<Ui
     let missing = if has_source { words::NO_BOARD } else { words::NO_SOURCE };
     let label = RichText::new(words::GO).size(theme::VERDICT).strong().color(theme::ON_ACCENT);
     let size = Vec2::new(ui.available_width(), GO);
-    // At the bottom, where it is on every visit.
+    // At the bottom, in the same place on every visit.
     ui.add_space((ui.available_height() - GO - 4.0 * theme::UNIT).max(theme::UNIT));
     let big = Button::new(label).fill(theme::ACCENT).min_size(size);
     let centred = Layout::centered_and_justified(Direction::LeftToRight);

@@ -12,7 +12,7 @@ use boresight_present::text::start as words;
 /// Height of the line below the board.
 const LINE: f32 = 24.0;
 
-/// Shows the window. Returns true if it stays open.
+/// Shows the window. Returns true while open.
 pub fn show(ctx: &Context, board: [u16; 2], markers: Option<Markers>) -> bool {
     let id = ViewportId::from_hash_of(words::SHOWN_TITLE);
     let window =

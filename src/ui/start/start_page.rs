@@ -15,15 +15,15 @@ use boresight_geometry::{
     target::{BOARD_KINDS, BoardChoice},
 };
 
-/// Names that mean no camera of this computer.
+/// Names of sources other than cameras.
 pub(in crate::ui) const SIMULATION: &str = "sim";
 const ANY: &str = "auto";
 
 /// The person's choices on the page.
 pub struct StartPage {
-    /// The session to start.
+    /// Session to start.
     pub draft: SessionRequest,
-    /// What to return to from another kind of board: markers in squares, and tags.
+    /// Last markers in squares, and last tags, to return to from another kind of board.
     marked: MarkerChoice,
     tags: MarkerChoice,
     /// Text in the field for streams and files.
@@ -36,7 +36,7 @@ pub struct StartPage {
     pub printed: Option<Result<PrintedBoard, UserError>>,
     /// True if a window shows the board.
     pub shows_board: bool,
-    /// The code that was seen last.
+    /// Last seen code.
     code: Option<SeenCode>,
     /// True if the square's side comes from a code, a print, or the person.
     pub knows_square: bool,
@@ -46,28 +46,29 @@ pub struct StartPage {
 /// Options to choose from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
-    /// The cameras that are there.
+    /// Connected cameras.
     pub cameras: Vec<CameraView>,
-    /// Modes of the chosen one.
+    /// Modes of the chosen camera.
     pub modes: Vec<String>,
-    /// Streams and files that were used before.
+    /// Recently used streams and files.
     pub streams: Vec<String>,
     /// Names of papers.
     pub papers: Vec<&'static str>,
-    /// True if the picture is mirrored; `None` until the person has been asked.
+    /// True for a mirrored picture; `None` until the person has answered.
     pub mirrored: Option<bool>,
-    /// True if sessions fill the screen while nobody is at the computer.
+    /// True if sessions fill the screen while the person is away.
     pub full_screen: bool,
 }
 
-/// Places of the kinds other than plain boards in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+/// Places of the kinds other than plain boards in
+/// [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
 pub(super) const CHARUCO: usize = 1;
 pub(super) const APRILGRID: usize = 2;
 pub(super) const CIRCLES: usize = 3;
 pub(super) const ASYMMETRIC: usize = 4;
 
 impl StartPage {
-    /// A page that begins with `draft`.
+    /// Page with the initial `draft`.
     pub fn new(draft: SessionRequest) -> Self {
         let marked = draft.markers.filter(MarkerChoice::are_in_squares);
         let tags = draft.markers.filter(|markers| markers.tags.is_some());
@@ -86,7 +87,7 @@ impl StartPage {
         }
     }
 
-    /// Takes over the cameras' news: a camera that is the only choice is chosen, and a counted board is used.
+    /// Takes over the cameras' news: chooses an only camera, and uses a counted board.
     pub fn see(&mut self, choices: &Choices) {
         let usable = || choices.cameras.iter().filter(|camera| camera.trouble.is_none());
         let is_here = choices.cameras.iter().any(|camera| camera.source == self.draft.source);
@@ -100,7 +101,7 @@ impl StartPage {
         if let Some(board) = board {
             self.draft.board = board;
         }
-        // Each code is taken once: what the person changes then stays.
+        // Each code is taken once: later changes by the person stay.
         if let Some(code) = code.filter(|code| self.code.as_ref() != Some(code)) {
             (self.draft.board, self.draft.square_m) = (code.board, code.square_m);
             self.knows_square = true;
@@ -108,7 +109,7 @@ impl StartPage {
         }
     }
 
-    /// The code that names the chosen board.
+    /// Code of the chosen board.
     pub(super) fn code(&self) -> Option<&SeenCode> {
         let draft = &self.draft;
         let names = |code: &&SeenCode| {
@@ -119,17 +120,17 @@ impl StartPage {
         self.code.as_ref().filter(names)
     }
 
-    /// The chosen camera, if it's here.
+    /// Chosen camera, if connected.
     pub fn camera<'a>(&self, choices: &'a Choices) -> Option<&'a CameraView> {
         choices.cameras.iter().find(|camera| camera.source == self.draft.source)
     }
 
-    /// True if the source is, or was, one of this computer's cameras, and nobody has typed its name now.
+    /// True if the source is, or was, a camera of this computer, unless its name is being typed.
     fn names_camera(&self) -> bool {
         is_camera_name(&self.draft.source) && self.typed.trim() != self.draft.source.trim()
     }
 
-    /// True if there is something to start with.
+    /// True if there is a source to start with.
     pub(super) fn has_source(&self, choices: &Choices) -> bool {
         let source = self.draft.source.trim();
         match self.camera(choices) {
@@ -138,7 +139,7 @@ impl StartPage {
         }
     }
 
-    /// Chooses a source, and drops the mode, which belongs to the previous camera.
+    /// Chooses a source, and drops the previous camera's mode.
     pub(super) fn choose(&mut self, source: &str) {
         if self.draft.source != source {
             self.draft.source = source.into();
@@ -147,7 +148,8 @@ impl StartPage {
         self.typed.clear();
     }
 
-    /// Kind of the chosen board, by its place in [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
+    /// Kind of the chosen board, by its place in
+    /// [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
     pub(super) fn kind(&self) -> usize {
         kind_of(self.draft.board, self.draft.markers)
     }
@@ -174,7 +176,7 @@ impl StartPage {
         self.printed = None;
     }
 
-    /// Chooses a board that was recognised, as far as it's known.
+    /// Chooses a recognised board, as far as known.
     pub(super) fn take(&mut self, OtherKind { markers, board, .. }: OtherKind) {
         if markers.are_in_squares() {
             self.marked = markers;
@@ -188,14 +190,14 @@ impl StartPage {
         self.draft.markers.map(|chosen| chosen.in_squares_of(self.draft.square_m))
     }
 
-    /// Why the chosen board can't have its markers.
+    /// Reason why the chosen board can't have its markers.
     pub(super) fn board_trouble(&self) -> Option<InvalidMarkers> {
         let [columns, rows] = self.draft.board;
         let board = Checkerboard::new(columns, rows, self.draft.square_m).ok()?;
         board.with_markers(self.markers()?).err()
     }
 
-    /// The chosen board was printed with squares of this size.
+    /// Notes the printed size of the chosen board's squares.
     pub(in crate::ui) fn note_printed(&mut self, square_m: f64) {
         let markers = self.markers();
         self.knows_square = true;
@@ -205,7 +207,7 @@ impl StartPage {
         }
     }
 
-    /// A new session as it's chosen.
+    /// A new session from the choices.
     pub(super) fn wish(&self) -> SessionRequest {
         let is_said = self.knows_square || self.draft.markers.is_some();
         SessionRequest {
@@ -237,13 +239,13 @@ impl StartPage {
         self.textures.get(&camera.source).map(|(_, texture)| texture)
     }
 
-    /// Frees the pictures and stops counting: the page is left.
+    /// Frees the pictures and stops counting when leaving the page.
     pub(in crate::ui) fn leave(&mut self) {
         self.textures.clear();
         self.counts = false;
     }
 
-    /// The camera whose board is to be counted.
+    /// Camera with the board to count.
     pub(in crate::ui) fn counted(&self, choices: &Choices) -> Option<String> {
         let is_plain = self.draft.markers.is_none();
         self.camera(choices).filter(|_| is_plain).map(|camera| camera.source.clone())
@@ -256,8 +258,8 @@ fn kind_of([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> usize {
     BOARD_KINDS.iter().position(|other| other.name == kind).unwrap_or_default()
 }
 
-/// Markers of a dictionary with enough of them for a board of that many inner corners: the first and smallest has the
-/// largest cells.
+/// Markers of a dictionary with enough of them for a board of these inner corners: the first and
+/// smallest has the largest cells.
 fn smallest_that_suffices([columns, rows]: [u16; 2]) -> MarkerChoice {
     let needed = marker_count([usize::from(columns) + 1, usize::from(rows) + 1]);
     let suffices = |dictionary: &Dictionary| dictionary.count() >= needed;
