@@ -1,12 +1,13 @@
-//! Stores of simulated cameras that were watched for a while, without their pictures: a simulated street's mast sways, is
-//! pushed, and pushed back; what a picture would have measured is the truth with the scatter of a real one. For drawings, and
-//! to see what many cameras cost and whether their states are right.
+//! Stores of simulated watched cameras, without their pictures: a simulated street's mast sways, is
+//! pushed, and pushed back; each measurement is the truth with the scatter of a real picture. For
+//! drawings, and to measure the cost of many cameras and the correctness of their states.
 //!
 //! ```text
 //! camera_month FOLDER CAMERAS DAYS MINUTES STREET…
 //! ```
 //!
-//! Each camera gets the next of the streets (`pan=2.5px@12d..14.5d,focal=0.4%@26d`), and a seed of its own.
+//! Each camera gets the next of the streets (`pan=2.5px@12d..14.5d,focal=0.4%@26d`), and a seed of
+//! its own.
 
 use std::{collections::BTreeMap, path::Path, time::Instant};
 
@@ -14,7 +15,8 @@ use boresight_app::watch::{Named, Store};
 use boresight_sim::street::Street;
 use boresight_watch::{Answer, Input, Lens, Picture, Watch};
 
-/// Scatter of a picture's estimate: pan, tilt (px), roll (degrees), focal ratio, as a webcam's neighbours in time.
+/// Scatter of a picture's estimate: pan, tilt (px), roll (degrees), focal ratio, as a webcam's
+/// neighbours in time.
 const SCATTER: [f64; 4] = [0.04, 0.09, 0.008, 0.000_07];
 
 fn main() -> anyhow::Result<()> {
@@ -92,7 +94,7 @@ fn picture(street: &Street, at: f64, chance: &mut Chance) -> Picture {
     Picture { at, late: false, answer: Some(answer), none: None }
 }
 
-/// Numbers that look like chance and are the same each time.
+/// Pseudo-random numbers, the same each time.
 struct Chance(u64);
 
 impl Chance {
@@ -102,7 +104,7 @@ impl Chance {
         (self.0 >> 40) as f64 / (1_u64 << 24) as f64
     }
 
-    /// Twelve uniform numbers add up to nearly a normal one.
+    /// Sum of twelve uniform numbers, nearly normal.
     fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }

@@ -1,13 +1,15 @@
-//! Many simulated cameras, watched in one process as `boresight watch --list --once` does it: pictures are read, measured,
-//! learned from and stored. Prints what was said of them, memory, processor time and the stores' size.
+//! Many simulated cameras, watched in a single process as `boresight watch --list --once` does:
+//! pictures are read, measured, learned from and stored. Prints their states, memory, processor
+//! time and the stores' size.
 //!
 //! ```text
 //! many_cameras FOLDER CAMERAS DAYS HOURS:STREET…
 //! ```
 //!
-//! Each street (`6:7,pan=2.5px@24d`: a picture every 6 hours, a seed, and what is planted) is drawn first into `FOLDER/street-N`,
-//! since that takes longer than watching; pictures that are there already are taken as they are. Then each camera watches the
-//! next street. Cameras of one street begin a picture apart, so that no two learn from the same pictures.
+//! Each street (`6:7,pan=2.5px@24d`: a picture every 6 hours, a seed, and the planted change) is
+//! drawn first into `FOLDER/street-N`, since drawing takes longer than watching; existing pictures
+//! are reused. Then each camera watches the next street. Cameras of one street begin a picture
+//! apart: no two learn from the same pictures.
 
 use std::{
     collections::BTreeMap,
@@ -78,7 +80,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A street's pictures, in files that are named by their time.
+/// Pictures of a street, in files named by their time.
 struct Drawn {
     lens: Lens,
     files: Vec<PathBuf>,

@@ -1,6 +1,6 @@
-//! Guided sessions of simulated people with ordinary cameras, as one table: how long they take, what they end with, and
-//! whether the truth lies within what is stated. Corners are projected row by row through a rolling shutter; no picture is
-//! drawn.
+//! Guided sessions of simulated people with ordinary cameras, as a table: duration, result, and
+//! coverage of the truth by the stated uncertainty. Corners are projected row by row through a
+//! rolling shutter; no picture is drawn.
 //!
 //! ```text
 //! people SEEDS [ROW]
@@ -31,12 +31,13 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Whoever isn't done after this long gives up.
+/// Time limit of a person.
 const PATIENCE_SECS: f64 = 120.0;
-/// Corners nearer to the picture's edge can't be measured.
+/// Minimum distance of a measured corner from the picture's edge.
 const EDGE_PX: f64 = 4.0;
 
-/// A person with a camera: times in milliseconds, the noise of a corner in pixels, the board's bend in millimetres.
+/// A person with a camera: times in milliseconds, the noise of a corner in pixels, the board's bend
+/// in millimetres.
 struct Row {
     name: &'static str,
     person: Person,
@@ -94,7 +95,7 @@ fn rows() -> Vec<Row> {
     ]
 }
 
-/// What came of one session.
+/// Result of a session.
 struct Came {
     secs: f64,
     views: usize,
@@ -107,7 +108,8 @@ struct Came {
     sentences_per_sec: f64,
 }
 
-/// The person's board, millisecond by millisecond, for rows of one picture are read while the next one is exposed.
+/// Poses of the person's board, by millisecond: rows of a picture are read while the next is
+/// exposed.
 struct Poses {
     person: Technician,
     known: VecDeque<(u64, Isometry3<f64>)>,
@@ -212,7 +214,7 @@ fn session_of(row: &Row, seed: u64) -> Came {
     }
 }
 
-/// What the detector finds in the picture whose middle row is exposed at `secs`.
+/// Detection in the picture with its middle row exposed at `secs`.
 fn look(
     row: &Row,
     scene: &Scene,
@@ -263,7 +265,8 @@ fn look(
     }
 }
 
-/// Root mean square error of projection over the picture a coordinate, the best turn of the camera taken out.
+/// Root mean square error of projection over the picture a coordinate, after the best rotation of
+/// the camera.
 fn error_px(found: &Calibration, truth: &Camera) -> f64 {
     let project = |point: &_| found.camera.project(point);
     differences_px(truth, &project, found.image_size, &|_| true)

@@ -1,12 +1,12 @@
-//! Is the verdict true? Simulated sessions whose truth is known: lenses in and out of the models, corners' errors of several
-//! kinds, ordinary boards, and sometimes one flaw. No picture is drawn.
+//! Is the verdict true? Simulated sessions with known truth: lenses in and out of the models,
+//! corners' errors of several kinds, ordinary boards, and sometimes a flaw. No picture is drawn.
 //!
 //! ```text
 //! sessions COUNT [FIRST [each | FLAW [TIMES]]]
 //! ```
 //!
-//! `each` prints a line for every session. A flaw's name gives all sessions that flaw, and prints how often its cause is named by its
-//! size, which is TIMES as large.
+//! `each` prints a line for every session. A flaw's name gives all sessions the flaw, TIMES as
+//! large, and prints how often its cause is named, by size.
 
 mod best_turn;
 mod outlines;
@@ -30,17 +30,17 @@ use rand_distr::{Distribution, StandardNormal, StudentT};
 const SIZES: [(u32, u32); 4] = [(640, 480), (1280, 720), (1920, 1080), (720, 1280)];
 const BOARDS: [(u16, u16); 4] = [(7, 5), (9, 6), (11, 8), (10, 7)];
 const SQUARE_M: f64 = 0.025;
-/// Corners nearer to the picture's edge can't be measured.
+/// Minimum distance of a measured corner from the picture's edge.
 const EDGE_PX: f64 = 5.0;
 
 const LENSES: [&str; 8] =
     ["pinhole", "brown", "tangential", "decentred", "tilted", "fov", "division", "fisheye"];
-/// Lenses that no model holds exactly.
+/// Lenses outside all models.
 const OUTSIDE: [&str; 4] = ["decentred", "tilted", "fov", "division"];
 const NOISES: [&str; 4] = ["independent", "correlated", "per view", "heavy tails"];
 const FLAWS: [&str; 8] =
     ["none", "print", "bend", "pixels", "shutter", "focus", "breathing", "two cameras"];
-/// Causes that a finding names, by flaw: any of them is right.
+/// Right causes for a finding, by flaw; any of them counts.
 const RIGHT: [&[&str]; 8] = [
     &[],
     &["BOARD-STRETCHED", "PIXELS-NOT-SQUARE"],
@@ -51,11 +51,11 @@ const RIGHT: [&[&str]; 8] = [
     &["FOCUS-MOVED", "FOCAL-VARIES"],
     &["VIEWS-MIXED"],
 ];
-/// What ordinary boards are, too: a little stretched, and bent.
+/// Ordinary imperfections of boards: a little stretched, and bent.
 const STRETCHED: [&str; 2] = ["BOARD-STRETCHED", "PIXELS-NOT-SQUARE"];
 /// Rows of a table of sizes.
 const SHARES: usize = 5;
-/// A bend that may be named in any session.
+/// Bend beyond which any session may name it.
 const BENT_M: f64 = 5e-5;
 const CAUSES: [&str; 13] = [
     "FOCUS-MOVED",
@@ -73,7 +73,7 @@ const CAUSES: [&str; 13] = [
     "FOCAL-VARIES",
 ];
 
-/// A lens: a camera, and what its models don't have.
+/// A lens: a camera, and its deviation from the models.
 #[derive(Clone, Copy)]
 struct Lens {
     camera: Camera,
@@ -83,9 +83,9 @@ struct Lens {
 #[derive(Clone, Copy)]
 enum Shape {
     OfCamera,
-    /// The centre of the distortion is beside the principal point, in units of f.
+    /// Distortion centre beside the principal point, in units of f.
     Decentred(Vector2<f64>),
-    /// The sensor is tilted: `x / (1 + t·x)`.
+    /// Tilted sensor: `x / (1 + t·x)`.
     Tilted(Vector2<f64>),
     /// `atan(g r)/g`.
     Fov(f64),
@@ -123,7 +123,7 @@ impl Lens {
     }
 }
 
-/// The lens of one family, with the angle in radians at which it sees the picture's corner and a little more.
+/// A lens of the family, with the angle in radians slightly beyond the picture's corner.
 fn lens(family: &str, size: ImageSize, rng: &mut ChaCha8Rng) -> (Lens, f64) {
     let (width, height) = (f64::from(size.width_px), f64::from(size.height_px));
     let (longest, half) = (width.max(height), 0.5 * libm::hypot(width, height));
@@ -171,7 +171,7 @@ fn lens(family: &str, size: ImageSize, rng: &mut ChaCha8Rng) -> (Lens, f64) {
             _ => Shape::OfCamera,
         };
         let lens = Lens { camera, shape };
-        // Up to the corner, what's further from the axis must be seen further out.
+        // Up to the corner, points further from the axis must be imaged further out.
         let (mut last_px, mut angle) = (0.0, 0.0);
         while last_px < 1.1 * (half + off.norm()) && angle < 1.7 {
             angle += 0.01;
@@ -192,7 +192,7 @@ fn normal(rng: &mut impl Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// What is wrong with a session, and by how much.
+/// Kind and size of a session's flaw.
 #[derive(Clone, Copy)]
 struct Flaw {
     kind: usize,
@@ -202,12 +202,12 @@ struct Flaw {
     shear_px: f64,
     /// First view after the change.
     from: usize,
-    /// A second camera's, in pixels.
+    /// Offset of a second camera, in pixels.
     off_px: Vector2<f64>,
 }
 
 impl Flaw {
-    /// Its size: relative, or in metres or pixels.
+    /// Size: relative, or in metres or pixels.
     fn size(&self) -> f64 {
         [self.share, self.bend_m, self.shear_px].map(f64::abs).into_iter().fold(0.0, f64::max)
     }
@@ -224,9 +224,9 @@ struct Came {
     bound_px: f64,
     goal_px: f64,
     verdict: Verdict,
-    /// The board's, as it is.
+    /// True bend of the board.
     bend_m: f64,
-    /// Causes that a finding names; those between which it can't tell.
+    /// Named causes; those between which a finding can't tell.
     named: Vec<&'static str>,
     unclear: Vec<&'static str>,
     findings: Vec<&'static str>,
@@ -309,8 +309,8 @@ fn session(seed: u64, planted: Option<(usize, f64)>) -> Option<Came> {
     let found = calibrate(&views, &board, size, &CalibrationParams::default()).ok()?;
     let boards = outlines(&board, &views);
     let is_covered = |px: &Point2<f64>| boards.iter().any(|board| board.covers(px));
-    // After a change of the camera, the truth is what it ended with or any of both; of a focus that follows the board, what
-    // it was in any view.
+    // After a change of the camera, the truth is its final state or either; for a focus following
+    // the board, its state in any view.
     let changes = match FLAWS[flaw.kind] {
         "breathing" => distances_m.into_iter().map(nearness).collect(),
         _ => vec![0.0, 1.0],
@@ -359,12 +359,13 @@ fn session(seed: u64, planted: Option<(usize, f64)>) -> Option<Came> {
     })
 }
 
-/// How much of its change at 30 cm a focus that follows the board shows.
+/// Share of its change at 30 cm shown by a focus following the board.
 fn nearness(distance_m: f64) -> f64 {
     0.3 / distance_m
 }
 
-/// The board as it's printed and glued, and its bend: its ink is 20 µm off, its squares are stretched, and it's bent a little.
+/// Printed and glued board, and its bend: its ink is 20 µm off, its squares are stretched, and it's
+/// bent a little.
 fn printed(board: &Checkerboard, flaw: &Flaw, rng: &mut ChaCha8Rng) -> (Vec<Point3<f64>>, f64) {
     let of_print = if FLAWS[flaw.kind] == "print" { flaw.share } else { 2e-4 * normal(rng) };
     let bend_m = if FLAWS[flaw.kind] == "bend" { flaw.bend_m } else { 1e-4 * normal(rng) };
@@ -379,7 +380,7 @@ fn printed(board: &Checkerboard, flaw: &Flaw, rng: &mut ChaCha8Rng) -> (Vec<Poin
     (as_printed.collect(), bend_m)
 }
 
-/// A pose of a hand: guided ones tilt in opposed directions.
+/// Hand-held pose: guided ones tilt in opposed directions.
 fn pose(
     lens: &Lens,
     size: ImageSize,
@@ -417,7 +418,7 @@ fn pose(
 struct Errors {
     kind: usize,
     noise_px: f64,
-    /// Of errors that neighbours share.
+    /// Of errors shared by neighbours.
     shared: DMatrix<f64>,
 }
 
@@ -466,12 +467,12 @@ impl Came {
         self.is_good() && self.error_px > 2.0 * self.bound_px
     }
 
-    /// True if the camera was another one after a while.
+    /// True if the camera changed after a while.
     fn is_of_two_lenses(&self) -> bool {
         ["focus", "two cameras"].contains(&FLAWS[self.flaw])
     }
 
-    /// Causes that findings name, but that don't exist.
+    /// Causes named by findings but not present.
     fn false_causes(&self) -> impl Iterator<Item = &'static str> + '_ {
         let exists = |code: &str| {
             RIGHT[self.flaw].contains(&code)
@@ -482,7 +483,7 @@ impl Came {
         self.named.iter().copied().filter(move |code| !exists(code))
     }
 
-    /// How the causes that findings name compare with the flaw.
+    /// Comparison of the named causes with the flaw.
     fn told(&self) -> &'static str {
         if self.false_causes().next().is_some() {
             "false"
@@ -520,7 +521,7 @@ fn table<C: Borrow<Came>>(title: &str, all: &[C], names: &[&str], which: fn(&Cam
     }
 }
 
-/// How often the cause is named, by the flaw's size.
+/// Frequency of naming the cause, by the flaw's size.
 fn power(mut all: Vec<Came>) {
     println!("\n| size | sessions | named | not clear | inside | GOOD | GOOD beyond 2 bounds |");
     println!("|---|---|---|---|---|---|---|");
@@ -587,7 +588,7 @@ fn main() -> anyhow::Result<()> {
     }
     println!("\n{} of {count} sessions have a result", all.len());
     table("flaw", &all, &FLAWS, |came| came.flaw);
-    // Of two lenses, no bound holds both.
+    // No bound holds two lenses at once.
     let of_one: Vec<&Came> = all.iter().filter(|came| !came.is_of_two_lenses()).collect();
     table("one lens", &of_one, &["all"], |_| 0);
     table("one lens, by its family", &of_one, &LENSES, |came| came.lens);

@@ -1,12 +1,13 @@
-//! Is the stated uncertainty true? Calibrates two disjoint halves of the views of real cameras, and compares their difference,
-//! with the best turn between them taken out, with what both state.
+//! Is the stated uncertainty true? Calibrates two disjoint halves of the views of real cameras, and
+//! compares their difference, after the best rotation between them, with both statements.
 //!
 //! ```text
 //! split_halves LIST SPLITS
 //! ```
 //!
-//! A line of LIST names a file of `boresight detect --json` lines (`{"file", "corners": [[column, row, x, y, sigma], …]}`), the
-//! board's corners, and the pictures' size: `antonio.jsonl 11x10 1280x720`.
+//! A line of LIST names a file of `boresight detect --json` lines (`{"file", "corners": [[column,
+//! row, x, y, sigma], …]}`), the board's corners, and the pictures' size: `antonio.jsonl 11x10
+//! 1280x720`.
 
 mod best_turn;
 mod outlines;
@@ -32,19 +33,21 @@ struct Set {
     views: Vec<Vec<Corner>>,
 }
 
-/// What two halves say of each other.
+/// Mutual comparison of two halves.
 struct Halves {
     /// Of f, and of the principal point.
     z: [f64; 3],
-    /// Root mean square, in stated sd, over the part that both cover, over the picture, and in its corners.
+    /// Root mean square, in stated sd, over the part covered by both, over the picture, and in its
+    /// corners.
     z_covered: f64,
     z_picture: f64,
     z_corners: f64,
-    /// Root mean square a coordinate over the part that both cover, in pixels.
+    /// Root mean square a coordinate over the part covered by both, in pixels.
     difference_px: f64,
     inside: bool,
     good_wrong: bool,
-    /// What checks of each half against the other say, with all its views and with four; `None` without a verdict.
+    /// Checks of each half against the other, with all its views and with four; `None` without a
+    /// verdict.
     checks: [[Option<DriftVerdict>; 2]; 2],
 }
 
@@ -99,7 +102,7 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
     let covariance = a.covariance_all + b.covariance_all;
     let whole = projection_jacobian(&a.camera, set.size)?;
     let off = |is_inside: &dyn Fn(&Point2<f64>) -> bool| -> Option<(f64, f64)> {
-        // Beyond its fold, a lens knows nothing.
+        // Beyond its fold, a lens model is invalid.
         let is_known = |point: &Point3<f64>, px: &Point2<f64>| {
             let ray = b.camera.ray_from_px(px);
             ray.is_some_and(|ray| ray.angle(&point.coords) < 1e-3)
@@ -154,7 +157,7 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
     })
 }
 
-/// The columns of a table of z: root mean square, and median of the sizes.
+/// Columns of a table of z: root mean square, and median of the sizes.
 fn spread(values: impl Iterator<Item = f64>) -> String {
     let mut sizes: Vec<f64> = values.map(f64::abs).filter(|z| z.is_finite()).collect();
     sizes.sort_by(f64::total_cmp);

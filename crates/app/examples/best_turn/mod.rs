@@ -1,10 +1,10 @@
-//! How far two cameras differ, whichever way each points: what a stated bound must hold.
+//! Difference of two cameras, each in its best orientation: the target of a stated bound.
 
 use boresight_geometry::{Camera, cell_centres_px, frame::ImageSize};
 use nalgebra::{Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
-/// How far `project` has the rays of `camera` from where that sees them, in pixels, at the cells' centres that `is_inside`
-/// selects, after the best turn over them. `None` if they don't determine one.
+/// Differences of `project` from `camera`, in pixels, at the cells' centres selected by
+/// `is_inside`, after the best rotation over them. `None` if undetermined.
 pub(crate) fn differences_px(
     camera: &Camera,
     project: &dyn Fn(&Point3<f64>) -> Option<Point2<f64>>,
@@ -40,7 +40,7 @@ pub(crate) fn differences_px(
     Some(all.collect())
 }
 
-/// Root mean square a coordinate, as bounds are stated.
+/// Root mean square a coordinate, as for bounds.
 pub(crate) fn rms_px(differences: &[(Point2<f64>, Vector2<f64>)]) -> f64 {
     let squares: f64 = differences.iter().map(|(_, off)| off.norm_squared()).sum();
     (squares / (2 * differences.len().max(1)) as f64).sqrt()

@@ -1,4 +1,4 @@
-//! The part of the picture that boards have covered.
+//! Area of the picture covered by boards.
 
 use boresight_geometry::{BoardOutline, Corner, board::Checkerboard};
 

@@ -8,34 +8,35 @@ use std::{
 use boresight_files::FileError;
 
 const SCHEME: &str = "s3://";
-/// Name of a single file that was fetched.
+/// Name of a fetched single file.
 pub(super) const FETCHED: &str = "fetched";
 
-/// True if `path` is the address of something in an object store.
+/// True if `path` is an address in an object store.
 pub(super) fn is_cloud(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with(SCHEME))
 }
 
-/// An error: nothing is at `path`.
+/// Error for a missing `path`.
 pub(super) fn missing(path: &Path) -> anyhow::Error {
     FileError::reading(path)(Error::new(ErrorKind::NotFound, "nothing is there")).into()
 }
 
-/// Something that isn't an address.
+/// Error for an invalid address.
 #[derive(Debug, thiserror::Error)]
 #[error("not an address of an object store, s3://BUCKET/PREFIX: {0:?}")]
 pub(super) struct NoAddress(String);
 
-/// A place in an object store: a bucket, and a key or the beginning of keys.
+/// A place in an object store: a bucket, and a key or key prefix.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Address {
     pub(super) bucket: String,
-    /// Parts with one slash between, none at the ends; none of them is `.` or `..`. Empty for the whole bucket.
+    /// Parts separated by single slashes, none at the ends; no part is `.` or `..`. Empty for the
+    /// whole bucket.
     pub(super) key: String,
 }
 
 impl Address {
-    /// Reads `s3://BUCKET/PREFIX`; a slash at the end is left out.
+    /// Parses `s3://BUCKET/PREFIX`, without a trailing slash.
     pub(super) fn parse(text: &str) -> Result<Self, NoAddress> {
         let wrong = || NoAddress(text.to_owned());
         let rest = text.strip_prefix(SCHEME).ok_or_else(wrong)?;

@@ -1,4 +1,4 @@
-//! Decisions and verdicts that differ from the recorded ones.
+//! Decisions and verdicts different from the recorded ones.
 
 use std::collections::BTreeMap;
 
@@ -10,38 +10,38 @@ use super::{
     store::Store,
 };
 
-/// Sessions named for each change.
+/// Maximum number of sessions named for each change.
 const NAMED: usize = 3;
 
-/// Count of one kind of change, and sessions that have it.
+/// Count of a kind of change, and its sessions.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Change {
     /// Number of changes.
     pub count: u64,
-    /// Number of sessions with such a change.
+    /// Number of sessions with the change.
     pub sessions: u64,
-    /// The first of them.
+    /// First sessions with the change.
     pub named: Vec<String>,
 }
 
-/// Decisions and verdicts that differ from the recorded ones, over all sessions of a batch.
+/// Decisions and verdicts different from the recorded ones, over all sessions of a batch.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Changes {
-    /// Sessions that were compared.
+    /// Compared sessions.
     pub sessions: u64,
-    /// Decisions that were compared.
+    /// Compared decisions.
     pub decisions: u64,
-    /// Decisions that differ by more than rounding.
+    /// Decisions different by more than rounding.
     pub different: u64,
-    /// Sessions with such a decision.
+    /// Sessions with a different decision.
     pub different_sessions: u64,
-    /// Differing decisions by kind, `before -> after`.
+    /// Different decisions by kind, `before -> after`.
     pub kinds: BTreeMap<String, Change>,
-    /// Differing decisions of long sessions, whose kind wasn't looked at.
+    /// Different decisions of long sessions, of unexamined kind.
     pub unknown_kinds: u64,
-    /// Verdicts that differ, `before -> after`.
+    /// Different verdicts, `before -> after`.
     pub verdicts: BTreeMap<String, Change>,
-    /// Rows of items that couldn't be worked on, by code.
+    /// Failed rows, by code.
     pub failed: BTreeMap<String, Change>,
 }
 

@@ -1,4 +1,4 @@
-//! The process that works on items. It may crash or hang without harm to the shard.
+//! Process working on items. May crash or hang without harm to the shard.
 
 use std::{
     io::{BufRead, BufReader, Write},
@@ -14,10 +14,10 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 
 use super::{item::Item, job::Job};
 
-/// Time between two looks at the stop flag during a wait.
+/// Time between two checks of the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A process that answers an item with a row, one line each.
+/// A process answering items with rows, one line each.
 pub(super) struct Worker {
     process: Child,
     items: Option<ChildStdin>,
@@ -38,8 +38,8 @@ pub(super) enum Answer {
 }
 
 impl Worker {
-    /// Starts `program` as a worker on `job`, whose files go into `out`; in the folder `at`, if there is one, otherwise
-    /// in this process's folder.
+    /// Starts `program` as a worker on `job`, with its files in `out`, in the folder `at` if given,
+    /// otherwise in this process's folder.
     pub(super) fn start(
         program: &Path,
         job: &Job,
@@ -64,7 +64,7 @@ impl Worker {
             let mut output = BufReader::new(output);
             loop {
                 let mut line = Vec::new();
-                // Text without a line's end is the rest of a row of a process that ended.
+                // Text without a line's end is the partial row of an ended process.
                 let read = output.read_until(b'\n', &mut line).unwrap_or(0);
                 if read == 0 || line.last() != Some(&b'\n') || send.send(line).is_err() {
                     return;
@@ -87,7 +87,8 @@ impl Worker {
         items.flush()
     }
 
-    /// Hands `item` to the process for at most `budget`. After any answer but a row the worker is of no more use.
+    /// Hands `item` to the process for at most `budget`. After any answer but a row, the worker is
+    /// useless.
     pub(super) fn work(&mut self, item: &Item, budget: Duration, stop: &AtomicBool) -> Answer {
         let began = Instant::now();
         if self.write(item).is_err() {
@@ -115,7 +116,7 @@ impl Drop for Worker {
         self.items = None;
         let _ = self.process.kill();
         let _ = self.process.wait();
-        // Drain pending rows so that the reader can exit.
+        // Drain pending rows to let the reader exit.
         while self.rows.try_recv().is_ok() {}
         if let Some(reader) = self.reader.take() {
             let _ = reader.join();

@@ -1,4 +1,4 @@
-//! Work place of a thread: a worker process, and copies of objects from an object store.
+//! Workplace of a thread: a worker process, and copies of objects from an object store.
 
 use std::{
     path::Path,
@@ -16,27 +16,28 @@ use super::{
 };
 use boresight_files::Scratch;
 
-/// Tries of an item whose worker ended: a worker may have been killed for no fault of the item.
+/// Maximum tries of an item with ended workers: a worker may have been killed for no fault of the
+/// item.
 const TRIES: usize = 3;
-/// Folder for files that go to an object store, below the worker's own.
+/// Folder for files bound for an object store, below the worker's own.
 const OUT: &str = "out";
 
 /// Tools for working on items.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tools<'a> {
-    /// The program whose `batch worker` works.
+    /// Program with the subcommand `batch worker`.
     pub(super) program: &'a Path,
     /// Work on each item.
     pub(super) job: &'a Job,
-    /// Folder or prefix for the results, as the person wrote it.
+    /// Folder or prefix for the results, as typed by the person.
     pub(super) out: &'a Path,
-    /// The results in `out`.
+    /// Results in `out`.
     pub(super) store: &'a Store,
     /// Longest time for an item.
     pub(super) budget: Duration,
 }
 
-/// A worker process, and its own folder if something has to be fetched or handed over.
+/// A worker process, and its own folder if files are fetched or handed over.
 pub(super) struct Desk<'a> {
     tools: Tools<'a>,
     fetches: bool,
@@ -49,7 +50,7 @@ pub(super) enum Outcome {
     Row(Vec<u8>),
     /// The batch was asked to stop.
     Stopped,
-    /// Nothing, and why.
+    /// No row, with the reason.
     NotDone {
         /// Stable name of the reason.
         code: &'static str,
@@ -61,14 +62,14 @@ pub(super) enum Outcome {
 }
 
 impl<'a> Desk<'a> {
-    /// A desk for `tools`; `fetches` if some sessions are in an object store.
+    /// Desk for `tools`; `fetches` if some sessions are in an object store.
     pub(super) fn new(tools: Tools<'a>, fetches: bool) -> anyhow::Result<Self> {
         let needs_copies = fetches || tools.store.is_remote();
         let scratch = if needs_copies { Some(Scratch::new()?) } else { None };
         Ok(Self { tools, fetches, worker: None, scratch })
     }
 
-    /// Gets `item` done, by a worker.
+    /// Gets the row of `item` from a worker.
     ///
     /// # Errors
     ///
@@ -88,7 +89,7 @@ impl<'a> Desk<'a> {
             let next = "Plan again: boresight batch plan";
             return Ok(Outcome::NotDone { code: "FILE-MISSING", message: err.to_string(), next });
         }
-        // The only actions that look at pictures.
+        // The only actions on pictures.
         let pictures = matches!(self.tools.job.action, Action::Redetect | Action::Report);
         let limits = (self.tools.budget, stop);
         let outcome = match sessions.fetch(&item.session, pictures, scratch, limits)? {
@@ -107,8 +108,8 @@ impl<'a> Desk<'a> {
         outcome
     }
 
-    /// Gets `item` done by the worker, which reads the session under its name: for a fetched session, a path relative
-    /// to the worker's own folder.
+    /// Gets the row of `item` from the worker. The worker reads a fetched session at a path
+    /// relative to its own folder.
     fn work_here(
         &mut self,
         item: &Item,
@@ -144,8 +145,8 @@ impl<'a> Desk<'a> {
         let Some(scratch) = &self.scratch else { return Worker::start(program, job, out, None) };
         let out =
             if store.is_remote() { scratch.path().join(OUT) } else { std::path::absolute(out)? };
-        // Fetched sessions have paths relative to the scratch folder; without them, the worker runs in the person's
-        // folder.
+        // Fetched sessions have paths relative to the scratch folder; without them, the worker runs
+        // in the person's folder.
         let at = self.fetches.then(|| scratch.path());
         Worker::start(program, job, &out, at)
     }
@@ -158,11 +159,12 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// Hands the file `below`, written by the work on `id`, over to the results, if they are in an object store.
+    /// Hands the file `below`, written by the work on `id`, over to the results, if they are in an
+    /// object store.
     ///
     /// # Errors
     ///
-    /// If it can't be read or stored.
+    /// If the file can't be read or stored.
     pub(super) fn hand_over(&self, id: &str, below: &str) -> anyhow::Result<()> {
         let Some(scratch) = self.scratch.as_ref().filter(|_| self.tools.store.is_remote()) else {
             return Ok(());

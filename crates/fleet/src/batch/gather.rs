@@ -1,33 +1,35 @@
-//! The rows of a batch, in order.
+//! Rows of a batch, in order.
 
 use super::{job::Id, row::Row, store::Store};
 
-/// Missing items that are named.
+/// Maximum number of missing items named.
 const NAMED: usize = 5;
 
-/// Rows that are read at a time.
+/// Rows read at a time.
 const CHUNK: usize = 1024;
 
 /// Counts of gathered rows.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// Rows that were there.
+    /// Existing rows.
     pub rows: u64,
-    /// Rows of items that couldn't be worked on.
+    /// Failed rows.
     pub failed: u64,
     /// Items without a row.
     pub missing: u64,
-    /// The sessions of the first of them.
+    /// Sessions of the first missing items.
     pub named: Vec<String>,
-    /// Rows that can't be read, in words; they count as missing.
+    /// Unreadable rows, in words; counted as missing.
     pub damaged: Vec<String>,
 }
 
-/// Hands the row of every item of the manifest in `store` to `each`, sorted by id. Keeps 16 bytes an item in memory.
+/// Hands the row of every item of the manifest in `store` to `each`, sorted by id. Keeps 16 bytes
+/// an item in memory.
 ///
 /// # Errors
 ///
-/// If there is no batch, its manifest can't be read, an object store can't be used, or `each` fails.
+/// If there is no batch, its manifest can't be read, an object store can't be used, or `each`
+/// fails.
 pub fn gather(
     store: &Store,
     each: &mut dyn FnMut(&str) -> anyhow::Result<()>,
@@ -75,7 +77,7 @@ pub fn gather(
     Ok(gathered)
 }
 
-/// Gathers as [`gather`] does, with the rows as values.
+/// Gathers as [`gather`], with parsed rows.
 pub(super) fn gather_rows(store: &Store, each: &mut dyn FnMut(Row)) -> anyhow::Result<Gathered> {
     gather(store, &mut |line| {
         each(serde_json::from_str(line)?);

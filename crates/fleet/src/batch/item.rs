@@ -10,11 +10,12 @@ use boresight_files::{FileError, Links, TEXT_LIMIT, open, read};
 
 /// File whose presence makes a folder a session.
 pub(super) const HEADER: &str = "session.toml";
-/// The journal of a session.
+/// Journal of a session.
 pub(super) const JOURNAL: &str = "journal.jsonl";
-/// Largest header that counts, in bytes.
+/// Largest valid header, in bytes.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
-/// Bytes of a journal that enter the hash at most; of a longer one, the first. No session of a day has as many.
+/// Maximum bytes of a journal in the hash; of a longer one, the first. No session of a day reaches
+/// it.
 pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 
 /// A line of a manifest: one session, or a recorded bag that becomes one.
@@ -30,19 +31,18 @@ pub struct Item {
     pub bytes: u64,
 }
 
-/// The parts of a session's files that its hash covers: their bytes, or the stable name of the reason why they can't be
-/// read.
+/// Hashed contents of a session's files: their bytes, or the stable name of the read error.
 pub(super) struct Content {
     /// All of `session.toml`.
     pub(super) header: Result<Vec<u8>, &'static str>,
     /// Length of the journal, and the hash of its first [`JOURNAL_LIMIT`] bytes.
     pub(super) journal: Result<(u64, [u8; 32]), &'static str>,
-    /// All of the result; without one, the name of that, too.
+    /// All of the result; without a result, the name of its absence.
     pub(super) result: Result<Vec<u8>, &'static str>,
 }
 
 impl Content {
-    /// The session by the name `session` that holds this.
+    /// Item for the session named `session` with these contents.
     pub(super) fn item(self, session: String) -> Item {
         let mut hash = hmac_sha256::Hash::new();
         for whole in [self.header, self.result] {
@@ -68,8 +68,8 @@ impl Content {
 }
 
 impl Item {
-    /// The session in the folder `session`, or the bag of that path, as it is now; `None` if the name isn't UTF-8. An unreadable file counts by
-    /// its error, so that every session becomes a row.
+    /// Present item for the session in the folder `session`, or the bag at the path; `None` if the
+    /// name isn't UTF-8. An unreadable file counts by its error, to give every session a row.
     pub fn of(session: &Path) -> Option<Self> {
         let name = session.to_str()?.to_owned();
         if is_bag(session) {
@@ -86,7 +86,7 @@ impl Item {
     }
 }
 
-/// The bag at `path`, with that name. A file that can't be read counts by its error.
+/// Item for the bag at `path`, named `session`. An unreadable file counts by its error.
 fn of_bag(path: &Path, session: String) -> Item {
     let (mut hash, mut bytes) = (hmac_sha256::Hash::new(), 0);
     for file in bag_files(path).unwrap_or_default() {
@@ -119,7 +119,7 @@ fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
     }
 }
 
-/// Digits of `bytes`.
+/// Hexadecimal digits of `bytes`.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -56,8 +56,8 @@ pub struct Job {
 }
 
 impl Job {
-    /// Job for `action` by the program of that version, with no changed setting. Programs that may decide differently
-    /// have different versions.
+    /// Job for `action` by the program of version `version`, with no changed setting. Programs with
+    /// different decisions have different versions.
     pub fn new(action: Action, version: &str) -> Self {
         Self {
             schema: JOB_SCHEMA.into(),
@@ -71,7 +71,7 @@ impl Job {
         }
     }
 
-    /// The job with every session compared with the calibration in `file`.
+    /// Compares every session with the calibration in `file`.
     ///
     /// # Errors
     ///
@@ -85,7 +85,7 @@ impl Job {
         Ok(Self { against: Some(against), against_sha256: Some(sha256), ..self })
     }
 
-    /// Names the result of `item`: a hash of everything that determines it.
+    /// Name of the result of `item`: a hash of all its inputs.
     pub fn id_of(&self, item: &Item) -> Id {
         let mut hash = hmac_sha256::Hash::new();
         let format = self.format.as_deref().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The sessions of a batch, one a line.
+//! Sessions of a batch, one a line.
 
 use std::path::{Path, PathBuf};
 
@@ -10,16 +10,16 @@ use super::{
 use boresight_app::session_folders::sessions_and_bags;
 use boresight_files::{FileError, LineReader, Links, Scratch};
 
-/// The longest line of a manifest.
+/// Longest line of a manifest, in bytes.
 const LINE_LIMIT: u64 = 1 << 16;
 
-/// Why a manifest can't be read.
+/// Error of reading a manifest.
 #[derive(Debug, thiserror::Error)]
 pub enum ManifestError {
     /// The file can't be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// A line is no item.
+    /// A line without an item.
     #[error(
         "line {line} is no line of a manifest ({reason}); write it again with `boresight batch plan`: {path:?}"
     )]
@@ -33,9 +33,9 @@ pub enum ManifestError {
     },
 }
 
-/// Finds the sessions and recorded bags in and below each of `roots`, in the order of their paths, and hands each to
-/// `found`. Links below a root aren't followed; a root may be `s3://BUCKET/PREFIX`, where sessions alone are found. Returns
-/// what was left out because its name isn't UTF-8.
+/// Finds the sessions and recorded bags in and below each of `roots`, in the order of their paths,
+/// and hands each to `found`. Links below a root aren't followed. A root may be
+/// `s3://BUCKET/PREFIX`, without support for bags. Returns the paths left out for not being UTF-8.
 ///
 /// # Errors
 ///
@@ -61,19 +61,19 @@ pub fn plan(
     Ok(left_out)
 }
 
-/// A manifest that may come from an object store, as a file.
+/// A manifest as a file, perhaps from an object store.
 #[derive(Debug)]
 pub(super) struct ManifestFile {
     /// Path of a readable copy.
     pub(super) path: PathBuf,
     /// Name of the manifest for people.
     shown: PathBuf,
-    /// Holds the copy, if it is one.
+    /// Owner of the copy, if any.
     _copy: Option<Scratch>,
 }
 
 impl ManifestFile {
-    /// The manifest at `path`; from an object store, it's fetched.
+    /// Opens the manifest at `path`, fetched if in an object store.
     ///
     /// # Errors
     ///
@@ -88,7 +88,7 @@ impl ManifestFile {
         Ok(Self { path: copy.path().join(FETCHED), shown: own, _copy: Some(copy) })
     }
 
-    /// Reads its items.
+    /// Reads the items.
     ///
     /// # Errors
     ///
@@ -98,7 +98,7 @@ impl ManifestFile {
     }
 }
 
-/// The items of a manifest, read one after the other.
+/// Items of a manifest, read in sequence.
 #[derive(Debug)]
 pub struct Manifest {
     lines: LineReader,

@@ -6,7 +6,7 @@ use super::{job::Action, run::Tally};
 use boresight_app::prometheus::Page;
 use boresight_files::FileError;
 
-/// Writes the metrics of a run to `path`, which is replaced as a whole.
+/// Writes the metrics of a run to `path`, atomically.
 ///
 /// # Errors
 ///

@@ -1,8 +1,10 @@
-//! Many sessions at once, by anything that runs programs in parallel: a plan, shards, and one table of results.
+//! Many sessions at once, by any program running others in parallel: a plan, shards, and a table of
+//! results.
 //!
-//! [`plan`] lists sessions and recorded bags as a manifest. [`run`] applies one [`Action`] to the items of a [`Shard`]; each result is a
-//! [`Row`] in its own file, named by what determines it. [`gather`] reads the rows back in one order. A row that is
-//! there is done, so a shard may be run twice, interrupted, or run by two machines at once: the rows are the same.
+//! [`plan`] lists sessions and recorded bags as a manifest. [`run`] applies one [`Action`] to the
+//! items of a [`Shard`]; each result is a [`Row`] in its own file, named by its inputs. [`gather`]
+//! reads the rows back in one order. An existing row is done: a shard may be run twice,
+//! interrupted, or run by two machines at once, with the same rows.
 //!
 //! | file | holds |
 //! |---|---|

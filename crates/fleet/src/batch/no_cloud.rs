@@ -1,4 +1,4 @@
-//! Stand-in for object stores in a build without them: nothing can be opened.
+//! Stand-in for object stores in a build without them: every open fails.
 
 use std::{path::Path, sync::atomic::AtomicBool, time::Duration};
 
@@ -6,12 +6,12 @@ use super::item::Item;
 use boresight_app::MissingFeature;
 use boresight_files::Scratch;
 
-/// A prefix in an object store, of which this build has none.
+/// A prefix in an object store; uninhabited in this build.
 #[derive(Clone, Debug)]
 pub(super) enum Prefix {}
 
 impl Prefix {
-    /// Says which feature it needs.
+    /// Fails with the name of the missing feature.
     pub(super) fn open(_: &Path) -> anyhow::Result<Self> {
         Err(MissingFeature::CLOUD.into())
     }
@@ -67,7 +67,7 @@ impl Prefix {
 /// Result of fetching a session.
 #[expect(dead_code, reason = "nothing is fetched")]
 pub(super) enum Fetched {
-    /// The session is there, whole.
+    /// A whole copy.
     Whole,
     /// The session is larger than this many bytes.
     TooLarge(u64),
@@ -82,7 +82,7 @@ pub(super) enum Fetched {
 pub(super) struct Sessions {}
 
 impl Sessions {
-    /// Says which feature it needs.
+    /// Fails with the name of the missing feature.
     pub(super) fn fetch(
         &self,
         _: &str,

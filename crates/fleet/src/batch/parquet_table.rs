@@ -1,4 +1,4 @@
-//! The rows of a batch as one Parquet file.
+//! Rows of a batch as a Parquet file.
 
 use std::{path::Path, sync::Arc};
 
@@ -19,7 +19,7 @@ use super::{
 };
 use boresight_files::{FileStream, Overwrite, save_streamed};
 
-/// Rows that are kept in memory until they are written.
+/// Rows in memory before a write.
 const GROUP: usize = 1 << 15;
 
 /// A column: its name and its value in a row.
@@ -91,7 +91,8 @@ fn created_ms(row: &Row) -> Option<i64> {
     Some(created.as_millisecond())
 }
 
-/// Writes the row of every item of the manifest in `store` to a Parquet file at `path`, sorted by id.
+/// Writes the row of every item of the manifest in `store` to a Parquet file at `path`, sorted by
+/// id.
 ///
 /// # Errors
 ///
@@ -114,7 +115,7 @@ pub fn gather_parquet(
     })
 }
 
-/// The columns in Parquet's own words.
+/// Columns as a Parquet schema.
 fn schema() -> String {
     let columns = COLUMNS.iter().map(|Column(name, value)| match value {
         Text(_) => format!("optional binary {name} (STRING);"),
@@ -165,7 +166,7 @@ impl Table<'_, '_> {
     }
 }
 
-/// Adds the next column: which rows have a value, and those.
+/// Adds the next column: definition levels and values.
 fn add_column<T: DataType>(
     group: &mut SerializedRowGroupWriter<'_, &mut FileStream<'_>>,
     values: impl Iterator<Item = Option<T::T>>,

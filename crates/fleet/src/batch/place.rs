@@ -19,11 +19,11 @@ pub(super) enum Place {
 }
 
 impl Place {
-    /// The place that `path` names.
+    /// Opens the place at `path`.
     ///
     /// # Errors
     ///
-    /// If it's in an object store, and this build, the settings or the credentials don't suffice for that.
+    /// If an object store can't be used with this build, the settings or the credentials.
     pub(super) fn at(path: &Path) -> anyhow::Result<Self> {
         if is_cloud(path) {
             return Ok(Self::Cloud(Prefix::open(path)?));
@@ -31,7 +31,7 @@ impl Place {
         Ok(Self::Folder(path.to_path_buf()))
     }
 
-    /// Path or address of `below`, for a person; the place itself if that is empty.
+    /// Path or address of `below`, for a person; of the place itself for an empty `below`.
     pub(super) fn path(&self, below: &str) -> PathBuf {
         match self {
             Self::Folder(folder) if below.is_empty() => folder.clone(),
@@ -40,11 +40,11 @@ impl Place {
         }
     }
 
-    /// Reads a file of at most `limit_bytes`; `None` if it isn't there.
+    /// Reads a file of at most `limit_bytes`; `None` if missing.
     ///
     /// # Errors
     ///
-    /// If it can't be read.
+    /// If the file can't be read.
     pub(super) fn read(&self, below: &str, limit_bytes: u64) -> anyhow::Result<Option<Vec<u8>>> {
         match self {
             Self::Folder(folder) => read_there(&folder.join(below), limit_bytes),
@@ -52,11 +52,11 @@ impl Place {
         }
     }
 
-    /// Reads as [`Place::read`] does, each of `below` in their order.
+    /// Reads each of `below` as [`Place::read`], in order.
     ///
     /// # Errors
     ///
-    /// If an object store doesn't answer; what is wrong with one file is in its place.
+    /// If an object store doesn't answer; the error of a single file is in its place.
     pub(super) fn read_each(
         &self,
         below: &[String],
@@ -70,11 +70,11 @@ impl Place {
         }
     }
 
-    /// Stores a file that isn't there yet; false if it is, which is then left alone.
+    /// Stores a new file; false if it exists, without a change.
     ///
     /// # Errors
     ///
-    /// If it can't be stored.
+    /// If the file can't be stored.
     pub(super) fn create(&self, below: &str, bytes: &[u8]) -> anyhow::Result<bool> {
         match self {
             Self::Folder(folder) => match save_there(folder, below, bytes, Overwrite::Never) {
@@ -86,11 +86,11 @@ impl Place {
         }
     }
 
-    /// Stores a file, or replaces it.
+    /// Stores or replaces a file.
     ///
     /// # Errors
     ///
-    /// If it can't be stored.
+    /// If the file can't be stored.
     pub(super) fn replace(&self, below: &str, bytes: &[u8]) -> anyhow::Result<()> {
         match self {
             Self::Folder(folder) => Ok(save_there(folder, below, bytes, Overwrite::Allowed)?),

@@ -1,4 +1,4 @@
-//! The row of a session's own result: nothing is decided again.
+//! Row of a session's own result, without new decisions.
 
 use std::path::Path;
 
@@ -14,10 +14,10 @@ use boresight_files::{Links, read_text};
 use boresight_formats::CalibrationFile;
 use boresight_run::recording::{Header, SessionFolder};
 
-/// Largest result that is read, in bytes.
+/// Largest readable result, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
-/// Row of the recorded result of the session in `folder`; `None` if it has no result.
+/// Row of the recorded result of the session in `folder`; `None` without a result.
 ///
 /// # Errors
 ///
@@ -40,7 +40,7 @@ pub fn recorded(folder: &Path) -> anyhow::Result<Option<Row>> {
     Ok(Some(row))
 }
 
-/// Notes what the session says of itself.
+/// Copies the session's statements from the header.
 pub(super) fn describe(row: &mut Row, header: &Header) {
     row.created = Some(header.created.clone());
     row.source = Some(header.source.clone());
@@ -53,7 +53,7 @@ pub(super) fn describe(row: &mut Row, header: &Header) {
 }
 
 impl Row {
-    /// Row for the recorded result of `item`, still empty. It depends on no rule of the program.
+    /// Empty row for the recorded result of `item`. Depends on no rule of the program.
     pub fn recorded(item: &Item) -> Self {
         let job = Job::new(Action::Recorded, "");
         Self::new(job.id_of(item).to_string(), &item.session, job.action)

@@ -1,4 +1,4 @@
-//! Row: the result for one session of a batch.
+//! Result of a session in a batch.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use boresight_formats::{CalibrationFile, CheckFile, DistortionEntry, LensEntry, 
 
 /// Name and version of the format.
 pub const ROW_SCHEMA: &str = "boresight.batch-row/1";
-/// Code of a row whose work was done.
+/// Code of a successful row.
 pub(super) const OK: &str = "OK";
 
 /// Result of one session. Equal sessions, settings and versions give equal rows on every machine.
@@ -94,7 +94,7 @@ pub struct StatedRow {
 }
 
 impl StatedRow {
-    /// `None` if each view has its own focal length, or the covariance isn't known.
+    /// `None` for a separate focal length in each view, or an unknown covariance.
     fn of(lens: &LensEntry) -> Option<Self> {
         if lens.focal.is_some_and(|focal| focal.varies) {
             return None;
@@ -131,7 +131,7 @@ pub struct DecisionsEntry {
 }
 
 impl Row {
-    /// A row of `session` with nothing in it yet.
+    /// Empty row of `session`.
     pub fn new(id: String, session: &str, action: Action) -> Self {
         Self {
             schema: ROW_SCHEMA.into(),
@@ -159,7 +159,7 @@ impl Row {
         }
     }
 
-    /// The row of work that couldn't be done.
+    /// Row of failed work.
     pub fn failed(self, code: &str, message: impl Into<String>, next: Option<String>) -> Self {
         Self { code: code.into(), message: Some(message.into()), next, ..self }
     }
@@ -169,7 +169,7 @@ impl Row {
         self.code == OK
     }
 
-    /// Notes what a calibration found.
+    /// Copies the results of a calibration.
     pub(super) fn calibrated(&mut self, file: &CalibrationFile) {
         self.verdict = Some(file.verdict.clone()).filter(|verdict| !verdict.is_empty());
         self.findings = file.findings.iter().map(|finding| finding.code.clone()).collect();

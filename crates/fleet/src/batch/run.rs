@@ -1,4 +1,4 @@
-//! A shard, from its first item to its last.
+//! A shard, from the first item to the last.
 
 use std::{
     collections::{BTreeMap, VecDeque},
@@ -25,14 +25,14 @@ use super::{
     store::Store,
 };
 
-/// A batch, as one worker of a scheduler sees it.
+/// A batch, as seen by a worker of a scheduler.
 #[derive(Debug)]
 pub struct Batch<'a> {
     /// Work on each item.
     pub job: Job,
     /// The items: a file, or an address in an object store.
     pub manifest: &'a Path,
-    /// Part of the items that this run does.
+    /// Part of the items for this run.
     pub shard: Shard,
     /// Place for the results: a folder, or a prefix in an object store.
     pub out: &'a Path,
@@ -40,9 +40,9 @@ pub struct Batch<'a> {
     pub budget: Duration,
     /// Items worked on at a time, at least 1.
     pub jobs: usize,
-    /// True if items are tried again whose row says that they couldn't be worked on.
+    /// True to try items with a failed row again.
     pub again: bool,
-    /// The program whose `batch worker` works.
+    /// Program with the subcommand `batch worker`.
     pub program: &'a Path,
 }
 
@@ -51,23 +51,23 @@ pub struct Batch<'a> {
 pub struct Tally {
     /// Items of the shard.
     pub items: u64,
-    /// Items that were done before.
+    /// Items done before.
     pub there: u64,
     /// Rows by code.
     pub rows: BTreeMap<String, u64>,
-    /// Time that workers spent on items.
+    /// Time spent by workers on items.
     pub busy: Duration,
     /// True if the batch was asked to stop before the end.
     pub stopped: bool,
 }
 
 impl Tally {
-    /// Items that have a row now.
+    /// Items with a row.
     pub fn done(&self) -> u64 {
         self.there + self.rows.values().sum::<u64>()
     }
 
-    /// Rows of items that couldn't be worked on.
+    /// Failed rows.
     pub fn failed(&self) -> u64 {
         self.rows.iter().filter(|(code, _)| *code != OK).map(|(_, count)| count).sum()
     }
@@ -78,7 +78,7 @@ impl Tally {
 pub enum Event<'a> {
     /// Progress so far.
     Progress(&'a Tally),
-    /// An item has a row now.
+    /// A new row.
     Row {
         /// The finished item.
         item: &'a Item,
@@ -97,22 +97,22 @@ struct Shared<'a> {
     /// True if some sessions must be fetched.
     fetches: bool,
     items: Mutex<(Manifest, u64)>,
-    /// Items that another program works on. They are looked at again in the end, in case it doesn't get them done.
+    /// Items of another program. They are looked at again at the end, in case of its failure.
     elsewhere: Mutex<VecDeque<Item>>,
     tally: Mutex<Tally>,
     stop: &'a AtomicBool,
-    /// Set when a thread fails, so that the others don't continue for hours.
+    /// Set when a thread fails, to stop the others early.
     failed: AtomicBool,
     report: &'a (dyn Fn(&Event<'_>) + Sync),
 }
 
-/// Works on the shard of `batch` until its end, or until `stop` is set. Items that have a row are left alone. `report`
-/// is called from several threads.
+/// Works on the shard of `batch` until its end, or until `stop` is set. Skips items with a row.
+/// `report` is called from several threads.
 ///
 /// # Errors
 ///
-/// If the manifest can't be read, results can't be written or are those of another job, or no worker can be started.
-/// An item that can't be worked on is a row, not an error.
+/// If the manifest can't be read, results can't be written or are those of another job, or no
+/// worker can be started. A failed item is a row, not an error.
 pub fn run(
     batch: &Batch<'_>,
     stop: &AtomicBool,
@@ -164,7 +164,7 @@ pub fn run(
 }
 
 impl Shared<'_> {
-    /// The next item of the shard.
+    /// Next item of the shard.
     fn next(&self) -> Option<Result<Item, ManifestError>> {
         let mut items = self.items.lock().unwrap_or_else(PoisonError::into_inner);
         let (manifest, number) = &mut *items;
@@ -188,7 +188,7 @@ impl Shared<'_> {
         (self.report)(&Event::Progress(&tally));
     }
 
-    /// Works on items until there are no more.
+    /// Works on items until none is left.
     fn work(&self) -> anyhow::Result<()> {
         let batch = self.batch;
         let tools = Tools {
@@ -220,7 +220,7 @@ impl Shared<'_> {
         self.elsewhere.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Gets `item` its row, unless another program is at it.
+    /// Produces the row of `item`, unless another program works on the item.
     fn settle(&self, desk: &mut Desk<'_>, item: &Item) -> anyhow::Result<Settled> {
         let batch = self.batch;
         let id = batch.job.id_of(item).to_string();
@@ -230,7 +230,7 @@ impl Shared<'_> {
             return Ok(Settled::Done);
         }
         let Some(claim) = self.store.claim(&id)? else { return Ok(Settled::Elsewhere) };
-        // The other one may have stored it just before it let go.
+        // The other program may have stored it just before releasing its claim.
         if is_there()? {
             claim.finish();
             self.count(|tally| tally.there += 1);
@@ -280,15 +280,15 @@ impl Shared<'_> {
     }
 }
 
-/// Time between two looks at an item that another program works on.
+/// Time between two looks at another program's item.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
-/// Code of a row whose file couldn't be written.
+/// Code of a row with an unwritable file.
 const NOT_WRITTEN: &str = "NOT-WRITTEN";
 
-/// Result of looking at an item.
+/// State of an item after a look.
 #[derive(PartialEq, Eq)]
 enum Settled {
-    /// It has a row.
+    /// The item has a row.
     Done,
     /// Another program works on it.
     Elsewhere,

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-/// A part of a manifest: the items whose number leaves the remainder `index` when divided by `count`.
+/// A part of a manifest: the items with a number equal to `index` modulo `count`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {
     /// Number of the part, from 0.
@@ -11,13 +11,13 @@ pub struct Shard {
     pub count: u64,
 }
 
-/// Why a shard can't be told.
+/// Reason for an unknown shard.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShardError {
     /// Not in the form `I/N`.
     #[error("expected I/N with I from 1 to N, for example 1/8")]
     Form,
-    /// A scheduler says which part, but not of how many.
+    /// A scheduler states the part, but not the number of parts.
     #[error("{index} is set but {count} isn't: set it to the number of shards, or use --shard I/N")]
     NoCount {
         /// The variable that is set.
@@ -25,7 +25,7 @@ pub enum ShardError {
         /// The variable that isn't set.
         count: &'static str,
     },
-    /// A variable holds no number that fits.
+    /// A variable without a valid number.
     #[error("{variable}={value:?} doesn't fit: use --shard I/N")]
     Value {
         /// Name of the environment variable.
@@ -33,7 +33,7 @@ pub enum ShardError {
         /// The value as given.
         value: String,
     },
-    /// The numbers of an array's tasks aren't evenly spaced.
+    /// Task numbers of an array aren't evenly spaced.
     #[error(
         "the numbers of the array's tasks aren't evenly spaced, so they don't tell the shard: use --shard I/N"
     )]
@@ -57,11 +57,11 @@ impl FromStr for Shard {
 }
 
 impl Shard {
-    /// One shard with every item.
+    /// A single shard with every item.
     pub const WHOLE: Self = Self { index: 0, count: 1 };
 
-    /// The shard that a scheduler's variables name: Slurm's job arrays, Kubernetes' indexed jobs, AWS Batch's array
-    /// jobs. Everything without one.
+    /// Shard from a scheduler's variables: Slurm's job arrays, Kubernetes' indexed jobs, AWS
+    /// Batch's array jobs. Everything without a scheduler.
     ///
     /// # Errors
     ///
@@ -112,7 +112,7 @@ impl Shard {
     }
 }
 
-/// The shard of `task` in an array of `count` tasks numbered from `first` to `last`.
+/// Shard of `task` in an array of `count` tasks numbered from `first` to `last`.
 fn of_array(task: u64, count: u64, first: u64, last: u64) -> Result<Shard, ShardError> {
     if count == 1 {
         return Ok(Shard::WHOLE);
@@ -164,7 +164,7 @@ mod tests {
         assert_eq!(slurm("3", "4", "1", "4"), Ok(Shard { index: 2, count: 4 }));
         assert_eq!(slurm("0", "4", "0", "3"), Ok(Shard { index: 0, count: 4 }));
         assert_eq!(slurm("20", "3", "10", "30"), Ok(Shard { index: 1, count: 3 }));
-        // A single task of an array that is run again does all that is left.
+        // Running a single task of an array again does all the rest.
         assert_eq!(slurm("5", "1", "5", "5"), Ok(Shard::WHOLE));
         let kubernetes = [("JOB_COMPLETION_INDEX", "2"), ("BORESIGHT_SHARDS", "3")];
         assert_eq!(of(&kubernetes), Ok(Shard { index: 2, count: 3 }));

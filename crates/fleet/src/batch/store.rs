@@ -1,4 +1,4 @@
-//! The results of a batch.
+//! Results of a batch.
 
 use std::{
     path::{Path, PathBuf},
@@ -26,7 +26,7 @@ const FILES: &str = "files";
 /// Largest row, in bytes.
 const ROW_LIMIT: u64 = 16 << 20;
 
-/// Locks of items that are being worked on.
+/// Locks of items under work.
 const CLAIMS: &str = "claims";
 
 /// The right to work on an item.
@@ -36,7 +36,7 @@ pub(super) struct Claim {
 }
 
 impl Claim {
-    /// Gives the right back, now that the item has its row.
+    /// Releases the claim of an item with a row.
     pub(super) fn finish(self) {
         if let Some(lock) = self.lock {
             lock.finish();
@@ -44,7 +44,7 @@ impl Claim {
     }
 }
 
-/// A folder that holds results of something else.
+/// Error for a folder with the results of a different batch.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "this folder holds the results of a different batch ({why}); choose a different one with --out: {path:?}"
@@ -56,17 +56,17 @@ pub struct OtherJob {
     pub path: PathBuf,
 }
 
-/// The results of a batch, in a folder or an object store: `batch.json`, `manifest.jsonl`, `items/AB/ID.json`, and
-/// `files/AB/…` for files beside the rows.
+/// Results of a batch, in a folder or an object store: `batch.json`, `manifest.jsonl`,
+/// `items/AB/ID.json`, and `files/AB/…` for files beside the rows.
 #[derive(Clone, Debug)]
 pub struct Store {
     place: Place,
-    /// Rows that existed at [`Store::look`], sorted; `None` if each is looked up.
+    /// Rows existing at [`Store::look`], sorted; `None` to look up each row.
     seen: Option<Arc<Vec<u128>>>,
 }
 
 impl Store {
-    /// The results in `path`, a folder or `s3://BUCKET/PREFIX`.
+    /// Opens the results in `path`, a folder or `s3://BUCKET/PREFIX`.
     ///
     /// # Errors
     ///
@@ -75,7 +75,7 @@ impl Store {
         Ok(Self { place: Place::at(path)?, seen: None })
     }
 
-    /// Makes the folder, or takes one that is there, for the results of `job` for the items of the manifest at
+    /// Creates or reuses the folder for the results of `job` for the items of the manifest at
     /// `manifest`.
     ///
     /// # Errors
@@ -104,7 +104,7 @@ impl Store {
         }
     }
 
-    /// Job that the results belong to.
+    /// Job of the results.
     ///
     /// # Errors
     ///
@@ -120,11 +120,11 @@ impl Store {
         job.map_err(|err| anyhow::anyhow!("no batch that this version can read ({err}): {file:?}"))
     }
 
-    /// The manifest that was run last.
+    /// Manifest of the last run.
     ///
     /// # Errors
     ///
-    /// If it's in an object store and can't be fetched.
+    /// If the manifest is in an object store and can't be fetched.
     pub(super) fn manifest(&self) -> anyhow::Result<ManifestFile> {
         ManifestFile::at(&self.place.path(MANIFEST))
     }
@@ -134,7 +134,7 @@ impl Store {
         matches!(self.place, Place::Cloud(_))
     }
 
-    /// Notes the existing rows, if it would take long to look up each.
+    /// Notes the existing rows, where single look-ups would take long.
     ///
     /// # Errors
     ///
@@ -148,7 +148,7 @@ impl Store {
         Ok(())
     }
 
-    /// True if the row exists; with `again`, only if it also says that the work was done.
+    /// True if the row exists; with `again`, only for successful rows.
     ///
     /// # Errors
     ///
@@ -167,12 +167,12 @@ impl Store {
         Ok(matches!(row, Some(Ok(Some(row))) if row.is_ok()))
     }
 
-    /// The right to work on the item `id`, until it's dropped or this program ends; `None` while another program has it. In
-    /// an object store, nobody is kept from anything.
+    /// Claims the item `id`, until the claim is dropped or this program ends; `None` while another
+    /// program has the claim. Claims in an object store exclude nobody.
     ///
     /// # Errors
     ///
-    /// If its file can't be made.
+    /// If the claim's file can't be created.
     pub(super) fn claim(&self, id: &str) -> Result<Option<Claim>, FileError> {
         let Place::Folder(folder) = &self.place else { return Ok(Some(Claim { lock: None })) };
         let row = folder.join(CLAIMS).join(id);
@@ -180,11 +180,11 @@ impl Store {
         Ok(FileLock::try_for(&row)?.map(|lock| Claim { lock: Some(lock) }))
     }
 
-    /// Stores a row. If another worker has stored it meanwhile, that one stays, unless it's to be replaced.
+    /// Stores a row. A row stored meanwhile by another worker stays, unless `replace` is set.
     ///
     /// # Errors
     ///
-    /// If it can't be stored.
+    /// If the row can't be stored.
     pub fn save_row(&self, id: &str, line: &[u8], replace: bool) -> anyhow::Result<()> {
         if replace {
             return self.place.replace(&row_name(id), line);
@@ -192,18 +192,19 @@ impl Store {
         self.place.create(&row_name(id), line).map(|_| ())
     }
 
-    /// Stores a file beside the row of that name, before it. Returns its path below the folder.
+    /// Stores a file beside the named row, before the row. Returns its path below the folder.
     pub(super) fn save_file(&self, id: &str, name: &str, bytes: &[u8]) -> anyhow::Result<String> {
         let below = format!("{FILES}/{}/{name}", &id[..2]);
         self.place.replace(&below, bytes)?;
         Ok(below)
     }
 
-    /// Takes over the file `below`, left by the work on `id` in the folder `scratch`, into an object store.
+    /// Moves the file `below`, left by the work on `id` in the folder `scratch`, to an object
+    /// store.
     ///
     /// # Errors
     ///
-    /// If it isn't a file of that row, or can't be read or stored.
+    /// If the file isn't one of the row, or can't be read or stored.
     pub(super) fn take_file(&self, id: &str, below: &str, scratch: &Path) -> anyhow::Result<()> {
         let beginning = format!("{FILES}/{}/{id}", &id[..2]);
         let rest = below.strip_prefix(&beginning);
@@ -213,7 +214,7 @@ impl Store {
         self.place.create(below, &bytes).map(|_| ())
     }
 
-    /// The rows of `ids`: each `None` if it isn't there, or an error if it can't be read or isn't that row.
+    /// Rows of `ids`: each `None` if missing, or an error if unreadable or another row.
     ///
     /// # Errors
     ///
@@ -246,13 +247,13 @@ fn row_name(id: &str) -> String {
     format!("{ROWS}/{}/{id}.json", &id[..2])
 }
 
-/// An id as a number; `name` may end like a row's.
+/// Number of an id; `name` may end like a row's.
 fn number_of(name: &str) -> Option<u128> {
     let id = name.strip_suffix(".json").unwrap_or(name);
     if id.len() == 32 { u128::from_str_radix(id, 16).ok() } else { None }
 }
 
-/// Stores `manifest` as the manifest of the batch at `prefix`, unless it's stored already.
+/// Stores `manifest` as the manifest of the batch at `prefix`, unless stored already.
 fn store_manifest(prefix: &Prefix, manifest: &Path) -> anyhow::Result<()> {
     loop {
         if let Some(there) = prefix.fetched(MANIFEST)? {
@@ -274,7 +275,7 @@ struct Head {
     code: String,
 }
 
-/// A row as it's stored.
+/// A stored row.
 pub(super) struct StoredRow {
     text: String,
     code: String,
@@ -286,7 +287,7 @@ impl StoredRow {
         self.text.trim_end()
     }
 
-    /// True if the row says that the work was done.
+    /// True for a successful row.
     pub(super) fn is_ok(&self) -> bool {
         self.code == OK
     }
@@ -308,7 +309,7 @@ fn difference(there: &Job, job: &Job) -> Option<String> {
     Some(fields.filter_map(differs).collect::<Vec<_>>().join("; "))
 }
 
-/// True if the file at `copy` holds the same lines as that at `path`; false if there is no copy.
+/// True if the files at `copy` and `path` have the same lines; false without a copy.
 fn is_same(path: &Path, copy: &Path) -> Result<bool, FileError> {
     if copy.symlink_metadata().is_err() {
         return Ok(false);

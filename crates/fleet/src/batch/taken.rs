@@ -1,4 +1,4 @@
-//! A session taken from a recorded bag, for as long as it's worked on.
+//! A temporary session taken from a recorded bag.
 
 use std::{
     path::{Path, PathBuf},
@@ -11,7 +11,7 @@ use boresight_app::{Announcer, Opening};
 use boresight_files::Scratch;
 use boresight_run::config::Config;
 
-/// A session in a folder of its own, which goes with this value.
+/// A session in a folder of its own, deleted on drop.
 #[derive(Debug)]
 pub(super) struct TakenSession {
     path: PathBuf,
@@ -19,12 +19,12 @@ pub(super) struct TakenSession {
 }
 
 impl TakenSession {
-    /// Guides through the pictures of the bag at `path`, with `settings` for the board and all else; and how the bag broke off,
-    /// if it did.
+    /// Guides through the pictures of the bag at `path`, with `settings` for the board and all
+    /// else; also returns the error of a broken-off bag.
     ///
     /// # Errors
     ///
-    /// If the settings are wrong, or the bag has no picture that can be read.
+    /// If the settings are wrong, or the bag has no readable picture.
     pub(super) fn from_bag(
         path: &Path,
         settings: &[String],

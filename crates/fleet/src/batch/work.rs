@@ -30,10 +30,10 @@ use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
 use boresight_run::recording::{Replayed, SessionFolder};
 
-/// Largest result whose verdict is looked up, in bytes.
+/// Largest result read for its verdict, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
-/// Why an item can't be worked on, beside the errors of its session.
+/// Reason for a failed item, beside the errors of its session.
 #[derive(Debug, thiserror::Error)]
 enum NotWorked {
     #[error("the session has changed since the manifest was written")]
@@ -44,8 +44,8 @@ enum NotWorked {
     BrokenBag(String),
 }
 
-/// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every error becomes a row:
-/// nothing in a session stops a batch.
+/// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every
+/// error becomes a row: nothing in a session stops a batch.
 pub fn work(job: &Job, store: &Store, item: &Item) -> Row {
     let id = job.id_of(item).to_string();
     let blank = Row::new(id, &item.session, job.action);
@@ -110,7 +110,7 @@ fn on_session(row: &mut Row, job: &Job, store: &Store, path: &Path) -> anyhow::R
     let mut journal = JournalReading::of(path)?;
     describe(row, &journal.header);
     let config = match job.action {
-        // They concern the page.
+        // The settings concern the page.
         Action::Report => journal.header.config.clone(),
         _ => journal.header.config.with(&job.settings)?,
     };
@@ -152,8 +152,7 @@ fn on_session(row: &mut Row, job: &Job, store: &Store, path: &Path) -> anyhow::R
     Ok(())
 }
 
-/// Whether what `look` finds isn't `item`. What can't be read just now hasn't changed by that: a second look tells a passing
-/// error from a change.
+/// True if `look` finds a different `item`. A second look tells a passing read error from a change.
 fn has_changed(item: &Item, mut look: impl FnMut() -> Option<Item>) -> bool {
     let mut differs = || look().is_none_or(|now| now.content != item.content);
     differs() && differs()
@@ -168,7 +167,7 @@ fn compared(replayed: &Replayed, count: usize) -> DecisionsEntry {
     DecisionsEntry { count, different, rounded: replayed.rounding.count, kinds, crc32: None }
 }
 
-/// The verdict in the session's own result; `None` if there is none.
+/// Verdict in the session's own result; `None` without one.
 fn recorded_verdict(session: &Path) -> Option<String> {
     #[derive(Deserialize)]
     struct Judged {

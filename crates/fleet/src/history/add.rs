@@ -8,24 +8,24 @@ use super::index::Index;
 use crate::batch::{Row, recorded};
 use boresight_app::session_folders::session_folders;
 
-/// What [`add`] found.
+/// Counts of [`add`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Added {
     /// Sessions in and below the folders.
     pub sessions: usize,
-    /// Sessions whose result is in the index now.
+    /// Sessions with their result in the index.
     pub added: usize,
     /// Sessions without a result.
     pub without: usize,
-    /// Sessions that have left the index: they're gone, or their result can't be read.
+    /// Sessions removed from the index: deleted, or with an unreadable result.
     pub gone: usize,
-    /// Sessions whose result can't be read, in words.
+    /// Sessions with an unreadable result, in words.
     pub damaged: Vec<String>,
 }
 
-/// Reads the results of the sessions in and below `roots` into the index at `path`. One that was there is read again, one that
-/// is gone or damaged leaves the index; so does a root that is gone. `found` is called with the number of sessions, `each`
-/// after every one.
+/// Reads the results of the sessions in and below `roots` into the index at `path`. Indexed
+/// sessions are read again; deleted or damaged ones leave the index, as do deleted roots. `found`
+/// is called with the number of sessions, `each` after every one.
 ///
 /// # Errors
 ///
@@ -37,7 +37,7 @@ pub fn add(
     each: impl Fn(),
 ) -> anyhow::Result<Added> {
     let (mut folders, mut absolute) = (Vec::new(), Vec::new());
-    // Better known now than after the work.
+    // Fail before the work rather than after.
     let before = Index::open(path)?;
     for root in roots {
         let whole = std::path::absolute(root)?;

@@ -1,4 +1,4 @@
-//! One calibration of a row.
+//! Calibration in a row.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
@@ -11,9 +11,10 @@ use boresight_calibrate::StatedLens;
 pub struct Entry {
     /// The session's folder, an absolute path.
     pub session: String,
-    /// The camera: the session's source, which names a live camera by vendor, product and serial number.
+    /// Camera name: the session's source, which identifies a live camera by vendor, product and
+    /// serial number.
     pub camera: String,
-    /// The camera's own name; empty for sources that have none.
+    /// Model name; empty if the source has none.
     pub model: String,
     /// Start of the session, UTC.
     pub created: String,
@@ -21,11 +22,11 @@ pub struct Entry {
     pub image_size: [u32; 2],
     /// `good`, `care` or `untrustworthy`.
     pub verdict: String,
-    /// The lens, if there is one for all views with its covariance.
+    /// Lens with its covariance, if common to all views.
     pub lens: Option<StatedLens>,
 }
 
-/// The part of a [`Row`] that counts; a line has more.
+/// The used part of a [`Row`]; a line has more.
 #[derive(Deserialize)]
 pub(super) struct Counted {
     /// Name and version of the format.
@@ -55,7 +56,7 @@ impl From<&Row> for Counted {
 }
 
 impl Entry {
-    /// The calibration in a row; `None` if it has none.
+    /// Calibration in a row; `None` without one.
     pub(super) fn of(row: Counted) -> Option<Self> {
         Some(Self {
             session: row.session,

@@ -1,4 +1,4 @@
-//! The entries as lines of JSON, each a row as `batch gather` prints it.
+//! Entries as lines of JSON, each a row as printed by `batch gather`.
 
 use std::{
     collections::BTreeMap,
@@ -16,7 +16,7 @@ use boresight_files::{
     FileError, FileLock, Links, Overwrite, TEXT_LIMIT, read, read_text, save_streamed,
 };
 
-/// Why the index can't be used.
+/// Error of the index.
 #[derive(Debug, thiserror::Error)]
 pub enum IndexError {
     /// A file can't be read or written.
@@ -30,7 +30,7 @@ pub enum IndexError {
     Line {
         /// Number of the line, from 1.
         line: usize,
-        /// The mistake in it.
+        /// Mistake in the line.
         reason: String,
         /// Path of the file.
         path: PathBuf,
@@ -48,7 +48,7 @@ pub enum IndexError {
 /// Every calibration of every camera. Derived from session folders: nothing is lost with it.
 #[derive(Debug, Default)]
 pub struct Index {
-    /// Rows by session, each with the line that holds it.
+    /// Rows by session, each with its line.
     rows: BTreeMap<String, (Entry, String)>,
 }
 
@@ -94,7 +94,7 @@ impl Index {
         Ok(None)
     }
 
-    /// Reads the index at `path`; an empty one if nothing is there.
+    /// Reads the index at `path`; an empty one if missing.
     ///
     /// # Errors
     ///
@@ -117,12 +117,13 @@ impl Index {
         Ok(index)
     }
 
-    /// Makes `rows` the index at `path`'s rows for everything below `roots`, beside what other programs add at the same time.
-    /// Sessions below them without a row, which are gone or damaged, leave the index. Returns how many.
+    /// Replaces the rows below `roots` in the index at `path` by `rows`, and keeps additions of
+    /// other programs at the same time. Sessions below the roots without a row, deleted or damaged,
+    /// leave the index. Returns their number.
     ///
     /// # Errors
     ///
-    /// [`IndexError`]; what was there then stays.
+    /// [`IndexError`]; the index is then unchanged.
     pub fn add_to(path: &Path, rows: &[Row], roots: &[PathBuf]) -> Result<usize, IndexError> {
         let _lock = FileLock::wait_for(path)?;
         let mut index = Self::open(path)?;
@@ -138,7 +139,7 @@ impl Index {
         Ok(gone)
     }
 
-    /// Adds rows; those of sessions that are there already are replaced.
+    /// Adds rows, replacing those of the same sessions.
     ///
     /// # Errors
     ///
@@ -148,7 +149,7 @@ impl Index {
             .try_for_each(|row| self.put(Entry::of(row.into()), || Ok(serde_json::to_string(row)?)))
     }
 
-    /// Adds an entry for a row. Work that couldn't be done, or gave no calibration, has none.
+    /// Adds an entry for a row. Failed work, and work without a calibration, has none.
     fn put(
         &mut self,
         entry: Option<Entry>,
@@ -160,11 +161,12 @@ impl Index {
         Ok(())
     }
 
-    /// Writes the index to `path`, in the order of [`Self::all`]: the same calibrations give the same bytes.
+    /// Writes the index to `path`, in the order of [`Self::all`]: the same calibrations give the
+    /// same bytes.
     ///
     /// # Errors
     ///
-    /// [`IndexError::File`]; what was there then stays.
+    /// [`IndexError::File`]; the file is then unchanged.
     pub fn save(&self, path: &Path, overwrite: Overwrite) -> Result<(), IndexError> {
         let mut rows: Vec<&(Entry, String)> = self.rows.values().collect();
         rows.sort_by(|(a, _), (b, _)| a.order().cmp(&b.order()));
@@ -182,12 +184,12 @@ impl Index {
         entries
     }
 
-    /// The entries of the camera of that name, in the same order.
+    /// Entries of the named camera, in the same order.
     pub fn of_camera(&self, camera: &str) -> Vec<Entry> {
         self.all().into_iter().filter(|entry| entry.camera == camera).collect()
     }
 
-    /// The names of the cameras that hold `part`, sorted.
+    /// Names of the cameras with `part` in them, sorted.
     pub fn cameras_with(&self, part: &str) -> Vec<String> {
         let mut names: Vec<String> = self.all().into_iter().map(|entry| entry.camera).collect();
         names.dedup();
@@ -195,13 +197,13 @@ impl Index {
         names
     }
 
-    /// Whether a session in or below `root` is in it.
+    /// True if the index has a session in or below `root`.
     pub fn has_below(&self, root: &Path) -> bool {
         self.rows.keys().any(|session| Path::new(session).starts_with(root))
     }
 
-    /// Cameras whose newest usable calibration began before `limit`, or that have none, with the time of the newest; the
-    /// oldest first. One that is dated after `now` has a wrong clock and doesn't count.
+    /// Cameras with a newest usable calibration before `limit`, or without any, with its time; the
+    /// oldest first. Calibrations dated after `now` have a wrong clock and don't count.
     pub fn due(&self, limit: &str, now: &str) -> Vec<(String, Option<String>)> {
         let mut newest: BTreeMap<&str, Option<&str>> = BTreeMap::new();
         for (entry, _) in self.rows.values() {

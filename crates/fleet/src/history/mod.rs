@@ -1,8 +1,8 @@
-//! Every calibration of every camera, to find the cameras that drift or are due.
+//! Every calibration of every camera, to find drifting cameras and due ones.
 //!
-//! The index is derived: its lines are rows that [`crate::batch::recorded`] reads from session folders, so a deleted
-//! index is made again from the same folders. `batch gather` prints the same rows, so its table of calibrated sessions
-//! is an index, too.
+//! The index is derived: its lines are rows read by [`crate::batch::recorded`] from session
+//! folders, and can be restored from the same folders. `batch gather` prints the same rows: its
+//! table of calibrated sessions is an index, too.
 //!
 //! | file | holds |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! The page with every camera's curves.
+//! Page with every camera's curves.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use boresight_present::report::{
     CameraCurve, CurvePoint, HistoryPage, ModelLine, WatchedCurve, history_page,
 };
 
-/// The time `days` ago, as sessions write it.
+/// Time `days` ago, in the format of sessions.
 ///
 /// # Errors
 ///
@@ -23,7 +23,8 @@ pub fn days_ago(days: f64) -> anyhow::Result<String> {
     Ok(then.strftime("%Y-%m-%dT%H:%M:%SZ").to_string())
 }
 
-/// One page of HTML with the curves of `all` cameras and of the `watched` ones. A camera is due after so many days.
+/// Page of HTML with the curves of `all` cameras and of the `watched` ones. A camera is due after
+/// `due_days`.
 ///
 /// # Errors
 ///
@@ -60,7 +61,7 @@ pub fn page(
     Ok(history_page(&HistoryPage { made, due_after, models, cameras, watched }))
 }
 
-/// The usable calibrations; `None` if a time can't be read.
+/// Usable calibrations; `None` if a time can't be read.
 fn points(history: &CameraHistory) -> Option<Vec<CurvePoint>> {
     let mut first = None;
     let usable = history.entries.iter().filter(|entry| entry.is_usable());

@@ -94,13 +94,13 @@ pub struct StepLens {
     pub sigma_px: [f64; 3],
 }
 
-/// Name of a camera and the size of its pictures, marked if it's simulated.
+/// Name of a camera and the size of its pictures, marked if simulated.
 pub fn name(history: &CameraHistory) -> String {
     let [width, height] = history.image_size;
     of_source(&history.camera, &format!("{} {width}x{height}", history.camera))
 }
 
-/// What a camera's trend says.
+/// Trend of a camera in words.
 pub fn trend(history: &CameraHistory) -> String {
     let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
         return "needs two usable calibrations to compare".into();
@@ -119,10 +119,10 @@ pub fn trend(history: &CameraHistory) -> String {
 }
 
 impl HistoryFile {
-    /// A camera; with its calibrations if they're asked for.
+    /// Entry of a camera, optionally with its calibrations.
     pub fn of(history: &CameraHistory, with_calibrations: bool) -> Self {
         let change = history.trend.as_ref().map(|trend| {
-            // Chance alone exceeds a check's limit once in a while, when two comparisons are made.
+            // With two comparisons, chance alone exceeds a check's limit once in a while.
             let verdict = if trend.drifts { trend.change.verdict } else { DriftVerdict::Ok };
             DifferenceEntry { verdict: verdict.code().into(), ..(&trend.change).into() }
         });

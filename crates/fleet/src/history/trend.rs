@@ -1,20 +1,21 @@
-//! History of one camera over time.
+//! History of a camera over time.
 
 use super::entry::Entry;
 use boresight_calibrate::{DriftVerdict, LensDifference, StatedLens};
 use boresight_geometry::frame::ImageSize;
 
-/// χ² quantile at 99.5 % with 3 degrees of freedom: two comparisons together have the 1 % of a check's one.
+/// χ² quantile at 99.5 % with 3 degrees of freedom: two comparisons together have the 1 % false
+/// alarms of a single check.
 const LIMIT_OF_TWO: f64 = 12.838;
 
-/// A calibration, and what has changed.
+/// A calibration with its changes.
 #[derive(Clone, Debug)]
 pub struct Step<'a> {
     /// The calibration of this step.
     pub entry: &'a Entry,
-    /// The change since the first usable calibration; `None` for that one and for unusable ones.
+    /// Change since the first usable calibration; `None` for the first and for unusable ones.
     pub since_first: Option<LensDifference>,
-    /// The change since the usable calibration before.
+    /// Change since the previous usable calibration.
     pub since_last: Option<LensDifference>,
 }
 
@@ -31,12 +32,12 @@ pub struct Trend {
     pub drifts: bool,
 }
 
-/// The calibrations of one camera in one size of picture, by time.
+/// Calibrations of a camera in one picture size, by time.
 #[derive(Clone, Debug)]
 pub struct CameraHistory {
     /// Identity of the camera.
     pub camera: String,
-    /// Name that the camera itself states.
+    /// Model name stated by the camera.
     pub model: String,
     /// Width and height of the picture.
     pub image_size: [u32; 2],
@@ -55,7 +56,7 @@ impl CameraHistory {
         Some(Self { camera, model, image_size, entries: entries.to_vec(), trend })
     }
 
-    /// The calibrations, each with the changes that it shows.
+    /// Calibrations, each with its changes.
     pub fn steps(&self) -> Vec<Step<'_>> {
         let (mut first, mut last) = (None, None);
         let mut steps = Vec::with_capacity(self.entries.len());
@@ -83,9 +84,9 @@ impl CameraHistory {
 }
 
 impl Trend {
-    /// Compares the oldest quarter of `lenses` (in the order of time) with the newest quarter, which shows a slow
-    /// drift, and with the newest alone, which shows a jump; keeps the clearer of the two changes. `None` if they can't
-    /// be compared.
+    /// Compares the oldest quarter of `lenses` (in the order of time) with the newest quarter, to
+    /// show a slow drift, and with the newest alone, to show a jump; keeps the clearer of the two
+    /// changes. `None` if incomparable.
     fn of(lenses: &[StatedLens], size: ImageSize) -> Option<Self> {
         let quarter = (lenses.len() / 4).max(1);
         let (oldest, rest) = lenses.split_at_checked(quarter)?;
@@ -107,7 +108,7 @@ fn size([width_px, height_px]: [u32; 2]) -> ImageSize {
     ImageSize { width_px, height_px }
 }
 
-/// The histories in `entries`, which are in the order of an index.
+/// Histories in `entries`, sorted as in an index.
 pub fn histories(entries: &[Entry]) -> Vec<CameraHistory> {
     let same = |a: &Entry, b: &Entry| a.camera == b.camera && a.image_size == b.image_size;
     entries.chunk_by(same).filter_map(CameraHistory::of).collect()

@@ -1,4 +1,4 @@
-//! Requests to one bucket.
+//! Requests to a bucket.
 
 use std::{
     future::Future,
@@ -26,14 +26,14 @@ use super::error::{CloudError, Why, is_broken_off};
 
 /// Requests in flight at a time.
 pub(super) const AT_ONCE: usize = 32;
-/// Silence after which a request is made again.
+/// Silence before a request is repeated.
 const SILENCE: Duration = Duration::from_secs(20);
 const CONNECT_WITHIN: Duration = Duration::from_secs(5);
-/// Tries of a request, the longest pause between two, and the longest time for all.
+/// Maximum tries of a request, the longest pause between two, and the longest time for all.
 const TRIES: usize = 10;
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 const RETRY_FOR: Duration = Duration::from_secs(180);
-/// Pauses before an exchange that broke off is made again.
+/// Pauses before a broken-off exchange is repeated.
 const PAUSES: [Duration; 4] = [
     Duration::from_millis(200),
     Duration::from_secs(1),
@@ -42,10 +42,10 @@ const PAUSES: [Duration; 4] = [
 ];
 /// Time allowed for credentials. Machines with roles have theirs at once.
 const CREDENTIALS_WITHIN: Duration = Duration::from_secs(15);
-/// Time between two looks at the stop flag during a wait.
+/// Time between two checks of the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A bucket, and the thread that waits for its answers.
+/// A bucket, and the thread waiting for its answers.
 #[derive(Debug)]
 pub(super) struct Client {
     pub(super) store: AmazonS3,
@@ -72,7 +72,7 @@ impl Client {
     pub(super) fn open(bucket: &str) -> anyhow::Result<Arc<Self>> {
         let address = || format!("s3://{bucket}");
         let failed = |why| CloudError { why, address: address() };
-        // A provider that is already installed is the same one.
+        // An already installed provider is the same one.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let store = builder(bucket).map_err(failed)?.build();
         let store = store.map_err(|err| failed(Why::Settings(first_line(&err))))?;
@@ -88,7 +88,7 @@ impl Client {
         Ok(client)
     }
 
-    /// The error `err` of a request for `key`.
+    /// Error for a failed request for `key`.
     pub(super) fn error(&self, err: &object_store::Error, key: &str) -> CloudError {
         let address = format!("s3://{}/{key}", self.bucket);
         CloudError::of(err, address.trim_end_matches('/').to_owned())
@@ -123,8 +123,8 @@ impl Client {
     }
 }
 
-/// Repeats `ask` until its answer is whole. Beyond the retries of single requests, this covers answers that break off,
-/// and requests that may have been heard.
+/// Repeats `ask` until its answer is whole. Beyond the retries of single requests, this covers
+/// broken-off answers, and requests the store may have received.
 pub(super) async fn whole<T>(
     mut ask: impl AsyncFnMut() -> object_store::Result<T>,
 ) -> object_store::Result<T> {
@@ -138,7 +138,7 @@ pub(super) async fn whole<T>(
     ask().await
 }
 
-/// The bucket as the environment describes it.
+/// Configures the bucket from the environment.
 fn builder(bucket: &str) -> Result<AmazonS3Builder, Why> {
     let options = ClientOptions::new()
         .with_timeout_disabled()
@@ -174,7 +174,7 @@ fn first_line(err: &object_store::Error) -> String {
     err.to_string().lines().next().unwrap_or_default().to_owned()
 }
 
-/// Thread that drives requests; any number of other threads wait for their own.
+/// Thread driving requests; any number of other threads wait for their own.
 #[derive(Debug)]
 struct Reactor {
     handle: Handle,

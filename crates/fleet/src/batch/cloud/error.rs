@@ -1,10 +1,10 @@
-//! Why an object store can't be used.
+//! Errors of object stores.
 
 use std::error::Error;
 
 use object_store::client::{HttpError, HttpErrorKind};
 
-/// Why an object store can't be used. Never holds the store's answer, which may repeat a key.
+/// Error of an object store. Never holds the store's answer, which may repeat a key.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {address}", .why.words())]
 pub struct CloudError {
@@ -17,19 +17,19 @@ pub struct CloudError {
 /// Fault of an object store, or of a request to it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Why {
-    /// There are no credentials.
+    /// No credentials.
     NoCredentials,
-    /// The store says no, with its own name for the reason.
+    /// Refusal by the store, with its own name for the reason.
     Refused(String),
-    /// There is no such bucket.
+    /// No such bucket.
     NoBucket,
-    /// The store doesn't answer, or breaks off, in spite of several tries.
+    /// No answer, or a broken-off one, in spite of several tries.
     NoAnswer,
-    /// The endpoint has no TLS, and no setting allows that.
+    /// The endpoint has no TLS, and no setting allows its absence.
     NoTls,
-    /// A variable of the environment doesn't fit.
+    /// Invalid variable of the environment.
     Settings(String),
-    /// The store answers with an error.
+    /// Error answered by the store.
     Failed(String),
 }
 
@@ -67,7 +67,7 @@ impl CloudError {
         }
     }
 
-    /// The error `err` of a request for `address`.
+    /// Converts the error of a request for `address`.
     pub(super) fn of(err: &object_store::Error, address: String) -> Self {
         use object_store::Error as E;
         let code = code(err);
@@ -95,13 +95,13 @@ fn is_refusal(code: &str) -> bool {
         .any(|part| code.contains(part))
 }
 
-/// Every cause of `err`, itself first.
+/// Every cause of `err`, starting with itself.
 fn causes(err: &object_store::Error) -> impl Iterator<Item = &(dyn Error + 'static)> {
     let first: &(dyn Error + 'static) = err;
     std::iter::successors(Some(first), |&cause| cause.source())
 }
 
-/// The store's own name for the error, the one part of its answer that is safe to show.
+/// The store's own name for the error: the only part of its answer safe to show.
 fn code(err: &object_store::Error) -> Option<String> {
     causes(err).find_map(|cause| {
         let text = cause.to_string();
@@ -112,7 +112,7 @@ fn code(err: &object_store::Error) -> Option<String> {
     })
 }
 
-/// True if an exchange broke off that may have been heard, or that was heard in part.
+/// True for a broken-off exchange, perhaps received by the store, or received in part.
 pub(super) fn is_broken_off(err: &object_store::Error) -> bool {
     let http = causes(err).find_map(|cause| cause.downcast_ref::<HttpError>());
     http.is_some_and(|http| http.kind() != HttpErrorKind::Connect)

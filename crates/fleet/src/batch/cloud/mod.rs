@@ -1,6 +1,7 @@
 //! Sessions and results in S3-compatible object stores, with the feature `cloud`.
 //!
-//! The only place that waits for them. Endpoint and credentials come from the environment's variables `AWS_…`.
+//! The only place to wait for them. Endpoint and credentials come from the environment's variables
+//! `AWS_…`.
 //!
 //! | file | holds |
 //! |---|---|

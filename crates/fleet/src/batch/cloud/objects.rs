@@ -23,13 +23,13 @@ use super::{
 };
 use boresight_files::{FileError, Links, Scratch, open};
 
-/// Largest body of one request, in bytes; a larger file goes in parts.
+/// Largest body of a request, in bytes; a larger file goes in parts.
 const PART_BYTES: usize = 8 << 20;
-/// Largest object that is copied, in bytes.
+/// Largest copied object, in bytes.
 pub(super) const COPY_LIMIT: u64 = 16 << 30;
-/// Time between two looks at an object that another worker is storing.
+/// Time between two looks at an object being stored by another worker.
 const PAUSE: Duration = Duration::from_millis(300);
-/// Looks at such an object before giving up.
+/// Maximum number of looks at such an object.
 const LOOKS: usize = 20;
 
 /// A prefix in an object store.
@@ -43,16 +43,16 @@ pub(in super::super) struct Prefix {
 #[derive(Default)]
 pub(super) struct Listing {
     pub(super) objects: Vec<ObjectMeta>,
-    /// Keys of the "folders", sorted.
+    /// Keys of the folders, sorted.
     pub(super) folders: Vec<String>,
 }
 
 impl Prefix {
-    /// The prefix at the address `path`.
+    /// Opens the prefix at the address `path`.
     ///
     /// # Errors
     ///
-    /// [`CloudError`], or if it isn't an address.
+    /// [`CloudError`], or if the path isn't an address.
     pub(in super::super) fn open(path: &FilePath) -> anyhow::Result<Self> {
         let address = Address::parse(&path.to_string_lossy())?;
         Ok(Self { client: Client::open(&address.bucket)?, address })
@@ -72,7 +72,7 @@ impl Prefix {
         self.client.error(err, &self.address.key_of(below))
     }
 
-    /// Reads an object of at most `limit_bytes`; `None` if there is none.
+    /// Reads an object of at most `limit_bytes`; `None` if missing.
     ///
     /// # Errors
     ///
@@ -90,7 +90,7 @@ impl Prefix {
     ///
     /// # Errors
     ///
-    /// [`CloudError`]. One that is too large is an error in its place.
+    /// [`CloudError`]. A too large object is an error in its place.
     pub(in super::super) fn read_each(
         &self,
         below: &[String],
@@ -105,7 +105,7 @@ impl Prefix {
         self.client.wait(reads.buffered(AT_ONCE).try_collect())
     }
 
-    /// Stores an object that isn't there yet; false if it is.
+    /// Stores a new object; false if it exists.
     ///
     /// # Errors
     ///
@@ -116,7 +116,7 @@ impl Prefix {
         Ok(created.map_err(|err| self.error(&err, below))?)
     }
 
-    /// Stores an object, or replaces it.
+    /// Stores or replaces an object.
     ///
     /// # Errors
     ///
@@ -129,7 +129,7 @@ impl Prefix {
         Ok(())
     }
 
-    /// Stores the file at `file` as an object that isn't there yet; false if it is. A large file goes in parts.
+    /// Stores the file at `file` as a new object; false if it exists. A large file goes in parts.
     /// Multipart uploads can't be conditional; the last writer wins.
     ///
     /// # Errors
@@ -146,7 +146,7 @@ impl Prefix {
         }
     }
 
-    /// Stores the file at `file` as an object, or replaces it.
+    /// Stores the file at `file` as a new or replaced object.
     ///
     /// # Errors
     ///
@@ -190,7 +190,7 @@ impl Prefix {
         })
     }
 
-    /// A folder with a copy of an object, called [`FETCHED`]; `None` if there is none.
+    /// Folder with a copy of an object, called [`FETCHED`]; `None` without the object.
     ///
     /// # Errors
     ///
@@ -226,12 +226,12 @@ pub(super) fn path(key: &str) -> anyhow::Result<Path> {
 }
 
 fn is_missing(err: &object_store::Error, client: &Client) -> bool {
-    // A bucket that isn't there is a different matter.
+    // A missing bucket is a different matter.
     matches!(err, object_store::Error::NotFound { .. })
         && client.error(err, "").why != Why::NoBucket
 }
 
-/// Reads an object of at most `limit_bytes`; `None` if there is none.
+/// Reads an object of at most `limit_bytes`; `None` if missing.
 pub(super) async fn read(
     client: &Client,
     path: &Path,
@@ -252,7 +252,7 @@ pub(super) async fn read(
     }
 }
 
-/// The bytes `range` of an object; `None` if there is none.
+/// Reads the bytes `range` of an object; `None` if missing.
 pub(super) async fn read_range(
     client: &Client,
     path: &Path,
@@ -268,7 +268,7 @@ pub(super) async fn read_range(
     }
 }
 
-/// Copies an object to `to`, up to `limit_bytes`; false if there is none.
+/// Copies an object to `to`, up to `limit_bytes`; false if missing.
 pub(super) async fn copy(
     client: &Client,
     path: &Path,
@@ -296,7 +296,7 @@ pub(super) async fn copy(
     Ok(true)
 }
 
-/// Stores an object that isn't there yet; false if it is.
+/// Stores a new object; false if it exists.
 async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_store::Result<bool> {
     let mut looks = LOOKS;
     loop {
@@ -310,7 +310,7 @@ async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_sto
             Err(err @ object_store::Error::AlreadyExists { .. }) => err,
             Err(err) => return Err(err),
         };
-        // A refusal may also mean that another worker is storing it, and may still fail.
+        // A refusal may also mean a store by another worker under way, which may still fail.
         match whole(async || client.store.head(path).await).await {
             Ok(_) => return Ok(false),
             Err(object_store::Error::NotFound { .. }) if looks > 0 => {
@@ -323,7 +323,8 @@ async fn create(client: &Client, path: &Path, payload: PutPayload) -> object_sto
     }
 }
 
-/// Hands the contents of `prefix`, a thousand at a time, to `each`: at every depth if `flat` is false.
+/// Hands the contents of `prefix`, a thousand at a time, to `each`: at every depth if `flat` is
+/// false.
 pub(super) async fn list(
     client: &Client,
     prefix: &str,
@@ -357,7 +358,7 @@ pub(super) async fn list(
     }
 }
 
-/// All that is directly below `prefix`.
+/// Lists everything directly below `prefix`.
 pub(super) async fn listing(client: &Client, prefix: &str) -> object_store::Result<Listing> {
     let mut all = Listing::default();
     list(client, prefix, true, &mut |page| {

@@ -31,17 +31,18 @@ const FRAMES: &str = "frames";
 const PICTURE_LIMIT: u64 = 512 << 20;
 /// Folders listed before their sessions are handed on.
 const CHUNK: usize = 8 * AT_ONCE;
-/// Objects of a session that are fetched at a time.
+/// Number of a session's objects fetched at a time.
 const PIECES_AT_ONCE: usize = 8;
 
 type Found<'a> = &'a mut dyn FnMut(&Item) -> anyhow::Result<()>;
 
 impl Prefix {
-    /// Finds the sessions at and below the prefix, in the order of their keys, and hands each to `found`.
+    /// Finds the sessions at and below the prefix, in the order of their keys, and hands each to
+    /// `found`.
     ///
     /// # Errors
     ///
-    /// [`CloudError`](super::CloudError), or what `found` fails with.
+    /// [`CloudError`](super::CloudError), or the error of `found`.
     pub(in super::super) fn sessions(&self, found: Found<'_>) -> anyhow::Result<()> {
         let client = &self.client;
         client.wait(async {
@@ -93,10 +94,10 @@ async fn look(client: &Client, at: String) -> anyhow::Result<Place> {
     Ok(Place::Session(content.item(address.to_string())))
 }
 
-/// Bytes of a journal that are asked for at a time.
+/// Bytes of a journal requested at a time.
 const PART: u64 = 8 << 20;
 
-/// Hash of an object of `size` bytes, as that of a file; `None` if it has gone.
+/// Hash of an object of `size` bytes, equal to a file's; `None` if deleted.
 async fn hash(
     client: &Client,
     at: &object_store::path::Path,
@@ -113,7 +114,7 @@ async fn hash(
     Ok(Some(hash.finalize()))
 }
 
-/// Codes as `FileError` has them, so that a session counts the same wherever it is stored.
+/// Codes of `FileError`: a session counts the same in any storage.
 const MISSING: &str = "FILE-MISSING";
 const TOO_LARGE: &str = "FILE-TOO-LARGE";
 
@@ -126,7 +127,7 @@ fn walk<'a>(
     Box::pin(async move {
         for chunk in folders.chunks(CHUNK) {
             let looks = stream::iter(chunk).map(|folder| look(client, folder.clone()));
-            // Complete all of these before the next: a request that nobody polls would run out of time.
+            // Complete all of these before the next: an unpolled request would run out of time.
             let places: Vec<Place> = looks.buffered(AT_ONCE).try_collect().await?;
             for place in places {
                 match place {
@@ -141,7 +142,7 @@ fn walk<'a>(
 
 /// Result of fetching a session.
 pub(in super::super) enum Fetched {
-    /// The session is there, whole.
+    /// A whole copy.
     Whole,
     /// The session is larger than this many bytes.
     TooLarge(u64),
@@ -151,7 +152,7 @@ pub(in super::super) enum Fetched {
     Stopped,
 }
 
-/// The buckets of sessions, opened when the first session is fetched.
+/// Buckets of sessions, opened when the first session is fetched.
 #[derive(Debug, Default)]
 pub(in super::super) struct Sessions {
     buckets: Mutex<BTreeMap<String, Arc<Client>>>,
@@ -168,8 +169,9 @@ impl Sessions {
         Ok(client)
     }
 
-    /// Copies the session at the address `session` into `scratch`, where it's found under that address as a relative
-    /// path. Nothing but the files of a session is copied; without `pictures`, they have their names and lengths only.
+    /// Copies the session at the address `session` into `scratch`, under the address as a relative
+    /// path. Copies nothing but the files of a session; without `pictures`, only their names and
+    /// lengths.
     ///
     /// # Errors
     ///
@@ -226,7 +228,7 @@ async fn fetch(
             let copied = copy(client, &object.location, object.size, scratch, &to).await;
             return copied.map(|_| ()).or_else(unless_unnameable);
         }
-        // Its length is all that is looked at.
+        // Only the length is used.
         let made = scratch.create(&to);
         let made = made.and_then(|file| file.set_len(object.size).map_err(FileError::writing(&to)));
         made.map_err(Into::into).or_else(unless_unnameable)
@@ -235,8 +237,8 @@ async fn fetch(
     Ok(Fetched::Whole)
 }
 
-/// Treats an error about a name as the session's own: the name can't be a file's, or is taken here. The session then
-/// comes out as a different one.
+/// Treats an error about a name as the session's own: the name can't be a file's, or is taken here.
+/// The session then comes out as a different one.
 fn unless_unnameable(err: anyhow::Error) -> anyhow::Result<()> {
     match err.downcast_ref::<FileError>() {
         Some(FileError::Exists { .. }) => Ok(()),
@@ -247,12 +249,12 @@ fn unless_unnameable(err: anyhow::Error) -> anyhow::Result<()> {
     }
 }
 
-/// The address of a session as a relative path, and a file below it.
+/// Relative path of a session from its address, with a file below it.
 fn relative(address: &Address, name: &str) -> PathBuf {
     FilePath::new(&address.to_string()).join(name)
 }
 
-/// A file that a session may hold.
+/// A possible file of a session.
 #[derive(Debug, PartialEq, Eq)]
 struct Part {
     name: String,
@@ -261,7 +263,7 @@ struct Part {
 }
 
 impl Part {
-    /// The file that is called `below` a session; `None` for anything else.
+    /// Part for the file `below` a session; `None` for anything else.
     fn of(below: &str) -> Option<Self> {
         let name = below.trim_start_matches('/');
         let part =
