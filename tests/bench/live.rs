@@ -1,7 +1,7 @@
-//! How long a live frame takes: the integrity gate, and from capture to decision.
+//! Duration of a live frame: the integrity gate, and from capture to decision.
 //!
-//! Goals: gate 2 ms for a frame of 1920x1080, decoding left out; capture to decision 60 ms for 95 of 100
-//! frames and 100 ms for 99, at 1280x720 and 30 frames per second.
+//! Goals: gate 2 ms for a frame of 1920x1080, decoding left out; capture to decision 60 ms for 95
+//! of 100 frames and 100 ms for 99, at 1280x720 and 30 frames per second.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
@@ -27,7 +27,7 @@ use nalgebra::{Isometry3, Vector3};
 const FRAMES: u64 = 300;
 const INTERVAL: Duration = Duration::from_nanos(33_333_333);
 
-/// What a camera of `size` sends while a board is tipped to and fro before it.
+/// Frames of a camera of `size` before a board tipped to and fro.
 fn frames(size: ImageSize, count: u32) -> Vec<Vec<u8>> {
     let scene = Scene { image_size: size, ..Scene::default_720p(1) };
     (0..count)
@@ -45,7 +45,7 @@ fn frames(size: ImageSize, count: u32) -> Vec<Vec<u8>> {
         .collect()
 }
 
-/// A share of the way through the times, in order.
+/// Quantile of sorted times.
 fn at(times: &[Duration], share: f64) -> f64 {
     let index = (share * (times.len() - 1) as f64) as usize;
     times[index].as_secs_f64() * 1e3
@@ -70,7 +70,7 @@ fn gate() {
     );
 }
 
-/// Plays frames at their rate; whoever is late gets the newest.
+/// Plays frames at their rate; a late reader gets the newest.
 struct Playing {
     frames: Vec<Vec<u8>>,
     unpacker: Unpacker,
@@ -141,13 +141,13 @@ fn latency() {
 /// Frames of a source, each remembered without being kept.
 type Remembered = Arc<Mutex<Vec<Weak<Frame>>>>;
 
-/// How many frames newer than number `looked_at` are somewhere in the program.
+/// Number of frames newer than `looked_at` alive in the program.
 fn waiting(frames: &Remembered, looked_at: u64) -> usize {
     let frames = frames.lock().expect("whole");
     frames.iter().skip(looked_at as usize + 1).filter(|frame| frame.strong_count() > 0).count()
 }
 
-/// What a slowed detector was seen to do.
+/// Observed behaviour of a slowed detector.
 #[derive(Default)]
 struct Slowed {
     looked_at: u64,
@@ -155,7 +155,7 @@ struct Slowed {
     deepest: usize,
 }
 
-/// Measures the queue whenever a new frame comes.
+/// Measures the queue at every new frame.
 struct Watched {
     playing: Playing,
     frames: Remembered,
@@ -184,7 +184,7 @@ impl FrameSource for Watched {
     }
 }
 
-/// The detector, half a second slower than it is.
+/// Detector slowed by half a second.
 struct HalfASecond {
     detector: Detector,
     frames: Remembered,

@@ -1,9 +1,10 @@
-//! From capture to decision, by source: how long a picture is on its way to the program, and how long until the session
-//! has decided on it.
+//! From capture to decision, by source: time of a picture on its way to the program, and time until
+//! the session's decision.
 //!
-//! `cargo bench --bench sources` measures a camera of the kernel (V4L2), which is simulated; with names of sources, those.
-//! `v4l2:FOLDER` is the simulated one with the pictures of a folder. `tests/sources/latency.py` makes a table of every
-//! source. Who sends a picture writes the time into it, so that its way counts, too.
+//! `cargo bench --bench sources` measures a simulated camera of the kernel (V4L2); with names of
+//! sources, those. `v4l2:FOLDER` is the simulated one with the pictures of a folder.
+//! `tests/sources/latency.py` makes a table of every source. The sender writes the time into the
+//! picture to include its way.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
@@ -41,15 +42,16 @@ use rustix::time::{ClockId, clock_gettime};
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 const INTERVAL_US: u64 = 33_333;
 const DECISIONS: usize = 300;
-/// Decisions before the first that counts: everything is there then.
+/// Decisions before the first counted: everything has started then.
 const FIRST: usize = 30;
-/// A time in a picture: as many squares in its upper left corner, white for one, each of so many pixels.
+/// A time in a picture: as many squares in its upper left corner, white for one, each this many
+/// pixels wide.
 const BITS: u32 = 48;
 const SQUARE_PX: u32 = 8;
-/// Bits of the time itself, in microseconds; eight more check them.
+/// Bits of the time, in microseconds; eight more check them.
 const TIME_BITS: u32 = 40;
 
-/// The clock that all programs of this computer share.
+/// Clock shared by all programs of this computer.
 fn now_us() -> u64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000 + now.tv_nsec as u64 / 1000
@@ -67,7 +69,7 @@ fn stamp(image: &mut GrayImage, time_us: u64) {
     }
 }
 
-/// The time that a picture carries.
+/// Time stamp in a picture.
 fn stamped(image: &GrayImage) -> Option<u64> {
     let middle = |bit| image.get_pixel_checked(bit * SQUARE_PX + SQUARE_PX / 2, SQUARE_PX / 2);
     let bits = (0..BITS)
@@ -77,7 +79,7 @@ fn stamped(image: &GrayImage) -> Option<u64> {
     (bits >> TIME_BITS == check(time_us)).then_some(time_us)
 }
 
-/// A board that is tipped to each side in turn.
+/// A board tipped to each side in turn.
 fn rendered() -> Vec<GrayImage> {
     let scene = Scene { image_size: SIZE, ..Scene::default_720p(1) };
     let tipped = (0..12).map(|number| {
@@ -88,7 +90,7 @@ fn rendered() -> Vec<GrayImage> {
     tipped.collect()
 }
 
-/// The files of a folder, one byte a pixel, in the order of their names.
+/// Files of a folder, one byte a pixel, in the order of their names.
 fn read(folder: &str) -> anyhow::Result<Vec<GrayImage>> {
     let listed: Result<Vec<_>, _> =
         std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect();
@@ -101,7 +103,7 @@ fn read(folder: &str) -> anyhow::Result<Vec<GrayImage>> {
     files.into_iter().map(picture).collect()
 }
 
-/// A camera of the simulated kernel, whose pictures come in real time.
+/// A camera of the simulated kernel with pictures in real time.
 fn kernels_camera(mut pictures: Vec<GrayImage>) -> OpenSource {
     let count = pictures.len() as u64;
     let mut next_us = now_us();
@@ -120,9 +122,9 @@ fn kernels_camera(mut pictures: Vec<GrayImage>) -> OpenSource {
 
 #[derive(Default)]
 struct Stopwatch {
-    /// When each picture was sent and when it came, which isn't decided yet.
+    /// Times of sending and arrival of each undecided picture.
     came: Mutex<BTreeMap<FrameId, (Option<u64>, u64)>>,
-    /// Milliseconds on the way, and from there to the decision.
+    /// Milliseconds on the way, and from arrival to decision.
     times: Mutex<Vec<(Option<f64>, f64)>>,
     enough: AtomicBool,
 }
@@ -175,7 +177,7 @@ fn measure(name: &str, open: OpenSource, config: Config) -> anyhow::Result<Strin
     let times = watch.times.lock().expect("whole");
     let times = times.get(FIRST..).unwrap_or(&[]);
     let decided: Vec<f64> = times.iter().map(|(_, decided)| *decided).collect();
-    // What a recording carries is the time when it was made.
+    // The stamp of a recording is its recording time.
     let ways: Vec<(f64, f64)> = times
         .iter()
         .filter(|_| !waits)

@@ -1,4 +1,4 @@
-//! How long the stages take, each on its usual load. The goals stand in the names.
+//! Durations of the stages, each on its usual load. The names state the goals.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
@@ -54,7 +54,7 @@ fn eight_views() -> Vec<Vec<Corner>> {
     (0..8).map(|slot| corners(40.0, 45.0 * f64::from(slot))).collect()
 }
 
-/// The machine, so that numbers can be compared.
+/// Describes the machine, to compare numbers.
 fn describe_machine() {
     let cpus = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpus
@@ -138,7 +138,7 @@ fn detection(c: &mut Criterion) {
         scene.camera = Camera::pinhole(980.0 * scale, scene.image_size.centre_px());
         let with_board = render_view(&scene, &pose(35.0, 30.0));
         let seen = detector.detect(&with_board, &scene.board).expect("found");
-        // As far off as a guess of constant speed is.
+        // As far off as a prediction at constant speed.
         let corners_px = seen.corners.iter().map(|corner| [corner.px.x + 1.5, corner.px.y - 1.0]);
         let corners_px: Vec<_> = corners_px.collect();
         let near = Prediction {

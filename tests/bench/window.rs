@@ -1,9 +1,10 @@
-//! How long the window takes: pictures of 1920×1080 at 30 fps, the detector running, in a real window.
+//! Duration of the window's work: pictures of 1920×1080 at 30 fps, the detector running, in a real
+//! window.
 //!
-//! `cargo bench --bench window` needs a display (Xvfb will do). Prints the time between two paintings, the
-//! time from a picture's arrival to the snapshot with its sentence and to the painting that shows it, and
-//! how the program's memory grows. `BORESIGHT_SECS` sets how long it runs; with `BORESIGHT_HIDDEN` the
-//! window is hidden once it is warm, and the program goes on behind it.
+//! `cargo bench --bench window` needs a display (Xvfb will do). Prints the time between two
+//! paintings, the times from a picture's arrival to the snapshot with its sentence and to its
+//! painting, and the growth of the program's memory. `BORESIGHT_SECS` sets the duration; with
+//! `BORESIGHT_HIDDEN` the window is hidden once warm, and the program continues behind it.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 
@@ -40,7 +41,7 @@ const INTERVAL: Duration = Duration::from_nanos(33_333_333);
 /// Pictures drawn before the clock starts; played again and again.
 const PICTURES: u64 = 45;
 
-/// When each picture came, and how long until its snapshot.
+/// Arrival of each picture, and time until its snapshot.
 #[derive(Default)]
 struct Times {
     came: BTreeMap<u64, Instant>,
@@ -68,7 +69,7 @@ impl FrameSource for Camera30 {
         let started = *self.started.get_or_insert_with(Instant::now);
         let due = started + INTERVAL * u32::try_from(self.next).expect("a short run");
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
-        // There and back, so that the board does not jump.
+        // There and back, to avoid a jump of the board.
         let swing = self.next % (2 * PICTURES - 2);
         let index = swing.min(2 * PICTURES - 2 - swing);
         let image = self.pictures[index as usize].image.clone();
@@ -311,7 +312,7 @@ impl eframe::App for Watched {
     }
 }
 
-/// What the program holds in memory; 0 where the system does not say.
+/// Resident memory of the program; 0 if unknown.
 fn resident_kib() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

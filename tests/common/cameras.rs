@@ -1,4 +1,4 @@
-//! Simulated cameras whose every picture tells which frame it is, and what a run of one gives.
+//! Simulated cameras with identifiable pictures, and the result of a run.
 
 #![allow(dead_code, reason = "each test program uses its part")]
 
@@ -35,14 +35,14 @@ pub(crate) fn picture(number: u64) -> GrayImage {
     })
 }
 
-/// The number of a picture that is exactly one of [`picture`]'s.
+/// Number of a picture exactly equal to one of [`picture`]'s.
 pub(crate) fn number(image: &GrayImage) -> Option<u64> {
     let bit = |x: u32| u64::from(image.get_pixel(x, 0).0[0] > 130) << x;
     let number = (0..32).map(bit).sum();
     (*image == picture(number)).then_some(number)
 }
 
-/// A grey camera with everything that can be locked.
+/// A grey camera with all lockable controls.
 pub(crate) fn grey(node: u32) -> SimCamera {
     let mut camera =
         SimCamera::new(node, "A1", (*b"GREY", SIZE.0, SIZE.1), |n| picture(n).into_raw());
@@ -54,7 +54,7 @@ pub(crate) fn grey(node: u32) -> SimCamera {
     camera
 }
 
-/// Pictures of a motion-JPEG camera: a pattern that moves, compressed as a camera does.
+/// Pictures of a motion-JPEG camera: a moving pattern, compressed as by a camera.
 pub(crate) fn jpeg_picture(number: u64, (width, height): (u32, u32)) -> GrayImage {
     GrayImage::from_fn(width, height, |x, y| {
         let (x, y) = (f64::from(x), f64::from(y));
@@ -81,15 +81,15 @@ pub(crate) fn motion_jpeg(node: u32) -> SimCamera {
     SimCamera::new(node, "A1", (*b"MJPG", SIZE.0, SIZE.1), |n| jpeg(n, SIZE))
 }
 
-/// What a run gave.
+/// Result of a run.
 #[derive(Debug, Default)]
 pub(crate) struct Run {
     pub(crate) events: Vec<CameraEvent>,
-    /// Number, time and content of every picture that was delivered.
+    /// Number, time and content of every delivered picture.
     pub(crate) frames: Vec<(FrameId, CaptureTime, GrayImage)>,
-    /// Pictures that were delivered while the session would take them.
+    /// Pictures delivered while the session would take them.
     pub(crate) takeable: usize,
-    /// Longest time that one call took, of the simulated clock.
+    /// Longest time of a call, of the simulated clock.
     pub(crate) longest: Duration,
     pub(crate) counted: (u64, u64),
 }
@@ -121,7 +121,7 @@ pub(crate) fn open(kernel: &SimKernel, name: &str) -> Result<LiveCamera<SimKerne
     started(kernel, name, LiveCamera::open)
 }
 
-/// The same to look through only.
+/// Opens the named camera for a preview.
 pub(crate) fn preview(kernel: &SimKernel, name: &str) -> Result<LiveCamera<SimKernel>, Fault> {
     started(kernel, name, LiveCamera::preview)
 }

@@ -22,12 +22,12 @@ pub(crate) fn scene() -> Scene {
     }
 }
 
-/// A view tipped by `tilt_deg` so that the board recedes towards `slot_deg`.
+/// A view tipped by `tilt_deg`, receding towards `slot_deg`.
 pub(crate) fn picture(tilt_deg: f64, slot_deg: f64) -> GrayImage {
     picture_at(0.34, tilt_deg, slot_deg)
 }
 
-/// The same at a distance in metres.
+/// A view at a distance in metres.
 pub(crate) fn picture_at(distance_m: f64, tilt_deg: f64, slot_deg: f64) -> GrayImage {
     let (sin, cos) = slot_deg.to_radians().sin_cos();
     let turn = Vector3::new(sin, -cos, 0.0) * tilt_deg.to_radians();

@@ -1,8 +1,8 @@
 //! A simulated person and camera without pictures: corners are projected, truth is known.
 //!
-//! The person brings the board to the ghost with errors of 4° and 20 px, holds it, and tries again if the
-//! view is not taken. Corners beyond the picture's edge aren't seen; of a part, the others are, as long as the board is
-//! followed from frame to frame.
+//! The person brings the board to the ghost with errors of 4° and 20 px, holds it, and tries again
+//! if the view is not taken. Corners beyond the picture's edge aren't seen; the others are, while
+//! the board is tracked from frame to frame.
 
 use boresight::{
     board::Checkerboard,
@@ -26,13 +26,13 @@ pub(crate) struct World {
     pub(crate) camera: Camera,
     pub(crate) board: Checkerboard,
     pub(crate) noise_px: f64,
-    /// How much higher the middle of the board is than its left and right end.
+    /// Height of the board's middle above its left and right end.
     pub(crate) bent_by_m: f64,
-    /// Relative standard deviation of the focal length, which is another for each pose that is shown.
+    /// Relative standard deviation of the focal length, drawn for each pose.
     pub(crate) focus_sd: f64,
     /// Time from picture to picture.
     pub(crate) step_nanos: u64,
-    /// Focal length about which it varies.
+    /// Mean of the focal length.
     still_f_px: Vector2<f64>,
     rng: ChaCha8Rng,
     time_nanos: u64,
@@ -40,9 +40,9 @@ pub(crate) struct World {
     is_followed: bool,
 }
 
-/// From picture to picture, a board moves too far in this time to be followed.
+/// Frame interval beyond tracking: the board moves too far.
 const NOT_FOLLOWED_NANOS: u64 = 120_000_000;
-/// Least share of the board's corners that tell a part of it.
+/// Minimum share of the board's corners to detect a part.
 const LEAST_SEEN: f64 = 0.4;
 
 impl World {
@@ -105,7 +105,7 @@ impl World {
         ))
     }
 
-    /// The whole board, if a part of it is wanted next and it isn't followed: that's where a person starts.
+    /// The whole board, if a part is wanted next and not tracked: the start of a person.
     pub(crate) fn whole_first(&mut self, target: &Target) -> Option<Observation> {
         let depth_m = 16.0 * self.board.square_m() * self.camera.f_px.x / f64::from(SIZE.width_px);
         let whole = Isometry3::translation(0.0, 0.0, depth_m);
@@ -163,12 +163,13 @@ pub(crate) fn setup(board: Checkerboard) -> SessionSetup {
     }
 }
 
-/// Runs a session to its end and tells `seen` of every input. Also the number of attempts at a pose.
+/// Runs a session to its end and passes every input to `seen`. Also returns the number of attempts
+/// at a pose.
 pub(crate) fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, Session, usize) {
     guided_with(seed, CalibrationParams::default(), seen)
 }
 
-/// The same with other settings of the solver.
+/// Runs a session with other settings of the solver.
 pub(crate) fn guided_with(
     seed: u64,
     calibration: CalibrationParams,
@@ -177,7 +178,7 @@ pub(crate) fn guided_with(
     guided_in(World::new(seed), calibration, seen)
 }
 
-/// The same in that world.
+/// Runs a session in the given world.
 pub(crate) fn guided_in(
     world: World,
     calibration: CalibrationParams,
@@ -187,7 +188,7 @@ pub(crate) fn guided_in(
     guided_from(world, session, seen)
 }
 
-/// Goes on with that session.
+/// Continues the given session.
 pub(crate) fn guided_from(
     mut world: World,
     mut session: Session,

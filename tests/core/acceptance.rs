@@ -1,7 +1,8 @@
-//! What a person is promised in their own unit holds: the true error of a length, and of projection, stays inside the
-//! printed 95 % interval in 90 to 99 of 100 sessions, whatever the noise of the corners is like.
+//! Promises in a person's own unit hold: the true error of a length, and of projection, stays
+//! inside the printed 95 % interval in 90 to 99 of 100 sessions, for any noise of the corners.
 //!
-//! `BORESIGHT_SESSIONS=1000` runs that many sessions of each kind of noise; a sample of them runs by default.
+//! `BORESIGHT_SESSIONS=1000` runs 1000 sessions of each kind of noise; a sample of them runs by
+//! default.
 
 use boresight::{
     calibration::{
@@ -23,7 +24,7 @@ use crate::{
     world::guided_with,
 };
 
-/// Lenses that the models contain, and one that they don't.
+/// Three lenses in the models, and one outside.
 const LENSES: [(&str, Lens); 4] = [
     ("k1k2", Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, ..POLYNOMIAL })),
     ("k1k2k3", Lens::Polynomial(Distortion { k1: -0.3, k2: 0.2, k3: -0.05, ..POLYNOMIAL })),
@@ -34,8 +35,8 @@ const LENSES: [(&str, Lens); 4] = [
     ("fov", Lens::Fov(0.8)),
 ];
 
-/// Noise of the corners of one view: a part that is independent from corner to corner, and a part that varies smoothly
-/// over the picture, with correlation `exp(−d²/2ℓ²)` at distance d.
+/// Noise of the corners of a view: a part independent from corner to corner, and a part varying
+/// smoothly over the picture, with correlation `exp(−d²/2ℓ²)` at distance d.
 #[derive(Clone, Copy, Debug)]
 struct Noise {
     name: &'static str,
@@ -51,10 +52,10 @@ const NOISES: [Noise; 5] = [
     Noise { name: "half 200 px", smooth_variance: 0.5, length_px: 200.0 },
 ];
 
-/// Directions in which the boards recede, in opposed pairs.
+/// Tilt azimuths of the boards, in opposed pairs.
 const SLOTS_DEG: [f64; 4] = [67.5, 112.5, 157.5, 22.5];
 
-/// Opposed pairs tilted by 40°, as large as fits, by a hand that errs.
+/// Opposed pairs tilted by 40°, as large as fits, by an imprecise hand.
 fn poses(scene: &mut Scene, views: usize) -> Vec<Isometry3<f64>> {
     let mut poses = Vec::with_capacity(views);
     for pair in 0..views.div_ceil(2) {
@@ -84,7 +85,7 @@ fn poses(scene: &mut Scene, views: usize) -> Vec<Isometry3<f64>> {
     poses
 }
 
-/// Corners with noise of standard deviation `scene.noise_px`, which is also what they claim.
+/// Corners with noise of standard deviation `scene.noise_px`, stated as such.
 fn seen(
     scene: &mut Scene,
     poses: &[Isometry3<f64>],
@@ -138,10 +139,10 @@ fn true_ray(camera: &Camera, lens: &Lens, at: &Point2<f64>) -> Point2<f64> {
     ray
 }
 
-/// A session's promise and what is true.
+/// A session's promise and the truth.
 struct Trial {
     lens: usize,
-    /// Whether the board's square size is uncertain by as much as the lens, or more.
+    /// True if the board's square size is at least as uncertain as the lens.
     scale_matters: bool,
     /// True error over stated bound of a length, and of projection.
     length: f64,
@@ -179,7 +180,7 @@ fn true_projection_error_px(
     Some((px(camera, lens, &Point3::from(turn * ray)) - at).norm())
 }
 
-/// A session of opposed pairs that ends when its goal is met, or with 16 views.
+/// A session of opposed pairs, until its goal is met, or with 16 views.
 fn trial(noise: Noise, index: u64) -> Trial {
     let which = index as usize % LENSES.len();
     let lens = LENSES[which].1;
@@ -191,7 +192,7 @@ fn trial(noise: Noise, index: u64) -> Trial {
     };
     let camera = scene.camera;
     let (noise_px, f_px) = (scene.noise_px, camera.f_px.x);
-    // A board that is wrong by as much as a ruler leaves open, and one whose size is known well.
+    // A board wrong by the tolerance of a ruler, and one of well-known size.
     let scale_sd =
         if (index / 8).is_multiple_of(2) { BOARD_SCALE_SD } else { 0.05 * BOARD_SCALE_SD };
     let scale = scene.normal(scale_sd);
@@ -248,7 +249,7 @@ fn trials(noise: Noise, count: u64) -> Vec<Trial> {
     })
 }
 
-/// Whether a session is of a group.
+/// Membership of a session in a group.
 type Belongs<'a> = &'a dyn Fn(&Trial) -> bool;
 
 #[test]
@@ -297,7 +298,7 @@ fn long_printed_intervals_cover_the_true_error() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// What a calibration says of the noise of its corners.
+/// Findings on the noise of a calibration's corners.
 fn noise_codes(noise: Noise, count: u64) -> Vec<Vec<&'static str>> {
     trials(noise, count)
         .iter()
@@ -343,7 +344,7 @@ fn a_session_ends_when_its_goal_is_met() {
     let (progress, hard, judged) = run(&format!("length 200mm at 1m <= {}mm", 1e3 * tight));
     assert_eq!((progress, judged.is_met()), (Progress::Complete, true));
     assert!(hard > easy, "{easy} {hard}");
-    // One that can't be judged doesn't end a session as complete.
+    // An unverifiable goal doesn't end a session as complete.
     let (progress, _, judged) = run("length 20m at 1m <= 1mm");
     assert_eq!((progress, judged.is_met(), judged.bound), (Progress::Exhausted, false, None));
 }
@@ -358,7 +359,8 @@ fn a_board_of_uncertain_size_is_told_apart_from_the_lens() {
     };
     let (_, session, _) = guided_with(8, params, |_, _| ());
     let judged = session.calibration().and_then(|c| c.acceptance).expect("judged");
-    // An error of 0.5 % is 7.8 mm of 800 mm: no view helps, so the session ends when the lens is good enough.
+    // An error of 0.5 % is 7.8 mm of 800 mm: no view helps, and the session ends when the lens is
+    // good enough.
     assert_eq!(session.progress(), Progress::Complete);
     assert!(!judged.is_met() && judged.is_out_of_reach());
     let bound = judged.bound.expect("fits");

@@ -1,4 +1,4 @@
-//! Kalibr's AprilGrid: what is found has the right number, however little is seen.
+//! Kalibr's AprilGrid: detected points have the right number, however few.
 
 use std::path::Path;
 
@@ -21,16 +21,17 @@ use crate::charuco::Named;
 
 const TAG_M: f64 = 0.03;
 
-/// A board of so many tags.
+/// A board with this number of tags.
 fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Checkerboard {
     let tags = MarkerChoice::tags(Tags { spacing, first }).in_squares_of(TAG_M);
     let points = Checkerboard::new(2 * across, 2 * down, TAG_M).expect("valid");
     points.with_markers(tags).expect("enough tags")
 }
 
-/// Boards drawn with OpenCV 5.0's tags (`generateImageMarker` with a frame of two cells), 60 px wide, 18 px apart, and 38 px
-/// from the edge of the picture to the first one: as Kalibr arranges them, numbered from the top, and each with OpenCV's
-/// tags the right way up, a half turn from Kalibr's.
+/// Boards drawn with OpenCV 5.0's tags (`generateImageMarker` with a frame of two cells), 60 px
+/// wide, 18 px apart, and 38 px from the edge of the picture to the first one: as Kalibr arranges
+/// them, numbered from the top, and each with OpenCV's tags the right way up, a half turn from
+/// Kalibr's.
 const DRAWN: [&str; 4] =
     ["4x3-kalibr.png", "4x3-from-top.png", "4x3-opencv-tags.png", "4x3-opencv-from-top.png"];
 
@@ -40,7 +41,7 @@ fn drawn(name: &str) -> GrayImage {
     imageops::blur(&sharp, 0.8)
 }
 
-/// Where a column or row of points is in a drawn board.
+/// Position of a column or row of points in a drawn board.
 fn drawn_px(place: usize) -> f64 {
     37.5 + (place / 2) as f64 * 78.0 + (place % 2) as f64 * 60.0
 }
@@ -125,7 +126,7 @@ fn other_tags_are_said_to_be_others() {
     assert!(matches!(wider, Err(Miss::OtherSquares { markers: 3.. })), "{wider:?}");
 }
 
-/// In a picture that is halved first, only a few such small tags are read, and none that contradicts.
+/// In a halved picture, only a few such small tags are read, and none is contradictory.
 #[test]
 fn tags_in_other_squares_count_even_if_only_the_finer_picture_shows_them() {
     let [width, height] = [226, 178];

@@ -1,5 +1,5 @@
-//! Calibrations that went wrong in the ways they do in the field: the right finding, and "good" only for what is allowed
-//! for, where the lens is right.
+//! Calibrations gone wrong as in the field: the right finding, and "good" only for allowed errors
+//! with a right lens.
 
 use boresight::{
     board::Checkerboard,
@@ -16,7 +16,7 @@ use rand::RngExt;
 
 use crate::trust::{Pose, SIZE, Scene, at, board, px};
 
-/// What a person would hand to the program.
+/// Input as from a person.
 struct Given {
     views: Vec<Vec<Corner>>,
     board: Checkerboard,
@@ -29,7 +29,7 @@ impl From<Vec<Vec<Corner>>> for Given {
     }
 }
 
-/// A way to go wrong, and the findings of which one at least must be told.
+/// A way to go wrong, and its findings, of which at least one must be reported.
 struct Script {
     name: &'static str,
     right: &'static [&'static str],
@@ -85,7 +85,7 @@ const SCRIPTS: &[Script] = &[
     Script { name: "each picture undistorted, too", right: &["VIEWS-MIXED"], make: undistorted },
 ];
 
-/// Causes that a calibration corrects, or weighs as what they are.
+/// Causes corrected or properly weighed by a calibration.
 const ALLOWED_FOR: [&str; 7] = [
     "squares not square",
     "bent board",
@@ -117,7 +117,7 @@ fn counted_squares(scene: &mut Scene) -> Given {
     Given { board, ..scene.views(&plan).into() }
 }
 
-/// The same corners in a picture seen in a mirror, numbered as on the board.
+/// Corners in a mirrored picture, numbered as on the board.
 fn flip(corners: &mut [Corner]) {
     for corner in corners {
         corner.px.x = f64::from(SIZE.width_px) - 1.0 - corner.px.x;
@@ -241,7 +241,7 @@ fn rolling(scene: &mut Scene) -> Given {
     scene.seen(&poses, see).into()
 }
 
-/// A sheet of paper that bends differently each time it is held.
+/// A sheet of paper with a different bend at each hold.
 fn flexing(scene: &mut Scene) -> Given {
     let plan = scene.plan(10);
     let poses = scene.poses(&plan);
@@ -256,7 +256,7 @@ fn flexing(scene: &mut Scene) -> Given {
     scene.seen(&poses, see).into()
 }
 
-/// Each picture is moved by some pixels against a shaking hand.
+/// Shifts each picture by some pixels against a shaking hand.
 fn stabilised(scene: &mut Scene) -> Given {
     let plan = scene.plan(12);
     let mut views = scene.views(&plan);
@@ -291,7 +291,7 @@ fn windscreen(scene: &mut Scene) -> Given {
     views.into()
 }
 
-/// Below half the height the picture shows the board a moment earlier.
+/// Shows the board a moment earlier below half the height.
 fn tear(view: &mut [Corner], shift_px: Vector2<f64>) {
     let row_px = 0.5 * f64::from(SIZE.height_px);
     for corner in view.iter_mut().filter(|corner| corner.px.y > row_px) {
@@ -299,7 +299,7 @@ fn tear(view: &mut [Corner], shift_px: Vector2<f64>) {
     }
 }
 
-/// A hand that holds still moves by a pixel or so in the time between two pictures.
+/// A still hand moves by a pixel or so in the time between two pictures.
 fn torn(scene: &mut Scene) -> Given {
     let plan = scene.plan(8);
     let mut views = scene.views(&plan);
@@ -410,7 +410,8 @@ fn other_camera(scene: &mut Scene) -> Given {
     scene.seen(&poses, see).into()
 }
 
-/// Each picture is followed by another one with its distortion removed: the two cameras differ in nothing else.
+/// Follows each picture by a copy with its distortion removed: the only difference between the two
+/// cameras.
 fn undistorted(scene: &mut Scene) -> Given {
     let plan = scene.plan(12);
     let poses = scene.poses(&plan);
@@ -434,7 +435,7 @@ fn codes(result: &Result<Calibration, NotCalibrated>) -> Vec<&'static str> {
     }
 }
 
-/// The lens is that of `truth`, by its own uncertainty.
+/// Asserts the lens of `truth` within its own uncertainty.
 fn assert_is_right(found: &Calibration, truth: &Camera, name: &str) {
     let (sd, camera) = (found.sd(), &found.camera);
     let off_px = [
@@ -478,7 +479,8 @@ fn bad_calibrations_are_told_for_what_they_are() {
     assert!(right * 100 >= 98 * all, "{right} of {all}");
 }
 
-/// A bent board, a stretched one, and pixels that aren't square: the lens comes out right, within its bound.
+/// A bent board, a stretched one, and pixels other than square: the lens comes out right, within
+/// its bound.
 #[test]
 fn what_is_found_is_allowed_for() {
     let (mut inside, mut all) = (0, 0);
@@ -506,8 +508,8 @@ fn what_is_found_is_allowed_for() {
     assert!(inside * 100 >= 90 * all, "{inside} of {all}");
 }
 
-/// Very sharp corners tell pixels from squares long before anybody could see it: 0.01 px in the picture is no finding,
-/// and the bound covers it; 0.3 px is one.
+/// Very sharp corners tell pixels from squares long before anybody could see it: 0.01 px in the
+/// picture is no finding, and the bound covers it; 0.3 px is one.
 #[test]
 fn pixels_that_are_square_to_a_tenth_of_a_pixel_are_square() {
     for (aspect, is_told) in [(1.0 + 3e-5, false), (1.0 - 3e-5, false), (1.001, true)] {
@@ -533,7 +535,7 @@ fn pixels_that_are_square_to_a_tenth_of_a_pixel_are_square() {
     }
 }
 
-/// The last view shows the first one's pose again: what is allowed for counts in both.
+/// The last view repeats the first pose: allowances count in both.
 #[test]
 fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {
     let bow = |p: &Point2<f64>| Point3::new(p.x, p.y, 0.003 * (1.0 - (p.x / 0.1).powi(2)));
@@ -556,7 +558,8 @@ fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {
     }
 }
 
-/// One wrong corner in a thousand, and errors of Student's t distribution: neither pulls the lens out of its bound.
+/// One wrong corner in a thousand, and errors of Student's t distribution: neither pulls the lens
+/// out of its bound.
 #[test]
 fn heavy_tails_do_not_pull_the_lens() {
     let (mut inside, mut all) = (0, 0);
@@ -583,7 +586,7 @@ fn heavy_tails_do_not_pull_the_lens() {
     assert!(inside * 100 >= 88 * all, "{inside} of {all}");
 }
 
-/// A focus that warms up: what would have been seen is stated, and is.
+/// A warming focus: the smallest detectable change is stated, and true.
 #[test]
 fn a_drifting_focus_is_seen_from_the_change_stated() {
     let (mut told, mut all) = (0, 0);
@@ -603,7 +606,8 @@ fn a_drifting_focus_is_seen_from_the_change_stated() {
     assert!(told * 100 >= 85 * all, "{told} of {all}");
 }
 
-/// Distances scale with it, pixels do not: nothing in the corners says how large a square is.
+/// Distances scale with the square size, pixels do not: nothing in the corners tells how large a
+/// square is.
 #[test]
 fn a_wrong_square_size_leaves_the_lens_as_it_is() {
     let mut scene = Scene::ordinary(17);
@@ -657,7 +661,7 @@ fn of_torn_views_the_worst_is_named() {
     assert!(named >= 18, "{named}");
 }
 
-/// Each of `views` several times over.
+/// Each of `views`, repeated.
 fn repeated(views: &[Vec<Corner>], times: usize) -> Given {
     std::iter::repeat_n(views, times).flatten().cloned().collect::<Vec<_>>().into()
 }
@@ -682,7 +686,7 @@ fn copies_of_pictures_say_nothing_new() {
     }
 }
 
-/// The board stands on a shelf, and the camera takes twenty pictures of it: noise falls, doubt about the rest doesn't.
+/// Twenty pictures of a board on a shelf: noise falls, doubt about the rest doesn't.
 #[test]
 fn pictures_of_one_held_pose_count_once() {
     let mut scene = Scene::ordinary(4100);
@@ -717,7 +721,7 @@ fn a_finding_names_the_view_by_its_number_among_all() {
     );
 }
 
-/// What is told of the residuals is told of the board as it was found, and whoever reads the file finds the same.
+/// Residuals refer to the board as estimated, and a reader of the file finds the same.
 #[test]
 fn a_calibration_states_the_board_that_its_residuals_are_from() {
     let corners_m = board().corners_in_board_m();
@@ -758,7 +762,7 @@ fn a_calibration_states_the_board_that_its_residuals_are_from() {
     }
 }
 
-/// The priors on the lens make the standard deviations of so few views too small to be believed.
+/// Priors on the lens make the standard deviations of few views too small to be believed.
 #[test]
 fn the_window_and_the_phone_show_no_standard_deviation_below_four_views() {
     for (views, is_known) in [(2, false), (3, false), (4, true)] {

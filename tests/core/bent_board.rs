@@ -1,4 +1,4 @@
-//! A simulated board that is bent is drawn where its bent corners are.
+//! A simulated bent board is drawn at its bent corners.
 
 use boresight::{
     board::Checkerboard,
@@ -34,7 +34,7 @@ fn corners_of_a_bent_board_are_found_where_it_is_bent_to() {
         println!("bent by {bend_m} m: {bend_px:.2} px at most, corners {rms_px:.4} px off");
         assert!(rms_px < 0.02, "{rms_px} px");
         assert_eq!(bend_m != 0.0, bend_px > 0.3, "{bend_px} px");
-        // The corners at the ends of the longer side stay where they are.
+        // The corners at the ends of the longer side stay in place.
         assert!(bent[0].z.abs() < 1e-9 && bent[bent.len() - 1].z.abs() < 1e-9);
     }
 }

@@ -1,4 +1,4 @@
-//! Boards that leave the picture tell what whole ones can't: the lens out to the picture's edge.
+//! Boards leaving the picture determine the lens better than whole ones: out to the picture's edge.
 
 use boresight::{
     calibration::CalibrationParams,
@@ -15,7 +15,7 @@ use crate::world::{SIZE, World, guided_from, setup};
 /// Cells along each side of the picture; the outer tenth is two cells deep.
 const CELLS: usize = 20;
 
-/// Share of the cells in the picture's outer tenth that hold a corner of an accepted view.
+/// Share of the cells in the picture's outer tenth with a corner of an accepted view.
 fn outer_tenth(session: &Session) -> f64 {
     let mut hit = [[false; CELLS]; CELLS];
     for accepted in session.accepted() {
@@ -72,10 +72,10 @@ fn a_plan_that_may_leave_the_picture_knows_its_corners_as_well() {
     assert!(beyond[1] < 1.1 * whole[1], "{beyond:?} {whole:?}");
 }
 
-/// Runs a session until a pose is asked for that leaves the picture.
+/// Runs a session until the target leaves the picture.
 fn asked_beyond_edge(seed: u64) -> (World, Session) {
     let mut world = World::new(seed);
-    // What the picture's corners may err by follows the noise.
+    // Allowed errors at the picture's corners follow the noise.
     world.noise_px = 0.005;
     let mut setup = setup(world.board);
     setup.guidance.stop_projection_sigma_px = 1e-3;
@@ -83,7 +83,7 @@ fn asked_beyond_edge(seed: u64) -> (World, Session) {
     ask_beyond_edge(world, Session::new(setup))
 }
 
-/// Goes on until a pose is asked for that leaves the picture.
+/// Continues until the target leaves the picture.
 fn ask_beyond_edge(mut world: World, mut session: Session) -> (World, Session) {
     for _ in 0..60 {
         let target = session.target().expect("collecting").clone();
@@ -102,7 +102,7 @@ fn ask_beyond_edge(mut world: World, mut session: Session) -> (World, Session) {
     unreachable!("no pose beyond the edge");
 }
 
-/// A whole board that faces the camera.
+/// A whole board, facing the camera.
 fn whole_pose(world: &World) -> Isometry3<f64> {
     let depth_m = 16.0 * world.board.square_m() * world.camera.f_px.x / f64::from(SIZE.width_px);
     Isometry3::new(nalgebra::Vector3::new(0.0, 0.0, depth_m), nalgebra::Vector3::new(0.4, 0.3, 0.0))
@@ -113,7 +113,7 @@ fn a_part_that_cannot_be_told_is_asked_to_be_shown_whole_first() {
     let (mut world, mut session) = asked_beyond_edge(3);
     let ghost = session.target().expect("a pose").ghost_px.clone();
     let pose = world.pose_for(&ghost, 0.0).expect("a pose");
-    // Nothing was seen just before: the part can't be told.
+    // Without a previous detection, the part can't be identified.
     let away = Isometry3::translation(40.0, 0.0, 1.0);
     session.handle(&Input::Observed(world.observe(&away)));
     let mut decision = None;
@@ -128,12 +128,12 @@ fn a_part_that_cannot_be_told_is_asked_to_be_shown_whole_first() {
 fn a_whole_board_does_not_count_as_one_beyond_the_edge() {
     let (mut world, mut session) = asked_beyond_edge(3);
     let whole = whole_pose(&world);
-    // Longer than the pose is asked for, even if a view is taken meanwhile and its partner asked for.
+    // Longer than the target lasts, even if a view is taken meanwhile and its partner follows.
     for _ in 0..750 {
         session.handle(&Input::Observed(world.observe(&whole)));
     }
     assert!(session.accepted().iter().all(|taken| !taken.was_beyond_edge));
-    // The person can't or doesn't want to: whole boards are asked for from then on.
+    // The person can't or won't: whole boards are the targets from then on.
     assert_ne!(purpose(&session), Some(Purpose::BeyondEdge));
 }
 
@@ -152,12 +152,12 @@ fn the_ghost_beyond_the_edge_shows_most_of_the_board() {
     assert!(seen.len() < ghost.len() && seen.len() * 10 >= ghost.len() * 6, "{}", seen.len());
 }
 
-/// The purpose of the pose asked for.
+/// Purpose of the target.
 fn purpose(session: &Session) -> Option<Purpose> {
     session.target().map(|target| target.purpose)
 }
 
-/// Shows the board at the pose asked for until a view is taken.
+/// Shows the board at the target until a view is taken.
 fn take(world: &mut World, session: &mut Session) {
     let target = session.target().expect("collecting").clone();
     if let Some(whole) = world.whole_first(&target) {

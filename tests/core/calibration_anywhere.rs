@@ -1,4 +1,5 @@
-//! Cameras, lenses and hand-held poses drawn at random: the right answer, or a verdict that says so.
+//! Cameras, lenses and hand-held poses drawn at random: the right answer, or a verdict to warn of
+//! it.
 
 use std::time::{Duration, Instant};
 

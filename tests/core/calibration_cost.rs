@@ -1,4 +1,4 @@
-//! What a calibration costs grows as its corners do.
+//! Cost of a calibration, linear in its corners.
 
 use std::time::Duration;
 
@@ -37,7 +37,7 @@ fn corners(views: u32, board: &Checkerboard) -> Vec<Vec<Corner>> {
     (0..views).map(view).collect()
 }
 
-/// Processor time and most memory of a calibration from `views` views of a square board.
+/// Processor time and peak memory of a calibration from `views` views of a square board.
 fn cost(views: u32, side: u16) -> (Duration, u64) {
     let board = Checkerboard::new(side, side, 0.2 / f64::from(side)).expect("valid");
     let corners = corners(views, &board);
@@ -50,7 +50,7 @@ fn cost(views: u32, side: u16) -> (Duration, u64) {
 
 #[test]
 fn costs_grow_as_the_corners_do() {
-    // The views are compared in pairs, and split in two, so that their number counts more than once.
+    // The views are compared in pairs, and split in two: their number counts more than once.
     for (small, large, times) in
         [((6, 24), (6, 48), 10), ((60, 6), (240, 6), 7), ((150, 5), (1200, 5), 30)]
     {
@@ -68,7 +68,7 @@ fn the_number_of_threads_changes_no_bit() {
     let corners = corners(250, &board);
     let result = |threads: usize| {
         let params = CalibrationParams { threads, ..CalibrationParams::default() };
-        // Floating-point numbers are printed with as many digits as tell them apart.
+        // Floating-point numbers are printed with enough digits to tell them apart.
         format!("{:?}", calibrate(&corners, &board, SIZE, &params).expect("calibrates"))
     };
     let alone = result(1);

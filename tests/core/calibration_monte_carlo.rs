@@ -1,4 +1,4 @@
-//! The stated uncertainty against the spread of repeated experiments with known truth.
+//! Stated uncertainty against the spread of repeated experiments with known truth.
 
 use boresight::board::Checkerboard;
 use boresight::calibration::{
@@ -22,7 +22,8 @@ fn camera(distortion: Distortion) -> Camera {
     Camera { distortion, ..Camera::pinhole(1400.0, Point2::new(1010.0, 500.0)) }
 }
 
-/// Board tilted by `tilt_deg`, receding towards `slot_deg`, its centre ahead of the principal point.
+/// Board tilted by `tilt_deg`, receding towards `slot_deg`, its centre ahead of the principal
+/// point.
 fn pose(tilt_deg: f64, slot_deg: f64, distance_m: f64) -> Isometry3<f64> {
     let slot = slot_deg.to_radians();
     // Depth of the board point (cos, sin) becomes positive.
@@ -66,7 +67,7 @@ fn run(views: &[Vec<Corner>], params: &CalibrationParams) -> Calibration {
 struct Trials {
     /// Root mean square error over root mean square stated sd, per f, cx, cy.
     ratio: [f64; 3],
-    /// The same for the principal point of the free homographies.
+    /// Ratio for the principal point of the free homographies.
     free_ratio: f64,
     /// Share of trials with the true PP inside the 2-sd ellipse.
     coverage: f64,
@@ -123,7 +124,7 @@ fn long_stated_uncertainty_is_the_observed_spread() {
     for ratio in [of_x, of_y] {
         assert!((ratio - 1.0).abs() < 0.15, "{:?}", trials.ratio);
     }
-    // The stated error of f allows for a drift too small to see; this camera has none.
+    // The stated error of f allows for an invisibly small drift; this camera has none.
     assert!((0.65..1.1).contains(&of_f), "{:?}", trials.ratio);
     // 2 sd in two dimensions: 86.5 %.
     assert!((trials.coverage - 0.865).abs() < 0.06, "{}", trials.coverage);
@@ -351,7 +352,8 @@ fn random_corners_end_in_a_value() {
     }
 }
 
-/// A printer puts corners some hundredths of a millimetre off, the same ones in all views: more views don't average that out.
+/// A printer puts corners some hundredths of a millimetre off, the same in all views: more views
+/// don't average the error out.
 #[test]
 fn errors_of_the_print_are_in_the_stated_error() {
     const NOISE_PX: f64 = 0.05;

@@ -1,4 +1,4 @@
-//! Bundle adjustment and free homographies against minima that were computed independently.
+//! Bundle adjustment and free homographies against independently computed minima.
 
 use boresight::calibration::solve::free_homography::{self, DistortionCentrePrior};
 use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::reference::{list, number, point, vectors};
 
-/// The reference puts the middle of the picture at (960, 540).
+/// Reference with the middle of the picture at (960, 540).
 const SIZE: ImageSize = ImageSize { width_px: 1921, height_px: 1081 };
 
 struct Set {

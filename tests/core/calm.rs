@@ -1,7 +1,7 @@
-//! What is asked of the person can be read before it changes.
+//! Requests to the person last long enough to be read.
 //!
-//! `BORESIGHT_CALM=FOLDER` measures the sessions in the folder, too, and prints a table: what frames asked for, and
-//! what was shown.
+//! `BORESIGHT_CALM=FOLDER` measures the sessions in the folder, too, and prints a table: prompts of
+//! frames, and prompts shown.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use boresight::{
 
 use crate::world::{guided, setup};
 
-/// Prompts in the order in which they were shown, each with the time at which it came.
+/// Prompts in the order of display, each with its time.
 struct Course {
     changes: Vec<(f64, Prompt)>,
     secs: f64,
@@ -31,7 +31,7 @@ impl Course {
         Self { changes, secs: prompts.last().map_or(0.0, |(at, _)| *at) }
     }
 
-    /// How long each but the last was shown.
+    /// Display time of each prompt but the last.
     fn dwells_secs(&self) -> Vec<f64> {
         let mut dwells: Vec<f64> =
             self.changes.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
@@ -48,7 +48,7 @@ impl Course {
             .unwrap_or(0)
     }
 
-    /// Changes to the contrary within three seconds: closer and farther, left and right.
+    /// Contradictory changes within three seconds: closer and farther, left and right.
     fn contradictions(&self) -> usize {
         let soon = |from: f64, to: f64| to - from < 3.0;
         (0..self.changes.len())
@@ -74,7 +74,7 @@ fn is_contrary(a: Prompt, b: Prompt) -> bool {
     one_way(a, b) || one_way(b, a)
 }
 
-/// True of a movement: once it's made, what asks for it goes.
+/// True of a movement: the prompt disappears once it's made.
 fn may_be_done(prompt: Prompt) -> bool {
     matches!(
         prompt,
@@ -88,7 +88,7 @@ fn may_be_done(prompt: Prompt) -> bool {
     )
 }
 
-/// What frames asked for and what was shown, while views were taken.
+/// Prompts of frames and prompts shown, while views were taken.
 fn courses(steps: &[Snapshot]) -> (Course, Course) {
     let mut first: Option<CaptureTime> = None;
     let (mut asked, mut shown) = (Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! What a live camera says reaches the session as inputs: nothing is taken from a camera that is not as it
-//! should be, and the recording holds every word.
+//! Events of a live camera reach the session as inputs: nothing is taken from a faulty camera, and
+//! the recording holds every event.
 
 use boresight::{
     config::Config,
@@ -37,7 +37,7 @@ fn new_session() -> Session {
     Session::new(setup(World::new(3).board))
 }
 
-/// Handles `inputs` after `events`; how many views are taken.
+/// Number of views after `inputs` following `events`.
 fn views_after(events: &[CameraEvent], inputs: &[Input]) -> usize {
     let mut session = new_session();
     for event in events {
@@ -143,7 +143,7 @@ fn each_trouble_is_told_once_with_what_to_do_about_it() {
     told(doubtful(Fault::Dark, ""));
     let both = told(doubtful(Fault::Frozen, "for 3 s"));
     assert_eq!(both.len(), 2, "{both:#?}");
-    // What keeps views from being taken comes first.
+    // Obstacles to taking views come first.
     assert_eq!(both[0].what, text::camera::fault(Fault::Frozen).0);
     assert_eq!(both[0].detail, "for 3 s");
     assert_eq!([both[0].is_doubt, both[1].is_doubt], [false, true]);
@@ -196,7 +196,7 @@ fn what_the_camera_says_is_recorded_and_replayed_alike() {
     events.push(CameraEvent::Counted { dropped: 7, rejected: 2 });
     let mut session = new_session();
     let mut live = Vec::new();
-    // Between any two events the person goes on.
+    // Between any two events the person continues.
     let mut frames = inputs().into_iter();
     for event in &events {
         for input in std::iter::once(Input::Camera(event.clone())).chain(frames.by_ref().take(6)) {

@@ -1,4 +1,4 @@
-//! Boards with markers: what is found has the right number, however little is seen.
+//! Boards with markers: detected points have the right number, however few.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::json;
 
-/// What a detector has found of boards whose points name themselves.
+/// Detections of boards with self-identifying points.
 #[derive(Default)]
 pub(crate) struct Named {
     detector: Detector,
@@ -33,8 +33,8 @@ pub(crate) struct Named {
 }
 
 impl Named {
-    /// Detects the scene's board, seen from a pose, in picture number `seed`. Each corner that's found must be the one it's
-    /// called: nearer than `limit_px` to it.
+    /// Detects the scene's board, seen from a pose, in picture number `seed`. Each detected corner
+    /// must be nearer than `limit_px` to its namesake.
     pub(crate) fn look(
         &mut self,
         (scene, pose): (&Scene, &Isometry3<f64>),
@@ -59,7 +59,7 @@ impl Named {
         }
     }
 
-    /// In how many of so many pictures a board was found, and how far off its corners are.
+    /// Number of pictures with a board out of `pictures`, and rms error of the corners.
     pub(crate) fn views_and_rms_px(&self, pictures: u64) -> (u64, f64) {
         let Self { views, visible, found, squares, .. } = self;
         let rms_px = (squares / f64::from(*found)).sqrt();
@@ -68,7 +68,7 @@ impl Named {
     }
 }
 
-/// A board of so many *squares*.
+/// A board with this number of *squares*.
 fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
     let dictionary = dictionary.parse().expect("a dictionary");
     Checkerboard::new(across - 1, down - 1, 0.02)
@@ -77,7 +77,8 @@ fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Check
         .expect("enough markers")
 }
 
-/// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white around them.
+/// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white
+/// around them.
 const DRAWN: [(&str, [u16; 2], &str, f64); 4] = [
     ("8x11-DICT_4X4_50-75.png", [8, 11], "DICT_4X4_50", 0.75),
     ("11x8-DICT_4X4_50-75-legacy.png", [11, 8], "DICT_4X4_50", 0.75),
@@ -119,7 +120,7 @@ fn boards_that_opencv_draws_are_found_in_both_layouts() {
     }
 }
 
-/// Printed white on black, on a dark sheet or shown by a dark page.
+/// Boards printed white on black, on a dark sheet or shown by a dark page.
 #[test]
 fn boards_are_found_in_the_negative_with_the_same_corners() {
     for (name, squares, dictionary, side_squares) in DRAWN {
@@ -148,7 +149,8 @@ fn drawn_small(name: &str, square_px: f64, blur_px: f32) -> GrayImage {
     imageops::blur(&small, blur_px)
 }
 
-/// Half a cell of blur leaves a single white cell among black ones darker than the middle between both.
+/// Half a cell of blur leaves a single white cell among black ones darker than the middle between
+/// both.
 #[test]
 fn markers_are_read_where_blur_is_half_a_cell_wide() {
     for (name, squares, dictionary, side_squares) in DRAWN {
@@ -176,7 +178,8 @@ fn markers_too_small_to_read_ask_for_the_board_closer() {
     }
 }
 
-/// With an even number of rows, both layouts have the same markers but for the first and last columns, moved by one.
+/// With an even number of rows, both layouts have the same markers except for the first and last
+/// columns, moved by one.
 #[test]
 fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
     let (name, squares, dictionary, side_squares) = DRAWN
@@ -202,7 +205,7 @@ fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
         let off_px = (corner.px - Point2::from(at)).norm();
         assert!(off_px < 0.5, "{index}: {off_px} px");
     }
-    // Without the ends, nothing tells.
+    // Without the ends, the layout is ambiguous.
     let width = whole.width() - 5 * square_px;
     let middle = imageops::crop_imm(&whole, 5 * square_px / 2, 0, width, height).to_image();
     let miss = find(&middle).expect_err("two layouts explain it");
@@ -230,7 +233,7 @@ fn a_printed_board_is_the_one_that_opencv_draws() {
             sheet.squares.iter().chain(&sheet.markers).any(covers)
         };
         let picture = drawn(name);
-        // Away from the edges of cells, which OpenCV draws in whole pixels.
+        // Away from the edges of cells: OpenCV draws them in whole pixels.
         let cells = 2.0 * (dictionary.side_cells() + 2) as f64;
         let places = |count: u16| {
             (0..count).flat_map(move |square| {
@@ -289,7 +292,8 @@ fn every_corner_that_is_found_has_its_number() {
     ];
     let mut rng = ChaCha8Rng::seed_from_u64(77);
     let mut named = Named::default();
-    // More pictures, to measure: BORESIGHT_PICTURES=2000; without the first ones: BORESIGHT_FIRST=627.
+    // More pictures, to measure: BORESIGHT_PICTURES=2000; without the first ones:
+    // BORESIGHT_FIRST=627.
     let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(60);
     let first = crate::asked_for("BORESIGHT_FIRST").unwrap_or(0);
     for seed in 0..pictures {
@@ -314,7 +318,8 @@ fn every_corner_that_is_found_has_its_number() {
     assert!(rms_px < 0.05, "{rms_px} px");
 }
 
-/// A plain board lies on a part of the board: where its corners are near the board's, none of these tells them apart alone.
+/// A plain board lies on a part of the board: where its corners are near the board's, none of them
+/// is distinctive alone.
 #[test]
 fn corners_of_something_that_lies_on_a_board_arent_the_boards() {
     const SIDE_PX: u32 = 24;
@@ -356,8 +361,8 @@ fn a_board_with_other_markers_is_said_to_have_them() {
     };
     let other = find(&picture, &board([8, 11], "DICT_5X5_100", 0.75));
     assert!(matches!(other, Err(Miss::OtherMarkers { markers: 3.. })), "{other:?}");
-    // One column more: the markers in the first two rows are where they would be, those in the third are not. That in the
-    // corner of the board has one corner only, and is not read.
+    // One column more: the markers in the first two rows are at their expected places, those in the
+    // third are not. The marker in the corner of the board has a single corner, and is not read.
     let top = imageops::crop_imm(&picture, 0, 0, picture.width(), 176).to_image();
     let found = find(&top, &board([8, 11], "DICT_4X4_50", 0.75)).expect("three rows of corners");
     assert_eq!(seen_count(&found.corners), 21);

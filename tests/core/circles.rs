@@ -1,4 +1,4 @@
-//! Grids of circles: what is found are the pictures of the circles' centres, which aren't the ellipses' centres.
+//! Grids of circles: detections are the images of the circles' centres, not the ellipses' centres.
 
 use boresight::{
     board::Checkerboard,
@@ -25,7 +25,7 @@ fn detect(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> 
     Detector::new(DetectorParams::default()).detect(picture, board)
 }
 
-/// Drawn here, not by the simulation: by samples of each pixel.
+/// Drawing independent of the simulation: by samples of each pixel.
 fn drawn(board: &Checkerboard, image_from_board: &Matrix3<f64>, diameter: f64) -> GrayImage {
     const SAMPLES: u32 = 6;
     let back = image_from_board.try_inverse().expect("a map");
@@ -63,7 +63,7 @@ fn drawn(board: &Checkerboard, image_from_board: &Matrix3<f64>, diameter: f64) -
     imageops::blur(&sharp, 0.7)
 }
 
-/// The map of a camera with a focal length of 800 px, in the middle of the picture.
+/// Map of a camera with a focal length of 800 px, in the middle of the picture.
 fn seen_at(tilt_deg: f64, azimuth_deg: f64, depth_m: f64) -> Matrix3<f64> {
     let (sin, cos) = azimuth_deg.to_radians().sin_cos();
     let axis = Vector3::new(cos, sin, 0.0) * tilt_deg.to_radians();
@@ -80,8 +80,8 @@ fn seen_px(image_from_board: &Matrix3<f64>, point: &Point2<f64>) -> Point2<f64> 
     Point2::new(at.x / at.z, at.y / at.z)
 }
 
-/// Errors of a whole board's centres, against the true ones, in the one numbering of two that is nearer if a half turn maps
-/// the board to itself.
+/// Errors of a whole board's centres against the truth, in the nearer of two numberings if a half
+/// turn maps the board to itself.
 fn errors_px(found: &Detection, board: &Checkerboard, map: &Matrix3<f64>) -> Vec<Vector2<f64>> {
     let points = board.corners_in_board_m();
     let off = |turned: bool| -> Vec<Vector2<f64>> {
@@ -129,7 +129,7 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     let is_shown = OtherBoard::Circles { columns: 8, rows: 6, layout: CircleRows::Symmetric };
     let smaller = detect(&picture, &board(7, 5, CircleRows::Symmetric));
     assert_eq!(smaller, Err(Miss::OtherBoard(is_shown)));
-    // A row more isn't a covered one.
+    // An extra row isn't a covered one.
     let larger = detect(&picture, &board(8, 7, CircleRows::Symmetric));
     assert_eq!(larger, Err(Miss::OtherBoard(is_shown)));
     let shifted = detect(&picture, &board(4, 6, CircleRows::Asymmetric));
@@ -141,7 +141,7 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     assert!(cut.is_err(), "{cut:?}");
     let cut = detect(&part, &shown);
     assert!(matches!(cut, Err(Miss::PartialBoard { wanted: 48, .. })), "{cut:?}");
-    // A plain board isn't seen in the gaps between circles, nor circles in its squares.
+    // A plain board isn't detected in the gaps between circles, nor circles in its squares.
     for [columns, rows] in [[4, 3], [7, 5], [6, 4]] {
         let plain = Checkerboard::new(columns, rows, STEP_M).expect("valid");
         let found = detect(&picture, &plain);
@@ -158,7 +158,7 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     }
 }
 
-/// Tipped so far, circles near the camera and far from it aren't seen in one search of the picture.
+/// Tipped so far, near and distant circles aren't detected in a single search of the picture.
 #[test]
 fn circles_of_a_larger_grid_are_no_part_of_a_smaller_one() {
     let layout = CircleRows::Asymmetric;
@@ -172,7 +172,7 @@ fn circles_of_a_larger_grid_are_no_part_of_a_smaller_one() {
     }
 }
 
-/// Whoever asks why a picture was refused sees the grids of circles that were held against the board.
+/// Reports on a refused picture list the grids of circles compared with the board.
 #[test]
 fn grids_of_circles_are_listed() {
     let drawn_board = board(7, 5, CircleRows::Symmetric);

@@ -1,4 +1,4 @@
-//! The detector against rendered pictures whose truth is known.
+//! Detector against rendered pictures with known truth.
 
 use std::{cell::Cell, convert::Infallible};
 
@@ -35,7 +35,7 @@ fn find(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
     detect(picture, board, DetectorParams::default())
 }
 
-/// Errors of a detection, and the same over the stated standard deviations, per coordinate.
+/// Errors of a detection, and errors over the stated standard deviations, per coordinate.
 fn errors(scene: &Scene, pose: &Isometry3<f64>, found: &Detection) -> Vec<(f64, f64)> {
     let truth = truth_px(scene, pose);
     assert_eq!(found.corners.len(), truth.len());
@@ -117,7 +117,7 @@ fn edges_that_the_lens_bends_do_not_move_the_corners() {
 
 #[test]
 fn every_turn_in_the_picture_numbers_the_corners_alike() {
-    // 9x6 tells up from down: corner 0 stays corner 0 through a whole turn.
+    // 9x6 has a distinct upper end: corner 0 stays corner 0 through a whole turn.
     let scene = Scene::default_720p(3);
     for turn_deg in (0..360).step_by(15) {
         let pose = pose(25.0, 40.0, f64::from(turn_deg), [0.0, 0.0, 0.44]);
@@ -144,7 +144,7 @@ fn a_quarter_turn_of_the_picture_turns_the_corners() {
 
 #[test]
 fn a_mirrored_board_is_never_taken_for_the_board() {
-    // In a mirror the colours of 9x6 fit no numbering that keeps its handedness.
+    // In a mirror the colours of 9x6 fit no right-handed numbering.
     let scene = Scene::default_720p(5);
     let picture = render_view(&scene, &pose(30.0, 110.0, 5.0, [0.0, 0.0, 0.36]));
     let upright = find(&picture, &scene.board).expect("found");
@@ -159,7 +159,7 @@ fn a_mirrored_board_is_never_taken_for_the_board() {
 
 #[test]
 fn a_board_that_is_cut_off_is_a_miss_with_its_side() {
-    // The cluttered room has chequered things of its own, which could come closer to the board.
+    // The cluttered room has chequered things of its own, perhaps closer to the board.
     let scene = Scene { clutter: 0.0, ..Scene::default_720p(6) };
     for (at_m, side) in [
         ([-0.16, 0.0, 0.36], Side::Left),
@@ -193,7 +193,7 @@ fn another_board_is_named_whatever_its_size() {
     }
 }
 
-/// A tablecloth has no end of fields: no part of it is a board, whatever the size that is named.
+/// A tablecloth has no end of fields: no part is a board of any size.
 #[test]
 fn a_part_of_a_larger_pattern_is_no_board() {
     let cloth = Checkerboard::new(25, 18, 0.01).expect("valid");
@@ -211,7 +211,8 @@ fn a_part_of_a_larger_pattern_is_no_board() {
     }
 }
 
-/// A board cut out within its outer squares has no white around it; counting squares is the usual slip.
+/// A board cut out within its outer squares has no white margin; counting squares is the usual
+/// slip.
 #[test]
 fn a_board_whose_squares_were_counted_is_named() {
     let scene = Scene { clutter: 0.0, ..Scene::default_720p(7) };
@@ -276,7 +277,7 @@ fn a_board_that_is_covered_or_cut_off_is_no_other_board() {
         }
         assert_eq!(Detector::new(DetectorParams::default()).count(&covered), None, "{last} {grey}");
     }
-    // The picture ends within the board, which is larger than the named one, by however much.
+    // The picture ends within the board, larger than named by any amount.
     let right = px(6.6, 0.0).x as u32;
     let cut = imageops::crop_imm(&whole, 0, 0, right, whole.height()).to_image();
     let smaller = Checkerboard::new(5, 4, 0.025).expect("valid");
@@ -347,7 +348,7 @@ fn the_number_of_threads_changes_nothing() {
     }
 }
 
-/// Views of a board that is carried around, 1/30 s apart, and when they are taken.
+/// Views of a carried board, 1/30 s apart, with their times.
 fn carried(scene: &Scene, count: usize) -> Vec<(CaptureTime, GrayImage)> {
     (0..count)
         .map(|i| {
@@ -372,7 +373,7 @@ fn a_followed_board_is_the_board_that_is_found_anywhere() {
         let near = track.predict(FrameKind::Video, *at);
         if let Some(near) = near.as_ref().filter(|near| !near.everywhere) {
             predicted += 1;
-            // One question a row of corners is enough to follow the board, and not to search for it.
+            // One query per row of corners suffices for tracking, but not for a search.
             let left = Cell::new(scene.board.rows());
             let keep_on = || left.replace(left.get().saturating_sub(1)) > 0;
             let search = Search { near: Some(near), keep_on: &keep_on, ..Search::FULL };
@@ -518,7 +519,7 @@ fn motion_while_the_shutter_is_open_is_measured() {
     let motion_px =
         |picture: &GrayImage| find(picture, &scene.board).expect("found").quality.motion_px;
     assert!(motion_px(&still) < 1.0, "{}", motion_px(&still));
-    // Moved along the rows of squares by so many pixels.
+    // Moved along the rows of squares by this many pixels.
     for moved in [3, 5, 7] {
         let smeared = GrayImage::from_fn(still.width(), still.height(), |x, y| {
             let sum: u32 = (0..moved)

@@ -1,6 +1,6 @@
-//! What the detector finds in a set of hard pictures, and how well: it may only become better.
+//! Detections in a set of hard pictures, with their errors: they may only improve.
 //!
-//! `BORESIGHT_BASELINE=tighten cargo test --test core detector_baseline` writes what has become better.
+//! `BORESIGHT_BASELINE=tighten cargo test --test core detector_baseline` stores improvements.
 
 use std::{collections::BTreeMap, fs};
 
@@ -15,18 +15,18 @@ use serde::{Deserialize, Serialize};
 
 const FILE: &str = "fixtures/detector_baseline.json";
 const PICTURES: u64 = 80;
-/// A fit that starts elsewhere ends a little elsewhere; mathematical libraries round differently.
+/// A fit from another start ends slightly elsewhere; mathematical libraries round differently.
 const SLACK_RMS_PX: f64 = 0.002;
 const SLACK_WORST_PX: f64 = 0.02;
 
-/// One picture: the largest and the root mean square corner error; `None` if there was no board.
+/// Largest and root mean square corner error of a picture; `None` without a board.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Seen {
     worst_px: f64,
     rms_px: f64,
 }
 
-/// A view that a technician would rather not have shown: steep, small, blurred, dark or noisy.
+/// A view to avoid: steep, small, blurred, dark or noisy.
 fn hard_view(seed: u64) -> (Scene, Isometry3<f64>) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut scene = Scene::random(seed);
@@ -75,7 +75,7 @@ fn no_picture_has_become_worse() {
                 off.fold((0.0_f64, 0.0), |(worst, sum), off| (worst.max(off), sum + off * off));
             Seen { worst_px, rms_px: (squares / truth.len() as f64).sqrt() }
         });
-        // Wrong is worse than missing, whatever the baseline says.
+        // Wrong is worse than missing, whatever the baseline.
         assert!(seen.is_none_or(|seen| seen.worst_px < 3.0), "picture {seed}: {seen:?}");
         now.insert(seed, seen);
     }

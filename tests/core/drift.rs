@@ -1,6 +1,7 @@
-//! An installed camera checked with four new views: what changed is told, what did not is left alone.
+//! An installed camera checked with four new views: changes are reported, and nothing else.
 //!
-//! `BORESIGHT_SESSIONS=1000 cargo test --test core smallest_change -- --nocapture` prints how well what is stated holds.
+//! `BORESIGHT_SESSIONS=1000 cargo test --test core smallest_change -- --nocapture` prints the
+//! accuracy of the stated limits.
 
 use boresight::{
     calibration::{
@@ -62,7 +63,7 @@ impl Installed {
     }
 }
 
-/// Views of boards as large as the picture allows: they are drawn back until they are whole.
+/// Views of boards as large as the picture allows: they are drawn back until whole.
 fn filling(scene: &mut Scene, count: usize) -> Vec<Vec<Corner>> {
     let mut plan = scene.plan(count);
     for (index, pose) in plan.iter_mut().enumerate() {
@@ -73,7 +74,7 @@ fn filling(scene: &mut Scene, count: usize) -> Vec<Vec<Corner>> {
     scene.views(&plan)
 }
 
-/// Of `count` cameras, the checks that told a change, and the mean of what they could have seen.
+/// Number of checks with a reported change in `count` cameras, and their mean detection limits.
 fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
     let (mut told, mut visible_pp_px, mut visible_f_px) = (0, 0.0, 0.0);
     for seed in 0..count {
@@ -123,7 +124,7 @@ fn long_five_hundred_cameras() {
     shows_eight_pixels(500);
 }
 
-/// Some views tell less than others, and their check says so.
+/// Some views are less informative than others, and their check states it.
 #[test]
 fn a_change_of_f_is_told_where_the_check_could_see_it() {
     let (mut told, mut visible) = (0, 0);
@@ -192,7 +193,8 @@ fn another_lens_is_told() {
     assert_eq!(found.verdict, DriftVerdict::Recalibrate);
 }
 
-/// A distortion that shrank by a tenth, as by another focus, wherever it moves a ray by more than the check could see.
+/// A distortion shrunk by a tenth, as by another focus, where it moves a ray by more than the
+/// detection limit.
 #[test]
 fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
     let (mut told, mut visible) = (0, 0);
@@ -264,7 +266,7 @@ fn the_lens_now_is_the_old_one_with_its_change() {
     assert!((found.camera.f_px.x - old.f_px.x - found.change_px.x).abs() < 1e-9);
 }
 
-/// A lens, the model that its old calibration has, and how near the board is held.
+/// A lens, the model of its old calibration, and the nearness of the board.
 struct Lens {
     model: LensModel,
     camera: Camera,
@@ -289,7 +291,7 @@ impl Lens {
         ]
     }
 
-    /// Boards tilted by 40° in `count` directions, so that a view is as wide as it's high for the lens.
+    /// Boards tilted by 40° in `count` directions, with a view as wide as high for the lens.
     fn poses(&self, count: usize) -> Vec<Isometry3<f64>> {
         (0..count)
             .map(|view| {
@@ -300,8 +302,9 @@ impl Lens {
             .collect()
     }
 
-    /// Four views of `now` against an adjustment of eight old ones, which states no more doubt than the noise. `None` if the
-    /// old views or the old lens determine nothing: numerator and denominator of a rational one may leave a pole in the picture.
+    /// Four views of `now` against an adjustment of eight old ones, with no more doubt than the
+    /// noise. `None` if the old views or the old lens determine nothing: numerator and denominator
+    /// of a rational one may leave a pole in the picture.
     fn check(&self, now: Camera, seed: u64) -> Option<Drift> {
         let mut scene = Scene {
             camera: now,
@@ -335,7 +338,7 @@ impl Lens {
         }
     }
 
-    /// The lens with its distortion changed in proportion, so that a ray moves by up to `most_px`.
+    /// The lens with its distortion scaled to move a ray by up to `most_px`.
     fn bent_by(&self, most_px: f64) -> Camera {
         let mut along = self.camera.lens_parameters();
         for parameter in LensParameter::ALL.into_iter().filter(|of| !of.is_distortion()) {
@@ -356,9 +359,10 @@ impl Lens {
     }
 }
 
-/// The stated smallest change of f or of the principal point is the true one within a tenth: a change as large is told 95
-/// times of 100, one a tenth smaller less often, and one a tenth larger more often. That of the distortion is told at
-/// least as often: either of two tests may tell it, and what is stated is what the second one sees.
+/// The stated smallest change of f or of the principal point is the true one within a tenth: a
+/// change of this size is reported 95 times of 100, one a tenth smaller less often, and one a tenth
+/// larger more often. A change of the distortion is reported at least as often: either of two tests
+/// may report it, and the stated limit is that of the second.
 #[test]
 #[ignore = "takes minutes: make long-tests"]
 fn long_the_smallest_change_that_is_stated_is_the_one_that_is_told() {
@@ -384,7 +388,8 @@ fn long_the_smallest_change_that_is_stated_is_the_one_that_is_told() {
             mean(&|found| found.sd_px.x),
         );
         assert!(alarms < 0.04 && lens_alarms < 0.03, "{alarms} {lens_alarms}");
-        // The views are symmetric, so the direction in which the principal point is least visible is an axis.
+        // The views are symmetric: the direction of least visibility of the principal point is an
+        // axis.
         let axis = if mean(&|found| found.sd_px.y) > mean(&|found| found.sd_px.z) {
             Vector2::x()
         } else {

@@ -1,4 +1,4 @@
-//! Boards that stay small in the picture: what was forecast, beside what came.
+//! Boards that stay small in the picture: forecast beside result.
 //!
 //! `BORESIGHT_SESSIONS=100 cargo test --test core far_boards -- --nocapture` prints the table.
 
@@ -15,13 +15,13 @@ use nalgebra::Translation3;
 
 use crate::world::{SIZE, World, guided, setup};
 
-/// A person who can't bring the board nearer than to this share of the picture's width.
+/// A person unable to bring the board nearer than to this share of the picture's width.
 struct Far {
     fill: f64,
     f_to_width: f64,
 }
 
-/// What the session announced first, and what came: standard deviations of the principal point and of projection.
+/// Announced and final standard deviations of the principal point and of projection.
 struct Came {
     forecast_px: [f64; 2],
     stated_px: [f64; 2],
@@ -32,12 +32,12 @@ struct Came {
     calibration: Arc<Calibration>,
 }
 
-/// `None` if the board never showed a principal line, so that no view was taken.
+/// `None` if the board never showed a principal line, and no view was taken.
 fn run(far: &Far, seed: u64) -> Option<Came> {
     run_with(far, seed, CalibrationParams::default())
 }
 
-/// The same with other settings of the solver.
+/// Runs a session with other settings of the solver.
 fn run_with(far: &Far, seed: u64, calibration: CalibrationParams) -> Option<Came> {
     let width_px = f64::from(SIZE.width_px);
     let mut world = World::new(seed);
@@ -52,7 +52,7 @@ fn run_with(far: &Far, seed: u64, calibration: CalibrationParams) -> Option<Came
     while session.progress() == Progress::Collecting && frames < 30 * 240 {
         let Some(target) = session.target().cloned() else { break };
         let Some(pose) = world.pose_for(&target.ghost_px, 0.7) else { break };
-        // No nearer than the person can come, in the direction in which the ghost stands.
+        // No nearer than the person can come, in the direction of the ghost.
         let nearer = (least_depth_m / pose.translation.vector.z).max(1.0);
         let pose = nalgebra::Isometry3::from_parts(
             (pose.translation.vector * nearer).into(),
@@ -143,8 +143,8 @@ fn a_near_board_is_not_far() {
     assert!(far.is_far() && !GuidanceParams::default().is_far());
 }
 
-/// A small board in front of a camera whose lens an earlier calibration knows, with `f_factor` times the focal length
-/// of then. Also what the small board gives alone.
+/// A small board in front of a camera of known lens, with `f_factor` times its earlier focal
+/// length. Also the result of the small board alone.
 fn held(seed: u64, f_factor: f64) -> (Calibration, Came, Came) {
     let (near, session, _) = guided(seed, |_, _| {});
     let earlier = session.calibration().expect("large boards calibrate");
@@ -175,7 +175,7 @@ fn a_small_board_is_held_to_an_earlier_calibration() {
         );
         let mut codes = held.calibration.findings.iter().map(|finding| &finding.code);
         if codes.any(|code| matches!(code, FindingCode::LensNotHeld { .. })) {
-            // A small board may be taken for one behind a lens of another family.
+            // A small board may pass for one behind a lens of another family.
             continue;
         }
         were_held += 1;
@@ -199,7 +199,7 @@ fn a_lens_that_was_touched_is_not_held() {
         let contradicts = |code: &FindingCode| matches!(code, FindingCode::LensContradicts { .. });
         contradicted += u32::from(has(&held.calibration, contradicts));
         assert!(!has(&alone.calibration, contradicts));
-        // A small board may be taken for one behind a lens of another family.
+        // A small board may pass for one behind a lens of another family.
         let is_other = |code: &FindingCode| matches!(code, FindingCode::LensNotHeld { .. });
         assert!(has(&held.calibration, contradicts) || has(&held.calibration, is_other));
         let ratio = held.stated_px[1] / alone.stated_px[1];
@@ -237,7 +237,7 @@ fn a_near_board_of_which_a_part_is_seen_is_not_far() {
     for is_taken in [true, false] {
         let ghost_px = session.target().expect("collecting").ghost_px.clone();
         let pose = world.pose_for(&ghost_px, 0.0).expect("a pose");
-        // Two views that are taken, and ten seconds of some that aren't.
+        // Two taken views, and ten seconds of untaken ones.
         for number in 0..if is_taken { 2 } else { 300 } {
             if is_taken {
                 session.handle(&Input::Command(Command::ForceNext));

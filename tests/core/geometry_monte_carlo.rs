@@ -1,4 +1,4 @@
-//! Stated standard deviations of the closed forms are the spread that noise makes.
+//! Stated standard deviations of the closed forms against the spread from noise.
 
 use boresight::{
     board::Checkerboard,
@@ -56,7 +56,7 @@ impl World {
     }
 }
 
-/// Root mean square of (found − truth) over the stated standard deviation: 1 if that is honest.
+/// Root mean square of (found − truth) over the stated standard deviation: 1 if honest.
 #[derive(Default)]
 struct Normalised {
     squares: f64,
@@ -107,7 +107,7 @@ fn direction_offset_and_focal_length_of_one_view() {
 #[test]
 fn the_principal_point_from_several_views() {
     let mut world = World::new(9);
-    // Unequal tilts, so that weights matter.
+    // Unequal tilts, to make weights matter.
     let views = [(15.0, 0.0), (45.0, 180.0), (40.0, 90.0), (25.0, 270.0), (35.0, 45.0)];
     let mut axes: [[Normalised; 2]; 3] = Default::default();
     let mut ring_f = Normalised::default();

@@ -1,4 +1,4 @@
-//! What holds for every pose and every camera.
+//! Properties of every pose and every camera.
 
 use std::f64::consts::{PI, TAU};
 
@@ -90,7 +90,7 @@ fn same(a: &PrincipalLine, b: &PrincipalLine) {
     }
 }
 
-/// The same cases on every machine; PROPTEST_CASES asks for more.
+/// Cases, the same on every machine; PROPTEST_CASES asks for more.
 fn config() -> ProptestConfig {
     ProptestConfig {
         failure_persistence: None,
@@ -116,7 +116,7 @@ proptest! {
         prop_assert!((tilt_rad - normal.z.abs().acos()).abs() < 1e-5);
     }
 
-    /// The board recedes towards the slot: farther along it is deeper.
+    /// The board recedes towards the slot: farther along is deeper.
     #[test]
     fn the_slot_points_where_the_board_recedes(view in view()) {
         let normal = view.cam_from_board.rotation * Vector3::z();
@@ -125,7 +125,7 @@ proptest! {
         prop_assert!(between(view.line().tilt_azimuth_rad, receding.y.atan2(receding.x)) < 1e-6);
     }
 
-    /// How corners are numbered and what the board is measured in makes no difference.
+    /// Numbering of corners and units of the board make no difference.
     #[test]
     fn numbering_and_units_do_not_matter(view in view(), scale in 0.01..100.0_f64, x in -1.0..1.0_f64) {
         let board_m = board().corners_in_board_m();
@@ -143,7 +143,8 @@ proptest! {
         same(&expected, &line(&mirrored, &corners));
     }
 
-    /// `R' = ZRZ, t' = Zt`: the opposed pose is the point reflection, its slot is opposite, its line the same.
+    /// `R' = ZRZ, t' = Zt`: the opposed pose is the point reflection, with an opposite slot and the
+    /// same line.
     #[test]
     fn the_opposed_pose_is_the_point_reflection(view in view()) {
         let half_turn = UnitQuaternion::from_scaled_axis(Vector3::z() * PI);
@@ -180,7 +181,8 @@ proptest! {
         prop_assert!((after.distance_px(&(view.camera.pp_px + shift))).abs() < 1e-8 * (1.0 + after.d_px));
     }
 
-    /// The 4×9 Jacobian of `docs/method.md`, section 1.4, against differences of the homography's entries.
+    /// The 4×9 Jacobian of `docs/method.md`, section 1.4, against differences of the homography's
+    /// entries.
     #[test]
     fn the_covariance_is_the_propagated_one(view in view()) {
         let board_m = board().corners_in_board_m();
@@ -216,7 +218,7 @@ proptest! {
         }
     }
 
-    /// Corners off by 0.2 px: the fit that allocates nothing is the best one to a tenth of that.
+    /// Corners off by 0.2 px: the allocation-free fit is the best one to a tenth of it.
     #[test]
     fn a_homography_of_corners_alike_needs_no_weights(view in view(), phase in 0.0..TAU) {
         let board_m = board().corners_in_board_m();
@@ -253,7 +255,7 @@ proptest! {
             _ => Point2::new(values[i], values[53 - i]),
         };
         let corners: Vec<Corner> = (0..54).map(|i| Corner::isotropic(px(i), 0.1)).collect();
-        // Random points may have a homography; what must not happen is a panic or a silent NaN.
+        // Random points may have a homography; a panic or a silent NaN is the failure.
         if let Ok(homography) = Homography::fit(&board_m, &corners) {
             prop_assert!(homography.image_from_board().iter().all(|x| x.is_finite()));
             prop_assert!(kind > 3, "kind {} was fitted", kind);
@@ -269,7 +271,7 @@ proptest! {
     }
 }
 
-/// A case that the property above once found: three corners on a line, all others in one place.
+/// A past failure of the property above: three corners on a line, all others in one place.
 #[test]
 fn three_corners_and_one_place_have_no_homography() {
     let px = |i: usize| match i {

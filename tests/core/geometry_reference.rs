@@ -1,4 +1,4 @@
-//! The closed forms against reference vectors that were computed independently.
+//! Closed forms against independently computed reference vectors.
 
 use boresight::geometry::{
     Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,

@@ -1,4 +1,4 @@
-//! Whole guided sessions on projected corners: the planner, the solver and the stop rule in closed loop.
+//! Whole guided sessions on projected corners: planner, solver and stop rule in closed loop.
 
 use boresight::{
     calibration::{CalibrationParams, Verdict},

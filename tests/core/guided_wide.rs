@@ -1,4 +1,5 @@
-//! Guided sessions with a fisheye camera: they end, and what they state is true; the ghost bends as the lens does.
+//! Guided sessions with a fisheye camera: they end, with true statements; the ghost bends as the
+//! lens does.
 
 use boresight::{
     board::Checkerboard,
@@ -14,7 +15,7 @@ use crate::{
     world::{SIZE, World, guided_in},
 };
 
-/// A fisheye lens that sees `field_deg` across the picture, its axis off the picture's middle.
+/// A fisheye lens with `field_deg` across the picture, its axis off the picture's middle.
 fn fisheye(field_deg: f64, seed: u64) -> Camera {
     let half_rad = (field_deg / 2.0).to_radians();
     let (kind, k1, k2) = (LensKind::Fisheye, -0.02, 0.004);
@@ -27,8 +28,8 @@ fn fisheye(field_deg: f64, seed: u64) -> Camera {
     }
 }
 
-/// Runs sessions, a `few` unless told, and checks that all end, and that their bound holds in as many as it says, but
-/// for chance.
+/// Runs `few` sessions by default, and checks that all end, with their bound holding as often as
+/// stated, within chance.
 fn sessions_end_with_the_truth_inside_their_bound(field_deg: f64, few: u32) {
     let sessions: u32 =
         std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(few);

@@ -1,4 +1,4 @@
-//! Habits of simulated people that a guide must get by with.
+//! Habits of simulated people to cope with.
 
 use std::time::Duration;
 
@@ -88,7 +88,7 @@ fn who_walks_away_shows_no_board_for_half_a_minute_and_comes_back() {
                 without.push(at_secs);
             }
             if step == 200 {
-                // Shown while nobody is there: seen afterwards.
+                // Shown in the person's absence: seen afterwards.
                 person.read(show(&scene, &wanted_poses()[3], 2, at_secs));
             }
         }

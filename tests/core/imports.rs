@@ -1,4 +1,4 @@
-//! Calibrations of other programs, as those programs write them; our own exports read back; hostile texts.
+//! Calibrations in the formats of other programs; our own exports read back; hostile texts.
 
 use boresight::{
     calibration::{
@@ -178,7 +178,7 @@ fn size(width_px: u32, height_px: u32) -> ImageSize {
     ImageSize { width_px, height_px }
 }
 
-/// What `text` is refused with, in words.
+/// Refusal of `text`, in words.
 fn refused(text: &str) -> String {
     read(text).expect_err("refused").to_string()
 }
@@ -205,7 +205,8 @@ fn opencv_is_read_to_the_last_digit() {
         assert_eq!((old.covariance, old.outlines.len()), (None, 0));
     }
     assert_eq!(old(OPENCV).rms_px, Some(0.392_024_042_903_812_53));
-    // The same under the names that samples, tutorials and Python programs use, four coefficients, no matrices.
+    // The same under the names of samples, tutorials and Python programs, four coefficients, no
+    // matrices.
     let dumped = r#"{"mtx": [[800.5, 0, 320], [0, 801, 240], [0, 0, 1]], "dist": [[-0.1, 0.02, 0, 0.001]], "img_size": [640, 480]}"#;
     assert_eq!(
         old(dumped).camera.lens_parameters()[..BROWN_PARAMETERS],
@@ -313,11 +314,11 @@ fn our_own_brings_covariance_and_where_the_boards_were() {
         read(&OWN.replace("boresight.calibration/1", "boresight.calibration/9")),
         Err(NotImported::Schema { found: "boresight.calibration/9".into() })
     );
-    // What a later version adds is skipped; what this one wrote may be missing.
+    // Additions of a later version are skipped; fields of this one may be missing.
     let later = OWN.replace("\"rms_px\": 0.2", "\"shutter\": { \"rolls\": true }");
     let later = read(&later).expect("a calibration");
     assert_eq!((later.camera, later.rms_px), (found.camera, None));
-    // A covariance that is none is not used.
+    // An invalid covariance is not used.
     let negative = read(&OWN.replace("[[4, ", "[[-4, ")).expect("a calibration");
     assert_eq!(negative.covariance, None);
     let none =
@@ -388,7 +389,7 @@ fn what_is_no_calibration_is_told_which_formats_there_are() {
     assert!(read(&laughs).is_err());
 }
 
-/// Lenses that a camera may have, with every bit used.
+/// Possible lenses of a camera, with every bit used.
 fn lens() -> impl Strategy<Value = [f64; LENS_PARAMETERS]> {
     (
         prop::array::uniform2(1.1..1e5),
@@ -473,7 +474,7 @@ proptest! {
         let damaged: String =
             text[..from].iter().copied().chain(put.chars()).chain(text[to..].iter().copied()).collect();
         if let Ok(old) = read(&damaged) {
-            // What comes through is a camera.
+            // Accepted input is a camera.
             prop_assert!(old.camera.f_px.min() > 1.0);
             prop_assert!(old.camera.lens_parameters().iter().all(|value| value.is_finite()));
             prop_assert!(old.image_size.width_px > 0 && old.image_size.height_px > 0);

@@ -1,4 +1,5 @@
-//! Strips of chequered cloth of which a part has as many corners as the board: the rest of them shows that they are none.
+//! Strips of chequered cloth with a part of as many corners as the board: the remaining corners
+//! expose the cloth.
 
 use boresight::{
     board::Checkerboard,
@@ -17,7 +18,7 @@ struct Strip {
     /// Grey levels of dark and light fields, and of the wall.
     levels: [f64; 3],
     size_px: [u32; 2],
-    /// Something in front of the strip: its grey level, and a line with it on one side.
+    /// Cover in front of the strip: its grey level, and its edge as a line.
     cover: Option<(f64, Vector3<f64>)>,
 }
 
@@ -48,7 +49,7 @@ impl Strip {
         })
     }
 
-    /// Names the board in four pictures, which differ in their noise.
+    /// Names the board in four pictures with different noise.
     fn is_refused(&self, (columns, rows): (u16, u16)) {
         let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
         for seed in 0..4 {
@@ -81,7 +82,7 @@ fn a_strip_that_leaves_the_picture_slantwise_is_no_board() {
     strip.is_refused((7, 5));
 }
 
-/// Too narrow for the coarse picture, in which the rest of it looks like a board.
+/// Too narrow for the coarse picture, where the remaining part looks like a board.
 #[test]
 fn a_strip_whose_far_end_is_too_small_is_no_board() {
     let strip = Strip {
@@ -104,7 +105,7 @@ fn a_strip_whose_far_end_is_too_small_is_no_board() {
     strip.is_refused((6, 4));
 }
 
-/// The picture is wide, so that it's halved first. Then the far fields are too small to be seen.
+/// The picture is wide, and halved first. Then the far fields are too small to be seen.
 #[test]
 fn a_strip_whose_far_end_is_too_small_in_half_the_picture_is_no_board() {
     let strip = Strip {

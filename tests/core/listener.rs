@@ -1,6 +1,7 @@
-//! A person who sees nothing and only hears: the board follows the spoken words alone, taken literally.
+//! A person who only hears: the board follows the spoken words alone, taken literally.
 //!
-//! `BORESIGHT_SESSIONS=20 cargo test --test core listener -- --nocapture` prints the table of 20 sessions a reading.
+//! `BORESIGHT_SESSIONS=20 cargo test --test core listener -- --nocapture` prints the table of 20
+//! sessions a reading.
 
 use boresight::{
     calibration::Verdict,
@@ -20,21 +21,21 @@ use crate::{
     world::{SIZE, World, setup},
 };
 
-/// How much a person does about a word that states no amount.
+/// Size of the reaction to a word without an amount.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Reading {
-    /// Little, from where the board is.
+    /// Small, from the present pose.
     Timid,
-    /// Much; an edge that is named goes away from a board that faces the camera.
+    /// Large; a named edge recedes from a board facing the camera.
     Bold,
 }
 
-/// Time from hearing a sentence to doing what it says, beside the time that its words take.
+/// Time from hearing a sentence to acting, beside the duration of its words.
 const REACTION_SECS: f64 = 0.3;
 const WORD_SECS: f64 = 0.3;
-/// Whoever hears nothing new for this long does once more what the sentence says.
+/// Time without a new sentence before repeating the action.
 const AGAIN_SECS: f64 = 4.0;
-/// Nobody tips a board farther than this.
+/// Limit of a hand's tilt.
 const STEEPEST_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 const PATIENCE_SECS: f64 = 120.0;
 
@@ -46,7 +47,7 @@ struct Listener {
     moves: u64,
 }
 
-/// Turns a board so that what is in this direction in the picture, right and down, goes away.
+/// Turns a board so as to make this direction of the picture, right and down, recede.
 fn tipped(right: f64, down: f64, degrees: f64) -> UnitQuaternion<f64> {
     let axis = Unit::new_normalize(Vector3::new(down, -right, 0.0));
     UnitQuaternion::from_axis_angle(&axis, degrees.to_radians())
@@ -62,7 +63,7 @@ impl Listener {
         }
     }
 
-    /// Where the board goes, if anything is to be done now.
+    /// Next pose of the board, if an action is due.
     fn acts(&mut self, now_secs: f64, f_px: f64) -> Option<Isometry3<f64>> {
         self.due_secs.take_if(|due| *due <= now_secs)?;
         let sentence = self.heard.1.to_lowercase();
@@ -107,7 +108,7 @@ impl Listener {
     }
 }
 
-/// The session and the time that it took.
+/// The session and its duration.
 fn listen(seed: u64, reading: Reading) -> (Session, f64) {
     let scene = Scene::random(seed);
     let mut world = World::new(seed);

@@ -1,5 +1,6 @@
-//! Someone who takes each sentence about a watched camera literally: they push, turn and wipe as told, by the number that is
-//! said, and do nothing else. The camera is a body in space here; what its pictures show follows.
+//! A literal reader of the sentences about a watched camera: pushes, turns and wipes exactly as
+//! told, by the stated number, and does nothing else. The camera is a body in space here; its
+//! pictures follow.
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
@@ -24,11 +25,11 @@ const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 struct Installed {
     street: Street,
     lens: Lens,
-    /// How it has been turned since it was installed: x to its right, y down, z ahead.
+    /// Rotation since the installation: x to its right, y down, z ahead.
     turned: UnitQuaternion<f64>,
-    /// How much larger everything is, per cent.
+    /// Magnification, per cent.
     larger_percent: f64,
-    /// What is on the glass.
+    /// Dirt on the glass.
     glass: Vec<(What, f64)>,
     station: Station,
     watch: Watch,
@@ -36,7 +37,7 @@ struct Installed {
     at_secs: f64,
 }
 
-/// How an action ends, what its amount is about, and the way it goes: right, up, clockwise.
+/// Ending of an action, subject of its amount, and direction: right, up, clockwise.
 const DEEDS: [(&str, [&str; 2], [f64; 3]); 6] = [
     ("to the right", ["to the left of", "to the right of"], [1.0, 0.0, 0.0]),
     ("to the left", ["to the left of", "to the right of"], [-1.0, 0.0, 0.0]),
@@ -46,17 +47,17 @@ const DEEDS: [(&str, [&str; 2], [f64; 3]); 6] = [
     ("clockwise", ["clockwise"; 2], [0.0, 0.0, 1.0]),
 ];
 
-/// How a person measures what they are told to undo.
+/// Unit of a person's measurements.
 #[derive(Clone, Copy)]
 enum Ruler {
-    /// By how far the picture moves.
+    /// Motion of the picture.
     Pixels,
     /// By the angle.
     Degrees,
 }
 
 impl Installed {
-    /// One that has learned for three days; it's the same for every test.
+    /// A camera after three days of learning; the same for every test.
     fn learned() -> Self {
         static LEARNED: OnceLock<Installed> = OnceLock::new();
         LEARNED.get_or_init(Self::learn).clone()
@@ -81,7 +82,7 @@ impl Installed {
         camera
     }
 
-    /// A picture, as the body stands.
+    /// A picture in the present pose.
     fn picture(&mut self, at_secs: f64) -> GrayImage {
         let f = self.street.camera.f_px;
         let seen_rad = self.turned.inverse().scaled_axis();
@@ -98,7 +99,7 @@ impl Installed {
         self.street.picture(at_secs)
     }
 
-    /// Lets hours pass with so many pictures; the state after them.
+    /// Lets hours pass with this number of pictures; returns the state after them.
     fn wait(&mut self, pictures: usize, every_hours: f64) -> State {
         for _ in 0..pictures {
             self.at_secs += every_hours * HOUR_SECS;
@@ -115,19 +116,20 @@ impl Installed {
         self.watch.decision().state
     }
 
-    /// What the person reads.
+    /// Text for the person.
     fn said(&self) -> String {
         said(&self.lens, self.watch.decision())
     }
 
-    /// Push, from behind the camera: to the right, up, and clockwise.
+    /// Pushes, as seen from behind the camera: to the right, up, and clockwise.
     fn push(&mut self, [right_rad, up_rad, clockwise_rad]: [f64; 3]) {
-        // Its axis of view goes to +x about y (down), and to −y about x; its right side goes down about z.
+        // Its axis of view goes to +x about y (down), and to −y about x; its right side goes down
+        // about z.
         let about = Vector3::new(up_rad, right_rad, clockwise_rad);
         self.turned *= UnitQuaternion::from_scaled_axis(about);
     }
 
-    /// Does what the actions say, by the amounts that are told with them; how many things it did.
+    /// Does the actions by their stated amounts; returns the number of actions.
     fn follow(&mut self, said: &str, ruler: Ruler, faces: bool) -> usize {
         let sentences = said.split(". ").map(|sentence| sentence.trim_end_matches('.'));
         let parts = sentences.clone().flat_map(|sentence| sentence.split(", and "));
@@ -154,14 +156,14 @@ impl Installed {
         done
     }
 
-    /// How far it's from where it should point at this hour, as the page measures it.
+    /// Deviation from the direction expected at this hour, as measured by the page.
     fn off(&mut self) -> Result<Vector4<f64>, NoAnswer> {
         let view = View::of(self.picture(self.at_secs));
         let target_px = self.watch.target_px(self.at_secs);
         self.station.measure(&view).map(|measured| measured.turn.in_px(&self.lens) - target_px)
     }
 
-    /// How far it's turned from where it was installed, px of the picture: pan, tilt, roll.
+    /// Rotation since the installation, px of the picture: pan, tilt, roll.
     fn off_px(&self) -> [f64; 3] {
         let rad = self.turned.scaled_axis();
         let f = self.street.camera.f_px;
@@ -178,7 +180,7 @@ fn said(lens: &Lens, decision: &Decision) -> String {
     [what, action].into_iter().chain(findings).collect::<Vec<_>>().join(" ")
 }
 
-/// The number that stands before a unit.
+/// Number before a unit.
 fn number_before(text: &str, unit: &str) -> Option<f64> {
     let before = text.split_once(unit)?.0;
     before.rsplit([' ', '(']).next()?.parse().ok()
@@ -218,7 +220,7 @@ fn who_takes_each_sentence_literally_sets_the_camera_right() {
         assert!(hours.is_some(), "{}", camera.said());
     }
 
-    // Somebody has turned the zoom ring: who calibrates again finds the focal length that is told.
+    // After a turn of the zoom ring, a new calibration finds the stated focal length.
     let mut camera = learned.clone();
     camera.larger_percent = 0.6;
     assert_eq!(camera.wait(3, 1.0), State::Zoom);
@@ -253,7 +255,7 @@ fn who_wipes_as_told_sees_clearly() {
     println!("{told} → seen after {seen:?} pictures, wiped, OK after {back:?}");
     assert!(back.is_some(), "{}", camera.said());
 
-    // The spot lies where it's told to lie.
+    // The spot is at its stated place.
     let mut camera = learned;
     camera.glass = vec![(What::Dirt, 0.8)];
     let is_told = |camera: &Installed| camera.said().contains("Dirty or covered at the lower left");
@@ -265,8 +267,8 @@ fn who_wipes_as_told_sees_clearly() {
     assert!(back.is_some(), "{}", camera.said());
 }
 
-/// The way back while somebody looks at the page, from behind the camera or before it: each sign, number and sentence is
-/// followed on the spot. Whoever has followed the page isn't called again.
+/// The way back with somebody at the page, behind the camera or before it: each sign, number and
+/// sentence is followed on the spot. After following the page, nobody is called again.
 #[test]
 #[ignore = "takes a minute"]
 fn long_who_follows_the_page_literally_is_right_for_good() {
@@ -294,7 +296,7 @@ fn long_who_follows_the_page_literally_is_right_for_good() {
             if told.last() != Some(&cue.sentence) {
                 told.push(cue.sentence.clone());
             }
-            // Who holds or tightens it waits as long as they are told.
+            // To hold or tighten it, the person waits as long as told.
             match advice {
                 Advice::Hold { .. } | Advice::Tighten { .. } => {
                     now_secs += cue.number.trim_end_matches(" s").parse::<f64>().expect("s") + 0.5;
@@ -316,7 +318,7 @@ fn long_who_follows_the_page_literally_is_right_for_good() {
     }
 }
 
-/// Who nudges the camera as the arrow says and stops at the first "Hold it there" leaves it at the limit.
+/// A camera nudged along the arrow until the first "Hold it there" ends up at the limit.
 #[test]
 #[ignore = "takes half a minute"]
 fn long_who_stops_as_soon_as_told_is_right_for_good() {
@@ -343,13 +345,13 @@ fn long_who_stops_as_soon_as_told_is_right_for_good() {
     }
 }
 
-/// The lens of a camera whose pictures nobody draws.
+/// Lens of a camera without drawn pictures.
 fn undrawn() -> Lens {
     let camera = Camera::pinhole(417.0, nalgebra::Point2::new(320.0, 240.0));
     Lens::new(camera, None, Street::new(1).image_size)
 }
 
-/// What a picture tells at that hour: a pan by `pan_px`, and up to half of `chance_px` more.
+/// Measurement of a picture at this hour: a pan by `pan_px`, and up to half of `chance_px` more.
 fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
     let chance = f64::from((hour * 7919) % 97) / 97.0 - 0.5;
     let answer = Answer {
@@ -381,7 +383,7 @@ fn a_push_and_its_way_back_are_no_creep() {
         assert!(!creeps, "day {day:.1}: {decision:?}");
     }
     assert!(moved > 24 * 7, "{moved} hours");
-    // Pictures from before that come late don't put it back.
+    // Late pictures from before don't put it back.
     let told = watch.decision().clone();
     assert!(matches!(told.state, State::Moved(_)), "{told:?}");
     for hour in 24 * 34..24 * 35 {

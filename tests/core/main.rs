@@ -1,4 +1,5 @@
-//! Everything that decides: numbers, boards in pictures, sessions and files; no camera, window or other process.
+//! Everything that decides: numbers, boards in pictures, sessions and files; no camera, window or
+//! other process.
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -59,7 +60,7 @@ mod verdict_monte_carlo;
 mod wide_lenses;
 mod words;
 
-/// A number from the environment, for tests that can be run longer to measure.
+/// A number from the environment, for longer tests that measure.
 fn asked_for(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }

@@ -1,8 +1,9 @@
-//! Sentence, sign, card, outline, ring, gauges and spoken words never contradict each other, nor what is measured.
+//! Sentence, sign, card, outline, ring, gauges and spoken words never contradict each other, nor
+//! the measurements.
 //!
-//! `BORESIGHT_SESSIONS=400 cargo test --test core one_instruction -- --nocapture` prints how often sentences change, and
-//! how long people take who see the card and read the sentence. Who only sees the card is in `tests/window/blind_follow.rs`,
-//! who only hears in `listener.rs`.
+//! `BORESIGHT_SESSIONS=400 cargo test --test core one_instruction -- --nocapture` prints the rate
+//! of changes of the sentence, and the time of people with card and sentence. People with the card
+//! alone are in `tests/window/blind_follow.rs`, those with the voice alone in `listener.rs`.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +30,8 @@ use crate::{
 
 const PATIENCE_SECS: f64 = 120.0;
 
-/// Runs a session on projected corners and shows `each` what is shown. Returns it and its length.
+/// Runs a session on projected corners and passes each screen to `each`. Returns the session and
+/// its length.
 pub(crate) fn sitting(
     (seed, params): (u64, TechnicianParams),
     (step_nanos, noise_px): (u64, f64),
@@ -57,7 +59,7 @@ pub(crate) fn sitting(
     (session, secs)
 }
 
-/// Way that a sentence names, right and down; `None` if it names none.
+/// Direction named by a sentence, right and down; `None` without one.
 fn way_named(sentence: &str) -> Option<Vector2<f32>> {
     let words: Vec<&str> = sentence.split(|c: char| !c.is_alphabetic()).collect();
     let says = |word: &str| f32::from(u8::from(words.contains(&word)));
@@ -83,7 +85,7 @@ fn radius(points: &[Point2<f64>]) -> f64 {
     (squares / points.len() as f64).sqrt()
 }
 
-/// What contradicts something else among what is shown, and what is measured.
+/// Contradictions among the shown and the measured.
 fn contradictions(now: &Instruction, snapshot: &Snapshot) -> Vec<&'static str> {
     let mut found = Vec::new();
     let mut check = |is_so: bool, what| {
@@ -156,7 +158,7 @@ fn contradictions(now: &Instruction, snapshot: &Snapshot) -> Vec<&'static str> {
     found
 }
 
-/// Whether somebody who now reads "Hold still" is in the pose asked for, or has stopped.
+/// True if a reader of "Hold still" is in the target pose, or has stopped.
 fn is_honest(snapshot: &Snapshot) -> bool {
     let Some(live) = &snapshot.live else { return false };
     let calm_px_per_s = HOLD_WIDTHS_PER_SEC * f64::from(SIZE.width_px);

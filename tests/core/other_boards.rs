@@ -1,4 +1,4 @@
-//! A board of another kind than the named one is told by its name.
+//! A board of another kind is reported by its name.
 
 use boresight::{
     board::Checkerboard,
@@ -55,7 +55,7 @@ fn a_board_of_another_kind_is_named() {
             let found = detector.search(&picture, &board(named), search);
             assert_eq!(found, Err(Miss::OtherBoard(seen)), "{shown} for {named} ({of_kind:?})");
         }
-        // Its size can be chosen where it's known.
+        // Its size can be chosen where known.
         if let Some(choice) = seen.choice() {
             assert_eq!(choice.to_string(), shown);
             assert!(text::miss(&Miss::OtherBoard(seen)).contains(&format!("--board {shown}")));

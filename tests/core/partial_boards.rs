@@ -1,4 +1,4 @@
-//! Boards of which a part is seen: what's found of them is right, and a calibration uses it.
+//! Partly seen boards: detections are right, and a calibration uses them.
 
 use boresight::{
     board::Checkerboard,
@@ -22,7 +22,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::trust::{SIZE, Scene, board};
 
-/// Errors of the corners that are seen, in pixels, numbered from the end that fits better if the board looks the same
+/// Errors of the seen corners, in pixels, numbered from the better end if the board looks the same
 /// upside down.
 fn errors_px(scene: &Rendered, pose: &Isometry3<f64>, found: &Detection) -> Vec<f64> {
     let truth: Vec<Option<Point2<f64>>> = scene
@@ -99,7 +99,7 @@ fn no_part_of_a_board_is_taken_for_another() {
         );
         let pose = Isometry3::from_parts(at_m.into(), tilt * turn);
         let mut picture = render_view(&scene, &pose);
-        // First whole, so that it's known where the board is.
+        // First whole, to know the board's position.
         let before = detector.detect(&picture, &board);
         let middle = scene.camera.px_from_board(&pose, &Point2::origin()).expect("in front");
         let reach_px = 0.0125 * f64::from(columns) / depth_m * scene.camera.f_px.x;
@@ -143,7 +143,7 @@ fn no_part_of_a_board_is_taken_for_another() {
     assert!(rms_px < 0.1, "{rms_px} px");
 }
 
-/// A board that is carried out of the picture at 30 pictures a second, and at 5.
+/// A board carried out of the picture at 30 pictures a second, and at 5.
 #[test]
 fn a_board_that_is_followed_keeps_its_corners_while_it_leaves() {
     let scene = Rendered { clutter: 0.0, ..Rendered::default_720p(5) };
@@ -153,7 +153,7 @@ fn a_board_that_is_followed_keeps_its_corners_while_it_leaves() {
         let (mut parts, mut least) = (0, scene.board.corner_count());
         for number in 0..24_u32 {
             let at = CaptureTime { nanos: step_nanos * u64::from(number) };
-            // Upright, so that neither the left nor the right end is seen at last.
+            // Upright, to lose both the left and the right end at last.
             let x_m = 0.02 + 0.009 * f64::from(number);
             let pose = Isometry3::new(Vector3::new(x_m, 0.0, 0.36), Vector3::new(0.0, 0.4, 0.0));
             let near = track.predict(FrameKind::Video, at);
@@ -234,7 +234,7 @@ fn a_part_that_could_lie_anywhere_on_the_board_is_refused() {
     assert!(matches!(seen, Err(Miss::PartialBoard { .. })), "{seen:?}");
 }
 
-/// Views of which the picture cuts parts off, and which lack some corners in the middle, too.
+/// Views with parts cut off by the picture, and missing some corners in the middle, too.
 fn cut_views(scene: &mut Scene) -> Vec<Vec<Corner>> {
     scene.whole_board = false;
     let mut plan = scene.plan(16);
@@ -354,7 +354,8 @@ fn an_unseen_corner_changes_nothing_wherever_it_is_expected() {
     assert_eq!(one.findings, other.findings);
 }
 
-/// A fisheye lens of 120 degrees, a pose whose board leaves the picture at the right, and its reflection about the axis.
+/// A fisheye lens of 120 degrees, a pose with the board leaving the picture at the right, and its
+/// reflection about the axis.
 fn at_the_edge() -> (LensEstimate, [Isometry3<f64>; 2]) {
     let distortion = Distortion { kind: LensKind::Fisheye, k1: -0.02, ..Distortion::default() };
     let centre_px = SIZE.centre_px();
@@ -369,7 +370,8 @@ fn at_the_edge() -> (LensEstimate, [Isometry3<f64>; 2]) {
     (lens_estimate, [pose, reflected])
 }
 
-/// What is seen of the board up to `inset_px` from the picture's edge; the rest is expected where a plane has it.
+/// Seen corners of the board up to `inset_px` from the picture's edge; the rest is expected on a
+/// plane.
 fn seen_of(pose: &Isometry3<f64>, camera: &Camera, inset_px: f64) -> Vec<Corner> {
     let inside = |px: &Point2<f64>| {
         let along = |at: f64, size: u32| (inset_px..f64::from(size) - 1.0 - inset_px).contains(&at);

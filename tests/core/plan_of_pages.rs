@@ -1,4 +1,4 @@
-//! What pages in a browser are sent of a session with a view, they aren't sent with every frame.
+//! Per-view data for browser pages is not resent with every frame.
 
 use std::sync::Arc;
 

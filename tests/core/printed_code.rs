@@ -1,4 +1,4 @@
-//! The code in a printed board's margin, read from pictures of the sheet that `boresight target` prints.
+//! Code in a printed board's margin, read from pictures of the sheet of `boresight target`.
 
 use boresight::{
     board::Checkerboard,
@@ -23,14 +23,14 @@ const PRINT: f64 = 6.0;
 /// Samples along a pixel's side.
 const SAMPLES: u32 = 3;
 
-/// What is in the margin.
+/// Contents of the margin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Margin {
     Code,
     White,
-    /// Bars of chance where the code would be.
+    /// Random bars in place of the code.
     Chance,
-    /// A code with cells of chance turned over.
+    /// A code with randomly flipped cells.
     Damaged,
 }
 
@@ -62,7 +62,7 @@ fn printed(columns: u16, rows: u16, margin: Margin, rng: &mut ChaCha8Rng) -> Pri
     Printed { plan, board, code, picture }
 }
 
-/// A bar in cells, of which some are white; and sometimes one beside it.
+/// A bar in cells, some of them white; sometimes with a second bar beside it.
 fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<Rectangle> {
     let flat = bar.width_mm > bar.height_mm
         || bar.top_mm < plan.top_mm
@@ -86,14 +86,15 @@ fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<
         .collect()
 }
 
-/// A picture, how wide a cell of the strip is in it where it is narrowest, and where the corners are.
+/// A picture, its narrowest cell of the strip, and the positions of the corners.
 struct Shot {
     picture: GrayImage,
     cell_px: f64,
     corners_px: Vec<Point2<f64>>,
 }
 
-/// Photographs the sheet: the board fills `fill` of the picture's width or height, tipped and turned by chance.
+/// Photographs the sheet: the board fills `fill` of the picture's width or height, tipped and
+/// turned at random.
 fn photograph(
     printed: &Printed,
     (width_px, height_px): (u32, u32),
@@ -132,7 +133,7 @@ fn photograph(
         let on_board = origin - along * (origin.z / along.z);
         Some((on_board.coords.xy() * 1e3 + middle_mm) * PRINT)
     };
-    // Rays at the pixels' corners; between them the print is taken as flat.
+    // Rays at the pixels' corners; the print is taken as flat between them.
     let row = |y: u32| -> Vec<Option<Vector2<f64>>> {
         (0..=width_px).map(|x| on_print(f64::from(x) - 0.5, f64::from(y) - 0.5)).collect()
     };
@@ -205,10 +206,10 @@ fn photograph(
     Shot { picture, cell_px: cell_px[0].max(cell_px[1]), corners_px }
 }
 
-/// Attempts with corners that are a little off, for each picture.
+/// Attempts with slightly wrong corners, for each picture.
 const SHAKEN: usize = 3;
 
-/// Reads by width of a cell: below 2, 2.5, 3, 4 pixels, and above.
+/// Class limits of the width of a cell: below 2, 2.5, 3, 4 pixels, and above.
 const STEPS: [f64; 5] = [2.0, 2.5, 3.0, 4.0, f64::INFINITY];
 
 #[derive(Debug, Default)]
@@ -281,13 +282,13 @@ fn the_code_is_read_from_pictures_and_never_misread() {
     assert!(survey.others > 30, "{survey:?}");
 }
 
-/// What a hand or the edge of the picture leaves of boards.
+/// Parts of boards left by a hand or the edge of the picture.
 #[derive(Debug, Default)]
 struct Parts {
-    /// Pictures of boards that were found whole before.
+    /// Pictures of boards found whole before.
     pictures: usize,
     parts: usize,
-    /// Parts beside which the code is read again from the measured corners.
+    /// Parts with the code read again from the measured corners.
     read: usize,
     corners: usize,
     wrong: usize,
@@ -378,7 +379,7 @@ fn the_code_says_which_part_of_a_board_is_seen() {
     }
 }
 
-/// The table of the documentation: `cargo test --test core printed_code -- --ignored --nocapture`.
+/// Table of the documentation: `cargo test --test core printed_code -- --ignored --nocapture`.
 #[test]
 #[ignore = "takes minutes: make long-tests"]
 fn long_ten_thousand_pictures() {

@@ -1,4 +1,4 @@
-//! What is recorded comes back bit for bit, whatever happened to the program or to the file.
+//! Recorded data comes back bit for bit, whatever happened to the program or to the file.
 
 use std::{fs, path::Path};
 
@@ -24,7 +24,7 @@ fn header() -> Header {
     Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"))
 }
 
-/// Records a guided session and returns it as it was at the end.
+/// Records a guided session and returns its final state.
 fn recorded(path: &Path) -> Session {
     let mut folder = SessionFolder::create(path, &header()).expect("created");
     let (_, session, _) = guided(3, |input, decision| {
@@ -110,7 +110,7 @@ fn a_damaged_line_is_named_and_what_stands_before_it_is_saved() {
         assert_eq!(before.lines.len(), line - 1);
         assert_eq!(fs::read(journal(&path)).expect("readable"), damaged, "nothing is changed");
     }
-    // A line that is missing altogether breaks the count of the next.
+    // An altogether missing line breaks the count of the next.
     let mut missing = bytes[..starts[9]].to_vec();
     missing.extend(&bytes[starts[10]..]);
     fs::write(journal(&path), missing).expect("written");
@@ -138,7 +138,7 @@ fn what_a_power_cut_leaves_of_lines_that_were_not_synced_is_dropped() {
         fs::write(journal(&path), &holed).expect("written");
         SessionFolder::open(&path).map(|(_, _, contents)| (contents.lines.len(), contents.cut))
     };
-    // After the synced line: whatever the disk never got is a cut.
+    // After the synced line: anything lost by the disk is a cut.
     for (from, to, left) in [
         (ends[24] + 3, ends[30] - 5, 25),
         (ends[24], ends[25], 25),
@@ -147,7 +147,7 @@ fn what_a_power_cut_leaves_of_lines_that_were_not_synced_is_dropped() {
     ] {
         assert_eq!(with_hole(from, to).expect("opens"), (left, true), "{from} to {to}");
     }
-    // Before it, a line knows that these were there: that's damage.
+    // Before it, a line knows about the others: their loss is damage.
     for (from, to) in [(ends[3] + 2, ends[4] - 2), (0, 40), (ends[18], ends[19])] {
         let opened = with_hole(from, to);
         assert!(matches!(opened, Err(RecordingError::Damaged { .. })), "{opened:?}");
@@ -168,7 +168,7 @@ fn memory_does_not_grow_with_the_length_of_a_session() {
         let mut world = World::new(3);
         let mut session = Session::new(setup(world.board));
         for index in 0..count {
-            // A board that is never held still.
+            // A constantly moving board.
             let x_m = if index % 2 == 0 { -0.15 } else { -0.05 };
             let input = Input::Observed(world.observe(&Isometry3::translation(x_m, -0.05, 0.5)));
             let decision = session.handle(&input);
@@ -199,7 +199,7 @@ fn a_session_belongs_to_its_header() {
     for refused in [SessionFolder::read(&path).err(), SessionFolder::open(&path).err()] {
         assert!(matches!(refused, Some(RecordingError::OtherHeader { .. })), "{refused:?}");
     }
-    // Numbers that are none, whoever wrote them.
+    // Invalid numbers of any origin.
     for nonsense in [
         text.replace("hold_secs = 0.3", "hold_secs = nan"),
         text.replace("image_size_px = [1280, 720]", "image_size_px = [0, 720]"),
@@ -392,7 +392,7 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Whatever is observed is read back bit for bit.
+    /// Observations are read back bit for bit.
     #[test]
     fn inputs_come_back_bit_for_bit(inputs in prop::collection::vec(input(), 1..8)) {
         let place = TempDir::new().expect("folder");

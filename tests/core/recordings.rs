@@ -1,6 +1,6 @@
-//! Sessions that earlier versions recorded: every decision and every result comes out again.
+//! Sessions recorded by earlier versions: every decision and every result comes out again.
 //!
-//! `fixtures/recordings/README.md` says what each recording is.
+//! `fixtures/recordings/README.md` describes each recording.
 
 use std::{
     fs,
@@ -16,19 +16,21 @@ use boresight::{
 };
 use serde_json::Value;
 
-/// Difference of two numbers, as a share of those above 1, up to which a result is the recorded one: a tenth of the
-/// uncertainty of these results. Later versions weigh corners that lie far off.
+/// Tolerated difference of two numbers, relative for those above 1: a tenth of the uncertainty of
+/// these results. Later versions weigh distant outliers.
 const SAME_RESULT: f64 = 1e-4;
-/// The same of one that isn't to be used.
+/// Tolerated difference of an unusable result.
 const SAME_UNUSABLE_RESULT: f64 = 1e-2;
 
-/// The same of uncertainties: later versions weigh correlated noise and heavy tails, too.
+/// Tolerated difference of uncertainties: later versions weigh correlated noise and heavy tails,
+/// too.
 const SAME_UNCERTAINTY: f64 = 0.75;
 /// Names of uncertainties.
 const UNCERTAINTIES: [&str; 7] =
     ["covariance", "sigma", "sd", "noise", "excess", "expected", "scatter"];
-/// Sentences may be worded better, and later versions find more; the verdict stays. The models that weren't chosen and the
-/// limits of a test aren't a result, and of covariances the standard deviations stand for the rest.
+/// Sentences may be worded better, and later versions find more; the verdict stays. Rejected models
+/// and the limits of a test aren't a result, and of covariances the standard deviations represent
+/// the rest.
 const MAY_DIFFER: [&str; 10] = [
     "message",
     "action",
@@ -53,8 +55,8 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// The session, replayed: it has the recorded views, each from its recorded frame. It was recorded under the first
-/// rules, so that this version decides on other pictures differently, and says so.
+/// The replayed session with the recorded views, each from its recorded frame. Recorded under the
+/// first rules: this version decides differently on other pictures, and reports it.
 fn replayed(name: &str) -> SavedSession {
     let saved = SavedSession::open(&recording(name)).expect("a session");
     assert!(!saved.contents.cut, "{name}");
@@ -83,8 +85,8 @@ fn replayed(name: &str) -> SavedSession {
     saved
 }
 
-/// Names and numbers that differ, with their places: numbers by more than [`SAME_RESULT`], sentences not at all,
-/// for they may be worded better.
+/// Different names and numbers, with their places: numbers beyond [`SAME_RESULT`]; sentences are
+/// ignored, for they may be worded better.
 fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>) {
     match (recorded, now) {
         (Value::Object(recorded), Value::Object(now)) => {
@@ -122,7 +124,7 @@ fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>)
                 }
                 (false, false) => (SAME_RESULT, 1.0),
             };
-            // Of a result that isn't to be used, no uncertainty has to stay.
+            // Of an unusable result, no uncertainty has to stay.
             let skipped = uncertain && unusable;
             if !skipped && (a - b).abs() > same * a.abs().max(least) {
                 found.push(format!("{at}: {recorded} {now}"));
@@ -140,14 +142,14 @@ fn assert_same(recorded: &Value, now: &Value) {
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
-/// The calibration of `saved` is the one that was recorded with it.
+/// Asserts that the calibration of `saved` equals the recorded one.
 fn assert_same_calibration(saved: &SavedSession) {
     let recorded = json(&saved.path.join("calibration.json"));
     let now = calibration_file(&saved.session, &saved.header).to_json().expect("JSON");
     assert_same(&recorded, &now);
 }
 
-/// Stable names of the outcomes of a recorded journal that are not of a frame.
+/// Stable names of the outcomes without a frame in a recorded journal.
 fn outcomes(saved: &SavedSession) -> Vec<String> {
     let outcome =
         |line: Result<boresight::recording::Line, boresight::recording::RecordingError>| {
@@ -217,7 +219,8 @@ fn every_picture_of_a_recording_is_whole() {
     }
 }
 
-/// The type of the file holds what an earlier version wrote, to the last digit and in the same order.
+/// The type of the file holds the output of an earlier version, to the last digit and in the same
+/// order.
 #[test]
 fn a_recorded_calibration_is_written_as_it_was() {
     for name in ["good", "focus-moved", "focus-moved-unseen"] {

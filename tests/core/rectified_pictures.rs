@@ -1,4 +1,4 @@
-//! Pictures that another program has rectified: what its interpolation does to the corners isn't a lens.
+//! Pictures rectified by another program: the effect of interpolation on the corners isn't a lens.
 
 use boresight::{
     board::Checkerboard,
@@ -14,18 +14,18 @@ use rand_distr::{Distribution, Normal};
 use crate::wide_lenses::error_px;
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 960 };
-/// Farthest that the interpolation between pixels moves an edge, by how far from a whole pixel it's taken: about that of
-/// OpenCV's `remap` for edges of 0.7 px, linear and cubic.
+/// Maximum displacement of an edge by interpolation between pixels, by distance from a whole pixel:
+/// about that of OpenCV's `remap` for edges of 0.7 px, linear and cubic.
 const LINEAR_PX: f64 = 0.008;
 const CUBIC_PX: f64 = -0.024;
-/// A corner is found from the pixels at most so far away.
+/// Radius of the pixels used for a corner.
 const WINDOW_PX: i32 = 4;
 
 fn pinhole() -> Camera {
     Camera::pinhole(900.0, Point2::new(652.0, 471.0))
 }
 
-/// What the interpolation moves a corner by that stands at `px` in the rectified picture.
+/// Displacement by interpolation of a corner at `px` in the rectified picture.
 fn moved_px(px: &Point2<f64>, largest_px: f64) -> Vector2<f64> {
     let distortion =
         Distortion { k1: -0.22, k2: 0.08, p1: 6e-4, p2: -4e-4, ..Distortion::default() };
@@ -40,7 +40,7 @@ fn moved_px(px: &Point2<f64>, largest_px: f64) -> Vector2<f64> {
     moves.sum::<Vector2<f64>>() * (largest_px / f64::from((2 * WINDOW_PX + 1).pow(2)))
 }
 
-/// Views of a board that is tilted by 30° in all directions, and stands here and there.
+/// Views of a board tilted by 30° in all directions, in several places.
 fn views(board: &Checkerboard, count: u32, noise_px: f64, largest_px: f64) -> Vec<Vec<Corner>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let noise = Normal::new(0.0, noise_px).expect("positive");
@@ -63,7 +63,7 @@ fn views(board: &Checkerboard, count: u32, noise_px: f64, largest_px: f64) -> Ve
 #[test]
 fn interpolation_of_rectified_pictures_isnt_taken_for_a_lens() {
     let board = Checkerboard::new(9, 6, 0.02).expect("valid");
-    // The more views, the smaller the errors that they don't share, but not those that they do.
+    // More views reduce the independent errors, but not the shared ones.
     for (count, noise_px, largest_px) in
         [(10, 0.004, LINEAR_PX), (10, 0.004, CUBIC_PX), (40, 0.02, CUBIC_PX)]
     {

@@ -1,4 +1,4 @@
-//! Numbers that were computed independently, as fixtures hold them.
+//! Independently computed numbers, as in the fixtures.
 
 use nalgebra::Point2;
 use serde_json::Value;

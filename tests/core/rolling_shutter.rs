@@ -1,4 +1,4 @@
-//! A camera that reads its rows one after another shows each where the board is at its own time.
+//! A camera with sequential rows shows each with the board at its own time.
 
 use std::time::Duration;
 
@@ -15,7 +15,7 @@ use nalgebra::{Isometry3, Point3};
 
 use super::simulation::{corners_px, edge_px, pose, secs};
 
-/// A pinhole camera without noise in even light: the light on a row says where its edge is.
+/// A pinhole camera without noise in even light: the light on a row tells the position of its edge.
 fn plain(seed: u64) -> Scene {
     let mut scene = Scene { noise_sigma: 0.0, ..Scene::default_720p(seed) };
     scene.camera.distortion = Default::default();
@@ -23,8 +23,8 @@ fn plain(seed: u64) -> Scene {
     scene
 }
 
-/// Rows of upright edges, and how far right of their place in the middle of the picture's time they are drawn, with a
-/// board that moves to the right at `speed_px_per_s`.
+/// Rows of upright edges, and their displacement to the right from the middle of the picture's
+/// time, with a board moving to the right at `speed_px_per_s`.
 fn shear_px(speed_px_per_s: f64, readout_secs: f64, exposure_secs: f64) -> Vec<(f64, f64)> {
     let scene = plain(1);
     let middle = pose([0.0; 3], [0.0013, -0.0021, 0.33]);
@@ -74,8 +74,8 @@ fn a_moving_board_is_sheared_by_its_speed_times_the_readout() {
     }
 }
 
-/// Rms distance of the corners found in pictures of a hand's board from where it was at the time of their rows, and
-/// from where it was in the middle of the picture's time.
+/// Rms distance of the corners detected in pictures of a hand's board from the truth at the time of
+/// their rows, and in the middle of the picture's time.
 fn off_px(readout_secs: f64) -> [f64; 2] {
     let scene = Scene {
         technician: Person::Shaky.params(),

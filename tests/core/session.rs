@@ -1,5 +1,5 @@
-//! What a session promises a person: views keep their names, no view of another lens comes back, a new run
-//! starts without old wishes, and it works for every board size, picture size and frame rate.
+//! Promises of a session to a person: views keep their names, no view of another lens comes back, a
+//! new run starts without old wishes, and every board size, picture size and frame rate works.
 
 use boresight::{
     app::result::calibration_file,
@@ -25,7 +25,7 @@ use rand_distr::{Distribution, Normal};
 
 use crate::world::{SIZE, World, guided, setup};
 
-/// Shows the board until one more view is taken.
+/// Shows the board until another view is taken.
 fn take_one(world: &mut World, session: &mut Session) -> Decision {
     let mut last = None;
     for try_number in 0..6 {
@@ -47,7 +47,7 @@ fn take_one(world: &mut World, session: &mut Session) -> Decision {
     unreachable!("the person finds no pose: {last:?}");
 }
 
-/// The first pose that a session asks for.
+/// First target of a session.
 fn first_target(board: &Checkerboard, lens_estimate: &LensEstimate) -> Option<Target> {
     let params = GuidanceParams::default();
     let knowledge = Knowledge::new(&[], board, lens_estimate, &params);
@@ -71,7 +71,7 @@ fn a_view_is_called_by_one_name_for_ever() {
         newest = Some(decision);
     }
     assert_eq!(session.lack(), Some(Lack::Views), "four are planned");
-    // Each person has their own left and right, and a tilt that isn't known isn't said.
+    // Each person has their own left and right, and an unknown tilt isn't stated.
     let newest = newest.expect("three views");
     let mut snapshot = session.snapshot(newest);
     let to_the_right =
@@ -92,7 +92,7 @@ fn a_view_is_called_by_one_name_for_ever() {
     let starts = ["1 ", "2 ", "4 "];
     assert!(captions.iter().zip(starts).all(|(caption, start)| caption.starts_with(start)));
     assert_eq!(text::window::remove_view(snapshot.views[2].number), "Remove view 4");
-    // The calibration file calls it so, too, and whoever reads it.
+    // The calibration file and its readers use the same name.
     let header = Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"));
     let written = calibration_file(&session, &header).to_json().expect("JSON");
     let read = CalibrationFile::read(&written).expect("a calibration");
@@ -211,7 +211,7 @@ fn a_complete_session_takes_two_more() {
     assert_eq!(session.accepted().len(), views + 2);
     assert_eq!(last.progress, Progress::Complete);
     assert!(covered(&session) >= before);
-    // A view that is taken back is asked for again.
+    // A view taken back is requested again.
     let undone = session.handle(&Input::Command(Command::UndoLast));
     assert_eq!(undone.progress, Progress::Collecting);
 }
@@ -245,7 +245,7 @@ fn seen(number: u64, secs: f64, image_size: ImageSize, corners: Vec<Corner>) -> 
     })
 }
 
-/// How long a board that stands still on the ghost is shown before its view is taken.
+/// Time of a still board on the ghost before its view is taken.
 fn secs_until_taken(rate_hz: f64, width_px: u32, sigma_px: f64) -> Option<f64> {
     let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
     let board = Checkerboard::new(9, 6, 0.025).expect("valid");
@@ -271,7 +271,7 @@ fn a_board_that_stands_still_is_taken_at_any_frame_rate() {
     for rate_hz in [1.5, 2.0, 5.0, 15.0, 30.0, 60.0, 120.0, 240.0] {
         for (width_px, sigma_px) in [(640, 0.05), (640, 0.1), (1280, 0.05), (1920, 0.1)] {
             let taken = secs_until_taken(rate_hz, width_px, sigma_px);
-            // The hold, a tenth of a second to see that it began, and some frames for their noise.
+            // The hold, a tenth of a second to see its beginning, and some frames for their noise.
             if taken.is_none_or(|secs| secs > 0.6 + 0.1 + 3.0 / rate_hz) {
                 late.push((rate_hz, width_px, sigma_px, taken));
             }
@@ -376,7 +376,7 @@ fn a_frame_costs_no_more_with_many_views_than_with_few() {
         take_one(&mut world, &mut session);
     }
     assert!(bytes.len() >= 4, "{} views", bytes.len());
-    // From the second view on, the lens is known and the readout is learned, which costs a fit.
+    // From the second view on, the lens is known and the readout is learned, at the cost of a fit.
     assert!(bytes.iter().all(|bytes_at| 4 * *bytes_at <= 5 * bytes[2]), "{bytes:?}");
 }
 
@@ -386,7 +386,7 @@ fn beyond_the_fold_of_the_lens_nothing_is_measured() {
     camera.distortion.k1 = -0.6;
     let lens = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
     let board = Checkerboard::new(9, 6, 0.025).expect("valid");
-    // A tipped board in a corner of the picture, where the radial model has turned back on itself.
+    // A tipped board in a corner of the picture, beyond the radial model's fold.
     let corner = |point: &Point2<f64>| {
         let away = 1.0 + 2.0 * point.x;
         let px = Point2::new(900.0 + 3000.0 * point.x / away, 500.0 + 2500.0 * point.y / away);
@@ -422,13 +422,13 @@ fn twice_the_pixels_ask_for_the_same_poses() {
     let ((small, small_sd), (large, large_sd)) = (target(1280), target(2560));
     assert_eq!(small_sd, large_sd);
     for (small, large) in small.ghost_px.iter().zip(&large.ghost_px) {
-        // Pixel (0, 0) is the centre of a pixel, so that edges lie half a pixel farther out.
+        // Pixel (0, 0) is the centre of a pixel: edges lie half a pixel farther out.
         let doubled = Point2::new(2.0 * small.x + 0.5, 2.0 * small.y + 0.5);
         assert!((doubled - large).norm() < 1.0, "{doubled} {large}");
     }
 }
 
-/// The board is out of the picture.
+/// The board outside of the picture.
 fn away() -> nalgebra::Isometry3<f64> {
     nalgebra::Isometry3::translation(40.0, 0.0, 1.0)
 }
@@ -471,7 +471,7 @@ fn every_view_that_a_moved_lens_costs_is_named() {
     assert_eq!(said(&session, decision), "Removed: views 1, 2 and 3");
 }
 
-/// A session that asks for a new direction after ten views, if its lines leave one.
+/// A session requesting a new direction after ten views, if its lines leave one.
 fn after_ten_views(seed: u64) -> Option<(World, Session)> {
     let mut world = World::new(seed);
     let mut setup = setup(world.board);

@@ -1,4 +1,4 @@
-//! Facts about a session that hold after any sequence of inputs.
+//! Properties of a session after any sequence of inputs.
 
 use std::collections::BTreeMap;
 
@@ -26,16 +26,17 @@ const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 const MODE: Mode = Mode { size: SIZE, layout: PixelLayout::Mjpeg, interval_secs: Some((1, 30)) };
 const NOISE_PX: f64 = 0.05;
 
-/// What happens next; what it means depends on the session it happens to.
+/// Next event; its meaning depends on the session.
 #[derive(Clone, Debug)]
 enum Happening {
-    /// The board where it is asked for, turned and shifted by some errors of a hand.
+    /// The board at the target, turned and shifted by some errors of a hand.
     Target {
         turn_rad: [f64; 3],
         shift: [f64; 2],
         kind: FrameKind,
     },
-    /// The board anywhere: azimuth and tilt in radians, place as shares of the picture, distance in metres.
+    /// The board anywhere: azimuth and tilt in radians, place as shares of the picture, distance in
+    /// metres.
     Anywhere {
         azimuth_rad: f64,
         tilt_rad: f64,
@@ -47,7 +48,7 @@ enum Happening {
     OtherSize,
     Command(Command),
     RemoveOne(Index),
-    /// Focus or another control left its value; it was last in place so many frames ago.
+    /// Focus or another control left its value; last in place this many frames ago.
     Moved {
         control: Control,
         frames_ago: u64,
@@ -203,7 +204,7 @@ impl World {
             Happening::Command(command) => return Input::Command(command),
             Happening::RemoveOne(index) => {
                 let accepted = session.accepted();
-                // Numbers that no view has are asked for, too.
+                // Numbers beyond the views are requested, too.
                 let number = index.index(accepted.len() + 1);
                 let view = accepted.get(number).map_or(ViewNumber(1000), |taken| taken.number);
                 return Input::Command(Command::Remove { view });
@@ -244,13 +245,13 @@ fn setup() -> SessionSetup {
     }
 }
 
-/// The views as they should be: what a reader of the inputs and outcomes expects.
+/// Expected views of a reader of inputs and outcomes.
 #[derive(Default)]
 struct Expected {
     accepted: Vec<ViewNumber>,
     removed: Vec<(usize, ViewNumber)>,
     taken_at: BTreeMap<ViewNumber, CaptureTime>,
-    /// Whether the person asked for the next frame, and nothing ended that since.
+    /// True if the person requested the next frame, and nothing ended the request since.
     force_next: bool,
 }
 
@@ -298,7 +299,7 @@ impl Expected {
     }
 }
 
-/// A session that holds the same views and has no past.
+/// A session with the same views and no past.
 fn restored(session: &Session, seen: &BTreeMap<FrameId, Observation>) -> Option<Session> {
     let mut restored = Session::new(setup());
     let accepted = session.accepted();
@@ -323,7 +324,8 @@ fn without_roles(views: &[ViewSummary]) -> Vec<ViewSummary> {
     views.iter().map(|view| ViewSummary { role: Role::NewDirection, ..view.clone() }).collect()
 }
 
-/// The views, their pairs and the lens from them, as text; roles hold indices at the time of acceptance.
+/// The views, their pairs and the lens from them, as text; roles hold indices at the time of
+/// acceptance.
 fn of_views(session: &Session) -> String {
     let decision = session.clone().handle(&Input::Stop);
     let snapshot = session.snapshot(decision);
@@ -333,7 +335,8 @@ fn of_views(session: &Session) -> String {
     format!("{:.6?}", (views, snapshot.pairs, calibration))
 }
 
-/// Everything that follows from the views and from other frames, as text; roles hold indices at the time of acceptance.
+/// Consequences of the views and of other frames, as text; roles hold indices at the time of
+/// acceptance.
 fn plan(session: &Session) -> String {
     let decision = session.clone().handle(&Input::Stop);
     let snapshot = session.snapshot(decision);
@@ -399,8 +402,8 @@ proptest! {
             lines.push(Line { input: (&input).into(), decision, stored: None });
         }
 
-        // What follows from the views alone; the plan also follows from what other frames have shown, as does the place of
-        // corners that moved.
+        // Consequences of the views alone; the plan also depends on other frames, as does the place
+        // of moved corners.
         let have_stood = session.accepted().iter().all(|taken| taken.velocity.is_none());
         if let Some(restored) = restored(&session, &seen).filter(|_| have_stood) {
             prop_assert_eq!(of_views(&restored), of_views(&session));

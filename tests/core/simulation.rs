@@ -1,4 +1,4 @@
-//! The simulated camera shows what it says it shows.
+//! The simulated camera's pictures agree with its truth.
 
 use std::{sync::Arc, time::Duration};
 
@@ -34,8 +34,8 @@ pub(crate) fn corners_px(scene: &Scene, cam_from_board: &Isometry3<f64>) -> Vec<
     scene.board.corners_in_board_m().iter().map(|m| seen(m).expect("in front")).collect()
 }
 
-/// The true grey level at a pixel, by brute force: rays spread over pixel and blur, traced one by one.
-/// `None` if one of them misses the squares.
+/// True grey level at a pixel, by brute force: rays spread over pixel and blur, traced
+/// individually. `None` if a ray misses the squares.
 fn traced(
     scene: &Scene,
     poses: &[Isometry3<f64>],
@@ -65,7 +65,7 @@ fn traced(
 
 fn spread(scene: &Scene, count: usize) -> Vec<Vector2<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    // Each point with its opposite, so that the spread itself is centred.
+    // Each point with its opposite, to centre the spread itself.
     (0..count / 2)
         .flat_map(|_| {
             let offset = Vector2::from_fn(|_, _| {
@@ -130,7 +130,7 @@ fn movement_smears() {
     check_against_tracing(&quiet(Scene::default_720p(1)), &poses, 2.0);
 }
 
-/// 20 ms of a held board, and of a board on its way, in eight poses as drawn and in 64.
+/// 20 ms of a held board, and of a moving one, in eight poses as drawn and in 64.
 #[test]
 fn smear_of_a_long_exposure_is_that_of_the_hands_movement() {
     for (person, seen_at_secs, mean_limit) in
@@ -175,7 +175,7 @@ fn square_outside_corner_zero_is_dark() {
     assert!(level(1.0, -1.0) > middle && level(-1.0, 1.0) > middle);
 }
 
-/// How far right of pixel `px` an upright edge lies, from the light on its row: exact for any
+/// Offset of an upright edge to the right of pixel `px`, from the light on its row: exact for any
 /// symmetric blur.
 pub(crate) fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f64 {
     let share = |dx: i32| {
@@ -189,7 +189,8 @@ pub(crate) fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f
 
 #[test]
 fn edges_are_where_the_lens_puts_them() {
-    // A pinhole and even light: the light on a row says where its edge is, whichever way it turns.
+    // A pinhole and even light: the light on a row tells the position of its edge in any
+    // orientation.
     let mut scene = quiet(Scene::default_720p(1));
     scene.camera.distortion = Default::default();
     scene.light = Light { gradient: 0.0, vignette: 0.0, ..scene.light };
@@ -282,7 +283,8 @@ pub(crate) fn wanted_poses() -> Vec<Isometry3<f64>> {
     poses
 }
 
-/// Says each cue once the frame before it has been judged; judges only on every second call if `slow`.
+/// Sends each cue once the frame before it has been judged; judges only on every second call if
+/// `slow`.
 struct Script {
     cues: Vec<Cue>,
     slow: bool,
@@ -341,7 +343,7 @@ fn frames_do_not_depend_on_how_quickly_they_are_judged_or_let_go() {
     let Played { sums: slow_sums, poses: slow_poses, kept } = played(true, true);
     assert_eq!(sums, slow_sums);
     assert_eq!(poses, slow_poses);
-    // Frames that are held are not overwritten.
+    // Held frames are not overwritten.
     let kept_sums: Vec<u32> = kept.iter().map(|frame| crc32fast::hash(&frame.image)).collect();
     assert_eq!(kept_sums, sums);
     let ids: Vec<u64> = kept.iter().map(|frame| frame.id.0).collect();

@@ -1,4 +1,4 @@
-//! A detector whose buffers have grown does not allocate.
+//! Steady state of the detector: grown buffers and no allocation.
 
 use boresight::{
     detection::{Detector, DetectorParams, Prediction, Search},

@@ -1,4 +1,4 @@
-//! The printed board: what the files say in their own units, and what the detector sees in them.
+//! Printed board: statements of the files in their own units, and detection in them.
 
 use boresight::{
     board::Checkerboard,
@@ -44,7 +44,7 @@ fn picture(sheet: &Sheet, resolution: Resolution) -> GrayImage {
     image::load_from_memory(&file).expect("a PNG").into_luma8()
 }
 
-/// Where the inner corners should be, `(0, 0)` at the centre of the top-left pixel.
+/// Expected inner corners, `(0, 0)` at the centre of the top-left pixel.
 fn corners_px(plan: &Plan, per_mm: f64) -> Vec<Point2<f64>> {
     let at = |start_mm: f64, i: u16| (start_mm + f64::from(i) * plan.square_mm) * per_mm - 0.5;
     (1..=plan.rows)
@@ -57,7 +57,7 @@ fn corners_px(plan: &Plan, per_mm: f64) -> Vec<Point2<f64>> {
 fn the_detector_finds_every_board_where_it_was_drawn() {
     for plan in plans() {
         let resolution = plan.page.pixels.unwrap_or(resolution(100.0));
-        // As through a lens: edges as sharp as these, no camera delivers.
+        // As through a lens: no camera delivers edges of such sharpness.
         let image = image::imageops::blur(&picture(&sheet_of(&plan), resolution), 0.7);
         let board =
             Checkerboard::new(plan.columns, plan.rows, plan.square_mm / 1000.0).expect("valid");
@@ -95,7 +95,7 @@ fn plan_of(columns: u16, rows: u16, page: Page) -> Plan {
     plan(columns, rows, Square::Largest, &[page]).expect("fits")
 }
 
-/// What a PDF draws: the page in points, and the rectangles in points from the lower left.
+/// Contents of a PDF: the page in points, and the rectangles in points from the lower left.
 struct Drawn {
     page_pt: [f64; 2],
     rectangles_pt: Vec<[f64; 4]>,
@@ -187,7 +187,7 @@ fn papers_have_their_sizes_and_hundred_millimetres_of_ruler() {
             assert_eq!(sheet.ruler.len(), 1 + 101);
         }
     }
-    // A4 in points, as viewers know it.
+    // A4 in points, as in viewers.
     let drawn = drawn(&pdf(&sheet_of(&plan_of(9, 6, Paper::A4.pages()[0]))));
     assert!(
         (drawn.page_pt[0] - 841.889_8).abs() < 1e-4 && (drawn.page_pt[1] - 595.275_6).abs() < 1e-4
@@ -241,7 +241,7 @@ fn everything_is_on_the_page_and_nothing_touches() {
         let board_end_mm = plan.top_mm + plan.board_height_mm();
         let ruler_end_mm = sheet.ruler[0].left_mm + plan.ruler_mm;
         for words in &sheet.words {
-            // Typewriter type is the widest that is used.
+            // Typewriter type is the widest in use.
             let width_mm = 0.6 * words.size_mm * words.text.len() as f64;
             let left_mm = if words.centred { words.x_mm - width_mm / 2.0 } else { words.x_mm };
             assert!(left_mm > 0.0 && left_mm + width_mm <= sheet.width_mm, "{words:?}");
@@ -269,7 +269,7 @@ fn the_largest_square_is_the_largest() {
             assert!(largest.white_mm() >= largest.square_mm - 1e-9, "{largest:?}");
             let more = plan(columns, rows, Square::Exactly { mm: largest.square_mm + 1.0 }, &pages);
             assert!(more.is_err() || more.is_ok_and(|plan| plan.white_mm() < plan.square_mm));
-            // Asked for too much, the error names the largest square that fits at all, and it does.
+            // Asked for too much, the error names the largest possible square, and it does fit.
             let asked_mm = 500.0;
             let refused = plan(columns, rows, Square::Exactly { mm: asked_mm }, &pages);
             let Err(DoesNotFit::TooLarge { largest_mm: Some(mm), paper: None, .. }) = refused

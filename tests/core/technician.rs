@@ -1,4 +1,4 @@
-//! The simulated person keeps to a person's limits.
+//! Limits of the simulated person.
 
 use std::fs;
 
@@ -18,7 +18,7 @@ fn scene_of(person: Person, seed: u64) -> Scene {
     scene_with(person.params(), seed)
 }
 
-/// Hands that neither sway nor sink, so that only intended movements are left.
+/// Hands without sway and sinking, leaving only intended movements.
 fn without_sway(person: Person) -> TechnicianParams {
     TechnicianParams {
         sway_m: 0.0,
@@ -118,7 +118,7 @@ fn sway_falls_with_frequency_and_tremor_lies_between_8_and_12_hz() {
         assert!(band(12.5, 16.0) + band(6.5, 7.5) < 0.02 * tremor * tremor, "axis {axis}");
         let below_1_hz = band(0.0, 1.0) / (sway * sway);
         assert!((0.75..1.1).contains(&below_1_hz), "axis {axis}: {below_1_hz}");
-        // A density that falls with the third power has a quarter of the power in the next octave.
+        // A density falling with the third power has a quarter of the power in the next octave.
         slow += band(1.0, 2.4) / (sway * sway);
         octave += band(2.4, 5.8) / (sway * sway);
     }
@@ -148,7 +148,7 @@ fn the_board_is_where_the_seed_and_the_time_say() {
     }
 }
 
-/// Median over windows of half a second of how far a corner moves from its mean place, rms.
+/// Median over windows of half a second of a corner's rms distance from its mean place.
 fn unrest_px(person: Person) -> f64 {
     let scene = scene_of(person, 5);
     let mut technician = Technician::new(&scene);
@@ -357,7 +357,7 @@ fn hands_overshoot_and_come_back() {
                 "{person:?}: {most}"
             );
             assert!((shares[799] - 1.0).abs() < 1e-6, "{person:?}");
-            // Damped: what follows the overshoot is much smaller.
+            // Damped: the swing after the overshoot is much smaller.
             let peak = shares.iter().position(|share| *share == most).unwrap_or(0);
             let least_after = shares[peak..].iter().copied().fold(f64::INFINITY, f64::min);
             assert!(1.0 - least_after < 0.3 * (most - 1.0) + 1e-6, "{person:?}: {least_after}");
@@ -365,7 +365,7 @@ fn hands_overshoot_and_come_back() {
     }
 }
 
-/// From showing a ghost to the first movement.
+/// Delay from showing a ghost to the first movement.
 fn delay_secs(person: Person, seed: u64, shown_secs: f64) -> f64 {
     let still = TechnicianParams { tremor_m: 0.0, tremor_rad: 0.0, ..without_sway(person) };
     let scene = scene_with(still, seed);
@@ -395,7 +395,7 @@ fn a_person_who_looks_away_sees_the_ghost_late() {
     }
 }
 
-/// A person who has just arrived at the ghost, at 4 s, and neither sways nor looks away.
+/// A person just arrived at the ghost, at 4 s, without sway or glances.
 fn arrived(person: Person, wanted: &Isometry3<f64>) -> (Scene, Technician) {
     let attentive = TechnicianParams { look_away_every_secs: 0.0, ..without_sway(person) };
     let scene = scene_with(TechnicianParams { patience_secs: 60.0, ..attentive }, 13);
@@ -459,7 +459,7 @@ fn a_sentence_that_does_not_stay_is_not_read() {
     technician.read(sentence(closer, 5, 8.0));
     let understood = technician.pose_at(secs(13.0));
     assert!(understood.translation.z < 0.9 * before.translation.z);
-    // Whoever has the board on a tripod looks at the ghost only.
+    // A person with the board on a tripod looks at the ghost only.
     let (_, mut technician) = arrived(Person::Tripod, &wanted);
     technician.read(sentence(closer, 2, 5.0));
     let moved_m = way_m(&technician.pose_at(secs(5.0)), &technician.pose_at(secs(10.0)));
@@ -509,7 +509,7 @@ fn a_ghost_that_leaves_the_picture_is_matched_where_it_is_seen() {
     let seen = |px: &Point2<f64>| px.x < 1280.0;
     let hidden = whole.iter().filter(|px| !seen(px)).count();
     assert!((6..36).contains(&hidden), "{hidden}");
-    // What can't be seen may be anywhere.
+    // The invisible may be anywhere.
     let ghost_px: Vec<Point2<f64>> = whole
         .iter()
         .map(|px| if seen(px) { *px } else { Point2::new(px.x + 200.0, px.y) })

@@ -1,4 +1,4 @@
-//! Pictures put together from two, and pictures that are merely smeared: only the former are called torn.
+//! Pictures composed of two, and merely smeared pictures: only the former are called torn.
 
 use boresight::{
     calibration::{CalibrationParams, FindingCode, calibrate},
@@ -11,14 +11,14 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::trust::{SIZE, Scene, board};
 
-/// Rendered sessions, those with smeared views, and how many in each.
+/// Number of rendered sessions, those with smeared views, and the number in each.
 const SESSIONS: u64 = 5;
 const SMEARED_SESSIONS: u64 = 2;
 const SMEARED: usize = 40;
 /// Poses within an exposure.
 const STEPS: i32 = 9;
 
-/// What the camera of `scene` sees in pictures.
+/// The camera of `scene` in pictures.
 struct Pictures {
     renderer: Renderer,
     detector: Detector,
@@ -38,7 +38,7 @@ impl Pictures {
         }
     }
 
-    /// The corners of the board that goes through `poses` during the exposure; `None` if it isn't found.
+    /// Corners of the board moving through `poses` during the exposure; `None` if not found.
     fn corners(&mut self, poses: &[Isometry3<f64>]) -> Option<Vec<Corner>> {
         self.taken += 1;
         self.renderer.render(poses, self.taken, &mut self.picture);
@@ -46,7 +46,8 @@ impl Pictures {
     }
 }
 
-/// The way of a hand through an exposure: as far as `metres` and `radians` say, faster at its end than at its beginning.
+/// Motion of a hand through an exposure by `metres` and `radians`, faster at its end than at its
+/// beginning.
 fn smear(
     scene: &mut Scene,
     pose: &Isometry3<f64>,
@@ -68,7 +69,7 @@ fn smear(
         .collect()
 }
 
-/// Eight poses, and pictures of the board held still in each: where its corners are.
+/// Eight poses, and the corners in pictures of the board held still in each.
 fn held_still(scene: &mut Scene, seed: u64) -> (Vec<Isometry3<f64>>, Pictures, Vec<Vec<Corner>>) {
     let plan = scene.plan(8);
     let poses = scene.poses(&plan);

@@ -21,7 +21,7 @@ pub(crate) struct Scene {
     pub(crate) camera: Camera,
     pub(crate) noise_px: f64,
     pub(crate) rng: ChaCha8Rng,
-    /// Poses are drawn back until the camera sees the whole board.
+    /// True to draw back poses until the camera sees the whole board.
     pub(crate) whole_board: bool,
 }
 
@@ -60,7 +60,8 @@ impl Scene {
         Normal::new(0.0, sigma).expect("not negative").sample(&mut self.rng)
     }
 
-    /// The eight slots in opposed pairs as far as `count` goes, then views towards the picture's corners.
+    /// The eight slots in opposed pairs as far as `count` goes, then views towards the picture's
+    /// corners.
     pub(crate) fn plan(&mut self, count: usize) -> Vec<Pose> {
         const SLOTS: [f64; 8] = [0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0];
         (0..count)
@@ -77,7 +78,7 @@ impl Scene {
             .collect()
     }
 
-    /// Where the hand holds the board for `pose`.
+    /// Pose of the hand's board for `pose`.
     pub(crate) fn cam_from_board(&mut self, pose: &Pose) -> Isometry3<f64> {
         let slot = (pose.slot_deg).to_radians();
         let axis = Vector3::new(slot.sin(), -slot.cos(), 0.0) * pose.tilt_deg.to_radians();
@@ -111,7 +112,7 @@ impl Scene {
         })
     }
 
-    /// Corners of the board as `project` sees it, with noise.
+    /// Corners of the board through `project`, with noise.
     pub(crate) fn seen(
         &mut self,
         poses: &[Isometry3<f64>],
@@ -138,7 +139,7 @@ impl Scene {
         plan.iter().map(|pose| self.cam_from_board(pose)).collect()
     }
 
-    /// What the scene's own camera sees of `plan`.
+    /// Views of `plan` through the scene's own camera.
     pub(crate) fn views(&mut self, plan: &[Pose]) -> Vec<Vec<Corner>> {
         let poses = self.poses(plan);
         let camera = self.camera;

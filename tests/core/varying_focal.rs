@@ -1,4 +1,4 @@
-//! Views whose focal length moves: the principal point needs no common one.
+//! Views with a varying focal length: the principal point needs no common one.
 
 use boresight::{
     calibration::{
@@ -9,7 +9,8 @@ use boresight::{
 
 use crate::trust::{SIZE, Scene, board, px};
 
-/// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in pixels.
+/// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in
+/// pixels.
 fn views_with(scene: &mut Scene, factors: &[f64]) -> Vec<Vec<Corner>> {
     let plan = scene.plan(factors.len());
     let poses = scene.poses(&plan);

@@ -12,7 +12,7 @@ use rand::RngExt;
 
 use crate::trust::{SIZE, Scene, board};
 
-/// A lens that a camera may have, of the models or not.
+/// A possible lens of a camera, in the models or not.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Lens {
     /// Of OpenCV's model.
@@ -75,8 +75,8 @@ pub(crate) fn px(camera: &Camera, lens: &Lens, in_cam: &Point3<f64>) -> Point2<f
     }
 }
 
-/// The turn of the found camera that fits best over the grid of the picture, and the root mean square distance per axis
-/// that then remains between what both cameras see.
+/// Best-fitting rotation of the found camera over the grid of the picture, and the remaining root
+/// mean square distance per axis between both cameras.
 pub(crate) fn best_turn(
     camera: &Camera,
     lens: &Lens,

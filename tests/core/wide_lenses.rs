@@ -1,4 +1,4 @@
-//! Wide lenses: the family that the corners ask for, its uncertainty, and the principal line through it.
+//! Wide lenses: the family chosen from the corners, its uncertainty, and the principal line.
 
 use boresight::{
     board::Checkerboard,
@@ -26,7 +26,7 @@ fn board() -> Checkerboard {
     Checkerboard::new(9, 6, 0.025).expect("valid")
 }
 
-/// A fisheye lens that sees `field_deg` across the picture.
+/// A fisheye lens with `field_deg` across the picture.
 fn fisheye(field_deg: f64) -> Camera {
     let half_rad = (field_deg / 2.0).to_radians();
     let (kind, k1, k2) = (LensKind::Fisheye, -0.02, 0.004);
@@ -50,7 +50,8 @@ fn rational() -> Camera {
     Camera { distortion, ..Camera::pinhole(470.0, SIZE.centre_px()) }
 }
 
-/// Views of a board that faces its ray and is then tilted by 35° in eight directions, at the middle and all around.
+/// Views of a board facing its ray and then tilted by 35° in eight directions, at the middle and
+/// all around.
 fn views(camera: &Camera, count: usize, seed: u64) -> Vec<Vec<Corner>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let noise = Normal::new(0.0, NOISE_PX).expect("positive");
@@ -81,7 +82,8 @@ fn views(camera: &Camera, count: usize, seed: u64) -> Vec<Vec<Corner>> {
     views
 }
 
-/// Root mean square distance of projection per coordinate over a picture of `image_size`, after the best turn, in pixels.
+/// Root mean square distance of projection per coordinate over a picture of `image_size`, after the
+/// best rotation, in pixels.
 pub(crate) fn error_px(found: &Camera, truth: &Camera, image_size: ImageSize) -> f64 {
     let rays: Vec<_> = cell_centres_px(image_size)
         .filter_map(|px| Some((px, truth.ray_from_px(&px)?.normalize())))
@@ -159,7 +161,7 @@ fn a_family_that_is_asked_for_is_taken() {
         let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
         let found = calibrate(&views, &board(), SIZE, &params).expect("calibrates");
         assert_eq!(found.model.family(), family);
-        // The polynomial of tan θ doesn't hold this lens, and says so.
+        // The polynomial of tan θ doesn't hold this lens, and reports it.
         if family == LensFamily::Brown {
             assert_ne!(found.verdict, Verdict::Good);
         } else {
@@ -176,8 +178,9 @@ fn a_family_that_is_asked_for_is_taken() {
 
 #[test]
 fn the_plane_of_symmetry_is_seen_as_a_line_through_the_principal_point() {
-    // The claim of docs/method.md, section 2.12: under a lens that is symmetric about its centre, points of the plane that
-    // holds the optical axis and the board's normal are seen on one line, through the principal point.
+    // The claim of docs/method.md, section 2.12: under a lens with symmetry about its centre,
+    // points of the plane through the optical axis and the board's normal are imaged on a line
+    // through the principal point.
     let camera = fisheye(150.0);
     let pose = Isometry3::from_parts(
         Translation3::new(0.03, -0.02, 0.25),
@@ -187,7 +190,7 @@ fn the_plane_of_symmetry_is_seen_as_a_line_through_the_principal_point() {
     let across = Vector3::z().cross(&normal).normalize();
     let px: Vec<_> = (-6..=6)
         .map(|step| {
-            // A point of the board's plane that lies in the plane of symmetry.
+            // A point of the board's plane in the plane of symmetry.
             let along = normal.cross(&across);
             let foot = normal * (normal.dot(&pose.translation.vector));
             let at = foot - across * foot.dot(&across) + along * (0.03 * f64::from(step));
@@ -200,7 +203,7 @@ fn the_plane_of_symmetry_is_seen_as_a_line_through_the_principal_point() {
         let distance_px = off.x * direction.y - off.y * direction.x;
         assert!(distance_px.abs() < 1e-9, "{distance_px} px");
     }
-    // The closed form finds that line from corners that the lens straightens, and not from those as they are seen.
+    // The closed form finds the line from straightened corners, and not from the distorted ones.
     let line = |straight: bool| {
         let corners: Vec<Corner> = board()
             .corners_in_board_m()

@@ -1,4 +1,4 @@
-//! Words that give a translation away don't return.
+//! Words typical of translations don't return.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ const NEVER: [&str; 17] = [
     "may not be",
 ];
 
-/// The string literals of a source file outside its tests, with what is inserted into them left out.
+/// String literals of a source file outside its tests, without their inserted values.
 fn literals(source: &str) -> Vec<String> {
     let source = source.split("#[cfg(test)]").next().unwrap_or_default();
     let mut found = Vec::new();
@@ -67,7 +67,7 @@ fn literals(source: &str) -> Vec<String> {
     found
 }
 
-/// The words of `NEVER` in `sentence`.
+/// Words of `NEVER` in `sentence`.
 fn foreign(sentence: &str) -> Vec<&'static str> {
     let words: Vec<String> = sentence
         .split(|letter: char| !letter.is_alphanumeric() && letter != '\'')

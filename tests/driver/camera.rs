@@ -1,7 +1,8 @@
-//! The capture code on the kernel's own USB and camera drivers, in the test machine (`tests/vm/run.sh`).
+//! The capture code on the kernel's own USB and camera drivers, in the test machine
+//! (`tests/vm/run.sh`).
 //!
-//! The camera is `uvcsim`, told by lines written to `$CAMERA_CONTROL` what to do. Each test waits for what it
-//! needs to see. Ignored elsewhere: they would plug and unplug whatever camera is there.
+//! The camera is `uvcsim`, controlled by lines written to `$CAMERA_CONTROL`. Each test waits for
+//! its condition. Ignored elsewhere: the tests would plug and unplug real cameras.
 
 mod nokhwa;
 mod odd_frames;
@@ -30,7 +31,7 @@ use boresight::{
 };
 
 const PATIENCE: Duration = Duration::from_millis(100);
-/// A test that does not see by then what it waits for has failed.
+/// Time limit of a test's condition.
 const LONG: Duration = Duration::from_secs(25);
 
 /// Tells the camera what to do.
@@ -69,12 +70,12 @@ fn open(wanted: &Wanted) -> LiveCamera<Linux> {
     LiveCamera::open(Linux::default(), camera, wanted).expect("opens")
 }
 
-/// What was seen of a camera until a test had what it waited for.
+/// Observations of a camera until a test's condition held.
 #[derive(Default)]
 struct Seen {
     events: Vec<CameraEvent>,
     frames: u32,
-    /// Number of the newest frame; those that were passed over are counted.
+    /// Number of the newest frame; skipped frames are counted.
     newest: u64,
     /// Of the pictures.
     sizes: BTreeSet<(u32, u32)>,
@@ -127,7 +128,7 @@ fn rejected(seen: &Seen) -> u64 {
     seen.events.iter().rev().find_map(count).unwrap_or(0)
 }
 
-/// A line of the table that a person reads: the fault, what the person saw, how long until it went on.
+/// A line of the table for a person: the fault, its message, and the time to recovery.
 fn row(fault: &str, saw: &str, recovered: Duration) {
     let recovered = match recovered {
         Duration::ZERO => "at once".into(),
@@ -136,7 +137,7 @@ fn row(fault: &str, saw: &str, recovered: Duration) {
     println!("| {fault} | {saw} | {recovered} |");
 }
 
-/// What a person is told of a fault.
+/// Message of a fault.
 fn words(fault: Fault) -> String {
     format!("{}: {}", fault.code(), text::camera::fault(fault).0)
 }
@@ -163,7 +164,7 @@ fn faults_of_the_stream_are_survived() {
         tell(command);
         let seen = frames(&mut source, 60);
         assert_eq!(lost(&seen), None, "{command}: {:?}", seen.events);
-        // Told of when the count changes.
+        // Counted when reported.
         let count = rejected(&seen).max(before) - before;
         assert!(count <= most, "{command}: {count}");
         before += count;
@@ -257,7 +258,7 @@ fn focus_zoom_and_exposure_are_locked_watched_and_put_back() {
         });
         row(command, &format!("{}, put back", words(Fault::GeometryMoved)), noticed + seen.took);
     }
-    // A person sets one: as far as the driver says that it goes.
+    // A person sets a control, within the driver's limits.
     let listed = source.adjustables();
     let zoom = listed.iter().find(|one| one.control == Control::Zoom).expect("can be set");
     source.adjust(Control::Zoom, zoom.max);

@@ -1,4 +1,5 @@
-//! The capture code and whole sessions on the kernel's own drivers, in the test machine (`tests/vm/run.sh`).
+//! The capture code and whole sessions on the kernel's own drivers, in the test machine
+//! (`tests/vm/run.sh`).
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]

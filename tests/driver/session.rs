@@ -1,15 +1,16 @@
-//! A whole guided session on the kernel's own USB and camera drivers, in the test machine (`tests/vm/run.sh`):
-//! the same corners, to the last digit, as from the same pictures on disk.
+//! A whole guided session on the kernel's own USB and camera drivers, in the test machine
+//! (`tests/vm/run.sh`): the same corners, to the last digit, as from the same pictures on disk.
 //!
-//! The simulated technician is recorded at 2.5 frames per second, which the emulated processor can look at;
-//! the simulated USB camera plays the recording, uncompressed, and then the machine reads it from disk.
+//! The simulated technician is recorded at 2.5 frames per second, slow enough for the emulated
+//! processor; the simulated USB camera plays the recording, uncompressed, and then the machine
+//! reads it from disk.
 //!
-//! - Of a decision, only the speed of a moving board and the share of a hold that has passed are computed
-//!   from the times of the frames, which are exact in the recording and jitter on a camera. Whether a board
-//!   is still and a hold is over follow from them, too, but here are far from their limits. Everything else
-//!   is equal in every bit.
-//! - Replayed from its own recording, with its own times, the session is equal in every bit, in the machine, whose
-//!   processor is an old one, and outside of it.
+//! - Of a decision, only the speed of a moving board and the elapsed share of a hold are computed
+//!   from the times of the frames: exact in the recording, with jitter on a camera. Stillness of a
+//!   board and the end of a hold follow from them, too, but here are far from their limits.
+//!   Everything else is equal in every bit.
+//! - Replayed from its own recording, with its own times, the session is equal in every bit, in the
+//!   machine with its old processor, and outside of it.
 
 use std::{fs, path::Path, process::Command};
 
@@ -17,7 +18,7 @@ use image::GrayImage;
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// What the technician stands before: a plain wall, which is quick to search.
+/// Scene with a plain wall, quick to search.
 const SCENE: &str = r#"
 image_size_px = [640, 480]
 fps = 2.5
@@ -28,10 +29,10 @@ person = "tripod"
 "#;
 const TRUE_PP_PX: [f64; 2] = [328.0, 231.0];
 const MODE: &str = "640x480@2.5:YUYV";
-/// Pictures of a wall that the camera shows first: the program settles and locks it meanwhile.
+/// Number of initial pictures of a wall: the program settles and locks the camera meanwhile.
 const LEAD_IN: u32 = 16;
 
-/// A frame that a session looked at.
+/// A frame looked at by a session.
 struct Look {
     frame: u64,
     picture: GrayImage,
@@ -39,7 +40,7 @@ struct Look {
     decision: Value,
 }
 
-/// Every frame that the session in `folder` looked at until its plan was complete.
+/// Every frame looked at by the session in `folder` until its plan was complete.
 fn looks(folder: &Path) -> Vec<Look> {
     let journal = fs::read_to_string(folder.join("journal.jsonl")).expect("a journal");
     let lines = journal.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
@@ -55,13 +56,13 @@ fn looks(folder: &Path) -> Vec<Look> {
         })
     };
     let mut looks: Vec<Look> = lines.filter_map(look).collect();
-    // One more may have been under way.
+    // Another one may have been under way.
     let last = looks.iter().position(|look| look.decision["progress"]["progress"] == "complete");
     looks.truncate(last.expect("the plan was completed") + 1);
     looks
 }
 
-/// A decision or a result without what a source alone determines: the times, the number of its first frame,
+/// A decision or a result without the source's own data: the times, the number of its first frame,
 /// and the camera's name. Only numbers called `progress` are of time.
 fn comparable(value: &Value, first: u64) -> Value {
     fn strip(value: &mut Value, first: u64) {
@@ -102,8 +103,8 @@ fn result(folder: &Path, first: u64) -> Value {
     comparable(&result, first)
 }
 
-/// Runs `tests/vm/session.sh` while the camera plays the pictures of `data`/recording; its folders are then in
-/// `out`.
+/// Runs `tests/vm/session.sh` while the camera plays the pictures of `data`/recording; its folders
+/// are then in `out`.
 fn run_in_the_machine(data: &Path, out: &Path) {
     let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/vm");
     let camera = std::env::var("BORESIGHT_UVCSIM").expect("is run by tests/vm/run.sh");
@@ -132,7 +133,7 @@ fn run_in_the_machine(data: &Path, out: &Path) {
     assert!(status.success(), "{status}");
 }
 
-/// The looks at the frames that show the recording, from its first to its last; none is missing.
+/// Looks at the frames of the recording, from its first to its last, without a gap.
 fn played(looks: Vec<Look>, recorded: &[Look]) -> Vec<Look> {
     let first = looks.iter().position(|look| look.picture == recorded[0].picture);
     let first = first.expect("the first picture came");
@@ -147,7 +148,7 @@ fn played(looks: Vec<Look>, recorded: &[Look]) -> Vec<Look> {
     played
 }
 
-/// What a replay said, of which every decision came out as it was recorded.
+/// Output of a replay with every decision as recorded.
 fn replayed(said: &[u8]) -> Value {
     let report: Value = serde_json::from_slice(said).expect("JSON");
     assert_eq!(report["decisions"]["different"], Value::Array(Vec::new()));
@@ -195,8 +196,8 @@ fn a_session_on_the_real_driver_equals_the_same_pictures_on_disk() {
         assert_eq!(live.seen, disk.seen, "picture {number}");
         assert_eq!(live.seen, recorded.seen, "picture {number}");
     }
-    // Stillness is a matter of time, and the camera's clock isn't the folder's: each may take another picture of a
-    // hold, so that views and results aren't compared.
+    // Stillness is a matter of time, and the camera's clock isn't the folder's: each may take
+    // another picture of a hold, so views and results aren't compared.
     let of_camera = result(&out.join("camera"), first);
     assert_eq!(of_camera["verdict"], "good");
     let number =

@@ -1,5 +1,6 @@
-//! A whole session on the kernel's own camera drivers when every control transfer of the camera takes long, as those
-//! of motor lenses do (`tests/vm/run.sh`). `BORESIGHT_CONTROLS_MS=60,250,1000` names how long; the longest takes minutes.
+//! A whole session on the kernel's own camera drivers with slow control transfers, as of motor
+//! lenses (`tests/vm/run.sh`). `BORESIGHT_CONTROLS_MS=60,250,1000` sets their durations; the
+//! longest takes minutes.
 
 use std::{fs, path::Path, process::Command};
 
@@ -14,7 +15,7 @@ use tempfile::TempDir;
 
 const MODE: &str = "320x240@7.5:YUYV";
 const USUAL_MILLIS: &str = "60,250";
-/// Frames that each pose is held: four seconds.
+/// Number of frames of each pose: four seconds.
 const HELD: usize = 30;
 
 /// The board tipped towards `slot`, of eight.
@@ -30,7 +31,7 @@ fn pose(slot: usize) -> GrayImage {
     render_view(&scene, &Isometry3::new(Vector3::new(0.002, -0.001, 0.25), turn))
 }
 
-/// A board that goes through its poses without heed of what is asked for, again and again.
+/// A board repeating its poses without regard to the targets.
 fn save_poses(folder: &Path) {
     fs::create_dir(folder).expect("a folder");
     for slot in 0..8 {

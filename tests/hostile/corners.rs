@@ -1,4 +1,4 @@
-//! Calibration, and the comparison with an old lens, from corners that no detector gives.
+//! Calibration, and the comparison with an old lens, from corners beyond any detector.
 
 use boresight::{
     board::Checkerboard,

@@ -1,4 +1,4 @@
-//! Runs a target on one input after the other, and holds it to the laws that all targets share.
+//! Runs a target on inputs in sequence, and checks the laws shared by all targets.
 
 use std::{
     any::Any,
@@ -15,14 +15,14 @@ use tempfile::TempDir;
 
 use crate::mutator::Mutator;
 
-/// The longest that one input may take of the processor, and the most memory.
+/// Limits of an input's processor time and memory.
 const LONGEST: Duration = Duration::from_secs(2);
 const MOST_BYTES: u64 = 256 << 20;
 
-/// What became of an input: accepted or refused, or a law that was broken.
+/// Outcome of an input: accepted or refused, or a broken law.
 pub(crate) type Outcome = Result<bool, String>;
 
-/// A folder in memory if the system has one, for targets that read files.
+/// A folder in memory if the system has one, for targets reading files.
 pub(crate) fn scratch() -> TempDir {
     let memory = Path::new("/dev/shm");
     if memory.is_dir() { TempDir::new_in(memory) } else { TempDir::new() }.expect("folder")
@@ -42,7 +42,7 @@ fn first_seed() -> u64 {
     std::env::var("BORESIGHT_FUZZ_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(0) << 32
 }
 
-/// Tries the corpus of the target called `name`, then what `generate` makes of its good inputs.
+/// Tries the corpus of the target `name`, then variations of its good inputs by `generate`.
 pub(crate) fn run(
     name: &str,
     mut generate: impl FnMut(&mut Mutator) -> Vec<u8>,
@@ -80,7 +80,7 @@ pub(crate) fn run(
         tally.longest.as_secs_f64() * 1e3,
         tally.most_bytes >> 10
     );
-    // A slow machine tries too few to say.
+    // A slow machine tries too few to tell.
     if tally.tried > 500 {
         assert!(tally.accepted > 0, "{name}: nothing gets past the door");
         assert!(tally.accepted < tally.tried, "{name}: nothing is refused");
@@ -96,7 +96,7 @@ struct Tally {
 }
 
 impl Tally {
-    /// The law that `input` breaks, if one.
+    /// Law broken by `input`, if any.
     fn hold(&mut self, input: &[u8], check: &mut impl FnMut(&[u8]) -> Outcome) -> Option<String> {
         let began = processor_time();
         let mut outcome = Ok(Ok(false));
@@ -124,7 +124,7 @@ fn words(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned())).unwrap_or_default()
 }
 
-/// Debug text without what stands in quotes: a name may hold any word.
+/// Debug text without quoted parts: a name may hold any word.
 fn outside_quotes(text: &str) -> String {
     let (mut kept, mut is_quoted) = (String::with_capacity(text.len()), false);
     let mut letters = text.chars();
@@ -139,7 +139,7 @@ fn outside_quotes(text: &str) -> String {
     kept
 }
 
-/// Refuses numbers that are none, wherever they stand in the debug text of what was accepted.
+/// Refuses non-numbers anywhere in the debug text of accepted input.
 pub(crate) fn only_numbers(what: &impl std::fmt::Debug) -> Result<(), String> {
     let text = outside_quotes(&format!("{what:?}"));
     for no_number in ["NaN", ": inf", " inf,", "[inf", "-inf", "(inf"] {

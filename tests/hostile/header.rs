@@ -1,4 +1,4 @@
-//! `session.toml` of somebody else.
+//! `session.toml` from elsewhere.
 
 use std::fs;
 

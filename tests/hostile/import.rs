@@ -1,4 +1,4 @@
-//! Calibrations of this and other programs. What is read makes sense, and reads back bit for bit.
+//! Calibrations of this and other programs. Accepted input makes sense, and reads back bit for bit.
 
 use boresight::{
     calibration::{
@@ -45,7 +45,8 @@ fn seeds() -> Vec<String> {
     [calibration().to_string(), kalibr].into_iter().chain(written).collect()
 }
 
-/// Formats that count pixels from elsewhere round the principal point, and Metashape's the focal length, too.
+/// Formats with another pixel origin round the principal point, and Metashape's the focal length,
+/// too.
 fn is_near(read: &Camera, written: &Camera) -> bool {
     let pairs = read.lens_parameters().into_iter().zip(written.lens_parameters());
     let near = |(a, b): (f64, f64)| (a - b).abs() <= 1e-9 * (1e5 + a.abs() + b.abs());

@@ -14,7 +14,7 @@ use crate::{
     world::{SIZE, guided},
 };
 
-/// The lines' bodies of a guided session.
+/// Bodies of the lines of a guided session.
 fn bodies() -> Vec<Value> {
     let place = scratch();
     let path = place.path().join("session");
@@ -95,7 +95,7 @@ fn journals() {
                     no_number = only_numbers(decision);
                 }
             });
-            // A line may be whole, and yet say something else than a line says.
+            // A whole line may still have another meaning.
             match replayed {
                 Ok(_) | Err(RecordingError::Damaged { .. } | RecordingError::Newer { .. }) => {}
                 Err(err) => return Err(err.to_string()),

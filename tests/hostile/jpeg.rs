@@ -1,4 +1,4 @@
-//! Frames as cameras send them: motion JPEG, and raw ones of any length.
+//! Frames as sent by cameras: motion JPEG, and raw ones of any length.
 
 use boresight::{capture::Unpacker, device::PixelLayout, frame::ImageSize};
 use image::{ExtendedColorType, GrayImage, Luma, codecs::jpeg::JpegEncoder};

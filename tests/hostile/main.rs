@@ -1,8 +1,9 @@
-//! Hostile input: whatever comes in is accepted or refused, quickly, in little memory, and what is accepted makes
-//! sense. One target a file; each mutates good inputs for a second, or for `BORESIGHT_FUZZ_SECS`.
+//! Hostile input: all input is accepted or refused, quickly, in little memory, and accepted input
+//! makes sense. One target a file; each mutates good inputs for a second, or for
+//! `BORESIGHT_FUZZ_SECS`.
 //!
-//! A failure prints its seed and writes the input to a file; put that file into `corpus/<target>/`: it's tried
-//! first from then on.
+//! A failure prints its seed and writes the input to a file; put the file into `corpus/<target>/`,
+//! to be tried first from then on.
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

@@ -1,4 +1,4 @@
-//! Messages of ROS 2 and pictures in memory, as pipes bring them: what is read has the size that it says.
+//! Messages of ROS 2 and pictures in memory, as from pipes: accepted input has its stated size.
 
 use boresight::capture::{Decompressor, RosImageType, RosImages};
 
@@ -8,7 +8,7 @@ use crate::{
     picture::pngs,
 };
 
-/// A message in CDR, lower byte first: numbers stand at multiples of four.
+/// A message in CDR, lower byte first: numbers are at multiples of four.
 struct Message(Vec<u8>);
 
 impl Message {

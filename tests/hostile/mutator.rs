@@ -82,10 +82,10 @@ const STRINGS: [&str; 11] = [
     "../../etc/passwd",
     "\u{1b}[2J",
 ];
-/// Inputs don't grow beyond this.
+/// Maximum size of an input.
 const MOST_BYTES: usize = 200_000;
 
-/// Chance, and what is done by it.
+/// Random mutations.
 pub(crate) struct Mutator {
     rng: ChaCha8Rng,
 }
@@ -213,7 +213,7 @@ impl Mutator {
         }
     }
 
-    /// A number that nobody expects.
+    /// An unexpected number.
     pub(crate) fn number(&mut self) -> Value {
         match self.below(12) {
             0 => json!(0.0),

@@ -1,4 +1,4 @@
-//! The report of a calibration that somebody edited: well-formed, only numbers, no code of others.
+//! Report of an edited calibration: well-formed, only numbers, no foreign code.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! Picture files: what is read is searched.
+//! Picture files: readable ones are searched.
 
 use std::{fs, io::Cursor};
 
@@ -37,7 +37,7 @@ pub(crate) fn pngs() -> Vec<Vec<u8>> {
     all.into_iter().map(encoded).chain([with_palette()]).collect()
 }
 
-/// A PNG of four colours, one of them seen through.
+/// A PNG of four colours, one of them transparent.
 fn with_palette() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 40, 30);
@@ -52,7 +52,7 @@ fn with_palette() -> Vec<u8> {
     bytes
 }
 
-/// Checksums of a PNG's chunks, made right again: damage behind them is what decoders don't expect.
+/// Corrects the checksums of a PNG's chunks: decoders don't expect damage behind them.
 fn mend(png: &mut [u8]) {
     let mut at = 8;
     while at + 12 <= png.len() && png.starts_with(b"\x89PNG\r\n\x1a\n") {

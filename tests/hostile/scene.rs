@@ -1,4 +1,4 @@
-//! Scene files: what is accepted is drawn.
+//! Scene files: accepted ones are drawn.
 
 use std::{fs, time::Duration};
 
@@ -35,7 +35,8 @@ hears_only = true
 leaves_for_secs = 30.0
 covers_every_secs = 8.0
 "#;
-/// Larger pictures are accepted; drawing them all would take the time for others.
+/// Maximum size of a drawn picture; larger ones are accepted, but drawing them all would take too
+/// long.
 const MOST_PIXELS: u32 = 40_000;
 
 #[test]

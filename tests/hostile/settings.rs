@@ -10,12 +10,12 @@ use boresight::{
 
 use crate::harness::{Outcome, only_numbers, run, scratch};
 
-/// A session can begin with them.
+/// Checks that a session can begin with the settings.
 pub(crate) fn makes_sense(config: &Config) -> Outcome {
     only_numbers(config)?;
     let size = ImageSize { width_px: 320, height_px: 240 };
     let setup = config.session(size).map_err(|err| format!("checked, but {err}"))?;
-    // Some pose is asked for.
+    // Some target exists.
     Ok(Session::new(setup).target().is_some())
 }
 

@@ -21,7 +21,7 @@ fn tables() {
         |input| {
             let text = String::from_utf8_lossy(input);
             let Ok(views) = corner_table::read(&text, CORNERS) else { return Ok(false) };
-            // Names may say anything. A table doesn't say where a missing corner is expected.
+            // Names may say anything. A table doesn't state the expected place of a missing corner.
             let seen = |views: &[corner_table::TableView]| -> Vec<Corner> {
                 let corners = views.iter().flat_map(|view| view.corners.iter().flatten());
                 corners.filter(|corner| corner.is_seen()).copied().collect()
@@ -34,7 +34,7 @@ fn tables() {
                 let corners = views.iter().flat_map(|view| view.corners.iter().flatten());
                 corners.map(|corner| corner.is_seen().then_some(corner.px)).collect()
             };
-            // Two names may become one, then the table is refused above.
+            // Two names may become one; the table is then refused above.
             if places(&again) == places(&views) {
                 Ok(true)
             } else {

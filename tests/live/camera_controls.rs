@@ -1,5 +1,5 @@
-//! Controls that a person sets while pictures come: the camera obeys, nothing is delivered until it has settled,
-//! the session keeps to one lens, and the recording holds it.
+//! Controls set by a person while pictures come: the camera obeys, nothing is delivered until it
+//! has settled, the session keeps to one lens, and the recording holds it.
 
 use boresight::{
     capture::FrameSource,
@@ -173,7 +173,7 @@ fn a_preview_sets_no_control() {
         assert_eq!(values(), before, "after {tenth} tenths of a second");
     }
     assert!(frames > 60, "{frames}");
-    // Another program may set what it likes meanwhile.
+    // Another program may set anything meanwhile.
     kernel.world().cameras[0].controls.entry(FOCUS).and_modify(|focus| focus.value = 77);
     drop(source);
     assert_eq!(kernel.world().cameras[0].controls[&FOCUS].value, 77);

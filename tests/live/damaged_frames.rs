@@ -1,11 +1,12 @@
-//! Frames that were cut, joined, or changed on their way never become a view; good ones are taken.
+//! Frames cut, joined, or changed on their way never become a view; good ones are taken.
 //!
-//! Two guards stand one behind the other. The gate refuses what has not the structure of a whole frame, or
-//! jumps in brightness. JPEG has no checksum, so some damage passes it: blocks with other values, or the join
-//! of two frames at the same block. What then is no board that keeps still, or a board whose corners did not
-//! move together, is refused by the session.
+//! Two guards work in sequence. The gate refuses frames without the structure of a whole one, or
+//! with a jump in brightness. JPEG has no checksum, and some damage passes: blocks with other
+//! values, or the join of two frames at the same block. The session then refuses a moving board, or
+//! a board with corners not moving together.
 //!
-//! The usual run takes a twentieth. All 100,000: `BORESIGHT_DAMAGE_EVERY=1 cargo test --test live damaged_frames`.
+//! The usual run takes a twentieth. All 100,000: `BORESIGHT_DAMAGE_EVERY=1 cargo test --test live
+//! damaged_frames`.
 
 use std::collections::BTreeMap;
 
@@ -26,19 +27,19 @@ use crate::pictures::{PAIRS, picture};
 
 const SMALL: ImageSize = ImageSize { width_px: SIZE.0, height_px: SIZE.1 };
 const FRAMES: usize = 20;
-/// Poses whose boards are large enough to be taken.
+/// Number of poses with boards large enough for a view.
 const UPRIGHT: usize = 4;
-/// Cuts, and damages of each other kind.
+/// Number of cuts, and of damages of each other kind.
 const CUTS: usize = 60_000;
 const OTHERS: usize = 40_000;
-/// A corner that is further off makes a wrong view: what a good corner errs by at most.
+/// Error of a corner in a wrong view: the maximum of a good corner.
 const WRONG_PX: f64 = 0.1;
 
 fn every() -> usize {
     std::env::var("BORESIGHT_DAMAGE_EVERY").ok().and_then(|n| n.parse().ok()).unwrap_or(20)
 }
 
-/// A frame of a camera that sees a board, and what is to be seen in it.
+/// A frame of a camera with a board, and its visible contents.
 struct Whole {
     bytes: Vec<u8>,
     picture: GrayImage,
@@ -76,8 +77,7 @@ fn unpacker(like: &GrayImage) -> Unpacker {
     Unpacker::new(PixelLayout::Mjpeg, ImageSize::of(like), 0)
 }
 
-/// Whether a session that is about to take a view of `whole` takes `picture` instead, and by how much its
-/// corners are off.
+/// Error of the corners, if a session about to take a view of `whole` takes `picture` instead.
 fn taken(whole: &Whole, picture: &GrayImage, detector: &mut Detector) -> Option<f64> {
     let config = Config::load(None, &[]).expect("defaults");
     let image_size = ImageSize::of(picture);
@@ -167,11 +167,11 @@ fn damaged(
 #[derive(Default)]
 struct Count {
     all: u32,
-    /// Went through the gate with another picture.
+    /// Passed the gate with another picture.
     passed: u32,
     /// Became the view.
     views: u32,
-    /// Became a view whose corners are wrong.
+    /// Became a view with wrong corners.
     wrong: u32,
     worst_px: f64,
 }
@@ -187,7 +187,7 @@ fn no_damaged_frame_becomes_a_wrong_view() {
         let whole = &frames[which];
         let count = counts.entry(kind).or_default();
         count.all += 1;
-        // Damage that changes no pixel, such as a bit of a comment, is none.
+        // Damage without effect on pixels, such as in a comment, is none.
         let Ok(picture) = unpacker(&whole.picture).unpack(bytes) else { return };
         if picture == whole.picture {
             return;
@@ -223,7 +223,7 @@ fn no_damaged_frame_becomes_a_wrong_view() {
     assert_eq!((views, wrong), (0, 0));
 }
 
-/// Pictures that are whole, and hard to tell from damaged ones if any are.
+/// Whole pictures hard to tell from damaged ones.
 fn odd_but_good(number: u64, (width, height): (u32, u32), rng: &mut ChaCha8Rng) -> GrayImage {
     let shift = (number / 10 % 64) as f64;
     let mut grain = |strength: f64| strength * (rng.random::<f64>() - 0.5);
@@ -237,7 +237,7 @@ fn odd_but_good(number: u64, (width, height): (u32, u32), rng: &mut ChaCha8Rng) 
             2 => calm * 0.1 - 4.0 + grain(12.0),
             // All noise.
             3 => 128.0 + grain(8.0 * (1.0 + shift)),
-            // Dark below an edge that is level, or not quite; bands of flickering light.
+            // Dark below a level or nearly level edge; bands of flickering light.
             4 => (if y > 20.0 + shift { 12.0 } else { calm }) + grain(2.0),
             5 => (if y > 60.0 + x * (shift - 32.0) / 640.0 { 12.0 } else { 230.0 }) + grain(2.0),
             6 => calm * (if (y + shift) % 40.0 < 17.0 { 0.7 } else { 1.0 }) + grain(3.0),

@@ -1,4 +1,4 @@
-//! Cameras whose pictures are deeper than 8 bits or behind a colour filter.
+//! Cameras with pictures deeper than 8 bits or behind a colour filter.
 
 use std::time::Duration;
 
@@ -17,16 +17,16 @@ use crate::{
     pictures::{PAIRS, picture},
 };
 
-/// Pictures that a board is held still for.
+/// Number of pictures of a board held still.
 const EACH: u64 = 60;
 
-/// What a session makes of a camera of that format: its layout, and the numbers of the frames that became views.
+/// Session with a camera of the given format: its layout, and the numbers of the frames with views.
 fn session(fourcc: [u8; 4], bytes: fn(&GrayImage) -> Vec<u8>) -> (PixelLayout, Vec<u64>) {
     let poses: Vec<GrayImage> =
         PAIRS[..3].iter().map(|(tilt_deg, slot_deg)| picture(*tilt_deg, *slot_deg)).collect();
     let show = move |number: u64| {
         let mut picture = poses[(number / EACH) as usize % poses.len()].clone();
-        // No camera sends the same frame twice, unless it's frozen.
+        // No camera sends the same frame twice, unless frozen.
         picture.put_pixel(0, 0, Luma([number as u8]));
         bytes(&picture)
     };

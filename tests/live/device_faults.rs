@@ -1,4 +1,4 @@
-//! Fifty things that go wrong with cameras: each is survived, named by its code, and costs no wrong picture.
+//! Fifty faults of cameras: each is survived, named by its code, and costs no wrong picture.
 
 use std::{path::PathBuf, time::Duration};
 
@@ -16,28 +16,28 @@ use crate::cameras::{
     FOCUS, FOCUS_AUTOMATIC, Run, SIZE, ZOOM, grey, jpeg, motion_jpeg, number, open, picture, run,
 };
 
-/// Seconds that a run lasts unless its case needs more.
+/// Seconds of a run, unless its case needs more.
 const USUAL_SECS: f64 = 9.0;
 
-/// What must come of a case.
+/// Expected outcome of a case.
 enum Want {
-    /// It cannot be used, for this reason.
+    /// The camera cannot be used, for this reason.
     Refused(Fault),
-    /// It is not listed as a camera, for this reason.
+    /// The device is not listed as a camera, for this reason.
     NotListed(Fault),
-    /// It runs; nothing is wrong.
+    /// The camera runs without a fault.
     Works,
-    /// It runs; this many frames at least are counted as rejected.
+    /// The camera runs; at least this many frames are counted as rejected.
     Rejects(u64),
-    /// It runs; this many frames at least are counted as dropped.
+    /// The camera runs; at least this many frames are counted as dropped.
     Drops(u64),
-    /// It runs; this is said.
+    /// The camera runs, with this doubt.
     Doubts(Fault),
-    /// It is lost for this reason and comes back.
+    /// The camera is lost for this reason and comes back.
     Returns(Fault),
-    /// It is lost for this reason and stays away.
+    /// The camera is lost for this reason and stays away.
     StaysLost(Fault),
-    /// This control changed; nothing may be taken until it is back.
+    /// The control changed; nothing may be taken until it is back.
     Moved(Control),
 }
 
@@ -57,13 +57,13 @@ fn changed(mut camera: SimCamera, change: impl FnOnce(&mut SimCamera)) -> SimCam
     camera
 }
 
-/// From four seconds on, when the camera is steady.
+/// Starts at four seconds, when the camera is steady.
 fn later(case: Case, happening: impl FnOnce(&mut SimCamera) + Send + 'static) -> Case {
     case.kernel.at(4.0, move |world| happening(&mut world.cameras[0]));
     case
 }
 
-/// Every seventh frame after the first two seconds is changed.
+/// Changes every seventh frame after the first two seconds.
 fn now_and_then(
     camera: SimCamera,
     mut change: impl FnMut(u64, &mut SimFrame) + Send + 'static,
@@ -254,7 +254,7 @@ fn running() -> Vec<Case> {
     let from_four = |value: fn(u64) -> u8| {
         move |number: u64, frame: &mut SimFrame| {
             if number > 110 {
-                // Noise, so that no two frames are the same.
+                // Noise makes all frames different.
                 let lit = |(at, byte): (usize, &mut u8)| {
                     *byte = value(number) + (at as u64 * number % 5) as u8;
                 };
@@ -416,9 +416,9 @@ fn without_tables(bytes: &[u8]) -> Vec<u8> {
     }
 }
 
-/// Pictures that are not exactly one that the camera took.
+/// Pictures different from all of the camera's.
 fn wrong_pictures(run: &Run, name: &str) -> usize {
-    // Compressed, cropped or repainted pictures are known by another table.
+    // Compressed, cropped or repainted pictures have another table.
     let known: Vec<_> = if name.contains("JPEG") {
         (0..17).map(|n| zune(&jpeg(n, SIZE))).collect()
     } else {
@@ -507,7 +507,7 @@ fn check(case: Case) -> Result<String, String> {
     good.then_some(seen).ok_or(rest)
 }
 
-/// No rule of the kernel was broken and nothing is left open.
+/// Checks the kernel's rules and for leftovers.
 fn clean(kernel: &SimKernel) -> Result<(), String> {
     if kernel.open_devices() > 0 {
         return Err("a device is still open".into());
@@ -535,7 +535,7 @@ fn fifty_faults_are_survived_and_named() {
     assert!(failed.is_empty(), "\n{}\n", failed.join("\n"));
 }
 
-/// The tables of docs/cameras.md: each fault has a row; each answer has a test, which exists.
+/// Tables of docs/cameras.md: each fault has a row; each answer has an existing test.
 #[test]
 fn the_tables_of_sources_have_every_fault_and_a_test_for_every_answer() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
@@ -642,7 +642,7 @@ fn each_damaged_frame_is_told_with_the_next_good_one() {
 #[test]
 fn equal_cameras_are_told_apart_by_their_port_whatever_the_order() {
     for order in 0..200_u32 {
-        // Three cameras that say the same of themselves, found in another order each time.
+        // Three identical cameras, found in another order each time.
         let ports = [1, 2, 3].map(|port| format!("pci0000:00/usb1/1-{port}/1-{port}:1.0"));
         let mut cameras = Vec::new();
         for (at, port) in ports.iter().enumerate() {
@@ -657,7 +657,7 @@ fn equal_cameras_are_told_apart_by_their_port_whatever_the_order() {
         assert_eq!(open(&kernel, &format!("usb:0c45:6366{serial}")).err(), Some(Fault::Twin));
         let mut source = open(&kernel, &format!("usb:0c45:6366{serial}@1-2")).expect("one of them");
         assert_eq!(source.camera().node.place, ports[1]);
-        // It goes; the others stay, and none of them is taken for it.
+        // It goes; the others stay, and none is taken for it.
         kernel.at(4.0, |world| {
             world
                 .cameras

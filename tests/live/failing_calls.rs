@@ -1,7 +1,8 @@
-//! Every system call of a run fails once, in eight ways: no panic, no endless wait, no buffer touched that
-//! is not the program's, no wrong picture, nothing left open.
+//! Every system call of a run fails once, in eight ways: no panic, no endless wait, no access to
+//! foreign buffers, no wrong picture, nothing left open.
 //!
-//! The usual run takes every tenth call. All of them: `BORESIGHT_FAIL_EVERY=1 cargo test --test live failing_calls`.
+//! The usual run takes every tenth call. All of them: `BORESIGHT_FAIL_EVERY=1 cargo test --test
+//! live failing_calls`.
 
 use std::{
     panic::{AssertUnwindSafe, catch_unwind},
@@ -29,12 +30,12 @@ const ERRNOS: [i32; 8] = [
     libc::ENOMEM,
 ];
 const PATIENCE: Duration = Duration::from_millis(100);
-/// Longest that a single call may take beyond its patience.
+/// Longest excess of a single call over its patience.
 const SINGLE_NANOS: u64 = 2_100_000_000;
-/// Longest that a failure may delay a run: the start-up time-out, and two seconds.
+/// Longest delay of a run by a failure: the start-up time-out, and two seconds.
 const DELAY_NANOS: u64 = 7_000_000_000;
 
-/// Bytes that hold the frame's number everywhere.
+/// Bytes with the frame's number everywhere.
 fn bytes(number: u64) -> Vec<u8> {
     let mut bytes = vec![100 + (number % 7) as u8; (SIZE.0 * SIZE.1) as usize];
     for chunk in bytes.chunks_exact_mut(8) {
@@ -64,7 +65,7 @@ struct Outcome {
     longest_nanos: u64,
 }
 
-/// Opens the camera and takes pictures; gives up when that takes far too long.
+/// Opens the camera and takes pictures; gives up after far too long a time.
 fn session(kernel: &SimKernel) -> Outcome {
     let mut outcome = Outcome::default();
     let now = || kernel.world().now_nanos;

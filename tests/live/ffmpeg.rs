@@ -1,4 +1,4 @@
-//! Streams and video files are read through a child program that always ends.
+//! Streams and video files, read through a child program of guaranteed end.
 
 use std::{fs, os::unix::fs::PermissionsExt, path::Path, process::Command, time::Duration};
 
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A program in ffmpeg's place that does what `script` says; it writes its number to `pid`.
+/// A program in ffmpeg's place running `script`; it writes its number to `pid`.
 fn stand_in(place: &Path, script: &str) -> String {
     let path = place.join("ffmpeg");
     let pid = place.join("pid");
@@ -21,13 +21,13 @@ fn stand_in(place: &Path, script: &str) -> String {
     path.display().to_string()
 }
 
-/// Whether the stand-in still runs.
+/// True while the stand-in runs.
 fn runs(place: &Path) -> bool {
     let pid = fs::read_to_string(place.join("pid")).expect("it has run");
     Path::new("/proc").join(pid.trim()).exists()
 }
 
-/// One picture of 4 by 2 pixels.
+/// A picture of 4 by 2 pixels.
 const PICTURE: &str = "printf 'P5\\n4 2\\n255\\nabcdefgh'";
 
 fn refused(program: &str, name: &str) -> Fault {
@@ -59,7 +59,7 @@ fn pictures_arrive_whole_and_the_end_is_an_end() {
 #[test]
 fn a_file_whose_times_run_back_ends_after_all_its_pictures() {
     let place = TempDir::new().expect("folder");
-    // As ffmpeg 5.1 says it of a remuxed AVI; then as it says that the file is cut off.
+    // ffmpeg 5.1's messages about a remuxed AVI, and about a cut file.
     let times = "[image2pipe @ 0x55f6] Application provided invalid, non monotonically increasing dts to muxer in stream 0: 9 >= 6";
     let cut = "[matroska,webm @ 0x55f6] File ended prematurely";
     for (said, is_whole) in [(times, true), (cut, false)] {
@@ -106,7 +106,7 @@ fn what_goes_wrong_is_named() {
     assert!(matches!(source.next_frame(PATIENCE), Ok(Arrival::End)));
 }
 
-/// Arrivals until one is as wanted.
+/// Arrivals up to the first `wanted` one.
 pub(crate) fn until(source: &mut Ffmpeg, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
     let mut seen = Vec::new();
     loop {
@@ -138,7 +138,7 @@ pub(crate) fn returned(arrival: &Arrival) -> Option<CaptureTime> {
     }
 }
 
-/// What the program does at its first, second, … start.
+/// Scripts of the program for its first, second, … start.
 fn start_by_start(place: &Path, starts: &[&str]) -> String {
     let count = place.join("starts");
     let count = count.display();
@@ -213,7 +213,7 @@ fn a_stream_that_is_away_can_be_left() {
     let mut source = Ffmpeg::open_with(&stands_in, "http://camera/1").expect("opens");
     let seen = until(&mut source, |arrival| lost(arrival).is_some());
     assert_eq!(seen.last().and_then(lost), Some((Fault::StreamLost, "")));
-    // It ends at once whenever it is asked for again; nobody is told twice.
+    // The program ends at once at each restart; the person is told once.
     let quiet = || fs::read_to_string(place.path().join("starts")).map_or(0, |text| text.len()) < 3;
     while quiet() {
         let arrival = source.next_frame(PATIENCE).expect("goes on");
@@ -271,7 +271,7 @@ fn a_header_without_an_end_is_given_up() {
     assert!(!runs(place.path()));
 }
 
-/// A clip that ffmpeg makes of `filter`.
+/// A clip made by ffmpeg from `filter`.
 fn clip(place: &Path, filter: &str) -> String {
     let path = place.join("clip.mkv").display().to_string();
     let made = Command::new("ffmpeg")

@@ -1,10 +1,10 @@
-//! What goes on for hours costs no more at the end than at the beginning.
+//! Cost of hours-long runs: no more at the end than at the beginning.
 
 use boresight::{device::Fault, simulation::kernel::SimKernel};
 
 use crate::cameras::{grey, open, run};
 
-/// Cycles between two looks at the memory, and looks.
+/// Number of cycles between two looks at the memory, and of looks.
 const CYCLES: usize = 250;
 const LOOKS: usize = 4;
 

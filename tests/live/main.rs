@@ -1,4 +1,5 @@
-//! Everything that runs while pictures come: threads, cameras of the simulated kernel, streams through ffmpeg.
+//! Everything that runs while pictures come: threads, cameras of the simulated kernel, streams
+//! through ffmpeg.
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

@@ -1,4 +1,5 @@
-//! Cameras on a network: motion JPEG over HTTP from a server of these tests, and RTSP from GStreamer's.
+//! Cameras on a network: motion JPEG over HTTP from a server of these tests, and RTSP from
+//! GStreamer's.
 
 use std::{
     fs,
@@ -32,7 +33,7 @@ fn network_camera(up: &Arc<AtomicBool>, picture: &GrayImage, rate_hz: f64) -> St
     network_camera_before(up, std::slice::from_ref(picture), rate_hz, Duration::MAX)
 }
 
-/// The same before a board that is held in one pose after the other, `each` for so long, again and again.
+/// Network camera before a board in a sequence of poses, for `each` duration, repeatedly.
 fn network_camera_before(
     up: &Arc<AtomicBool>,
     poses: &[GrayImage],
@@ -148,7 +149,7 @@ fn a_session_outlives_its_network_camera() {
     assert_eq!(journal.matches("NET-LOST").count(), 1);
     let frames = fs::read_dir(place.path().join("session/frames")).expect("there");
     assert_eq!(frames.count(), 1, "the view is kept");
-    // The address is known, its password isn't; so it's asked for.
+    // The address is known, its password isn't, and is asked for.
     for file in ["session.toml", "journal.jsonl", "calibration.json", "report.html"] {
         let text = fs::read_to_string(place.path().join("session").join(file)).expect(file);
         assert!(!text.contains("s3cret") && !text.contains("admin"), "{file}");
@@ -195,12 +196,12 @@ fn pictures_over_http_have_the_time_of_their_arrival() {
     }
 }
 
-/// Eight directions, near enough that every view tells something.
+/// Eight directions, near enough to make every view informative.
 fn poses() -> impl Iterator<Item = GrayImage> {
     (0..8).map(|slot| picture_at(0.25, 40.0, 45.0 * f64::from(slot)))
 }
 
-/// A board that goes through its poses without heed of what is asked for: every pose comes again.
+/// A board repeating its poses without regard to the targets.
 #[test]
 fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
     let poses: Vec<GrayImage> = poses().collect();
@@ -223,7 +224,7 @@ fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
     });
 }
 
-/// The same from a machine-vision camera that loses one packet in a hundred, its automatics on.
+/// A machine-vision camera losing one packet in a hundred, its automatics on.
 #[cfg(all(target_os = "linux", feature = "gige"))]
 #[test]
 fn a_whole_session_is_taken_from_a_machine_vision_camera() {
@@ -251,7 +252,7 @@ fn a_whole_session_is_taken_from_a_machine_vision_camera() {
     assert!(header.contains("gige:SESSION") && header.contains("backend = \"gige\""), "{header}");
 }
 
-/// What a server answers to everybody, and what the person reads.
+/// Refusals of a server, and their messages for the person.
 #[test]
 fn refusals_of_a_server_are_told_apart() {
     for (status, code, words) in [
@@ -306,7 +307,7 @@ fn refusals_of_a_server_are_told_apart() {
     }
 }
 
-/// A picture that never ends: what its server sends isn't collected without limit.
+/// An endless picture: its data isn't collected without limit.
 #[test]
 #[ignore = "sends 270 MB"]
 fn long_an_endless_picture_does_not_fill_the_memory() {
@@ -366,15 +367,15 @@ fn guide(place: &Path, address: &str) -> Output {
         .expect("started")
 }
 
-/// GStreamer's RTSP server, until it's dropped.
+/// GStreamer's RTSP server, until dropped.
 struct RtspServer {
     child: Child,
     port: u16,
 }
 
 impl RtspServer {
-    /// Serves the video `file` at `/camera` to the user `admin` with the password `s3cret`; `None` if Debian's
-    /// packages for it aren't installed.
+    /// Serves the video `file` at `/camera` to the user `admin` with the password `s3cret`; `None`
+    /// if Debian's packages for it aren't installed.
     fn start(file: &Path) -> Option<Self> {
         let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/live/rtsp_server.py");
         let started = Command::new("/usr/bin/python3")
@@ -406,7 +407,8 @@ impl Drop for RtspServer {
     }
 }
 
-/// The server ends the stream with the file and begins again for who asks again, as a camera that restarts.
+/// The server ends the stream with the file and begins again at the next request, as a restarting
+/// camera.
 #[test]
 fn a_whole_session_is_taken_over_rtsp() {
     let place = TempDir::new().expect("folder");
@@ -421,7 +423,7 @@ fn a_whole_session_is_taken_over_rtsp() {
     order += &format!("file {}\n", place.path().join("7.png").display());
     fs::write(&list, order).expect("written");
     let video = place.path().join("poses.mp4");
-    // Grain, so that no two pictures are the same bytes.
+    // Grain makes the bytes of all pictures different.
     let made = Command::new("ffmpeg")
         .args(["-loglevel", "error", "-f", "concat", "-safe", "0", "-i"])
         .arg(&list)

@@ -1,4 +1,4 @@
-//! Videos that aren't as they should be: ffmpeg reads them in its own way, and what it hides is found out.
+//! Faulty videos: ffmpeg reads them in its own way, and its hidden errors are found out.
 
 use std::{
     fs,
@@ -28,7 +28,7 @@ fn ffmpeg(place: &Path, arguments: &str) {
 /// Widths and heights of pictures, in pixels.
 type Sizes = Vec<(u32, u32)>;
 
-/// Sizes of the frames until the end, or what ended them.
+/// Sizes of the frames until the end, or the final error.
 fn read(place: &Path, name: &str) -> (Sizes, Option<(Fault, String)>) {
     let mut sizes = Vec::new();
     let mut source = Ffmpeg::open(&place.join(name).display().to_string()).expect("opens");
@@ -139,7 +139,7 @@ fn what_the_program_starts_ends_with_it() {
     let stat = Path::new("/proc").join(child.trim()).join("stat");
     assert!(stat.exists());
     drop(source);
-    // Whoever adopts it has to collect it: until then it's there, and dead.
+    // An adopting process has to collect it: until then it's a zombie.
     let is_gone =
         || fs::read_to_string(&stat).is_ok_and(|stat| stat.contains(") Z ")) || !stat.exists();
     let until = Instant::now() + Duration::from_secs(30);

@@ -1,4 +1,4 @@
-//! The phone's page: who is let in, what it answers, and that a session doesn't notice it.
+//! Phone's page: admission, answers, and independence of the session.
 
 use std::{
     collections::BTreeSet,
@@ -23,7 +23,7 @@ use serde_json::Value;
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A page that is served to this machine only.
+/// A page served to this machine only.
 pub(crate) struct Site {
     pub(crate) hub: Arc<Hub>,
     pub(crate) at: SocketAddr,
@@ -37,7 +37,7 @@ impl Site {
         Self::with(None)
     }
 
-    /// With a secret that outlives the server.
+    /// A page with a secret that outlives the server.
     fn with(kept: Option<Secret>) -> Self {
         let hub = Arc::new(Hub::new());
         let address = "127.0.0.1:0".parse().expect("an address");
@@ -47,7 +47,7 @@ impl Site {
         Self { hub, server: Some(server), ..Self::of_links(&links.owner, &links.watcher) }
     }
 
-    /// What another program serves.
+    /// A page served by another program.
     pub(crate) fn of_links(owner: &str, watcher: &str) -> Self {
         let (url, owner) = owner.split_once("/#").expect("a token in the fragment");
         let at = url.strip_prefix("http://").expect("plain HTTP").parse().expect("an address");
@@ -56,14 +56,14 @@ impl Site {
         Self { hub: Arc::new(Hub::new()), at, owner, watcher, server: None }
     }
 
-    /// A key for `token`, once the page takes a new one.
+    /// Key for `token`, once the page takes a new one.
     pub(crate) fn key(&self, token: &str) -> String {
         const TOO_MANY: u16 = 429;
         // Each is another phone.
         let claim = Secret::random().expect("randomness").text();
         let body = format!("{{\"token\":\"{token}\",\"claim\":\"{claim}\"}}");
         let enter = || Ask::post("/api/enter", &body).of(self);
-        // Many at once are told to come again.
+        // Surplus requests are told to come again.
         let answer = std::iter::repeat_with(enter).find(|answer| answer.status != TOO_MANY);
         let answer = answer.expect("an answer without end");
         assert_eq!(answer.status, 200, "{}", answer.text());
@@ -137,7 +137,7 @@ impl Ask {
     pub(crate) fn of(&self, site: &Site) -> Answer {
         let mut stream = TcpStream::connect(site.at).expect("the page is served");
         stream.set_read_timeout(Some(PATIENCE)).expect("a time-out");
-        // An answer to a request that is too large may come before all of it is sent.
+        // An answer to a too large request may come before all of it is sent.
         stream.write_all(&self.bytes(site)).ok();
         let mut bytes = Vec::new();
         let mut part = [0; 16 << 10];
@@ -199,7 +199,8 @@ fn only_who_has_a_link_is_let_in_and_only_the_owner_commands() {
         Ask::get("/api/file/1"),
         Ask::get("/api/nothing"),
     ];
-    // Pausing and starting conflict with a session that has ended; nothing was captured, so there is no picture.
+    // Pausing and starting conflict with an ended session; nothing was captured: there is no
+    // picture.
     #[rustfmt::skip]
     let wanted: [[u16; 11]; 9] = [
         // none wrong watch owner host origin method large type  key-in-path  two-hosts
@@ -386,7 +387,7 @@ fn ten_thousand_random_requests_break_nothing() {
     assert!([200, 429].contains(&page.status), "the page is served as before: {}", page.status);
 }
 
-/// Follows the events with `key` and hands each to `each`, until that returns false.
+/// Follows the events with `key` and hands each to `each`, until a return of false.
 pub(crate) fn follow(site: &Site, key: &str, mut each: impl FnMut(&str, &Value) -> bool) {
     let mut stream = TcpStream::connect(site.at).expect("the page is served");
     stream.set_read_timeout(Some(PATIENCE)).expect("a time-out");
@@ -462,12 +463,12 @@ fn a_session_is_shown_and_obeys_the_page() {
         result.is_null()
     });
     session.join().expect("no panic");
-    // The network that a browser's tests play says the same.
+    // The network played to a browser's tests gives the same answers.
     let played = include_str!("phone_browser/link.js");
     said.retain(|field| !played.contains(&format!("{field}: ")));
     assert_eq!(said, BTreeSet::new(), "missing in link.js");
     assert!(taken >= 5 && done == 1, "four views at least, one of them twice: {taken}, {done}");
-    // Two pairs alone may lie a little less than 41° apart, which is a remark.
+    // Two pairs alone may lie slightly less than 41° apart: a remark.
     let usable = ["GOOD (SIMULATED)", "USE WITH CARE (SIMULATED)"];
     let what = result["what"].as_str().unwrap_or_default();
     assert!(usable.iter().any(|usable| what.starts_with(usable)), "{what}");
@@ -484,7 +485,7 @@ fn a_session_is_shown_and_obeys_the_page() {
     assert_eq!(journal.matches("undo_last").count(), 1, "it's recorded as the window's are");
 }
 
-/// A watcher may have as many keys and connections as they like.
+/// A watcher may have any number of keys and connections.
 #[test]
 fn hundreds_of_streams_of_watchers_leave_an_owner_and_pictures_alone() {
     let site = Site::new();
@@ -552,7 +553,7 @@ fn an_owners_link_lets_one_phone_in_and_the_next_link_is_told() {
     assert_eq!(*told.lock().expect("no panic"), std::slice::from_ref(&next));
     let (_, next) = next.split_once('#').expect("a token");
     assert!(!site.key(next).is_empty());
-    // Those who watch share theirs.
+    // Watchers share their keys.
     assert!(!site.key(&site.watcher).is_empty() && !site.key(&site.watcher).is_empty());
 }
 

@@ -1,4 +1,5 @@
-//! What phones cost a session: runs for minutes and wants a quiet machine, so only if `BORESIGHT_PHONE_LOAD` is set.
+//! Cost of phones to a session: runs for minutes on a quiet machine, only if `BORESIGHT_PHONE_LOAD`
+//! is set.
 
 use std::{
     collections::BTreeMap,
@@ -25,12 +26,12 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::phone::{Ask, Site};
 
-/// Of the clients' threads: they stand for other machines, whose work costs this one nothing.
+/// Niceness of the clients' threads: they represent other machines, at no cost to this one.
 const POLITENESS: i32 = 19;
-/// Each kind of clients is measured once a round, in another order each time.
+/// Number of rounds; each kind of clients is measured once a round, in another order each time.
 const ROUNDS: usize = 12;
 
-/// Times from capture to decision, by what goes on meanwhile.
+/// Times from capture to decision, by the kind of load.
 #[derive(Default)]
 struct Stopwatch {
     began: Mutex<BTreeMap<FrameId, Instant>>,
@@ -74,7 +75,7 @@ enum Clients {
     Hostile,
 }
 
-/// A page: events and, one after the other, pictures.
+/// A page: events and sequential pictures.
 fn page<'a>(scope: &'a Scope<'a, '_>, site: &'a Site, key: &'a str, stop: &'a AtomicBool) {
     let get = move |path: &str, until: bool| {
         let Ok(mut stream) = TcpStream::connect(site.at) else { return };
@@ -139,7 +140,7 @@ fn hostile<'a>(
     Builder::new().spawn_scoped(scope, work).expect("a thread");
 }
 
-/// The value below which `share` of `values` lie.
+/// Quantile of `values` at `share`.
 fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get((share * values.len().saturating_sub(1) as f64) as usize).copied().unwrap_or(0.0)
@@ -171,7 +172,7 @@ fn phones_dont_slow_a_session_down() {
     let onlookers: Onlookers = vec![Arc::clone(&watch) as _, Arc::clone(&site.hub) as _];
     let (pipeline, _snapshots) = Pipeline::start_before(setup, &onlookers, || ()).expect("threads");
     let keys: Vec<String> = (0..64).map(|_| site.key(&site.watcher)).collect();
-    // Nobody twice: what lies between the two is the noise of this measurement.
+    // No clients, twice: their difference is the noise of this measurement.
     let kinds = [
         Clients::Pages(0),
         Clients::Pages(0),
@@ -180,7 +181,7 @@ fn phones_dont_slow_a_session_down() {
         Clients::Pages(64),
         Clients::Hostile,
     ];
-    // The last kind is what lies between.
+    // The last kind is the time between.
     let between = kinds.len();
     watch.kind.store(between, Ordering::Relaxed);
     sleep(Duration::from_secs(3));
@@ -226,7 +227,7 @@ fn phones_dont_slow_a_session_down() {
     for (kind, clients) in kinds.iter().enumerate() {
         let p50 = quantile(times[kind].clone(), 0.5);
         let p95 = quantile(times[kind].clone(), 0.95);
-        // Round by round, against nobody in the same round.
+        // Round by round, against no clients in the same round.
         let ratios = |against: usize| -> Vec<f64> {
             p95_ms[kind].iter().zip(&p95_ms[against]).map(|(ours, none)| ours / none).collect()
         };

@@ -1,4 +1,4 @@
-//! `boresight serve` as a process: what it keeps to itself.
+//! Secrets of `boresight serve` as a process.
 
 use std::{
     io::{BufRead, BufReader},
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::phone::{Ask, Site, follow};
 
-/// `boresight serve` with a camera on the network, until it's dropped.
+/// `boresight serve` with a camera on the network, until dropped.
 struct Program {
     child: Child,
     links: Vec<String>,
@@ -60,7 +60,7 @@ fn a_cameras_password_is_no_phones_business() {
     let text = offer.to_string();
     assert!(text.contains("http://127.0.0.1:9/a"), "{text}");
     assert!(!text.contains("s3cret") && !text.contains("admin"), "{text}");
-    // The program still knows it: that nobody answers is what it finds out.
+    // The program still knows it: the missing answer proves it.
     let owner = site.key(&site.owner);
     let start = json!({"source": offer["cameras"][0]["source"], "board": [9, 6],
         "square_m": 0.025, "plan": "quick"});

@@ -1,4 +1,4 @@
-//! The threads: frames are lost in one place only, failures are told, and an end is an end.
+//! Threads: frames are lost in one place only, failures are reported, and an end is an end.
 
 use std::{
     fs,
@@ -28,7 +28,7 @@ use tempfile::TempDir;
 
 use crate::pictures::{PAIRS, picture};
 
-/// What a source does when its pictures are through.
+/// Behaviour of a source after its last picture.
 #[derive(Clone, Copy)]
 enum Then {
     End,
@@ -75,7 +75,7 @@ fn blank(count: u64, then: Then) -> Pictures {
     Pictures { pictures: vec![GrayImage::new(64, 48)], next: 0, count, then }
 }
 
-/// Views that are worth taking.
+/// Informative views.
 fn boards(then: Then) -> Pictures {
     let pictures: Vec<_> =
         PAIRS.iter().map(|(tilt_deg, slot_deg)| picture(*tilt_deg, *slot_deg)).collect();
@@ -111,7 +111,7 @@ fn run(setup: Setup) -> Result<Finished, PipelineError> {
     pipeline.stop()
 }
 
-/// Waits for what it needs to see, or for the session's end.
+/// Waits for a condition, or for the session's end.
 fn wait_until(snapshots: &LatestReceiver<Snapshot>, mut seen: impl FnMut(&Snapshot) -> bool) {
     while let Some(snapshot) = snapshots.recv() {
         if seen(&snapshot) {
@@ -139,7 +139,7 @@ fn the_slot_keeps_the_newest_and_counts_the_rest() {
     assert!(sender.publish(1).is_err());
 }
 
-/// Numbers of the frames that were judged.
+/// Numbers of the judged frames.
 fn judged_frames(count: u64, lossless: bool) -> (Vec<u64>, u64) {
     let seen = Arc::new(Mutex::new(Vec::new()));
     let log = Arc::clone(&seen);
@@ -168,7 +168,7 @@ fn a_live_source_loses_frames_in_the_slot_only_and_in_order() {
     assert_eq!(frames.last(), Some(&2999), "the newest is never the one that is lost");
 }
 
-/// A source that delivers as many frames as are wanted, and remembers each without keeping it.
+/// A source of any number of frames, with weak references to each.
 struct Remembered {
     pictures: Pictures,
     frames: Arc<Mutex<Vec<Weak<Frame>>>>,
@@ -196,8 +196,8 @@ impl FrameSource for Remembered {
 fn however_slow_the_judge_frames_do_not_pile_up() {
     const FRAMES: usize = 3000;
     const FRAMES_PER_JUDGEMENT: usize = 100;
-    // One in the slot, one being looked at, four observed and four pictures on their way to the judge, one
-    // there, and the one that the source has in hand.
+    // One in the slot, one being looked at, four observed and four pictures on their way to the
+    // judge, one there, and the one in the source's hand.
     const HELD: usize = 12;
     let frames = Arc::new(Mutex::new(Vec::<Weak<Frame>>::new()));
     let wanted = Arc::new(AtomicUsize::new(FRAMES_PER_JUDGEMENT));
@@ -225,7 +225,7 @@ fn however_slow_the_judge_frames_do_not_pile_up() {
     assert!(finished.frames_replaced > FRAMES as u64 / 2, "{}", finished.frames_replaced);
 }
 
-/// Delivers pictures that carry their number, as many as are wanted, and remembers each without keeping it.
+/// A source of any number of numbered pictures, with weak references to each.
 struct Numbered {
     frames: Arc<Mutex<Vec<Weak<Frame>>>>,
     wanted: Arc<AtomicUsize>,
@@ -254,7 +254,7 @@ impl FrameSource for Numbered {
     }
 }
 
-/// In the detector's place: tells which frame it looks at, and looks until it is told to stop.
+/// Stand-in for the detector: reports the frame under its eyes, and looks until told to stop.
 struct Held {
     looks_at: mpsc::Sender<u64>,
     let_go: mpsc::Receiver<()>,
@@ -296,11 +296,11 @@ fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
     for _ in 0..20 {
         let newest = wanted.fetch_add(FRAMES_PER_LOOK, Ordering::SeqCst) + FRAMES_PER_LOOK - 1;
         let newest = newest as u64;
-        // The picture goes on while the detector is busy.
+        // The picture continues while the detector is busy.
         let mut shown = None;
         while shown != Some(newest) {
             shown = showing.newest_frame().map(|frame| frame.id.0).or(shown);
-            // Besides the one looked at: one waits, one is being put in its place, one is shown.
+            // Besides the one looked at: one waits, one is replacing it, one is shown.
             let waiting = alive().into_iter().filter(|number| *number > in_hand).count();
             assert!(waiting <= 3, "{:?}", alive());
         }
@@ -339,7 +339,7 @@ fn in_a_pause_the_detector_rests_and_a_source_that_waits_loses_nothing() {
         assert_eq!(looked_at.recv(), Ok(0));
         told(Command::Pause, true);
         wanted.store(11, Ordering::SeqCst);
-        // The picture goes on, as far as the source does.
+        // The picture continues, as far as the source does.
         let last = if lossless { 1 } else { 10 };
         while showing.newest_frame().is_none_or(|frame| frame.id.0 != last) {
             std::thread::yield_now();

@@ -1,5 +1,5 @@
-//! Cameras that are slow in one way or another, and clocks that err: pictures come, are timed right, and nothing
-//! is said to be broken that is not.
+//! Slow cameras and clocks with errors: pictures come with right times, and nothing intact is
+//! called broken.
 
 use std::time::Duration;
 
@@ -20,7 +20,7 @@ fn changed(mut camera: SimCamera, change: impl FnOnce(&mut SimCamera)) -> SimKer
     SimKernel::new(vec![camera])
 }
 
-/// Runs a camera to `secs`; then says how long it took to end, and whether it broke a rule.
+/// Runs a camera to `secs`; returns the time to end, with a check of the kernel's rules.
 fn run_to(kernel: &SimKernel, secs: f64) -> (Run, Duration) {
     let mut source = open(kernel, "/dev/video0").expect("opens");
     let done = run(&mut source, kernel, secs);
@@ -75,7 +75,7 @@ fn a_busy_program_blames_no_camera() {
     let kernel = SimKernel::new(vec![grey(0)]);
     let mut source = open(&kernel, "/dev/video0").expect("opens");
     run(&mut source, &kernel, 5.0);
-    // The thread that asks for pictures had to wait, as for a slow disk.
+    // The asking thread had to wait, as for a slow disk.
     for _ in 0..5 {
         kernel.at(0.0, |world| world.now_nanos += 1);
         let waited = kernel.world().now_nanos + 4_000_000_000;
@@ -111,7 +111,7 @@ fn a_clock_that_jumps_back_is_not_believed() {
         let gap_ms = (pair[1] - pair[0]) as f64 / 1e6;
         assert!((20.0..200.0).contains(&gap_ms), "{gap_ms} ms");
     }
-    // A clock that is ahead is none either: pictures aren't from the future.
+    // A fast clock is invalid, too: pictures aren't from the future.
     let ahead = grey(0).with_fault(|number, frame| frame.nanos += number % 3 * 1_000_000_000);
     let kernel = SimKernel::new(vec![ahead]);
     let (run, _) = run_to(&kernel, 20.0);
@@ -150,7 +150,7 @@ fn a_crash_leaves_no_camera_locked_once_the_session_goes_on() {
         let mut crashed = open(&kernel, "/dev/video0").expect("opens");
         run(&mut crashed, &kernel, 5.0);
         let mut before = crashed.camera_facts().expect("a camera").controls;
-        // As after SIGKILL: the system closes the node, nobody puts anything back.
+        // As after SIGKILL: the system closes the node, and nothing is restored.
         std::mem::forget(crashed);
         let automatics = || {
             let world = kernel.world();

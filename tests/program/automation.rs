@@ -1,4 +1,5 @@
-//! What scripts rely on: standard input, errors as JSON, plans of boards, work that ends with a reason.
+//! Interfaces for scripts: standard input, errors as JSON, plans of boards, work ending with a
+//! reason.
 
 use std::{
     fs,
@@ -14,12 +15,12 @@ use crate::{
     platform::{copied, good, json},
 };
 
-/// What the program prints if it reads `input` at standard input.
+/// Output of the program with `input` at standard input.
 fn with_input(place: &TempDir, arguments: &[&str], input: &[u8]) -> (i32, String, String) {
     let mut command: Command = program(place.path(), arguments);
     let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = pipes.spawn().expect("started");
-    // A program that refuses its arguments reads nothing.
+    // A program with refused arguments reads nothing.
     let _ = child.stdin.take().expect("a pipe").write_all(input);
     let output = child.wait_with_output().expect("ended");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("text");
@@ -133,7 +134,7 @@ fn a_cameras_two_words_on_its_change_agree() {
     assert_eq!(camera["schema"], "boresight.history/1");
     let said = (camera["changed"].as_bool(), camera["change"]["verdict"].as_str());
     assert_eq!(said, (Some(false), Some("ok")));
-    // A folder that was named itself leaves, too.
+    // A folder named explicitly leaves, too.
     fs::remove_dir_all(place.path().join("a")).expect("removed");
     says(&boresight(place.path(), &["history", "add", "a"]), 0, &["1 session has left"]);
     let camera = json(&boresight(place.path(), &["history", "--json"]).stdout);

@@ -1,6 +1,8 @@
-//! Many sessions at once: whatever the shards, interruptions and damage, one table of the same bytes.
+//! Many sessions at once: for any shards, interruptions and damage, a single table of the same
+//! bytes.
 //!
-//! `BORESIGHT_BATCH_KILLS=100` kills workers so often, `BORESIGHT_BATCH_SESSIONS=1000` takes so many sessions.
+//! `BORESIGHT_BATCH_KILLS=100` sets the number of killed workers, `BORESIGHT_BATCH_SESSIONS=1000`
+//! the number of sessions.
 
 use std::{
     collections::BTreeMap,
@@ -136,7 +138,7 @@ fn a_session_whose_result_was_replaced_is_another_item() {
     assert_ne!(plan(place)[0]["content"], before[0]["content"]);
 }
 
-/// Two builds of one version may decide differently.
+/// Two builds of a version may decide differently.
 #[test]
 fn results_of_another_build_are_not_taken_as_done() {
     let place = sessions(1);
@@ -151,7 +153,7 @@ fn results_of_another_build_are_not_taken_as_done() {
     says(&run(place, "out", &[]), 1, &["different batch", "0123456789abcdef", "--out"]);
 }
 
-/// The next of some numbers that look random: the test is the same each time.
+/// Next pseudo-random number: the test is the same each time.
 fn next(state: &mut u64) -> u64 {
     *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     *state >> 33
@@ -163,13 +165,13 @@ fn start(place: &Path, out: &str, shard: &str) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started")
 }
 
-/// Kills without a word: the program gets no chance to put anything in order.
+/// Kills without warning: the program gets no chance to clean up.
 fn kill(child: &mut Child) {
     let _ = child.kill();
     let _ = child.wait();
 }
 
-/// The processes that work for the process `parent`.
+/// Worker processes of the process `parent`.
 fn workers_of(parent: u32) -> Vec<u32> {
     let path = format!("/proc/{parent}/task/{parent}/children");
     let mut found: Vec<u32> = Vec::new();
@@ -203,7 +205,7 @@ fn killed_workers_lose_nothing_and_double_nothing() {
         }
         for child in &mut children {
             if next(&mut state).is_multiple_of(3) {
-                // The process that works, not the one that waits for it.
+                // The worker, not the process waiting for it.
                 for worker in workers_of(child.id()) {
                     let _ = Command::new("kill").args(["-9", &worker.to_string()]).status();
                     killed += 1;
@@ -228,7 +230,7 @@ fn killed_workers_lose_nothing_and_double_nothing() {
     assert!(gather(place, "out") == gather(place, "calm"), "{killed} kills changed the results");
 }
 
-/// What a batch meets in the field, and the code that it gives.
+/// A fault as met by a batch in the field, and its code.
 fn poison(folder: &Path, kind: usize) -> &'static str {
     let replace = |name: &str, change: &dyn Fn(String) -> String| {
         let path = folder.join(name);
@@ -277,12 +279,12 @@ fn poison(folder: &Path, kind: usize) -> &'static str {
             "FILE-TOO-LARGE"
         }
         8 => {
-            // A picture that says it's 16,384 pixels wide and high, and that the journal vouches for.
+            // A picture claiming 16,384 pixels in width and height, vouched for by the journal.
             bomb(folder);
             "PICTURE-DAMAGED"
         }
         _ => {
-            // A cut end is what a crash leaves: everything before it is worked on.
+            // A crash leaves a cut end: everything before it is worked on.
             replace("journal.jsonl", &|text| text[..text.len() - 20].to_owned());
             "OK"
         }
@@ -294,7 +296,8 @@ fn fifo(path: &Path) {
     assert!(made.success());
 }
 
-/// Replaces the first stored picture by a small file that grows to the largest picture that is allowed, and some.
+/// Replaces the first stored picture by a small file that grows slightly beyond the largest allowed
+/// picture.
 fn bomb(folder: &Path) {
     let journal = fs::read_to_string(folder.join("journal.jsonl")).expect("readable");
     let picture = fs::read_dir(folder.join("frames"))
@@ -346,7 +349,7 @@ fn poison_becomes_rows() {
         let session = planned["session"].as_str().expect("a path").to_owned();
         codes.insert(session.clone(), poison(Path::new(&session), kind));
     }
-    // The manifest is written after the damage; the damage that comes later has its own code.
+    // The manifest is written after the damage; later damage has its own code.
     assert_eq!(plan(place).len(), count);
     let action = ["batch", "run", "manifest.jsonl", "--action", "redetect", "--out", "out"];
     let began = Instant::now();
@@ -374,7 +377,7 @@ fn a_session_that_takes_too_long_is_a_row_and_the_others_go_on() {
     says(&ended, 0, &["8 of 8", "TIME-BUDGET"]);
     let rows = lines(&gather(place, "out"));
     assert!(rows.iter().any(|row| row["code"] == "TIME-BUDGET"));
-    // Left alone until it's asked for.
+    // Left alone until requested.
     says(&run(place, "out", &[]), 0, &["8 had one before"]);
     says(&run(place, "out", &["--again"]), 0, &["8 of 8"]);
     run(place, "calm", &[]);
@@ -410,7 +413,7 @@ fn what_is_missing_is_named() {
     let ended = boresight(place, &["batch", "gather", "out"]);
     says(&ended, 1, &["4 sessions have no result", "run` again"]);
     assert_eq!(ended.stdout.lines().count(), 2);
-    // A session that was changed after the plan is not mistaken for the planned one.
+    // A session changed after the plan is not mistaken for the planned one.
     let changed = place.join("sessions/01/00001");
     let header = fs::read_to_string(changed.join("session.toml")).expect("readable");
     fs::remove_file(changed.join("session.toml")).expect("removed");
@@ -459,7 +462,7 @@ fn every_action_leaves_rows_and_files() {
     };
     let (rows, _) = act("calibrate", &[]);
     for row in &rows {
-        // The session that only checks has no result.
+        // A checking session has no result.
         let recorded = &row["recorded_verdict"];
         assert!(recorded.is_null() || recorded == &row["verdict"], "{row}");
     }
@@ -521,7 +524,7 @@ fn programs_follow_a_run_and_are_told_of_its_end() {
     let end = events.last().expect("an end");
     assert_eq!((&end["verdict"], &end["rows"]["FILE-MISSING"]), (&"failed".into(), &1.into()));
     assert_eq!(fs::read_to_string(place.join("told")).expect("told"), "failed out\n");
-    // That it fails is reported, and changes nothing about the run.
+    // A failure is reported, and changes nothing about the run.
     says(&run(place, "out", &["--on-finish", "exit 7"]), 0, &["--on-finish failed", "exit 7"]);
 }
 

@@ -1,8 +1,9 @@
-//! The book: pages of findings and the planner's table are made from the code, commands run, links lead somewhere.
+//! The book: pages of findings and the planner's table are made from the code, commands run, links
+//! lead somewhere.
 //!
-//! Fences of a page say what becomes of a block: `sh` runs in a folder with a session, its pictures and its calibration;
-//! `sh camera` needs a camera, a person or a network, so its commands are only read (`--help` behind them); `sh other` is for
-//! other programs.
+//! Fences of a page select the treatment of a block: `sh` runs in a folder with a session, its
+//! pictures and its calibration; `sh camera` needs a camera, a person or a network, and is only
+//! parsed (`--help` behind it); `sh other` is for other programs.
 
 use std::{
     collections::BTreeSet,
@@ -21,7 +22,7 @@ use tempfile::TempDir;
 
 use crate::person::boresight;
 
-/// Set to rewrite the pages that are made.
+/// Variable to rewrite the generated pages.
 const WRITE: &str = "BORESIGHT_WRITE_BOOK";
 
 fn book() -> PathBuf {
@@ -31,7 +32,7 @@ fn book() -> PathBuf {
 /// A page by its path below the book, with its text.
 type Page = (PathBuf, String);
 
-/// The pages, with every file that belongs to them.
+/// The pages, with all their files.
 fn pages() -> Vec<Page> {
     let mut found = Vec::new();
     for folder in ["", "findings", "integrations"] {
@@ -47,7 +48,7 @@ fn pages() -> Vec<Page> {
     found
 }
 
-/// Compares the file at `path` with what it should hold, or writes it.
+/// Compares the file at `path` with its expected contents, or writes it.
 fn holds(path: &Path, wanted: &str) {
     if std::env::var_os(WRITE).is_some() {
         fs::write(path, wanted).expect("written");
@@ -60,7 +61,7 @@ fn holds(path: &Path, wanted: &str) {
     );
 }
 
-/// `page` with `text` between the line that begins with `begin` and the next `<!-- end -->`.
+/// `page` with `text` between the line beginning with `begin` and the next `<!-- end -->`.
 fn filled(page: &str, begin: &str, text: &str) -> String {
     let (before, rest) = page.split_once(begin).expect("the place for it");
     let (_, after) = rest.split_once("<!-- end -->").expect("its end");
@@ -96,7 +97,7 @@ fn each_finding_has_a_page_that_its_code_writes() {
     assert_eq!(there.collect::<BTreeSet<_>>(), names, "a page of no finding");
 }
 
-/// Width and height of the board that fills the picture, by distance and field of view.
+/// Width and height of the filling board, by distance and field of view.
 #[test]
 #[ignore = "takes minutes: make long-tests"]
 fn long_the_table_of_boards_is_the_planners() {
@@ -123,7 +124,7 @@ fn long_the_table_of_boards_is_the_planners() {
     holds(&path, &filled(&text, "<!-- made by the planner -->", &table));
 }
 
-/// The commands in the blocks of `page` whose fence is ```` ```fence ````.
+/// Commands in the blocks of `page` with the fence ```` ```fence ````.
 fn commands(page: &str, fence: &str) -> Vec<String> {
     let mut found = Vec::new();
     let mut inside = false;

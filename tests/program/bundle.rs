@@ -1,4 +1,4 @@
-//! What a bug report carries: enough to repeat the session, and nothing that isn't the reader's business.
+//! Contents of a bug report: enough to repeat the session, and nothing private.
 
 use std::{fs, path::Path, process::Command};
 

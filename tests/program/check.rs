@@ -18,7 +18,7 @@ fn scene(folder: &Path, name: &str, more: &str) -> String {
     format!("sim:{name}")
 }
 
-/// Calibrates the camera as it was: the file that is checked against.
+/// Calibrates the original camera: the file for later checks.
 fn calibrated(folder: &Path) -> &'static str {
     let source = scene(folder, "before.toml", "image_size_px = [640, 480]\npp_px = [322, 238]");
     let ended = boresight(folder, &["guide", "--headless", "--source", &source, "--out", "old"]);
@@ -37,7 +37,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     let old = calibrated(folder);
     let kept = fs::read(folder.join(old)).expect("readable");
 
-    // As it was; another day, another hand.
+    // Unchanged; another day, another hand.
     let same = scene(
         folder,
         "same.toml",
@@ -69,13 +69,13 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     let shift = found["change"]["pp_px"][0].as_f64().expect("a number");
     let sd = found["change"]["sigma"]["pp_px"][0].as_f64().expect("a number");
     assert!((shift + 5.0).abs() < 5.0 * sd, "{shift} ± {sd}");
-    // The new calibration names the old one, which is as it was.
+    // The new calibration names the unchanged old one.
     let new = verdict(&ended.stdout);
     assert_eq!(new["schema"], "boresight.calibration/1");
     assert_eq!(new["replaces"], old);
     assert_eq!(fs::read(folder.join(old)).expect("readable"), kept);
 
-    // Without the wish to go on, the exit code says it.
+    // Without a wish to continue, the exit code tells.
     let ended = boresight(folder, &[&check[..], &[&moved, "--out", "third"]].concat());
     says(
         &ended,
@@ -87,7 +87,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
         ],
     );
 
-    // A full session says it, too; its own verdict decides the exit code.
+    // A full session reports it, too; its own verdict decides the exit code.
     let full = ["guide", "--headless", "--json", "--against", old, "--source", &moved];
     let ended = boresight(folder, &[&full[..], &["--out", "fourth"]].concat());
     says(
@@ -121,7 +121,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(&boresight(folder, &["check", "--against", "not.json"]), 1, &["not.json"]);
 }
 
-/// A session that's calibrated again is still a session of its camera, simulated or not.
+/// A recalibrated session is still a session of its camera, simulated or not.
 #[test]
 fn a_session_calibrated_again_keeps_its_source() {
     let folder = tempfile::tempdir().expect("a folder");

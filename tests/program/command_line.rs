@@ -1,4 +1,4 @@
-//! The program as a person meets it: what it says, how it ends, and what it leaves alone.
+//! The program as met by a person: its words, its ends, and its restraint.
 
 use std::{fs, path::Path};
 
@@ -83,7 +83,8 @@ fn a_folder_stands_for_its_pictures() {
     says(&calibrate(folder.path(), &["empty".into()], &[]), 1, &["empty", "PNG or JPEG"]);
 }
 
-/// A result that can't be written is better known before the pictures are searched: here, there are none to search.
+/// An unwritable result is reported before the search of the pictures: here, there are none to
+/// search.
 #[test]
 fn outputs_are_looked_at_before_the_work() {
     let folder = TempDir::new().expect("folder");
@@ -110,7 +111,7 @@ fn names_of_files_command_neither_terminals_nor_spreadsheets() {
     let table = boresight(folder.path(), &arguments);
     assert_eq!(table.code, 0, "{}", table.stderr);
     assert!(!table.stdout.contains('\u{1b}') && !table.stderr.contains('\u{1b}'));
-    // With a byte-order mark, as an editor on Windows writes it.
+    // With a byte-order mark, as written by an editor on Windows.
     fs::write(folder.path().join("table.vnl"), format!("\u{feff}{}", table.stdout))
         .expect("written");
     let found = calibrate(
@@ -172,7 +173,7 @@ fn corners_go_through_a_table_unchanged() {
     says(&other_board, 1, &["corners.vnl"]);
 }
 
-/// The number is the picture's place among all, and its name says which it is.
+/// The number is the picture's place among all; its name identifies it.
 #[test]
 fn a_finding_names_its_picture() {
     let folder = views(&good());
@@ -239,7 +240,7 @@ fn files_that_are_no_pictures_are_named() {
     fs::create_dir(at("texts")).expect("made");
     fs::write(at("texts/readme.txt"), b"words").expect("written");
     let before = contents(folder.path());
-    // What is wrong with a picture leaves it out of a calibration, with its reason; two aren't enough.
+    // A faulty picture is left out of a calibration, with its reason; two aren't enough.
     for (wrong, code, word) in [
         ("missing.png", 1, "could not read"),
         ("empty.png", 3, "not a readable picture"),
@@ -264,7 +265,7 @@ fn a_recording_is_guided_through_rather_than_calibrated() {
     says(&ended, 1, &["hall.mp4", "boresight guide --headless --source"]);
 }
 
-/// A picture of another size was cut or scaled: what it shows is another camera's.
+/// A picture of another size was cut or scaled, and shows another camera.
 #[test]
 fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {
     let folder = views(&good()[..3]);
@@ -285,7 +286,7 @@ fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {
     says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
 }
 
-/// A phone marks how it was held: of pictures that are alike as they're stored, it's said how all can be used.
+/// A phone marks its orientation: for pictures alike as stored, the message tells how to use all.
 #[test]
 fn pictures_of_a_turned_phone_are_alike_as_stored() {
     let folder = TempDir::new().expect("folder");

@@ -1,5 +1,5 @@
-//! Whatever kills the program or fills the disk: what was shown as taken is there, once, and the session
-//! goes on.
+//! Whatever kills the program or fills the disk: announced views are on disk, once, and the session
+//! can be resumed.
 
 use std::{
     collections::BTreeSet,
@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tempfile::TempDir;
 
-/// A small camera and a quick hand, so that a session takes a second.
+/// A small camera and a quick hand, for a session of a second.
 const SCENE: &str = r#"
 name = "quick"
 image_size_px = [320, 240]
@@ -57,14 +57,14 @@ pub(crate) fn place() -> TempDir {
     place
 }
 
-/// What a session folder holds.
+/// Contents of a session folder.
 struct Held {
     views: usize,
     /// Frames accepted, in order.
     frames: Vec<u64>,
 }
 
-/// Opens a session as a newcomer would, and checks that it is whole. `None` if there is none yet.
+/// Opens a session as a newcomer would, and checks its integrity. `None` without a session yet.
 fn held(path: &Path) -> Option<Held> {
     if !path.join("session.toml").exists() {
         return None;
@@ -122,7 +122,7 @@ fn a_session_that_is_killed_keeps_every_view_and_goes_on() {
     for kill in 0..kills {
         let name = format!("killed{kill}");
         let path = place.path().join(&name);
-        // The instant: when this many bytes are on disk.
+        // The instant: after this many bytes on disk.
         let at_bytes = rng.random_range(0..all_bytes);
         let mut child = fresh(place.path(), &name).spawn().expect("started");
         while written(&path) < at_bytes && child.try_wait().expect("asked").is_none() {
@@ -182,7 +182,7 @@ impl SmallDisk {
 }
 
 impl SmallDisk {
-    /// As if somebody had freed some space.
+    /// Simulates freed space.
     fn enlarge(&self, kib: u32) {
         let size = format!("remount,size={kib}k");
         let status = Command::new("mount").args(["-o", &size]).arg(self.place.path()).status();
@@ -192,7 +192,7 @@ impl SmallDisk {
 
 impl Drop for SmallDisk {
     fn drop(&mut self) {
-        // Left mounted it is only in the way.
+        // Unmounting may fail without harm.
         let _ = Command::new("umount").arg(self.place.path()).status();
     }
 }
@@ -220,7 +220,7 @@ fn a_full_disk_is_said_and_costs_no_view() {
             assert!(!told.iter().any(|line| line.contains("panicked")), "{told:?}");
             let before = held(&path);
             disk.enlarge(16 * 1024);
-            // Space is freed: the session goes on, or, where there was none yet, begins.
+            // After freeing space, the session continues or begins.
             let mut child = match before {
                 Some(_) => guide(place.path(), &["--session", &name, "--max-frames", "1000"]),
                 None => fresh(place.path(), &name),
@@ -279,7 +279,7 @@ fn a_second_ctrl_c_ends_what_hangs() {
     while !line.starts_with("Taken: view") {
         line = told.next().expect("a view is taken").expect("text");
     }
-    // From here on nobody reads: whatever the program says next never returns.
+    // From here on nobody reads: the program's next write never returns.
     let filler = std::thread::Builder::new()
         .spawn(move || while input.write_all(&[b'.'; 512]).is_ok() {})
         .expect("started");

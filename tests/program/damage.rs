@@ -1,5 +1,5 @@
-//! What is broken, taken or out of place, as a person meets it: it is named, the next step is said, and
-//! nothing is touched.
+//! Broken, missing or misplaced files as met by a person: they are named, the next action is
+//! stated, and nothing is touched.
 
 use std::{
     fs,
@@ -35,7 +35,7 @@ fn guide<'a>(source: &'a str, out: &'a str) -> [&'a str; 6] {
     ["guide", "--headless", "--source", source, "--out", out]
 }
 
-/// An empty session of VGA pictures, open as long as the value lives.
+/// An empty session of VGA pictures, open while the value lives.
 fn empty_session(path: &Path) -> SessionFolder {
     let size = ImageSize { width_px: 640, height_px: 480 };
     let header = Header::new("pictures", size, Config::load(None, &[]).expect("defaults"));
@@ -67,7 +67,7 @@ fn a_folder_with_something_in_it_is_not_made_a_session() {
         says(&boresight(place.path(), &guide("pictures", below_a_file)), 1, &[below_a_file]);
     }
     assert_eq!(contents(place.path()), before, "nothing is touched");
-    // What a crash between the first two writes leaves behind is no obstacle.
+    // Leftovers of a crash between the first two writes are no obstacle.
     fs::create_dir_all(place.path().join("begun/frames")).expect("made");
     fs::write(place.path().join("begun/journal.jsonl"), b"").expect("written");
     fs::write(place.path().join("begun/.boresight-x1"), b"schem").expect("written");
@@ -75,7 +75,7 @@ fn a_folder_with_something_in_it_is_not_made_a_session() {
     assert!(ended.stderr.contains("Result: "), "{}", ended.stderr);
 }
 
-/// A folder in which nobody may write, not even root.
+/// A read-only folder, even for root.
 struct ReadOnly {
     place: TempDir,
     mounted: bool,
@@ -101,7 +101,7 @@ impl ReadOnly {
 
 impl Drop for ReadOnly {
     fn drop(&mut self) {
-        // Left mounted it is only in the way.
+        // Unmounting may fail without harm.
         if self.mounted {
             let _ = Command::new("umount").arg(self.place.path()).status();
         }
@@ -194,7 +194,7 @@ fn doctor_names_the_damage_and_the_next_step() {
         &["2 journal lines", "No damage found"],
     );
 
-    // A journal that is gone altogether is no whole session.
+    // Without its journal, a folder is no whole session.
     fs::remove_file(&journal).expect("removed");
     says(&boresight(place.path(), &["doctor", "session"]), 1, &["journal.jsonl"]);
 }
@@ -210,7 +210,7 @@ fn a_broken_picture_ends_no_session() {
     says(&ended, ended.code, &["PIC-BAD", "2.png"]);
     let taken = ended.stderr.matches("Taken: view").count();
     assert!(taken > 2 && ended.code != 1, "{}", ended.stderr);
-    // Nor does it when the session is resumed; the file is mended by then.
+    // Nor on resuming the session; the file is repaired by then.
     fs::write(&third, whole).expect("written");
     let ended = boresight(place.path(), &["guide", "--headless", "--session", "session"]);
     says(&ended, ended.code, &[&format!("Resuming with {taken} views")]);
@@ -228,7 +228,7 @@ fn pictures_of_another_size_are_told_and_left_out() {
     assert_eq!(ended.stderr.matches("Taken: view").count(), 2, "{}", ended.stderr);
 }
 
-/// A JPEG with a thumbnail in its EXIF segment, as cameras write it.
+/// A JPEG with a thumbnail in its EXIF segment, as from cameras.
 fn with_thumbnail(image: &GrayImage) -> Vec<u8> {
     let encoded = |image: &GrayImage| {
         let mut bytes = Vec::new();

@@ -5,7 +5,7 @@ use tempfile::TempDir;
 
 use crate::person::{ended, program, says};
 
-/// `BORESIGHT_SESSIONS=6` shows that many people; one by default.
+/// `BORESIGHT_SESSIONS=6` shows six people; one by default.
 #[test]
 fn a_session_is_shown_to_its_good_end_and_marked_as_simulated() {
     let people = std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(1);

@@ -1,5 +1,5 @@
-//! Files that lead elsewhere, never end, are no files, or aren't what they were: nothing outside a session is
-//! touched, nothing hangs, and `doctor` tells the truth.
+//! Files leading elsewhere, endless, special, or changed: nothing outside a session is touched,
+//! nothing hangs, and `doctor` tells the truth.
 
 use std::{
     fs,
@@ -30,7 +30,7 @@ fn good() -> &'static Path {
     path
 }
 
-/// A place with a copy of the session, and the scene that it was recorded from.
+/// A place with a copy of the session, and its scene.
 fn copy() -> TempDir {
     let place = place();
     let copied = Command::new("cp").arg("-r").arg(good()).arg(place.path()).status();
@@ -38,7 +38,7 @@ fn copy() -> TempDir {
     place
 }
 
-/// What a program did that must end within seconds; it's killed if it doesn't.
+/// Result of a program, killed unless it ends within seconds.
 fn ends_soon(place: &Path, arguments: &[&str]) -> Ended {
     let mut child = program(place, arguments)
         .stdin(Stdio::null())
@@ -122,14 +122,14 @@ fn a_session_leads_nowhere_else() {
         }
         unharmed();
         fs::remove_file(session.join(file)).expect("removed");
-        // Nor does anything wait for a writer that never comes.
+        // Nor does anything wait for an absent writer.
         fifo(&session.join(file));
         says(&ends_soon(place.path(), &["doctor", "session"]), 1, &[file, "a FIFO"]);
         says(&ends_soon(place.path(), &go_on), 1, &[file, "a FIFO"]);
         fs::remove_file(session.join(file)).expect("removed");
         fs::write(session.join(file), original).expect("written");
     }
-    // A picture that is a link, and a folder of pictures that is one.
+    // A picture as a link, and a folder of pictures as a link.
     let picture = fs::read_dir(session.join("frames")).expect("there").next().expect("one");
     let picture = picture.expect("readable").path();
     fs::rename(&picture, place.path().join("moved.png")).expect("moved");
@@ -191,7 +191,7 @@ fn doctor_is_not_fooled() {
             &["missing", "boresight doctor session --recover"],
         );
     }
-    // The result alone tells it, too.
+    // The result alone reveals it, too.
     fs::remove_dir_all(at("frames")).expect("removed");
     fs::create_dir(at("frames")).expect("made");
     says(&doctor(&place), 1, &["calibration.json has"]);
@@ -215,7 +215,7 @@ fn doctor_is_not_fooled() {
     let recover = ["doctor", "session", "--recover", "new"];
     says(&boresight(place.path(), &recover), 1, &["another session.toml"]);
     assert_eq!(contents(place.path()), before, "nothing is touched");
-    // A recording of before there was a checksum: every decision differs.
+    // A recording from before checksums: every decision differs.
     let journal = fs::read_to_string(at("journal.jsonl")).expect("there");
     fs::write(at("journal.jsonl"), without_checksum(&journal)).expect("written");
     says(&doctor(&place), 1, &["doesn't belong"]);
@@ -223,7 +223,7 @@ fn doctor_is_not_fooled() {
     says(&doctor(&place), 0, &["No damage found"]);
 }
 
-/// A journal as it was before its first line had a checksum of `session.toml`.
+/// A journal from before the checksum of `session.toml` in its first line.
 pub(crate) fn without_checksum(journal: &str) -> String {
     let (before, rest) = journal.split_once("\"session\":\"").expect("a checksum");
     let (_, after) = rest.split_once("\",").expect("its end");
@@ -292,7 +292,7 @@ fn files_without_an_end_are_refused() {
         assert_ne!(ended.code, 0, "{arguments:?}");
         assert!(ended.stderr.contains(what), "{arguments:?}: {}", ended.stderr);
     }
-    // One that is larger than any of its kind takes no memory.
+    // A file larger than any of its kind takes no memory.
     let huge = fs::File::create(place.path().join("huge.json")).expect("made");
     huge.set_len(1 << 40).expect("sparse");
     says(&ends_soon(place.path(), &["export", "huge.json"]), 1, &["huge.json", "larger than"]);

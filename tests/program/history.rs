@@ -1,6 +1,8 @@
-//! Every calibration of every camera: found again after the index is deleted, and drift told from chance.
+//! Every calibration of every camera: found again after the index is deleted, and drift told from
+//! chance.
 //!
-//! `BORESIGHT_HISTORY_CAMERAS=1000` takes so many cameras, `BORESIGHT_HISTORY_EACH=100` so many calibrations of each.
+//! `BORESIGHT_HISTORY_CAMERAS=1000` sets the number of cameras, `BORESIGHT_HISTORY_EACH=100` the
+//! number of calibrations of each.
 
 use std::{fs, path::Path, process::Stdio, time::Instant};
 
@@ -15,7 +17,7 @@ fn number(variable: &str, usual: usize) -> usize {
     std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
-/// Numbers that look normally distributed, the same each time.
+/// Normally distributed pseudo-random numbers, the same each time.
 struct Chance(u64);
 
 impl Chance {
@@ -31,7 +33,8 @@ impl Chance {
     }
 }
 
-/// Sessions of `cameras` cameras with `each` calibrations; the first `drifting` lose 1 % of their focal length.
+/// Sessions of `cameras` cameras with `each` calibrations; the first `drifting` lose 1 % of their
+/// focal length.
 fn fleet(place: &Path, cameras: usize, each: usize, drifting: usize) {
     let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1/good");
     let header = fs::read_to_string(good.join("session.toml")).expect("readable");
@@ -118,7 +121,7 @@ fn drift_is_told_from_chance_and_the_index_is_made_again() {
     let named = boresight(place, &["history", "usb:0000:0001:00001"]);
     println!("by its whole name: {:.0} ms", began.elapsed().as_secs_f64() * 1e3);
     says(&named, 0, &[]);
-    // Deleted, it's made again from the sessions, in whatever order.
+    // Deleted, the index is restored from the sessions in any order.
     fs::remove_file(place.join("history.jsonl")).expect("removed");
     for camera in (0..cameras).rev().step_by(2).chain((0..cameras).rev().skip(1).step_by(2)) {
         if cameras > 100 && camera > 0 {
@@ -141,7 +144,7 @@ fn what_is_due_is_listed_and_the_page_shows_every_camera() {
     let path = place.join("sessions/00003/0002/session.toml");
     let header = fs::read_to_string(&path).expect("readable").replace("2020-03-01T00:00:00Z", &now);
     fs::write(&path, header).expect("written");
-    // A clock that was wrong makes none new.
+    // A wrong clock makes no calibration new.
     let path = place.join("sessions/00002/0002/session.toml");
     let header = fs::read_to_string(&path).expect("readable");
     let ahead = header.replace("2020-03-01T00:00:00Z", "2300-03-01T00:00:00Z");
@@ -189,7 +192,7 @@ fn what_several_programs_add_at_once_is_all_there() {
     let place = TempDir::new().expect("folder");
     let place = place.path();
     fleet(place, PROGRAMS, 2, 0);
-    // Long enough that reading and writing it takes a while.
+    // Long enough for a measurable time of reading and writing.
     says(&boresight(place, &["history", "add", "sessions/00000"]), 0, &["2 of 2"]);
     let index = place.join("history.jsonl");
     let line = fs::read_to_string(&index).expect("there");
@@ -256,7 +259,7 @@ fn an_index_in_sqlite_is_taken_over_and_stays_as_it_is() {
     assert_eq!(lines(&listed.stdout).len(), 5);
     let again = boresight(place, &["history", "--json"]);
     assert!(again.stdout == listed.stdout && !again.stderr.contains("Imported"));
-    // New calibrations go into the new file, by whatever name it's meant.
+    // New calibrations go into the new file, under either name.
     fleet(place, 1, 1, 0);
     let named = ["history", "add", "sessions", "--index", "history.sqlite"];
     says(&boresight(place, &named), 0, &["1 of 1", "history.jsonl"]);
@@ -271,7 +274,7 @@ fn an_index_in_sqlite_is_taken_over_and_stays_as_it_is() {
     assert_eq!(lines(&named.stdout)[0]["calibrations"].as_array().map(Vec::len), Some(7));
 }
 
-/// One table, whoever made it.
+/// The same table from any program.
 #[test]
 fn the_table_of_a_batch_is_an_index() {
     let place = TempDir::new().expect("folder");

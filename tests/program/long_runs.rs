@@ -1,4 +1,4 @@
-//! A session that goes on for hours costs no more at its end than at its beginning.
+//! Cost of a session over hours: no more at its end than at its beginning.
 //!
 //! `BORESIGHT_LONG_RUN_FRAMES=7200` runs the eight hours; without it, a few minutes of them.
 
@@ -8,11 +8,11 @@ use tempfile::TempDir;
 
 use crate::person::program;
 
-/// Hands that never hold a board still, at one picture in four seconds.
+/// Constantly moving hands, at a picture in four seconds.
 const SCENE: &str =
     "image_size_px = [200, 150]\nfps = 0.25\nclutter = 0.0\n[technician]\ntremor_deg = 12.0\n";
 
-/// What a process takes of the system.
+/// Resources of a process.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cost {
     memory_kb: u64,
@@ -20,7 +20,7 @@ struct Cost {
     descriptors: usize,
 }
 
-/// What the process `id` takes now; `None` once it has ended.
+/// Present resources of the process `id`; `None` once ended.
 fn cost(id: u32) -> Option<Cost> {
     let process = Path::new("/proc").join(id.to_string());
     let status = fs::read_to_string(process.join("status")).ok()?;
@@ -47,7 +47,7 @@ fn a_session_that_is_never_complete_takes_no_more_and_more() {
         ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s", "--max-frames", &count];
     let mut child = program(place.path(), &arguments).stderr(Stdio::null()).spawn().expect("runs");
     let journal = place.path().join("s/journal.jsonl");
-    // By the length of the journal, which grows with every frame.
+    // By the length of the journal, growing with every frame.
     let mut looks: Vec<(u64, Cost)> = Vec::new();
     let code = loop {
         if let Some(ended) = child.try_wait().expect("can be waited for") {

@@ -1,4 +1,4 @@
-//! The program as a process: what it says, how it ends, and what it leaves on the disk.
+//! The program as a process: its words, its ends, and its files on the disk.
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 

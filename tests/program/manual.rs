@@ -1,4 +1,4 @@
-//! Shell completions and manual pages, read by the programs that they are for.
+//! Shell completions and manual pages, read by their programs.
 
 use std::{fs, process::Command};
 
@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use crate::person::{boresight, contents, says};
 
-/// Whether a program is there.
+/// True if a program is installed.
 fn has(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
@@ -39,7 +39,7 @@ fn bash_completes_commands_and_options() {
     says(&boresight(folder.path(), &["completions", "tcsh"]), 2, &["bash", "zsh"]);
 }
 
-/// What an example types: without what it's piped into, where its output goes, and what's said behind it.
+/// Typed part of an example: without its input pipe, its redirection, and its comment.
 fn typed(line: &str) -> Option<&str> {
     let line = line.trim_start();
     let ends = ["  ", " | ", " > ", " \\"];
@@ -47,7 +47,7 @@ fn typed(line: &str) -> Option<&str> {
     line.starts_with("boresight ").then(|| &line[..end])
 }
 
-/// The long name of the option that a line of a help describes.
+/// Long name of the option in a line of help.
 fn option(line: &str) -> Option<&str> {
     let line = line.trim_start();
     let line = line.split_once(", ").filter(|(short, _)| short.len() == 2).map_or(line, |it| it.1);
@@ -79,7 +79,7 @@ fn every_example_can_be_typed_and_every_option_is_in_the_documentation() {
             assert!(documented.contains(name), "{command} {name} isn't in docs/commands.md");
         }
         for example in help.lines().skip_while(|line| *line != "Examples:").filter_map(typed) {
-            // With --help behind it, what stands before is read, and nothing is done.
+            // With --help at the end, the arguments are parsed, and nothing is done.
             let program = std::path::Path::new(env!("CARGO_BIN_EXE_boresight"));
             let script = format!(
                 "PATH={}:$PATH; {example} --help",
@@ -127,7 +127,7 @@ fn every_command_has_a_page() {
                 assert!(shown.contains(example.trim()), "{command}: {example}");
             }
         }
-        // Examples stand on their own lines.
+        // Examples are on their own lines.
         let help = boresight(folder.path(), &[command, "--help"]).stdout;
         let examples: Vec<&str> =
             help.lines().skip_while(|line| *line != "Examples:").skip(1).collect();

@@ -1,4 +1,4 @@
-//! Sessions that a machine watches: metrics, logs for programs, a command at the end.
+//! Sessions watched by a machine: metrics, logs for programs, a command at the end.
 
 use std::{
     fs,
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::person::{boresight, says};
 
-/// A scene whose pictures are quick to make.
+/// A scene with quickly drawn pictures.
 const SCENE: &str = "image_size_px = [200, 150]\nfps = 4.0\nclutter = 0.0\n";
 
 fn value(page: &str, name: &str) -> Option<f64> {
@@ -29,7 +29,7 @@ fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
     let note = "echo $BORESIGHT_VERDICT $BORESIGHT_RESULT $BORESIGHT_SESSION > note; echo aside";
     let watched = ["--json", "--log", "json", "--metrics", "cell.prom", "--on-finish", note];
     let ended = boresight(place, &[&guide[..], &watched[..]].concat());
-    // Machines read the result on stdout, whatever the command says.
+    // Machines read the result on stdout, independent of the command's output.
     let result: Value = serde_json::from_str(ended.stdout.trim()).expect("JSON");
     assert!(result["schema"].is_string());
     let lines = ended.stderr.lines();
@@ -53,7 +53,7 @@ fn a_session_is_watched_from_its_first_picture_to_its_verdict() {
     assert!(page.contains(&format!("{{file=\"cell\",verdict=\"{verdict}\"}} 1\n")), "{page}");
 }
 
-/// A good calibration isn't thrown away by a script because a longer plan was asked for.
+/// A script doesn't discard a good calibration for a longer plan.
 #[test]
 fn the_exit_code_follows_the_verdict_though_the_plan_is_not_complete() {
     let place = TempDir::new().expect("folder");
@@ -66,7 +66,7 @@ fn the_exit_code_follows_the_verdict_though_the_plan_is_not_complete() {
     says(&boresight(place, &["report", "s"]), 0, &[]);
 }
 
-/// On a terminal, as `script` (Debian's bsdutils) makes one.
+/// On a terminal by `script` (Debian's bsdutils).
 #[test]
 fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
     let place = TempDir::new().expect("folder");
@@ -88,7 +88,7 @@ fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
     let mut keys = child.stdin.take().expect("piped");
     let mut screen = child.stdout.take().expect("piped");
     let (mut seen, mut part) = (String::new(), [0; 4096]);
-    // A view that is taken is removed, brought back, and the session ended.
+    // A taken view is removed, brought back, and the session ended.
     let mut steps =
         [("Taken: view 1", b"u"), ("Removed: view 1", b"r"), ("Brought back: view 1", b"q")]
             .into_iter()

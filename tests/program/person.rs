@@ -6,14 +6,14 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// How a run ended.
+/// End of a run.
 pub(crate) struct Ended {
     pub(crate) code: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
 }
 
-/// The program with these arguments in `folder`, not started yet; nobody types.
+/// Command with these arguments in `folder`, not started yet, without input.
 pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_boresight"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
@@ -35,7 +35,8 @@ pub(crate) fn ended(mut command: Command) -> Ended {
     }
 }
 
-/// The run ended with `code`, and with these words for the person; none of them are a programmer's.
+/// Asserts the end of a run with `code`, and these words for the person, none of them a
+/// programmer's.
 pub(crate) fn says(ended: &Ended, code: i32, words: &[&str]) {
     for word in words {
         assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);

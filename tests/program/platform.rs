@@ -1,4 +1,5 @@
-//! What others build on: files of every program in and out, errors that machines read, batches that share their work.
+//! Interfaces to build on: files of every program in and out, errors for machines, batches sharing
+//! their work.
 
 use std::{
     fs,
@@ -33,7 +34,7 @@ fn a_calibration_goes_through_every_format_that_holds_it() {
     let calibration = calibration.to_str().expect("a path");
     let first = json(&fs::read_to_string(calibration).expect("readable"));
     let mut before = calibration.to_owned();
-    // Their names tell the formats.
+    // Their names determine the formats.
     for name in [
         "opencv.xml",
         "cameras.txt",
@@ -64,12 +65,12 @@ fn a_calibration_goes_through_every_format_that_holds_it() {
             assert!((a - b).abs() < 1e-9, "{name}: {a} {b}");
         }
     }
-    // What a format can't hold, a name that tells nothing, and a file that is there are refused.
+    // Refused: a lens beyond the format, a name without a format, and an existing file.
     says(&boresight(place, &["convert", "ros.yaml", "open3d.json"]), 1, &["can't hold this lens"]);
     says(&boresight(place, &["convert", "ros.yaml", "any.yaml"]), 1, &["--format"]);
     says(&boresight(place, &["convert", "ros.yaml", "cameras.txt"]), 1, &["--force"]);
     assert!(!place.join("open3d.json").exists());
-    // The name of a file tells `export` its format, too: no YAML under another ending.
+    // The name of a file sets the format of `export`, too: no YAML under another extension.
     let session = good();
     let session = session.to_str().expect("a path");
     for (name, begins) in
@@ -103,7 +104,7 @@ fn a_sessions_views_calibrate_again() {
         1,
         &["knows its board", "--square"],
     );
-    // A person who measures a square afterwards corrects it, and a report that wouldn't says so.
+    // A person who measures a square afterwards corrects it; a report without effect tells so.
     let larger = boresight(place.path(), &["calibrate", session, "--square", "30mm", "--json"]);
     says(&larger, 0, &["GOOD"]);
     let square = |file: &Value| file["board"]["square_mm"].as_f64().expect("mm");
@@ -135,7 +136,7 @@ fn a_damaged_picture_and_a_wild_view_end_nothing() {
     let mut arguments = vec!["calibrate", "--board", "7x5", "--square", "30mm"];
     arguments.extend(pictures.iter().map(String::as_str));
     says(&boresight(place, &arguments), 0, &["zzz.png: not used", "boresight calibrate"]);
-    // A view whose corners go backwards over the board is no view of it.
+    // A view with corners running backwards over the board is no view of it.
     let table = boresight(place, &["export", "session", "--format", "vnl"]).stdout;
     let mut lines: Vec<&str> = table.lines().collect();
     lines[1..36].sort_unstable();
@@ -157,7 +158,7 @@ fn machines_read_why_a_command_failed() {
         (&"boresight.error/1".into(), &"FILE-MISSING".into())
     );
     assert!(error["message"].is_string() && error["next"].is_string(), "{error}");
-    // Every picture has its line, also one that can't be read.
+    // Every picture has its line, even an unreadable one.
     fs::write(place.join("a.png"), "no picture").expect("written");
     let ended = boresight(place, &["detect", "--board", "7x5", "--json", "a.png", "no.png"]);
     let lines: Vec<Value> = ended.stdout.lines().map(json).collect();
@@ -175,7 +176,7 @@ fn machines_read_why_a_command_failed() {
     ] {
         says(&boresight(place, arguments), 2, &[word]);
     }
-    // The hint is about what was named.
+    // The hint refers to the named file.
     let ended = boresight(place, &["calibrate", "--config", "/nope", "a.png"]);
     assert!(!ended.stderr.contains("session.toml"), "{}", ended.stderr);
 }
@@ -335,7 +336,7 @@ fn what_a_newer_version_wrote_is_not_damage() {
     assert!(!place.join("new").exists());
 }
 
-/// Zeros are what a power cut leaves, but its pictures say that there were lines.
+/// Zeros remain after a power cut, but its pictures prove lines existed.
 #[test]
 fn a_journal_of_anything_is_no_empty_session() {
     let place = TempDir::new().expect("folder");

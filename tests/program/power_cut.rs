@@ -1,9 +1,10 @@
-//! The power fails at any instant of any operation, and the disk has kept what it had to and any part of the rest:
-//! acknowledged views are there, the folder opens, and `doctor` tells the truth.
+//! The power fails at any instant of any operation, and the disk has kept its obligations and any
+//! part of the rest: acknowledged views are there, the folder opens, and `doctor` tells the truth.
 //!
-//! Every change of the disk is logged, then played on a model of a disk under the strictest reading of POSIX: data
-//! last once their file is synced, names once their folder is. What was not synced survives in part: names of a
-//! folder up to some one, bytes of a file up to some one, or with holes of zeros.
+//! Every change of the disk is logged, then played on a model of a disk under the strictest reading
+//! of POSIX: data last once their file is synced, names once their folder is. Unsynced changes
+//! survive in part: names of a folder up to some one, bytes of a file up to some one, or with holes
+//! of zeros.
 
 use std::{
     collections::{BTreeMap, HashMap},
@@ -29,7 +30,7 @@ use crate::crash::place;
 type Number = usize;
 type Names = BTreeMap<String, Number>;
 
-/// A name that appears, goes or changes.
+/// A name appearing, disappearing or changing.
 #[derive(Clone, Debug)]
 enum Renaming {
     Put(String, Number),
@@ -57,14 +58,14 @@ enum Node {
     Folder { now: Names, synced: Names, since: Vec<Renaming> },
 }
 
-/// A disk, as the program sees it and as it is.
+/// A disk, as seen by the program and as it is.
 #[derive(Clone, Debug)]
 struct Disk {
     nodes: Vec<Node>,
 }
 
 impl Disk {
-    /// What is in `folder` is on the disk.
+    /// A disk with the contents of `folder`.
     fn holding(folder: &Path) -> Self {
         let mut disk = Self { nodes: Vec::new() };
         disk.load(folder);
@@ -154,7 +155,7 @@ impl Disk {
         }
     }
 
-    /// What is left after the power failed: paths with contents, `None` for folders.
+    /// Contents after a power failure: paths with contents, `None` for folders.
     fn left(&self, fate: Fate, rng: &mut ChaCha8Rng) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut left = BTreeMap::new();
         self.leave(0, Path::new(""), fate, rng, &mut left);
@@ -198,7 +199,7 @@ fn name_of(path: &Path) -> String {
     path.file_name().expect("it has a name").to_string_lossy().into_owned()
 }
 
-/// What survives of what wasn't synced.
+/// Surviving part of unsynced changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     /// Nothing.
@@ -236,21 +237,21 @@ impl Fate {
     }
 }
 
-/// Frames of views that the person was told of, or that were taken back, by the number of changes before.
+/// Frames of announced or withdrawn views, by the number of changes before.
 #[derive(Clone, Debug, Default)]
 struct Promises(Vec<(usize, Promise)>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Promise {
-    /// So many views are taken.
+    /// At least this many views.
     Taken(usize),
-    /// So many are taken, and not one more.
+    /// Exactly this many views.
     Exactly(usize),
 }
 
-/// What every state must be like.
+/// Checks of every state.
 struct Checks {
-    /// The session's folder, and one that may appear.
+    /// The session's folder, and a possible second one.
     session: PathBuf,
     recovered: Option<PathBuf>,
     seen: HashMap<u64, usize>,
@@ -273,7 +274,7 @@ impl Checks {
         }
     }
 
-    /// Views in the folder that the state left, or what is wrong with it.
+    /// Views in the remaining folder, or its fault.
     fn views(
         &mut self,
         left: &BTreeMap<PathBuf, Option<Vec<u8>>>,
@@ -311,7 +312,7 @@ impl Checks {
                 let stored = stored.ok_or_else(|| format!("no picture of frame {frame}"))?;
                 stored_frame(&path, stored).map_err(|err| err.to_string())?;
             }
-            // It goes on, and that is there the next time.
+            // The session continues, and the new view is there the next time.
             let mut session = saved.session.clone();
             let decision = session.handle(&Input::Resumed);
             let appended = folder.journal_mut().append(&Input::Resumed, &decision, None, true);
@@ -334,7 +335,7 @@ impl Checks {
         Ok(views)
     }
 
-    /// Tries what each instant of `changes` may leave.
+    /// Tries the possible states at each instant of `changes`.
     fn try_all(
         &mut self,
         mut disk: Disk,
@@ -398,12 +399,12 @@ impl Checks {
     }
 }
 
-/// States tried by chance at each instant; `BORESIGHT_CRASHES` sets another number.
+/// Random states tried at each instant; `BORESIGHT_CRASHES` sets another number.
 fn chances() -> usize {
     std::env::var("BORESIGHT_CRASHES").ok().and_then(|count| count.parse().ok()).unwrap_or(1)
 }
 
-/// Runs a session in the logged `place` and notes when each view is told of.
+/// Runs a session in the logged `place` and notes the announcement of each view.
 fn run(place: &Path, log: &Arc<DiskLog>, opening: &Opening, before: usize) -> Promises {
     let promises = Arc::new(Mutex::new(Promises::default()));
     let taken = Arc::new(Mutex::new(before));
@@ -451,7 +452,7 @@ fn no_power_cut_costs_a_view_or_a_session() {
     checks.try_all(start, &changes, &promises, chances());
     checks.must_hold("start to end", 200);
 
-    // Going on with a session whose run was cut off after two views.
+    // Resuming a session cut off after two views.
     let session = place.path().join("session");
     let journal = fs::read(session.join("journal.jsonl")).expect("there");
     let lines = SessionFolder::journal(&session).expect("whole").lines;
@@ -519,7 +520,7 @@ fn no_power_cut_costs_a_view_or_a_session() {
     checks.try_all(start, &log.changes()[before..], &promises, 20 + chances());
     checks.must_hold("report", 50);
 
-    // What is whole is copied.
+    // Intact parts are copied.
     let start = Disk::holding(place.path());
     let before = log.changes().len();
     recover(&session, &place.path().join("copy")).expect("copied");

@@ -1,4 +1,4 @@
-//! What must hold before a release: one version, and nothing of an older installation is lost.
+//! Conditions for a release: one version, and nothing of an older installation is lost.
 
 use std::{fs, path::Path};
 
@@ -31,7 +31,8 @@ fn every_file_with_a_version_has_this_one() {
     assert!(count > 10, "{count} crates");
 }
 
-/// What an older version has left: a session, an index in SQLite as the first builds kept it, and the window's memory.
+/// Files of an older version: a session, an index in SQLite from the first builds, and the window's
+/// memory.
 #[test]
 fn an_older_installations_sessions_index_and_settings_are_kept() {
     let place = TempDir::new().expect("folder");

@@ -1,4 +1,4 @@
-//! The report as a reader meets it: whole, by itself, and with the numbers of the result.
+//! The report as met by a reader: whole, self-contained, and with the numbers of the result.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -57,7 +57,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 
-/// Parses a page, which must be well-formed and need nothing but itself.
+/// Parses a page, and checks it for well-formedness and external references.
 fn checked<'a>(html: &'a str, parts: &[&str]) -> Document<'a> {
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     let document = Document::parse_with_options(html, options).expect("well-formed");
@@ -145,7 +145,8 @@ fn the_page_has_the_numbers_of_the_file() {
             assert!(table.contains(&view[name].as_f64().expect("number")), "{name}");
         }
     }
-    // Drawings of the fit: a bar and a board for each view, each corner as a dot, a cell for each pair of parameters.
+    // Drawings of the fit: a bar and a board for each view, each corner as a dot, a cell for each
+    // pair of parameters.
     let shapes = |id: &str, shape: &str| {
         let drawn = part(&document, id).descendants();
         drawn.filter(|node| node.has_tag_name(shape)).count()
@@ -162,7 +163,7 @@ fn the_page_has_the_numbers_of_the_file() {
     assert_eq!(shapes("chart-distance", "polyline"), 2);
     let cells = (shapes("chart-correlations", "polygon") as f64).sqrt();
     assert!(cells >= 3.0 && cells.fract() == 0.0, "{cells}");
-    // The verdict stands first, in words and in a sign, with the command to repeat it at the end.
+    // The verdict comes first, in words and in a sign, with the command to repeat it at the end.
     let verdict = text(part(&document, "verdict"));
     let word = ["GOOD", "USE WITH CARE", "NOT TRUSTWORTHY"][["good", "care", "untrustworthy"]
         .iter()
@@ -172,7 +173,7 @@ fn the_page_has_the_numbers_of_the_file() {
     assert_eq!(ended.code == 3, word == "NOT TRUSTWORTHY");
     let repeat = text(part(&document, "provenance"));
     assert!(repeat.contains("boresight calibrate --board 9x6 pictures/0.png"), "{repeat}");
-    // The full estimates stand in the paper's table, whose rows are n = 0 … 4 for six views.
+    // The full estimates are in the paper's table, with rows n = 0 … 4 for six views.
     let skip = part(&document, "skip-table");
     let rows = skip.descendants().filter(|node| node.attribute("scope") == Some("row")).count();
     assert_eq!(rows, 5);
@@ -229,18 +230,18 @@ fn a_session_ends_with_its_report() {
         assert_eq!(told["verdict"], result["verdict"]);
         assert!(contents(&folder.path().join("session")) == before, "{input}: another page");
     }
-    // Elsewhere only where nothing is.
+    // Elsewhere only under a free name.
     let elsewhere = ["report", "session", "--out", "mine.html"];
     says(&boresight(folder.path(), &elsewhere), code, &["mine.html"]);
     says(&boresight(folder.path(), &elsewhere), 1, &["already", "--force"]);
     says(&boresight(folder.path(), &[&elsewhere[..], &["--force"]].concat()), code, &["mine.html"]);
 
-    // A result that is not the journal's is said to be another.
+    // A result other than the journal's is reported as another.
     let mut stale = result.clone();
     stale["result"]["pp_px"][0] = json!(1.0);
     fs::write(folder.path().join("session/calibration.json"), stale.to_string()).expect("written");
     says(&boresight(folder.path(), &["report", "session"]), code, &["differs from the journal"]);
-    // Without its pictures the showing the boards' outlines.
+    // Without its pictures, the page shows the boards' outlines.
     fs::remove_dir_all(folder.path().join("session/frames")).expect("removed");
     boresight(folder.path(), &["report", "session"]);
     let html = read(&page);
@@ -257,7 +258,7 @@ fn a_file_by_itself_shows_what_it_holds() {
     says(&ended, ended.code, &["pictures/result.html"]);
     let html = read(&folder.path().join("pictures/result.html"));
     let document = checked(&html, &PARTS);
-    // The pictures lie beside it; the corners are nowhere.
+    // The pictures lie beside it; the corners are missing.
     assert_eq!(html.matches("data:image/jpeg").count(), 4);
     assert!(text(part(&document, "residuals")).contains("this file has no corners"));
     // Names that lead elsewhere bring no picture.
@@ -306,7 +307,7 @@ fn one_view_and_none_have_a_page_too() {
     assert!(text(part(&document, "numbers")).contains("No calibration"));
 }
 
-/// The priors on the lens make the standard deviations of so few views too small to be believed.
+/// Priors on the lens make the standard deviations of few views too small to be believed.
 #[test]
 fn no_standard_deviation_is_shown_below_four_views() {
     let shows_sd = |words: &str| {
@@ -338,7 +339,7 @@ fn names_are_text_whatever_is_in_them() {
     ];
     let mut all = files.clone();
     for (i, name) in hostile.iter().enumerate() {
-        // A slash cannot be in a name, and need not be for the others to bite.
+        // A slash cannot be in a name, but the other characters still do harm.
         let name = name.replace('/', "∕");
         fs::copy(folder.path().join(&files[i % 2]), folder.path().join(&name)).expect("copied");
         all.push(name);
@@ -405,11 +406,11 @@ fn drift_is_shown_where_it_is_known() {
     for number in [3.25, 0.7, -2.5, 0.25, 0.6, 0.5, 2.1, 2.2] {
         assert!(shown.contains(&number), "{number}");
     }
-    // On the page of a check its verdict stands first.
+    // On the page of a check its verdict comes first.
     let verdict = text(part(&document, "verdict"));
     let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USE WITH CARE"));
     assert!(first.is_some() && first < then, "{verdict}");
-    // Without a verdict it is said why.
+    // Without a verdict, the page gives the reason.
     let none = json!({ "schema": "boresight.check/1", "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",
         "action": "Set the mode." });
     let check = Some(CheckFile::read(&none).expect("whole"));
@@ -484,7 +485,7 @@ fn the_first_sheet_is_a_certificate() {
     ] {
         assert!(shown.contains(&value), "{value} is not in {shown:?}");
     }
-    // The checksum is that of the file as it is, and begins the number.
+    // The checksum is that of the present file, and begins the number.
     let again =
         boresight(folder.path(), &["report", "result.json", "--set", "certificate.site=Hall 2"]);
     says(&again, ended.code, &["result.html"]);
@@ -498,7 +499,7 @@ fn the_first_sheet_is_a_certificate() {
     assert_eq!(sum(sheet), sum(part(&other, "certificate")));
     assert!(text(sheet).contains(&sum(sheet)[..6].to_uppercase()));
     assert!(text(part(&other, "certificate")).contains("Hall 2"));
-    // A logo that isn't there doesn't cost the report.
+    // A missing logo doesn't cost the report.
     let away = ["report", "result.json", "--force", "--set", "certificate.logo=away.png"];
     says(&boresight(folder.path(), &away), ended.code, &["away.png", "result.html"]);
 }
@@ -522,7 +523,7 @@ fn a_simulated_session_says_so_on_every_sheet() {
     // A session from elsewhere shows no picture of this machine.
     let header = folder.path().join("session/session.toml");
     assert!(read(&header).contains("logo = \"\""));
-    // Said later, it stands there; the rest stays.
+    // Given later, the statement appears; the rest stays.
     let later = ["report", "session", "--set", "certificate.customer=Mill Ltd"];
     says(&boresight(folder.path(), &later), ended.code, &[]);
     let html = read(&folder.path().join("session/report.html"));
@@ -530,7 +531,7 @@ fn a_simulated_session_says_so_on_every_sheet() {
     for words in ["Mill Ltd", "Hall 1"] {
         assert!(text(part(&document, "certificate")).contains(words), "{words}");
     }
-    // Nor does one that names such a picture as its logo, whether that exists or not.
+    // Nor does a session with such a picture as its logo, existing or not.
     let logo = folder.path().join("logo.png");
     GrayImage::new(40, 20).save(&logo).expect("written");
     let naming = format!("logo = {:?}", logo.display().to_string());

@@ -1,4 +1,4 @@
-//! Which views are accepted is a recorded fact, whatever another build would decide.
+//! Accepted views are a recorded fact, independent of other builds' decisions.
 
 use std::{fs, path::Path};
 
@@ -16,7 +16,8 @@ use crate::{
     world::{SIZE, guided},
 };
 
-/// Records a guided session at `path`, with its last view removed and restored; returns its last state.
+/// Records a guided session at `path`, with its last view removed and restored; returns its last
+/// state.
 fn recorded(path: &Path) -> Session {
     let header = Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"));
     let mut folder = SessionFolder::create(path, &header).expect("created");
@@ -34,7 +35,7 @@ fn recorded(path: &Path) -> Session {
     session
 }
 
-/// Changes the limits in `session.toml`, so that this build decides as another version might: it would
+/// Changes the limits in `session.toml`, to make this build decide like another version: it would
 /// accept none of the recorded views.
 fn make_another_build(path: &Path) {
     let file = path.join("session.toml");
@@ -44,7 +45,7 @@ fn make_another_build(path: &Path) {
         .replace("target_tilt_deg = 40.0", "target_tilt_deg = 64.5");
     assert_ne!(changed, text, "{text}");
     fs::write(&file, changed).expect("written");
-    // As recordings were before they had a checksum of it.
+    // As in recordings before the checksum of `session.toml`.
     let journal = path.join("journal.jsonl");
     let text = fs::read_to_string(&journal).expect("readable");
     fs::write(&journal, crate::files::without_checksum(&text)).expect("written");
@@ -75,7 +76,7 @@ fn a_moving_boards_corners_are_those_of_its_calibration() {
     let path = place.path().join("session");
     let live = SavedSession::open(&path).expect("whole").session;
     let found = live.calibration().expect("calibrated");
-    // The board moved while the rows were read: where its corners were seen isn't where they were at one instant.
+    // The board moved while the rows were read: the seen corners aren't those of a single instant.
     let seen = live.accepted().iter().flat_map(|view| &view.seen);
     let moved = seen.zip(live.corners_at_one_instant().iter().flatten());
     let farthest_px = moved.map(|(seen, moved)| (seen.px - moved.px).norm()).fold(0.0, f64::max);
@@ -112,10 +113,10 @@ fn recorded_views_stand_where_this_build_decides_otherwise() {
     };
     assert_eq!(roles(&saved.session), roles(&live));
     let camera = |session: &Session| session.calibration().expect("calibrated").camera;
-    // The motion of a rolling shutter isn't known of single pictures: that is less than their error.
+    // The motion of a rolling shutter is unknown in single pictures: less than their error.
     let (restored_px, live_px) = (camera(&saved.session).pp_px, camera(&live).pp_px);
     assert!((restored_px - live_px).norm() < 0.05, "{restored_px} {live_px}");
-    // The view that was removed last comes back first.
+    // The view removed last comes back first.
     let restored =
         |session: &mut Session| session.handle(&Input::Command(Command::Restore)).outcome;
     assert_eq!(restored(&mut saved.session.clone()), restored(&mut live.clone()));

@@ -1,4 +1,4 @@
-//! docs/schemas: made from the types that write the files, and true of what the program writes.
+//! docs/schemas: made from the Rust types, and true of the program's output.
 
 use std::{
     fs,
@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 use crate::person::{boresight, says};
 
-/// Set to rewrite docs/schemas.
+/// Variable to rewrite docs/schemas.
 const WRITE: &str = "BORESIGHT_WRITE_SCHEMAS";
 
 fn repository(path: &str) -> PathBuf {
@@ -169,7 +169,7 @@ fn what_the_program_writes_now_is_valid() {
     };
     let calibration = validator("calibration");
 
-    // With a picture that isn't used, and without any that is.
+    // With an unused picture, and without a used one.
     let mut calibrate = vec!["calibrate", "--board", "7x5", "--square", "30mm", "--out", "c.json"];
     calibrate.extend(pictures.iter().map(String::as_str));
     boresight(here, &calibrate);
@@ -181,7 +181,7 @@ fn what_the_program_writes_now_is_valid() {
     assert_eq!(none["result"], Value::Null);
     assert_valid(&calibration, &none);
 
-    // A session, its comparison, and what is said about both.
+    // A session, its comparison, and their messages.
     let guide =
         ["guide", "--headless", "--source", "pictures", "--board", "7x5", "--square", "30mm"];
     let old = recording("good/calibration.json").display().to_string();
@@ -214,7 +214,7 @@ fn what_the_program_writes_now_is_valid() {
     assert_valid(&validator("paths"), &paths);
     assert_eq!(paths["sessions"], json!(here.canonicalize().expect("there").join("sessions")));
 
-    // Whatever cameras this computer has.
+    // Any cameras of this computer.
     let devices = boresight(here, &["devices", "--json"]);
     assert_valid(&validator("devices"), &tree(devices.stdout.trim()));
 }

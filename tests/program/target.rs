@@ -1,4 +1,4 @@
-//! `boresight target`: what it writes, says and leaves alone.
+//! `boresight target`: its output, its words and its restraint.
 
 use std::fs;
 
@@ -96,7 +96,7 @@ fn a_printed_board_names_itself() {
     let detected = run(&["detect", "seen/0.png"]);
     says(&detected, 0, &["Board from its code: 7x5, 23 mm, ID K7Q2"]);
     assert_eq!(detected.stdout.lines().filter(|line| !line.starts_with('#')).count(), 35);
-    // The print was measured; what is given on the command line wins.
+    // The print was measured; the command line wins.
     let measured = ["--set", "boards.K7Q2.square_mm=23.05", "--json"];
     let board = |arguments: &[&str]| -> Value {
         let ended = run(&[&["calibrate", "seen/0.png"], arguments].concat());
@@ -106,7 +106,7 @@ fn a_printed_board_names_itself() {
     assert_eq!(board(&[&measured[..], &["--square", "24mm"]].concat())["square_mm"], 24.0);
     assert_eq!(board(&["--json"])["columns"], 7);
     assert_eq!(board(&["--json", "--board", "9x6"])["columns"], 9);
-    // A code beside the board that's meant says how large its squares are; beside another one, nothing.
+    // A code beside the named board gives the size of its squares; beside another one, nothing.
     assert_eq!(board(&["--json", "--board", "7x5"])["square_mm"], 23.0);
     assert_eq!(board(&["--json", "--board", "9x6"])["square_mm"], 25.0);
     assert_eq!(board(&["--json", "--square", "24mm"])["columns"], 7);

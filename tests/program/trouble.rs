@@ -1,4 +1,4 @@
-//! Files that others made, broke or changed: each has its reason, and ends nothing else.
+//! Files made, broken or changed by others: each has its reason, and ends nothing else.
 
 use std::{fs, path::Path};
 
@@ -9,7 +9,7 @@ use crate::{
     platform::{copied, good, json},
 };
 
-/// A PNG with a palette that is no whole number of colours: its decoder panics.
+/// A PNG with a palette of a fractional number of colours: its decoder panics.
 fn panicking_png() -> Vec<u8> {
     fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
         let body = [kind, data].concat();
@@ -110,7 +110,7 @@ fn decisions_that_do_not_follow_are_told_from_those_of_other_rules() {
     assert!(!same.stderr.contains("newer") && !same.stderr.contains("earlier rules"));
 }
 
-/// Its program was killed before the end: there are views, and no result yet.
+/// A program killed before the end: there are views, and no result yet.
 #[test]
 fn a_session_without_a_result_says_how_to_get_one() {
     let place = TempDir::new().expect("folder");
@@ -123,7 +123,7 @@ fn a_session_without_a_result_says_how_to_get_one() {
     }
 }
 
-/// The scene that it was recorded with isn't there any more.
+/// The recorded scene is missing.
 #[test]
 fn a_resumed_session_asks_for_a_source_that_is_gone() {
     let place = TempDir::new().expect("folder");
@@ -137,7 +137,7 @@ fn a_resumed_session_asks_for_a_source_that_is_gone() {
     assert!(!ended.stderr.contains("--source SOURCE"), "{}", ended.stderr);
 }
 
-/// `check` and `export` take a session's folder alike, and one goal has one verdict, whoever judges it.
+/// `check` and `export` take a session's folder alike, and a goal has the same verdict everywhere.
 #[test]
 fn a_session_has_one_verdict_for_a_goal() {
     let place = TempDir::new().expect("folder");

@@ -1,4 +1,5 @@
-//! A watched camera, as a process: what it says of a simulated street, what it stores, and what a crash leaves.
+//! A watched camera, as a process: its statements on a simulated street, its store, and the traces
+//! of a crash.
 
 use std::{
     fs,
@@ -14,7 +15,7 @@ use tempfile::TempDir;
 
 use crate::person::{boresight, contents, program, says};
 
-/// A week's street in few pictures: it's pushed by 3 px on the fourth day.
+/// A week's street in few pictures, pushed by 3 px on the fourth day.
 const STREET: &str = "sim:street:1,days=3.6,pan=3px@3.2d";
 const EVERY: &str = "1h";
 
@@ -77,12 +78,12 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
         "learning is over"
     );
 
-    // Who looks for changed cameras sees it first.
+    // In a list of due cameras, the changed one comes first.
     let due = boresight(here, &["history", "due", "--watch", "cam", "--json"]);
     says(&due, 0, &[]);
     assert_eq!(last_state(&due.stdout)["state"], "MOVED");
 
-    // Its curves are drawn without an index, with what happened.
+    // Its curves are drawn without an index, with the events.
     let page = ["history", "page", "--watch", "cam", "--out", "cam.html"];
     says(&boresight(here, &page), 0, &["Written"]);
     let html = fs::read_to_string(here.join("cam.html")).expect("readable");
@@ -90,7 +91,7 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
     assert!(html.contains("<p>Watched cameras: 1. Made "), "no calibrated ones are counted");
     assert!(html.contains("MOVED. The camera points") && !html.contains("NaN"));
 
-    // One look that finds nothing, however long after, is enough to say that nothing can be told.
+    // A single look without pictures, any time later, gives CANNOT-TELL.
     fs::create_dir(here.join("silent")).expect("made");
     let silent = boresight(here, &["watch", "silent", "--store", "cam", "--once"]);
     says(&silent, 3, &["CANNOT-TELL", "no picture comes.", "Check the camera"]);
@@ -229,7 +230,7 @@ fn many_cameras_are_watched_at_once_and_the_worst_decides() {
     says(&boresight(here, &["watch", "state", "--store", "all"]), 3, &[]);
 }
 
-/// A folder that a camera over a street fills, hour by hour.
+/// A folder filled by a camera over a street, hour by hour.
 struct Filled<'a> {
     folder: &'a Path,
     street: Street,
@@ -242,7 +243,7 @@ impl<'a> Filled<'a> {
         Self { folder, street: Street::parse("1").expect("a street"), hours: 8 }
     }
 
-    /// Puts in the pictures of the next hours, `scale` times smaller than the street's.
+    /// Adds the pictures of the next hours, `scale` times smaller than the street's.
     fn put(&mut self, hours: u32, scale: u32) {
         for hour in self.hours..self.hours + hours {
             let at_secs = self.street.began_secs + 3600.0 * f64::from(hour);
@@ -255,14 +256,14 @@ impl<'a> Filled<'a> {
     }
 }
 
-/// The paths of the pictures in a folder beside the store, as a command is given them.
+/// Paths of the pictures in a folder beside the store, as command arguments.
 fn pictures_in(folder: &Path) -> Vec<String> {
     let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
     let files = fs::read_dir(folder).expect("readable").map(|entry| entry.expect("an entry"));
     files.map(|file| format!("{name}/{}", file.file_name().to_string_lossy())).collect()
 }
 
-/// The state that a run or `watch state` prints as JSON.
+/// JSON state printed by a run or `watch state`.
 fn told(here: &Path, arguments: &[&str], exit: i32) -> Value {
     let ended = boresight(here, &[&["watch"], arguments, &["--store", "cam", "--json"]].concat());
     says(&ended, exit, &[]);
@@ -282,7 +283,7 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
     let unanswered = |state: &Value| state["pictures"][1].as_u64().expect("a number");
     let before = unanswered(&told(here, &["state"], 3));
 
-    // Nothing comes for months, one picture is still being written, and then what was held up comes.
+    // Nothing comes for months, a picture is still being written, and then the backlog comes.
     let empty = told(here, &["ftp", "--once"], 3);
     assert_eq!((&empty["state"], unanswered(&empty)), (&Value::from("CANNOT-TELL"), before + 1));
     assert!(empty["sentence"].to_string().contains("no picture comes."), "{empty}");
@@ -299,7 +300,7 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
     );
     assert_eq!((&state["at"], &state["answered"]), (&"2026-03-21T17:00:00Z".into(), &state["at"]));
 
-    // A picture that was taken before all of these comes last, and one goes before it's read.
+    // A picture taken before all of these comes last, and another disappears before being read.
     camera.hours = 7;
     camera.put(1, 1);
     let gone = ["ftp/gone.png".to_owned()].into_iter().chain(pictures_in(&folder));
@@ -307,7 +308,7 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
     let gone: Vec<&str> = gone.iter().map(String::as_str).chain(["--once"]).collect();
     let late = told(here, &gone, 3);
     assert_eq!((&late["pictures"][0], unanswered(&late)), (&5.into(), unanswered(&state) + 1));
-    // The one that's gone isn't there now, and the newest is from long ago.
+    // The deleted picture isn't there now, and the newest is from long ago.
     assert_eq!((&late["state"], &late["answered"]), (&"CANNOT-TELL".into(), &state["answered"]));
     let lines = fs::read_to_string(here.join("cam/watch.jsonl")).expect("readable");
     assert_eq!(lines.matches("\"late\":true").count(), 1, "{lines}");
@@ -373,13 +374,13 @@ fn a_camera_that_is_away_or_wrong_keeps_no_other_from_being_watched() {
         fs::write(here.join("cameras.toml"), list).expect("written");
         boresight(here, &["watch", "--list", "cameras.toml", "--store", "all", "--once"])
     };
-    // One that can't be opened fails the run, but the other has been looked at.
+    // A failing camera fails the run, but the other has been looked at.
     let wrong = listed("hall", "source = \"yard\"\nreference = \"nothing.json\"");
     let ended = run(wrong + &gate);
     says(&ended, 1, &["hall isn't watched", "nothing.json", "Check the name"]);
     assert!(ended.stdout.contains("gate: LEARNING"), "{}", ended.stdout);
 
-    // One whose disk isn't mounted can't be told, and is looked at once it's there.
+    // A camera on an unmounted disk can't be told, and is looked at once it's there.
     says(&watch(here, "sim:street:2,days=0.01", "all/yard", &[]), 3, &[]);
     let list = listed("yard", "source = \"yard\"") + &gate;
     let ended = run(list.clone());

@@ -1,4 +1,4 @@
-//! The page that helps to push a watched camera back.
+//! Page to push a watched camera back.
 
 use std::sync::{
     Arc,
@@ -89,7 +89,7 @@ fn the_way_back_is_painted() {
     assert!((0.002..0.2).contains(&share), "{share}");
 }
 
-/// The page of a simulated camera that has been pushed by 14 px to the left.
+/// Page of a simulated camera pushed by 14 px to the left.
 pub(crate) fn pushed_street() -> Harness<'static, AdjustPage> {
     let folder = TempDir::new().expect("a folder");
     let street = Street::parse("1,days=0.5").expect("a street");

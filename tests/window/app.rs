@@ -43,9 +43,9 @@ fn window_of(size: egui::Vec2, app: impl FnOnce(&egui::Context) -> App) -> Windo
     window
 }
 
-/// Lets the window go on until it shows what is waited for.
+/// Runs the window until it shows the expected state.
 pub(crate) fn until(window: &mut Window, what: &str, mut seen: impl FnMut(&Window) -> bool) {
-    // Far more than any of it takes; a test that waits longer would wait for ever.
+    // Far more than needed; a longer wait would be endless.
     for _ in 0..40_000 {
         if seen(window) {
             return;
@@ -65,7 +65,7 @@ pub(crate) fn click(window: &mut Window, role: Role, label: &str) {
     settle(window);
 }
 
-/// Paints until what was done by hand is seen.
+/// Paints until manual changes are visible.
 pub(crate) fn settle(window: &mut Window) {
     for _ in 0..8 {
         window.step();
@@ -84,7 +84,7 @@ distortion = [-0.1, 0.02, 0, 0, 0]
 person = "tripod"
 "#;
 
-/// Something that a person drags onto the window.
+/// A path dragged onto the window.
 #[derive(Debug)]
 struct Dragged(PathBuf);
 
@@ -114,7 +114,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 
-/// A laptop of 1920×1080 pixels that doubles them, less its bars; and a screen of 3840×2160 pixels that doesn't.
+/// A laptop of 1920×1080 doubled pixels, less its bars; and a screen of 3840×2160 undoubled pixels.
 #[test]
 fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
     for (size, zoom) in [
@@ -124,7 +124,7 @@ fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
     ] {
         let host = app_host(&[], false).expect("arguments");
         let mut window = window_of(size, |ctx| App::new(ctx, host));
-        // As many points as the same window then has.
+        // As many points as in the same window.
         let points = size / zoom;
         window.set_size(points);
         for _ in 0..3 {
@@ -134,7 +134,7 @@ fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
         assert_eq!(crate::fits::outside(&window, points), Vec::<String>::new());
         let name = window.root().accesskit_node().label();
         assert_eq!(name.as_deref(), Some("boresight"), "for a screen reader");
-        // Nor does the page change that on which the person may.
+        // The page for looks and sounds doesn't change it either.
         window.key_press(Key::F4);
         for _ in 0..4 {
             window.step();
@@ -191,7 +191,7 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
         app(window).ended().is_some()
     });
     assert_eq!(checked, 1);
-    // Big letters are the same sentence, which a screen reader doesn't read twice.
+    // Big letters are the same sentence, not read twice by a screen reader.
     nodes.sort();
     nodes.dedup();
     assert!(matches!(nodes[..], [(false, near), (true, far)] if near == far), "{nodes:?}");
@@ -243,11 +243,11 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     assert!(text(&session.join("check.json")).contains("\"verdict\": \"ok\""));
     assert!(text(&session.join("report.html")).contains("id=\"drift\""));
 
-    // What was recorded can be seen again.
+    // Recordings can be seen again.
     click(&mut window, Role::Button, "Sessions");
     click(&mut window, Role::Button, "Replay");
     until(&mut window, "the recording", |window| says(window, Role::Label, "Decision 1 of "));
-    // A panel is as large as what it holds from its second painting on.
+    // A panel is as large as its contents from its second painting on.
     settle(&mut window);
     click(&mut window, Role::Button, "Next view");
     assert!(says(&window, Role::Label, "Taken: view 1"));
@@ -258,7 +258,8 @@ fn a_session_goes_from_the_first_page_to_its_report_without_a_key() {
     click(&mut window, Role::Button, "Open another");
     window.get_by_label("Open a session");
 
-    // Its result is there again, from the list or dragged onto the window, and is compared with what is dragged there next.
+    // Its result is there again, from the list or dragged onto the window, and is compared with the
+    // next dragged file.
     click(&mut window, Role::Button, "Show result");
     until(&mut window, "the result", |window| app(window).page() == Page::Result);
     window.get_by_label("GOOD (SIMULATED): known well enough to use");

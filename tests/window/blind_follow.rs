@@ -1,8 +1,9 @@
-//! A person who only sees the card: it's found in the pixels of the painted picture, by colour, and the board is brought
-//! there. Nothing of the session is read but these pixels.
+//! A person who only sees the card: it's found in the pixels of the painted picture, by colour, and
+//! the board is brought there. Nothing of the session is read but these pixels.
 //!
-//! `BORESIGHT_SESSIONS=20 cargo test --test window only_sees -- --nocapture` prints a line for each session; people who see
-//! the card and read the sentence, too, are in `tests/core/one_instruction.rs`, and who only listen in `listener.rs`.
+//! `BORESIGHT_SESSIONS=20 cargo test --test window only_sees -- --nocapture` prints a line for each
+//! session; people with card and sentence are in `tests/core/one_instruction.rs`, and those with
+//! the voice alone in `listener.rs`.
 
 use boresight::{
     board::Checkerboard,
@@ -28,17 +29,17 @@ use crate::{
     world::{SIZE, World, setup},
 };
 
-/// The window's size: small, so that it's painted fast.
+/// Size of the window: small, to be painted fast.
 const WINDOW: Vec2 = Vec2::new(640.0, 400.0);
-/// The camera's pictures from one look at the screen to the next.
+/// Number of the camera's pictures between two looks at the screen.
 const LOOKS_EVERY: u64 = 6;
 const PATIENCE_SECS: f64 = 120.0;
 /// White around the outer squares of the board in the hands, in squares.
 const MARGIN: f64 = 0.4;
-/// A card whose corners are this much farther, as a share of the picture's width, is another one.
+/// Distance of corners, as a share of the picture's width, beyond which a card is another one.
 const ANOTHER: f64 = 0.05;
 
-/// Pixels of the camera at which the board's inner corners are when its sheet is on the card.
+/// Camera pixels of the board's inner corners with its sheet on the card.
 fn on_card(card: &Quad, picture: Rect, board: &Checkerboard) -> Option<Vec<Point2<f64>>> {
     let scale = f64::from(SIZE.width_px) / f64::from(picture.width());
     let corner = Point2::new(f64::from(picture.left()), f64::from(picture.top()));
@@ -63,7 +64,8 @@ fn window(moments: &[Moment]) -> Harness<'static, Table> {
     page
 }
 
-/// A session whose person looks at the window's pixels, its length, and how far off the cards were read.
+/// A session with a person looking at the window's pixels, its length, and the errors of the read
+/// cards.
 fn sitting(seed: u64, page: &mut Harness<'static, Table>) -> (Session, f64, Vec<f64>) {
     let scene = Scene::random(seed);
     let mut world = World::new(seed);

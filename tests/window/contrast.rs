@@ -1,6 +1,6 @@
-//! The ghost is seen on any picture: contrast measured on painted pixels.
+//! Visibility of the ghost on any picture: contrast measured on painted pixels.
 //!
-//! `BORESIGHT_PHOTOS=FOLDER` measures it on 200 pictures below the folder, too.
+//! `BORESIGHT_PHOTOS=FOLDER` measures 200 pictures below the folder, too.
 
 use std::{
     path::{Path, PathBuf},
@@ -51,8 +51,8 @@ fn around(image: &RgbaImage, (x, y): (u32, u32)) -> f64 {
     sum / count
 }
 
-/// Contrast of the ghost's outline with the picture behind it, lowest first: of whatever is best within the width
-/// of the line, every few pixels along it.
+/// Contrasts of the ghost's outline with the picture behind it, lowest first: the best within the
+/// width of the line, every few pixels along it.
 fn of_outline(with: &RgbaImage, without: &RgbaImage) -> Vec<f64> {
     let is_dark = |pixel: &image::Rgba<u8>| pixel.0[..3].iter().all(|level| *level < 8);
     // The card's colour without a board in the picture, and that of the count.
@@ -84,7 +84,8 @@ fn of_outline(with: &RgbaImage, without: &RgbaImage) -> Vec<f64> {
     found
 }
 
-/// A guide page without a board in view, with and without something: built once, for any number of pictures.
+/// A guide page without a board in view, with and without a drawing: built once, for any number of
+/// pictures.
 struct Easel {
     pages: [Harness<'static, Table>; 2],
 }
@@ -148,7 +149,7 @@ impl Easel {
         })
     }
 
-    /// Lowest contrast of the sentence's letters with what is behind them.
+    /// Lowest contrast of the sentence's letters with their background.
     fn of_sentence(&self, painted: &RgbaImage) -> f64 {
         let band = self.pages[0].get_by_role(Role::Status).rect();
         let (mut light, mut dark) = (0.0_f64, f64::INFINITY);
@@ -193,7 +194,7 @@ impl Behind {
         }
     }
 
-    /// `None` if the file holds no picture.
+    /// `None` for a file without a picture.
     fn picture(&self) -> Option<GrayImage> {
         match self {
             Self::Made(_, picture) => Some(picture.clone()),
@@ -269,10 +270,10 @@ fn the_number_of_views_is_seen_on_any_picture() {
     }
 }
 
-/// What one picture leaves to be seen.
+/// Visibility on a picture.
 struct Measured {
     name: String,
-    /// Lowest contrast of the ghost's outline, and that of the sentence.
+    /// Lowest contrasts of the ghost's outline and of the sentence.
     lowest: [f64; 2],
 }
 

@@ -1,5 +1,6 @@
-//! The states of the guide, as `docs/design` shows them: `UPDATE_SNAPSHOTS=1 cargo test --test window design` paints them
-//! again. `BORESIGHT_DESIGN=FOLDER` paints them in several sizes, to look at.
+//! States of the guide, as shown in `docs/design`: `UPDATE_SNAPSHOTS=1 cargo test --test window
+//! design` paints them again. `BORESIGHT_DESIGN=FOLDER` paints them in several sizes, for
+//! inspection.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +13,7 @@ use crate::{
     matrix::{SIZES, moment_of, page_at},
 };
 
-/// State, and the moment of the fixtures that shows it.
+/// State, and its moment in the fixtures.
 const STATES: [(&str, &str); 10] = [
     ("search", "searching"),
     ("approach", "approach"),

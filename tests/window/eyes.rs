@@ -1,4 +1,4 @@
-//! What a person sees in the pixels of the painted picture: the card, by its colour.
+//! A person's view of the painted pixels: the card, by its colour.
 
 use egui::{Rect, Vec2};
 use image::RgbaImage;
@@ -7,18 +7,18 @@ use nalgebra::{Point2, Vector2};
 /// Corners, clockwise on the screen from the upper left one.
 pub(crate) type Quad = [Point2<f64>; 4];
 
-/// What is seen in a picture.
+/// Sight in a picture.
 #[derive(Debug)]
 pub(crate) enum Sight {
     /// The flash after a view.
     Flash,
     /// Corners of the card, clockwise from the upper left one.
     Card(Quad),
-    /// Neither.
+    /// Nothing of interest.
     Nothing,
 }
 
-/// Difference of the strongest and the weakest colour: the camera's picture has none.
+/// Difference of the strongest and the weakest colour: zero in the camera's picture.
 fn tint(pixel: &image::Rgba<u8>) -> u8 {
     let [r, g, b, _] = pixel.0;
     r.max(g).max(b) - r.min(g).min(b)
@@ -28,7 +28,7 @@ fn cross(a: Vector2<f64>, b: Vector2<f64>) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// The convex hull, clockwise on the screen.
+/// Convex hull, clockwise on the screen.
 fn hull(mut points: Vec<Point2<f64>>) -> Vec<Point2<f64>> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     let half = |points: &mut dyn Iterator<Item = Point2<f64>>| {
@@ -54,7 +54,7 @@ fn area(polygon: &[Point2<f64>]) -> f64 {
     0.5 * polygon.iter().zip(next).map(|(a, b)| cross(a.coords, b.coords)).sum::<f64>()
 }
 
-/// Where the sides before and after side `i` meet beyond it, and the area that this adds.
+/// Intersection of the neighbours of side `i` beyond it, and the added area.
 fn beyond(polygon: &[Point2<f64>], i: usize) -> Option<(Point2<f64>, f64)> {
     let at = |k: usize| polygon[(i + k + polygon.len() - 1) % polygon.len()];
     let (before, from, to, after) = (at(0), at(1), at(2), at(3));
@@ -66,7 +66,7 @@ fn beyond(polygon: &[Point2<f64>], i: usize) -> Option<(Point2<f64>, f64)> {
     is_beyond.then(|| (corner, area(&[from, corner, to])))
 }
 
-/// The four sides of a polygon with rounded corners, some of which the edge of `picture` may have cut off.
+/// Four sides of a polygon with rounded corners, perhaps cut off by the edge of `picture`.
 fn quad(mut polygon: Vec<Point2<f64>>, picture: Rect) -> Option<Quad> {
     let at_edge = |a: Point2<f64>, b: Point2<f64>| {
         let near = |a: f64, b: f64, edge: f32| {
@@ -96,7 +96,7 @@ fn quad(mut polygon: Vec<Point2<f64>>, picture: Rect) -> Option<Quad> {
     (polygon.len() == 4).then(|| std::array::from_fn(|i| polygon[(first + i) % 4]))
 }
 
-/// The camera's picture: what isn't black below the sentence.
+/// The camera's picture: the pixels other than black below the sentence.
 pub(crate) fn lit(painted: &RgbaImage, below: f32) -> Rect {
     let pixels = painted.enumerate_pixels().skip(below.ceil() as usize * painted.width() as usize);
     pixels.filter(|(_, _, pixel)| pixel.0[0] > 24).fold(Rect::NOTHING, |lit, (x, y, _)| {
@@ -104,7 +104,7 @@ pub(crate) fn lit(painted: &RgbaImage, below: f32) -> Rect {
     })
 }
 
-/// Somebody's look at a painted window.
+/// A look at a painted window.
 pub(crate) struct Look<'a> {
     pub(crate) painted: &'a RgbaImage,
     pub(crate) picture: Rect,
@@ -133,7 +133,7 @@ impl Look<'_> {
         found
     }
 
-    /// The dark panel with both cards, if it's there: dark all around.
+    /// The dark panel with both cards, if present: dark all around.
     fn inset(&self) -> Option<Rect> {
         let side = (0.2 * self.picture.height()).max(96.0).min(0.4 * self.picture.width());
         [2.2, 1.2].into_iter().find_map(|cells| {
@@ -164,7 +164,7 @@ impl Look<'_> {
         let inset = self.inset();
         let seen = self.tinted(picture, 12, inset);
         let outline = hull(seen.clone());
-        // The outline of a board that's held is tinted, too, and empty.
+        // The outline of a held board is tinted, too, and empty.
         if outline.len() < 3 || (seen.len() as f64) < 0.5 * area(&outline) {
             return Sight::Nothing;
         }
@@ -178,7 +178,7 @@ impl Look<'_> {
         card.map_or(Sight::Nothing, Sight::Card)
     }
 
-    /// The small card of the inset, as large and where what's seen of it in the picture is.
+    /// The inset's small card, scaled and placed to match its visible part in the picture.
     fn placed(&self, small: &Quad, inset: Rect) -> Option<Quad> {
         let step = 6;
         let samples: Vec<(Point2<f64>, bool)> = (self.picture.top() as u32

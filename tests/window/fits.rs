@@ -1,4 +1,4 @@
-//! Nothing is cut off: what stands on a page is inside the window, or comes there by scrolling.
+//! Nothing is cut off: the contents of a page are inside the window, or reachable by scrolling.
 
 use egui::{Rect, Theme, Vec2, accesskit::Role};
 use egui_kittest::{
@@ -8,13 +8,13 @@ use egui_kittest::{
 
 use crate::{Page, Table, fixtures::moments, harness_at};
 
-/// What a person reads of a node.
+/// Words of a node for a person.
 fn words(node: &Node<'_>) -> Option<String> {
     let node = node.accesskit_node();
     node.label().or_else(|| node.value()).filter(|words| !words.is_empty())
 }
 
-/// Everything that is read, with where it stands.
+/// All words, with their places.
 fn read<T>(page: &Harness<'_, T>) -> Vec<(String, Rect)> {
     page.root()
         .children_recursive()

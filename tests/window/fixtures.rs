@@ -1,4 +1,4 @@
-//! Moments of a session, as a window sees them.
+//! Moments of a session, as seen by a window.
 
 use std::sync::Arc;
 
@@ -14,12 +14,12 @@ use boresight::{
 
 use crate::world::{SIZE, guided, setup};
 
-/// A moment, and the sentence that must be read.
+/// A moment, and its expected sentence.
 pub(crate) struct Moment {
     pub(crate) name: String,
     pub(crate) snapshot: Snapshot,
     pub(crate) sentence: String,
-    /// Whether a view was taken just now.
+    /// True if a view was taken just now.
     pub(crate) taken: bool,
 }
 
@@ -115,7 +115,7 @@ pub(crate) fn moments() -> Vec<Moment> {
     moments
 }
 
-/// What is shown that asks for `prompt`.
+/// Screen requesting `prompt`.
 fn asking(prompt: Prompt) -> Shown {
     Shown { prompt, advice: None }
 }
@@ -134,7 +134,7 @@ pub(crate) fn story() -> Vec<Snapshot> {
         .collect()
 }
 
-/// What a session with views makes of `event`.
+/// State of a session with views after `event`.
 fn with_views(event: &CameraEvent) -> Snapshot {
     let mut session = session();
     for before in [started(), locked()] {

@@ -1,4 +1,4 @@
-//! The window's pages at every kind of moment: what is read, by eye and by a screen reader.
+//! The window's pages at every kind of moment, as read by eye and by a screen reader.
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -57,7 +57,7 @@ use image::GrayImage;
 use paint::Painter;
 use world::SIZE;
 
-/// What is on the table of a test.
+/// Contents of a test's table.
 struct Table {
     screen: Screen,
     page: Page,
@@ -122,7 +122,7 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
     }
 }
 
-/// The page at a moment in the smallest window; `scale` is of the display.
+/// Page at a moment in the smallest window; `scale` is of the display.
 fn harness(page: Page, moment: &Moment, theme: Theme, scale: f32) -> Harness<'static, Table> {
     harness_at(page, moment, (theme, scale), SMALLEST)
 }
@@ -404,7 +404,7 @@ fn a_replay_steps_through_decisions_and_says_why() {
     page.run();
     assert_eq!(page.state().at(), taken);
     says(&page, "Taken: view 1, a new direction");
-    // What has been cannot be changed.
+    // The past cannot be changed.
     assert!(page.query_by_role_and_label(Role::Button, "Remove view 1").is_none());
     page.get_by_role_and_label(Role::Button, "Back").click();
     page.run();

@@ -1,5 +1,6 @@
-//! Every page at every kind of moment, in five sizes and two palettes, as pictures to look at:
-//! `BORESIGHT_MATRIX=FOLDER cargo test --release --test window matrix`. Also measures how large letters are from afar.
+//! Every page at every kind of moment, in five sizes and two palettes, as pictures for inspection:
+//! `BORESIGHT_MATRIX=FOLDER cargo test --release --test window matrix`. Also measures the size of
+//! letters from afar.
 
 use std::path::{Path, PathBuf};
 
@@ -32,7 +33,7 @@ pub(crate) const SIZES: [(f32, f32, f32); 6] = [
     (3840.0, 2160.0, 1.0),
 ];
 
-/// The moments of the matrix: name, and that of the fixture.
+/// Moments of the matrix: name, and fixture.
 const MOMENTS: [(&str, &str); 15] = [
     ("first run", "fresh"),
     ("no camera", "fresh"),
@@ -66,7 +67,7 @@ pub(crate) fn square_to(to: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     Some(Matrix3::new(h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0))
 }
 
-/// A room with the board where the moment has it, as large as the camera's picture, or so many times smaller.
+/// A room with the board of the moment, as large as the camera's picture, or reduced by a factor.
 pub(crate) fn picture(snapshot: &Snapshot, smaller: u32) -> GrayImage {
     let board = &snapshot.setup.board;
     let (columns, rows) = (board.columns(), board.rows());
@@ -117,7 +118,7 @@ pub(crate) fn moment_of(all: &[Moment], name: &str) -> Moment {
     moment
 }
 
-/// The page as it's painted then.
+/// Painted page of a moment.
 pub(crate) fn page_at(
     page: Page,
     moment: &Moment,
@@ -195,10 +196,11 @@ fn paint(
     picture.save(folder.join(name)).expect("saved");
 }
 
-/// Height of what is drawn lighter than the band, in the first line of the sentence: capital letters and ascenders.
+/// Height of the parts lighter than the band in the first line of the sentence: capital letters and
+/// ascenders.
 fn letter_height_px(picture: &RgbaImage, band: egui::Rect) -> u32 {
     let is_letter = |x: u32, y: u32| picture.get_pixel(x, y).0[..3].iter().any(|l| *l > 150);
-    // The sign stands to the left of the words.
+    // The sign is to the left of the words.
     let (left, right) = (band.left() + 0.3 * band.width(), band.right());
     let rows: Vec<bool> = (band.top() as u32..band.bottom() as u32)
         .map(|y| (left as u32..right as u32).any(|x| is_letter(x, y)))

@@ -1,7 +1,7 @@
-//! Paints the window's triangles on the processor, so that pictures of it need no graphics card.
+//! Paints the window's triangles on the processor, to need no graphics card.
 //!
-//! Bilinear textures, premultiplied colours blended in gamma space, pixel centres, top-left fill rule: what
-//! OpenGL does for egui, up to rounding.
+//! Bilinear textures, premultiplied colours blended in gamma space, pixel centres, top-left fill
+//! rule: as OpenGL does for egui, up to rounding.
 
 use std::collections::HashMap;
 
@@ -168,7 +168,7 @@ fn mix(weights: [f32; 3], values: [f32; 3]) -> f32 {
     values.iter().zip(weights).map(|(value, weight)| value * weight).sum()
 }
 
-/// Where a row crosses a triangle, and a pixel more on either side.
+/// Crossing of a row with a triangle, and a pixel more on either side.
 fn span(edges: &[([f64; 2], [f64; 2]); 3], turn: f64, y: f64) -> (f64, f64) {
     let (mut left, mut right) = (f64::MIN, f64::MAX);
     for (from, to) in edges {
@@ -189,7 +189,7 @@ fn side(from: [f64; 2], to: [f64; 2], point: [f64; 2]) -> f64 {
     (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
 }
 
-/// Whether pixels exactly on this edge belong to the triangle, so that shared edges are drawn once.
+/// True if pixels exactly on this edge belong to the triangle: shared edges are drawn once.
 fn is_top_or_left(from: [f64; 2], to: [f64; 2], turn: f64) -> bool {
     let (across, down) = ((to[0] - from[0]) * turn, (to[1] - from[1]) * turn);
     (down == 0.0 && across > 0.0) || down < 0.0

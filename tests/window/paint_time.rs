@@ -1,6 +1,6 @@
-//! How long a painting of the guide page takes on the processor: laid out and cut into triangles, in 1920×1080.
-//! `BORESIGHT_PAINT_TIMES=1 cargo test --test window paint_time -- --nocapture`, in two versions at the same time, compares
-//! them.
+//! Time of a painting of the guide page on the processor: laid out and cut into triangles, in
+//! 1920×1080. `BORESIGHT_PAINT_TIMES=1 cargo test --test window paint_time -- --nocapture`, in two
+//! versions at the same time, compares them.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! The card with the QR code of the phone's page. `BORESIGHT_MATRIX=FOLDER` keeps pictures of it.
+//! Card with the QR code of the phone's page. `BORESIGHT_MATRIX=FOLDER` keeps pictures of it.
 
 use boresight::{cli::app_host, serve::QrCode, text::phone as words, ui::App};
 use egui::accesskit::Role;

@@ -57,7 +57,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     page.get_by_role_and_label(Role::Button, "ROS").click();
     page.run();
     assert_eq!(page.state().1.last(), Some(&UiAction::ExportOf(folder, 1)));
-    // While a session runs, nothing here ends it.
+    // A running session isn't ended from here.
     page.state_mut().0.busy = true;
     page.run();
     let before = page.state().1.len();

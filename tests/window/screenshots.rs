@@ -1,6 +1,6 @@
-//! Makes the pictures in `fixtures/screenshots` from a session that was recorded with all of its pictures:
-//! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`. `tests/window/moving_picture.sh` makes the one that
-//! moves.
+//! Makes the pictures in `fixtures/screenshots` from a session recorded with all of its pictures:
+//! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`.
+//! `tests/window/moving_picture.sh` makes the moving one.
 
 use std::{path::Path, sync::Arc};
 
@@ -72,10 +72,10 @@ fn save(picture: &RgbaImage, into: &Path, name: &str) {
 
 /// Pictures a second of the moving picture.
 const MOVING_HZ: f64 = 5.0;
-/// Its length: the first views of a session.
+/// Length of the moving picture: the first views of a session.
 const MOVING_SECS: f64 = 18.0;
 
-/// The guide page as it moves, one file a picture: `tests/window/moving_picture.sh` makes one picture of them.
+/// The moving guide page, one file a picture: `tests/window/moving_picture.sh` combines them.
 #[test]
 fn the_moving_picture_is_painted() {
     let (Some(folder), Some(into)) =

@@ -56,7 +56,7 @@ pub(crate) fn choices() -> Choices {
     }
 }
 
-/// A session with that camera.
+/// A session with this camera.
 pub(crate) fn chosen() -> SessionRequest {
     SessionRequest { source: "usb:046d:0825:1F3A".into(), go_on_with: None, ..draft() }
 }
@@ -94,7 +94,7 @@ fn the_only_camera_is_chosen_and_one_click_starts() {
     let wanted = SessionRequest {
         source: "usb:046d:0825:1F3A".into(),
         plan: Plan::Quick,
-        // Nobody has said how large the squares are: a code beside the board may.
+        // The size of the squares is open: a code beside the board may set it.
         board_code: BoardFromCode::All,
         go_on_with: None,
         ..draft()
@@ -131,7 +131,7 @@ fn without_a_camera_there_is_a_way_on() {
     page.run();
     press(&mut page, Role::Button, words::GO);
     assert_eq!(started(&page), "rtsp://10.0.0.7/front/2");
-    // Whatever opens by its name, though no list has it.
+    // Names open sources even without being listed.
     for named in ["pipe:rpicam-vid -t 0 -o -", "ros2:/camera/image_raw", "gige:10.0.0.9"] {
         let field = page.get_by_role_and_label(Role::TextInput, words::OTHER);
         field.focus();
@@ -227,7 +227,7 @@ fn a_code_beside_the_board_fills_everything_in_and_a_board_without_is_asked_for(
     assert!(page.query_by_label(words::ASK_SQUARE).is_none());
     let draft = &page.state().0.draft;
     assert_eq!((draft.board, draft.square_m), ([8, 5], 0.0305));
-    // Whoever measured it knows better, though the code stays in view.
+    // The person's measurement wins, though the code stays in view.
     page.state_mut().0.draft.square_m = 0.0304;
     page.run();
     assert_eq!(page.state().0.draft.square_m, 0.0304);
@@ -306,14 +306,14 @@ fn a_board_with_markers_looks_as_it_did() {
                 (StartPage::new(draft), choices(), Vec::new()),
             );
         page.run();
-        // What doesn't fit comes into view by scrolling.
+        // The overflow comes into view by scrolling.
         assert_eq!(beyond_the_sides(&page, size), Vec::<String>::new(), "{file}");
         page.snapshot(file);
         results.extend_harness(&mut page);
     }
 }
 
-/// What reaches beyond the sides of the window, where nothing scrolls.
+/// Contents beyond the sides of the window, where nothing scrolls.
 fn beyond_the_sides(page: &Harness<'_, Table>, size: egui::Vec2) -> Vec<String> {
     let high = egui::vec2(size.x, f32::INFINITY);
     crate::fits::outside(page, high)
@@ -349,7 +349,7 @@ impl AppHost for WithCamera {
     }
 
     fn starts_at_once(&self) -> bool {
-        // The folder is named only so that nothing is left behind.
+        // The folder is named only to leave nothing behind.
         false
     }
 
@@ -447,7 +447,7 @@ impl AppHost for WithCamera {
     }
 }
 
-/// What a computer says that has no program to speak.
+/// Error of a computer without a speech program.
 fn silent() -> UserError {
     UserError { what: NO_VOICE.into(), action: None }
 }
@@ -534,7 +534,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let setup = app(&window).screen().snapshot.as_ref().map(|s| s.setup.board).expect("runs");
     assert_eq!((setup.columns(), setup.rows(), setup.square_m()), (7, 5, 0.032), "by its code");
 
-    // Away and back: the session goes on.
+    // Away and back: the session continues.
     click(&mut window, Role::Button, "Start");
     assert_eq!(app(&window).page(), Page::Start);
     window.get_by_label(words::RUNNING);

@@ -1,8 +1,8 @@
-//! Circles in who uses whom.
+//! Circular dependencies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Who uses whom, and by which names.
+/// Uses between units, with the names used.
 #[derive(Debug, Default)]
 pub(crate) struct Uses(BTreeMap<String, BTreeMap<String, BTreeSet<String>>>);
 
@@ -14,7 +14,7 @@ impl Uses {
         }
     }
 
-    /// Every circle as a text: who is in it, and the names that tie one to the other.
+    /// Every circle as text: its members, and the names tying them together.
     pub(crate) fn circles(&self) -> Vec<String> {
         let mut left: BTreeSet<&String> = self.0.keys().collect();
         let mut circles = Vec::new();
@@ -43,7 +43,7 @@ impl Uses {
         circles
     }
 
-    /// Everything that `start` uses, through others too.
+    /// Everything used by `start`, directly or indirectly.
     fn reached_from(&self, start: &String) -> BTreeSet<&String> {
         let mut reached = BTreeSet::new();
         let mut open = vec![start];

@@ -1,4 +1,4 @@
-//! What breaks the rules.
+//! Violations of the rules.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,7 +26,7 @@ struct File {
     words: Vec<Word>,
 }
 
-/// Where a module is.
+/// Location of a module.
 struct Place {
     module: Vec<String>,
     krate: String,
@@ -60,7 +60,7 @@ impl House {
         Self { files: files.collect(), modules: modules.collect(), problems: of.problems.clone() }
     }
 
-    /// Names that this checker cannot follow: what it does not see it cannot judge.
+    /// Names beyond this checker: it cannot judge what it does not see.
     pub(crate) fn unknown_names(&self) -> Vec<String> {
         let mut problems = self.problems.clone();
         for File { path: file, named, .. } in &self.files {
@@ -74,7 +74,7 @@ impl House {
         problems
     }
 
-    /// Panels of the window that know more than plain data and words.
+    /// Panels of the window with knowledge beyond plain data and words.
     pub(crate) fn wrong_panels(&self, rules: &Rules) -> Vec<String> {
         let mut problems = Vec::new();
         let mut unseen: BTreeSet<&str> = rules.panels.iter().copied().collect();
@@ -107,7 +107,7 @@ impl House {
         problems
     }
 
-    /// Files, threads, clocks, chance and printing where none may be.
+    /// Files, threads, clocks, chance and printing in forbidden places.
     pub(crate) fn wrong_reaches(&self, rules: &Rules) -> Vec<String> {
         let mut problems = Vec::new();
         for File { path, named, words, .. } in &self.files {
@@ -128,7 +128,7 @@ impl House {
         problems
     }
 
-    /// Items that one file alone may use, and others do.
+    /// Items reserved for a single file but used by others.
     pub(crate) fn wrong_users(&self, rules: &Rules) -> Vec<String> {
         let mut problems = BTreeSet::new();
         for (item, users) in rules.only_by {
@@ -158,7 +158,7 @@ impl House {
         problems.into_iter().collect()
     }
 
-    /// Unsafe code, or leave for it, outside its one file.
+    /// Unsafe code, or permission for it, outside its one file.
     pub(crate) fn wrong_unsafe(&self, rules: &Rules) -> Vec<String> {
         let mut problems = BTreeSet::new();
         let mut seen = false;
@@ -196,7 +196,7 @@ impl House {
         uses.circles()
     }
 
-    /// Circles between the files of a crate: who names what another defines.
+    /// Circles between the files of a crate by names and their definitions.
     pub(crate) fn circles_of_files(&self) -> Vec<String> {
         let mut uses = Uses::default();
         for File { path, krate, named, .. } in &self.files {
@@ -214,7 +214,7 @@ impl House {
         uses.circles()
     }
 
-    /// Rooms of `krate` that paths lead to or through, and the paths.
+    /// Rooms of `krate` on paths, and the paths.
     fn rooms_of(
         &self,
         krate: &str,
@@ -243,7 +243,7 @@ fn listed(names: &BTreeSet<String>) -> String {
     names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether a file is `place`, or lies in the room or folder of that name.
+/// True if a file is `place`, or lies in the room or folder of this name.
 fn is_within(path: &str, place: &str) -> bool {
     let stem = path.strip_suffix(".rs").unwrap_or(path);
     stem == place || path == place || path.strip_prefix(place).is_some_and(|r| r.starts_with('/'))

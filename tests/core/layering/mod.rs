@@ -1,5 +1,5 @@
-//! The house as a test: who may touch the outside world, and no circles. Which crate may use which is said by their
-//! `Cargo.toml`.
+//! Rules of the architecture as a test: access to the outside world, and no circles. Dependencies
+//! between crates are in their `Cargo.toml`.
 
 mod circles;
 mod house;

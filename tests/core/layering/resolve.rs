@@ -1,13 +1,13 @@
-//! From a name to the file that defines it, through imports, re-exports and globs.
+//! From a name to its defining file, through imports, re-exports and globs.
 
 use std::collections::BTreeSet;
 
 use super::source::{Name, Workspace};
 
-/// What a path stands for.
+/// Meaning of a path.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Target {
-    /// An item that `module` defines.
+    /// An item defined by `module`.
     Item {
         module: usize,
         name: String,
@@ -17,21 +17,21 @@ pub(crate) enum Target {
     External(Vec<String>),
 }
 
-/// A path and all that is known about it.
+/// A path with its resolution.
 #[derive(Debug, Default)]
 pub(crate) struct Resolved {
     pub(crate) targets: BTreeSet<Target>,
-    /// Modules that the path names on its way.
+    /// Modules on the path's way.
     pub(crate) passed: BTreeSet<usize>,
-    /// A name that a module of the workspace should have, and has not.
+    /// A name missing from a module of the workspace.
     pub(crate) missing: Option<String>,
 }
 
-/// Names being looked up, so that a re-export that leads to itself ends.
+/// Names being looked up, to end a circular re-export.
 type Open = Vec<(usize, String)>;
 
 impl Workspace {
-    /// What `path` means in `module`.
+    /// Meaning of `path` in `module`.
     pub(crate) fn resolve(&self, module: usize, path: &[String]) -> Resolved {
         self.resolve_in(module, path, &mut Vec::new())
     }
@@ -101,10 +101,10 @@ impl Workspace {
         resolved
     }
 
-    /// What `name` stands for in `module`; empty if the module has no such name.
+    /// Meaning of `name` in `module`; empty if the module has no such name.
     pub(crate) fn lookup(&self, module: usize, name: &str, open: &mut Open) -> BTreeSet<Target> {
         let key = (module, name.to_owned());
-        // An import may have the name of what it imports: then only definitions count.
+        // An import may have the name of its target: then only definitions count.
         let again = open.contains(&key);
         let within = &self.modules[module];
         open.push(key);

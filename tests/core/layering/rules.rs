@@ -1,4 +1,4 @@
-//! The rules of the house: who may touch the outside world.
+//! Rules of the architecture: access to the outside world.
 
 use super::scan::Word;
 
@@ -27,10 +27,11 @@ pub(crate) const RULES: Rules = Rules {
         "app/host",
         "app/recordings",
     ],
-    // Whose libraries a crate uses is said by its `Cargo.toml`; here is what can't be said there.
+    // Dependencies on libraries are in `Cargo.toml`; here are the other rules.
     only_in: &[
         // Decisions are a pure fold: no threads, channels, files, clocks, chance or printing below.
-        // nokhwa's calls may never return: it has a thread that can be left behind. DDS has threads, which wake ours.
+        // nokhwa's calls may never return: it has a disposable thread. DDS has threads to wake
+        // ours.
         (
             Reach::Path("std::thread"),
             &[
@@ -47,8 +48,8 @@ pub(crate) const RULES: Rules = Rules {
                 "study",
             ],
         ),
-        // One place opens and writes files; sysfs, the lock of a session, and a bag that its own library writes are other
-        // matters.
+        // A single place opens and writes files; exceptions are sysfs, the lock of a session, and
+        // bags written by their own library.
         (
             Reach::Path("std::fs"),
             &["files", "capture/bag/copy.rs", "capture/v4l2", "run/recording/folder.rs"],
@@ -113,8 +114,9 @@ pub(crate) const RULES: Rules = Rules {
         (Reach::Path("object_store"), &["fleet/batch/cloud"]),
         (Reach::Path("clap"), &["boresight/cli", "study/main"]),
         (Reach::Path("egui"), &["boresight/ui", "study/window", "study/main"]),
-        // Numbers that decide are the same on every processor: the system's functions round otherwise from one machine
-        // to the next, those of the crate `libm` don't. What only draws, sounds or studies may use them.
+        // Deciding numbers are the same on every processor: the system's functions round
+        // differently between machines, those of the crate `libm` don't. Drawings, sounds and
+        // studies may use them.
         (Reach::SystemMathematics, &["boresight", "study"]),
         // People's units stop at the edge: settings, files, sentences.
         (
@@ -163,32 +165,32 @@ const FILES_AND_SOUND: &[&str] = &[
     "boresight/ui/sound",
 ];
 
-/// The tables that say who may do what.
+/// Tables of permissions.
 pub(crate) struct Rules {
-    /// Crates whose modules at the root are rooms.
+    /// Crates with rooms as modules at the root.
     pub(crate) of_rooms: &'static [&'static str],
-    /// Files and folders of panels, and the crates, rooms and files that they may use.
+    /// Files and folders of panels, and the crates, rooms and files allowed to them.
     pub(crate) panels: &'static [&'static str],
     pub(crate) panels_may_use: &'static [&'static str],
-    /// What reaches outside, and the only crates, folders and files that may.
+    /// Ways to the outside, and the only crates, folders and files allowed to use them.
     pub(crate) only_in: &'static [(Reach, &'static [&'static str])],
-    /// An item and the only files that may use it.
+    /// An item and its only permitted users.
     pub(crate) only_by: &'static [(&'static str, &'static [&'static str])],
     /// The only file with unsafe code.
     pub(crate) unsafe_in: &'static str,
 }
 
-/// A way to the outside world, or to something else that few places may do.
+/// A way to the outside world, or another privilege of few places.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Reach {
     /// A path of another crate, and all below it.
     Path(&'static str),
-    /// A method, by whatever type.
+    /// A method of any type.
     Method(&'static str),
     Macro(&'static str),
-    /// A name that ends so.
+    /// A name suffix.
     Ending(&'static str),
-    /// A sine, a power, a logarithm, as the system computes it.
+    /// A sine, a power, a logarithm, as computed by the system.
     SystemMathematics,
 }
 

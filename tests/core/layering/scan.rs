@@ -1,11 +1,11 @@
-//! What a file says: the paths it names and the words it uses, macros and attributes included.
+//! Contents of a file: its paths and words, macros and attributes included.
 
 use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::UseTree;
 
 use super::source::{Import, Source, imports};
 
-/// A path that a file names.
+/// A path in a file.
 #[derive(Debug)]
 pub(crate) struct Named {
     pub(crate) module: usize,
@@ -22,7 +22,7 @@ pub(crate) enum Word {
     Macro(String),
 }
 
-/// Every path that `source` names.
+/// Every path in `source`.
 pub(crate) fn paths(source: &Source) -> Vec<Named> {
     let mut found = Vec::new();
     for seen in &source.uses {
@@ -95,24 +95,24 @@ impl Tokens {
         self.is(at, ':') && self.is(at + 1, ':')
     }
 
-    /// Whether one of `words` stands right before `at`.
+    /// True if a word of `words` is right before `at`.
     fn follows(&self, at: usize, words: &[&str]) -> bool {
         at >= 1
             && matches!(&self.0[at - 1], TokenTree::Ident(before)
                 if words.contains(&before.to_string().as_str()))
     }
 
-    /// Whether `at` is a field or method: after one point, for two are a range.
+    /// True if `at` is a field or method: after a single point, since two are a range.
     fn is_member(&self, at: usize) -> bool {
         at >= 1 && self.is(at - 1, '.') && !(at >= 2 && self.is(at - 2, '.'))
     }
 
-    /// Whether `at` goes on with a type's path: `<T>::name`.
+    /// True if `at` continues a type's path: `<T>::name`.
     fn is_within_a_type(&self, at: usize) -> bool {
         at >= 3 && self.colons(at - 2) && self.is(at - 3, '>')
     }
 
-    /// The path that begins at `at`, and where it ends.
+    /// Path beginning at `at`, with its end.
     fn path(&self, at: usize) -> (Vec<String>, usize) {
         let mut path = vec![self.0[at].to_string()];
         let mut end = at + 1;
@@ -126,11 +126,11 @@ impl Tokens {
     }
 }
 
-/// Where tokens stand.
+/// Context of tokens.
 #[derive(Clone, Copy, PartialEq)]
 enum Inside {
     Code,
-    /// Where variants are defined.
+    /// In an enum: definitions of variants.
     Enum,
     /// In serde's attributes, where strings may be paths.
     Serde,
@@ -138,7 +138,7 @@ enum Inside {
 
 struct Scan<'a> {
     module: usize,
-    /// What `use` brings into the blocks around.
+    /// Imports of `use` in the enclosing blocks.
     scopes: Vec<Vec<Import>>,
     found: &'a mut Vec<Named>,
 }
@@ -202,7 +202,7 @@ impl Scan<'_> {
                         && !tokens.is_within_a_type(at - 1)
                         && (at < 2 || !tokens.is(at - 2, '\''))
                         && !tokens.follows(at - 1, &defined);
-                    // A small name by itself is a variable or a field, unless it is called.
+                    // A lone lowercase name is a variable or a field, unless called.
                     let alone = path.len() == 1
                         && path[0].starts_with(|c: char| c.is_lowercase() || c == '_')
                         && !tokens.is_group(end, Delimiter::Parenthesis)

@@ -1,4 +1,4 @@
-//! The checker itself: small houses with one violation each, which it must notice.
+//! Tests of the checker: small houses with a violation each.
 
 use std::collections::BTreeMap;
 
@@ -36,7 +36,7 @@ const SOUND: &[(&str, &str)] = &[
     ("window/saved.rs", "fn open() { crate::middle::replay(&crate::low::Plain); }"),
 ];
 
-/// The sound crate, with some files another text.
+/// The sound crate, with the texts of some files replaced.
 fn house(changed: &[(&str, &str)]) -> House {
     let files = SOUND.iter().chain(changed);
     let texts: BTreeMap<String, String> =
@@ -44,7 +44,7 @@ fn house(changed: &[(&str, &str)]) -> House {
     House::new(&Workspace::from_texts(&texts))
 }
 
-/// All that is wrong by the rules of [`SMALL`].
+/// All violations of the rules of [`SMALL`].
 fn wrong(changed: &[(&str, &str)]) -> Vec<String> {
     let house = house(changed);
     [
@@ -59,7 +59,7 @@ fn wrong(changed: &[(&str, &str)]) -> Vec<String> {
     .concat()
 }
 
-/// What is wrong if `low` names `path`, which is in `disk`: `disk` uses `low`.
+/// Violations if `low` names `path` in `disk`: `disk` uses `low`.
 fn circle_with_disk(path: &str) -> String {
     format!(
         "circle of 2:\
@@ -252,7 +252,7 @@ fn names_that_cannot_be_followed_are_problems() {
     assert_wrong(&[("low.rs", written), ("middle.rs", user)], &[]);
 }
 
-/// The circles of a room of these files.
+/// Circles in a room of these files.
 fn circles(files: &[(&str, &str)]) -> Vec<String> {
     house(files).circles_of_files()
 }

@@ -1,4 +1,4 @@
-//! The crates as Rust sees them: files, the modules in them, and the names each module holds.
+//! The crates as Rust sees them: files, their modules, and the names in each module.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -6,22 +6,23 @@ use proc_macro2::TokenStream;
 use quote::ToTokens;
 use syn::{Attribute, ImplItem, Item, Meta, TraitItem, UseTree, Visibility};
 
-/// A source file that is part of the product, not of its unit tests.
+/// A source file of the product, not of its unit tests.
 pub(crate) struct Source {
-    /// Crate and path below its `src`, for example `geometry/camera.rs`; `boresight` is the program's crate.
+    /// Crate and path below its `src`, for example `geometry/camera.rs`; `boresight` is the
+    /// program's crate.
     pub(crate) path: String,
-    /// The first part of its path.
+    /// First part of the path.
     pub(crate) krate: String,
-    /// The module of the crate's root that it belongs to: `session`, or `lib` and `main` for the roots.
+    /// Module of the crate's root: `session`, or `lib` and `main` for the roots.
     pub(crate) room: String,
-    /// The module that the file is.
+    /// Module of the file.
     pub(crate) module: usize,
     pub(crate) uses: Vec<Use>,
-    /// The rest of it: items without those that only exist in unit tests, and the modules they stand in.
+    /// Remaining code: items outside unit tests, with their modules.
     pub(crate) code: Vec<(usize, TokenStream)>,
 }
 
-/// One name of a `use` item.
+/// A name of a `use` item.
 pub(crate) struct Use {
     pub(crate) module: usize,
     pub(crate) import: Import,
@@ -33,43 +34,43 @@ pub(crate) struct Use {
 pub(crate) struct Module {
     pub(crate) path: Vec<String>,
     pub(crate) source: usize,
-    /// The module around it; a crate's root is its own parent.
+    /// Parent module; a crate's root is its own parent.
     pub(crate) parent: usize,
     pub(crate) root: usize,
     pub(crate) names: BTreeMap<String, Vec<Name>>,
     pub(crate) globs: Vec<Vec<String>>,
-    /// A macro writes items here, so that names may exist which the source does not show.
+    /// True if a macro writes items here: names may exist unseen in the source.
     pub(crate) has_item_macros: bool,
 }
 
-/// What a name in a module stands for.
+/// Meaning of a name in a module.
 pub(crate) enum Name {
     Item,
     Module(usize),
     Import(Vec<String>),
 }
 
-/// One name, or a glob, that a `use` brings in.
+/// A name, or a glob, of a `use`.
 #[derive(Debug, Clone)]
 pub(crate) struct Import {
-    /// The name it gets; `None` for a glob, `_` for none.
+    /// Name in the module; `None` for a glob, `_` for none.
     pub(crate) name: Option<String>,
     pub(crate) path: Vec<String>,
 }
 
-/// Every crate of the workspace but those that are other people's.
+/// Every crate of the workspace, except bindings to foreign code.
 pub(crate) struct Workspace {
     pub(crate) sources: Vec<Source>,
     pub(crate) modules: Vec<Module>,
-    /// The root module of each library, by the name that others use.
+    /// Root module of each library, by its name for others.
     pub(crate) libraries: BTreeMap<String, usize>,
-    /// Files that cannot be parsed or found, or that no `mod` names.
+    /// Files without a parse, without a path, or without a `mod`.
     pub(crate) problems: Vec<String>,
 }
 
-/// The program's crate, whose sources lie in `src`.
+/// Name of the program's crate, with its sources in `src`.
 const PROGRAM: &str = "boresight";
-/// Bindings made by a program: they have no rooms.
+/// Generated bindings: they have no rooms.
 const MADE: [&str; 1] = ["v4l2-sys"];
 
 impl Workspace {
@@ -87,7 +88,7 @@ impl Workspace {
         Ok(Self::from_texts(&texts))
     }
 
-    /// The crates made of files by crate and path below `src`.
+    /// Crates from texts of files by crate and path below `src`.
     pub(crate) fn from_texts(texts: &BTreeMap<String, String>) -> Self {
         let empty = Self {
             sources: Vec::new(),
@@ -132,7 +133,7 @@ fn read(src: &Path, name: &str, texts: &mut BTreeMap<String, String>) -> std::io
     Ok(())
 }
 
-/// Where a file lies in the checkout.
+/// Path of a file in the checkout.
 pub(crate) fn shown(path: &str) -> String {
     match path.split_once('/') {
         Some((PROGRAM, below)) => format!("src/{below}"),
@@ -254,7 +255,7 @@ impl Reader<'_> {
         self.made.modules[module].names.entry(name).or_default().push(is);
     }
 
-    /// The file of `mod name;`, which `#[path = "…"]` may name.
+    /// File of `mod name;`, perhaps named by `#[path = "…"]`.
     fn file_of(&self, folder: &str, name: &str, attributes: &[Attribute]) -> Option<String> {
         let named = attributes.iter().find_map(|attribute| match &attribute.meta {
             Meta::NameValue(meta) if meta.path.is_ident("path") => {
@@ -269,7 +270,7 @@ impl Reader<'_> {
             .find(|path| self.texts.contains_key(path))
     }
 
-    /// Marks the files of a module that only exists in unit tests.
+    /// Marks the files of a module for unit tests only.
     fn reach_tests(&mut self, folder: &str, name: &str, attributes: &[Attribute]) {
         if let Some(file) = self.file_of(folder, name, attributes) {
             let below = format!("{folder}{name}/");
@@ -280,7 +281,7 @@ impl Reader<'_> {
     }
 }
 
-/// Where the modules that a file declares have their files.
+/// Folder of the modules declared by a file.
 fn folder_of_children(file: &str) -> String {
     let (folder, name) = file.rsplit_once('/').map_or(("", file), |(folder, name)| (folder, name));
     let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };
@@ -323,7 +324,7 @@ pub(crate) fn imports(tree: &UseTree) -> Vec<Import> {
     found
 }
 
-/// Whether code with these attributes is compiled for unit tests alone.
+/// True if code with these attributes is compiled for unit tests alone.
 fn is_test_only(attributes: &[Attribute]) -> bool {
     fn needs_test(meta: &Meta) -> bool {
         let Meta::List(list) = meta else { return meta.path().is_ident("test") };
@@ -345,7 +346,7 @@ fn is_test_only(attributes: &[Attribute]) -> bool {
     })
 }
 
-/// The code of an item; of a `use` and a module its attributes alone, for the rest is read by itself.
+/// Code of an item; of a `use` and a module only the attributes, since the rest is read separately.
 fn tokens_of(item: &Item) -> TokenStream {
     match item {
         Item::Use(_) | Item::Mod(_) => {

@@ -1,4 +1,4 @@
-//! A camera that returns with another mode, and frames that are torn.
+//! A camera back with another mode, and torn frames.
 
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ fn a_camera_that_returns_with_another_mode_is_waited_for() {
     row("returns with another mode", &words(Fault::OtherMode), seen.took);
 }
 
-/// Nothing in such a frame tells; the calibration names the view (`VIEW-TORN`).
+/// Undetectable in such a frame; the calibration names the view (`VIEW-TORN`).
 #[test]
 #[ignore = "needs the camera of tests/vm"]
 fn torn_frames_are_whole_to_the_driver() {

@@ -1,4 +1,4 @@
-//! How many pictures a second: on the driver alone, and through the program's own capture.
+//! Frame rate: on the driver alone, and through the program's own capture.
 
 use std::time::{Duration, Instant};
 
@@ -13,9 +13,9 @@ use boresight::{
 
 use super::{LONG, cameras, frames, open, wanted};
 
-/// Frames over which a rate is measured.
+/// Number of frames for measuring a rate.
 const COUNT: u32 = 90;
-/// What the modes promise.
+/// Promised rate of the modes.
 const PROMISED_HZ: f64 = 30.0;
 
 #[test]
@@ -39,7 +39,7 @@ fn pictures_come_at_the_rate_of_the_mode() {
     }
 }
 
-/// Frames per second of a loop that takes frames from the driver and does nothing with them.
+/// Frames per second of a loop taking frames from the driver and doing nothing with them.
 fn driver_alone(width: u32, height: u32, layout: PixelLayout) -> f64 {
     let fourcc = if layout == PixelLayout::Mjpeg { *b"MJPG" } else { *b"YUYV" };
     let mut kernel = Linux::default();

@@ -1,5 +1,5 @@
-//! A camera that this user may not open, and one that another program has: what the program says to a person,
-//! and that it goes on once the reason is gone.
+//! A camera not permitted to this user, and one in use by another program: messages to the person,
+//! and the continuation once the reason is gone.
 
 use std::{
     fs::{self, File},
@@ -14,20 +14,20 @@ use boresight::device::Fault;
 
 use super::{LONG, cameras, row, tell};
 
-/// The program that the person uses.
+/// Program as used by the person.
 const PROGRAM: &str = "/app/boresight";
 /// A user without rights.
 const NOBODY: u32 = 65534;
-/// Said once pictures may be taken.
+/// Message once pictures may be taken.
 const READY: &str = "Controls:";
 
-/// Sessions begun, each with a folder and a file of its own.
+/// Number of begun sessions, each with a folder and a file of its own.
 static SESSIONS: AtomicU32 = AtomicU32::new(0);
 
-/// The program on the camera at `node`, as a person started it.
+/// The program on the camera at `node`, as started by a person.
 struct Started {
     child: Child,
-    /// What it says to the person, and how many lines of that were read.
+    /// Messages to the person, and the number of lines read.
     said: PathBuf,
     read: usize,
 }
@@ -50,7 +50,7 @@ impl Started {
         Self { child, said, read: 0 }
     }
 
-    /// The next line that has `word` in it.
+    /// Next line with `word` in it.
     fn says(&mut self, word: &str) -> String {
         let began = Instant::now();
         loop {
@@ -67,7 +67,7 @@ impl Started {
         }
     }
 
-    /// Its exit code, once it has ended by itself.
+    /// Exit code, once ended unaided.
     fn code(mut self) -> Option<i32> {
         self.child.wait().expect("ends").code()
     }
@@ -102,7 +102,7 @@ fn a_camera_that_this_user_may_not_open_is_named_with_the_remedy() {
     running.says(READY);
     row("no right to open it", &format!("{said}. {remedy}"), allowed_at.elapsed());
 
-    // A camera that is plugged in anew has a new node, with rights of its own.
+    // A replugged camera has a new node, with rights of its own.
     tell("unplug");
     running.says(Fault::Unplugged.code());
     tell("plug");

@@ -1,4 +1,4 @@
-//! A camera that is unplugged and plugged in again and again. `BORESIGHT_REPLUGS=100` says how often.
+//! Repeated unplugging and replugging of a camera. `BORESIGHT_REPLUGS=100` sets the number.
 
 use std::{fs, time::Duration};
 
@@ -8,7 +8,7 @@ use super::{frames, lost, open, returned, row, small, tell, until, words};
 
 const USUAL: usize = 20;
 
-/// What this process holds.
+/// Resources held by this process.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     resident_kb: u64,
@@ -50,7 +50,7 @@ fn an_unplugged_camera_is_noticed_and_comes_back_as_often_as_it_goes() {
         tell("plug");
         let seen = until(&mut source, |seen| returned(seen) && seen.frames > 0);
         back.push(seen.took);
-        // The first few times make room that is used again.
+        // The first few times allocate reusable room.
         if [4, times / 2, times - 1].contains(&count) {
             held.push(Held::now());
             println!("after {} times: {:?}", count + 1, Held::now());

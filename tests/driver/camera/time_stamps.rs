@@ -1,4 +1,4 @@
-//! A camera whose own clock jumps, under a driver that goes by it.
+//! A camera with a jumping clock, under a driver using it.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use boresight::capture::{Arrival, FrameSource};
 
 use super::{LONG, PATIENCE, frames, open, row, small, tell};
 
-/// How long is looked at.
+/// Duration of the look.
 const LOOK: Duration = Duration::from_secs(8);
 
 #[test]

@@ -1,4 +1,4 @@
-//! The kernel's test driver: read by ourselves, and by `v4l2-ctl`, which writes what it reads into a pipe.
+//! The kernel's test driver: read by ourselves, and by `v4l2-ctl`, which pipes its pictures.
 
 use std::{
     process::{Command, Output},
@@ -17,7 +17,7 @@ use super::{LONG, PATIENCE, frames, row, wanted, words};
 
 /// Debian's, put into the test machine by `tests/vm/run.sh`.
 const V4L2_CTL: &str = "/app/v4l2-ctl";
-/// The kernel's name, ours, and ffmpeg's of each format.
+/// Names of each format by the kernel, us, and ffmpeg.
 const FORMATS: [(&str, PixelLayout, &str); 3] = [
     ("YUYV", PixelLayout::Yuyv, "yuyv422"),
     ("NV12", PixelLayout::Nv12, "nv12"),
@@ -29,14 +29,14 @@ fn vivid() -> Camera {
     found.into_iter().find(|camera| camera.driver == "vivid").expect("vivid")
 }
 
-/// Sets something of the driver, behind the back of whoever reads its pictures.
+/// Sets a control of the driver, unnoticed by its reader.
 fn set(option: &str, value: &str) {
     let Output { status, stderr, .. } =
         Command::new(V4L2_CTL).args(["-d", "/dev/video0", option, value]).output().expect("starts");
     assert!(status.success(), "{value}: {}", String::from_utf8_lossy(&stderr));
 }
 
-/// Rows of the picture in which the driver writes its clock and counter.
+/// Rows of the picture with the driver's clock and counter.
 const COUNTED_ROWS: usize = 220;
 
 fn command(fourcc: &str) -> String {
@@ -44,7 +44,7 @@ fn command(fourcc: &str) -> String {
     format!("pipe:{V4L2_CTL} -d /dev/video0 {format} --stream-mmap --stream-to=-")
 }
 
-/// The driver's pictures of 640 by 360 as `v4l2-ctl` hands them on.
+/// Pictures of the driver of 640 by 360, through `v4l2-ctl`.
 fn through_a_pipe(fourcc: &str, pixels: &str) -> Result<Pipe, CaptureError> {
     let raw: RawForm = format!("640x360:{pixels}@30").parse().expect("a form");
     // In a call of its own, for `v4l2-ctl` writes a line about it between the pictures.
@@ -52,7 +52,7 @@ fn through_a_pipe(fourcc: &str, pixels: &str) -> Result<Pipe, CaptureError> {
     Pipe::open(&command(fourcc), Some(raw))
 }
 
-/// The next `count` pictures: what counts, and what's below it.
+/// Next `count` pictures: the counted rows, and those below.
 fn pictures(source: &mut impl FrameSource, count: usize) -> Vec<[Vec<u8>; 2]> {
     let started = Instant::now();
     let mut pictures = Vec::new();
@@ -79,7 +79,7 @@ fn the_test_driver_of_the_kernel_streams() {
         let [_, scene] = &direct[0];
         assert!(direct.iter().all(|[_, rest]| rest == scene), "{fourcc}");
         drop(source);
-        // Buffers that the driver loses take nothing from the pictures around them.
+        // Lost buffers of the driver take nothing from the pictures around them.
         set("-c", "percentage_of_dropped_buffers=30");
         let piped = pictures(&mut through_a_pipe(fourcc, pixels).expect("opens"), 40);
         set("-c", "percentage_of_dropped_buffers=0");
@@ -94,19 +94,19 @@ fn the_test_driver_of_the_kernel_streams() {
     }
 }
 
-/// The last one, for nobody can plug the driver in again.
+/// Last test: the driver can't be plugged in again.
 #[test]
 #[ignore = "needs the driver vivid"]
 fn the_test_driver_unplugged_behind_a_pipe() {
     set("-c", "inject_vidioc_streamon_error=1");
     let err = through_a_pipe("YUYV", "yuyv422").err().expect("no picture comes");
     let CaptureError::Camera { fault: Fault::CommandEnded, detail } = &err else { panic!("{err}") };
-    // `v4l2-ctl` says nothing of it.
+    // `v4l2-ctl` doesn't report it.
     assert_eq!(detail, "without a picture");
     row("a driver that doesn't start behind a pipe", &words(Fault::CommandEnded), Duration::ZERO);
     let mut source = through_a_pipe("YUYV", "yuyv422").expect("opens");
     frames(&mut source, 10);
-    // `v4l2-ctl` ends then as if all were well, so the pictures have an end.
+    // `v4l2-ctl` then ends without an error, and the pictures have an end.
     set("-c", "disconnect=1");
     let started = Instant::now();
     loop {

@@ -12,7 +12,7 @@ use std::{
 use base64::{Engine, prelude::BASE64_STANDARD};
 use serde_json::{Value, json};
 
-/// A browser that chromedriver drives.
+/// A browser driven by chromedriver.
 pub(super) struct Browser {
     driver: Child,
     port: u16,

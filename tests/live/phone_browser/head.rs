@@ -1,4 +1,5 @@
-//! `boresight serve`: a program without a screen, a camera on the network, and a person who has only the phone.
+//! `boresight serve`: a program without a screen, a camera on the network, and a person with only
+//! the phone.
 
 use std::{
     io::{BufRead, BufReader, Read, Write},
@@ -41,7 +42,7 @@ struct Newest {
     changed: Condvar,
 }
 
-/// Serves `newest` as motion JPEG to everyone who asks; its address.
+/// Serves `newest` as motion JPEG to everyone; returns its address.
 fn network_camera(newest: &Arc<Newest>) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let at = listener.local_addr().expect("bound");
@@ -80,10 +81,10 @@ fn network_camera(newest: &Arc<Newest>) -> String {
     format!("http://admin:{PASSWORD}@{at}/video.mjpg")
 }
 
-/// Paints `scene`, whose person does what `read` says, until `over`.
+/// Paints `scene` with the person following `read`, until `over`.
 fn paint(scene: &Scene, newest: &Newest, read: Arc<Mutex<Vec<CueKind>>>, over: &AtomicBool) {
     let cues = PageCues {
-        // Paced by the clock, not by who looks.
+        // Paced by the clock, not by viewers.
         judged: Arc::new(AtomicU64::new(u64::MAX)),
         read,
         now: CaptureTime { nanos: 0 },
@@ -106,7 +107,7 @@ fn paint(scene: &Scene, newest: &Newest, read: Arc<Mutex<Vec<CueKind>>>, over: &
     }
 }
 
-/// `boresight serve`, until it's dropped.
+/// `boresight serve`, until dropped.
 struct Program {
     child: Child,
     link: String,
@@ -128,7 +129,7 @@ impl Program {
             .inspect(|line| assert!(!line.contains(PASSWORD), "{line}"))
             .find_map(|line| Some(line.trim().strip_prefix("or open ")?.to_owned()))
             .expect("it names its link");
-        // Nobody else reads what it says.
+        // No other reader of its messages.
         let log = move || lines.map_while(Result::ok).for_each(|line| println!("  serve: {line}"));
         Builder::new().spawn(log).expect("a thread");
         Self { child, link }
@@ -147,7 +148,7 @@ impl Drop for Program {
     }
 }
 
-/// A camera whose picture has the same size whatever board stands before it.
+/// A camera with the same picture size for any board.
 fn scene(columns: u16, rows: u16, seed: u64) -> Scene {
     Scene {
         image_size: ImageSize { width_px: 640, height_px: 360 },
@@ -177,7 +178,8 @@ fn start(browser: &Browser, camera: &str, [columns, rows]: [usize; 2], square_mm
     ));
 }
 
-/// A session with the camera on the network, by the words of the page only. What the result page says.
+/// Runs a session with the camera on the network, by the words of the page only. Returns the result
+/// page's words.
 fn by_the_page(
     browser: &Browser,
     newest: &Newest,
@@ -240,7 +242,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     browser.run("el('behind').click()");
     browser.until("shown === 'wait' && el('camera').options.length === 2");
     shoot("1-start");
-    // The password of the camera is the program's business.
+    // The password of the camera stays in the program.
     assert_eq!(
         browser.run(&format!("return document.body.outerHTML.includes('{PASSWORD}')")),
         false
@@ -250,7 +252,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     let named = named.as_str().expect("a name").to_owned();
     assert!(named.starts_with("http://127.0.0.1:"), "{named}");
 
-    // What can't be is said, and nothing starts.
+    // Impossible boards are reported, and nothing starts.
     start(&browser, &named, [2, 6], 30.0);
     browser.until("!el('toast').hidden");
     start(&browser, "sim", [9, 6], 0.0);
@@ -275,7 +277,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     println!("second session: {shown}");
     assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("GOOD")), "{shown}");
 
-    // A third one that the person ends, with two taps.
+    // A third session, ended by the person with two taps.
     browser.run("el('again').click()");
     browser.until("shown === 'wait'");
     assert_eq!(browser.run("return el('kind').value"), "charuco", "as before");
@@ -301,7 +303,8 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
         assert!(!result.to_string().contains(PASSWORD));
     }
 
-    // The program is started again: the phone goes on by itself, and isn't asked where its owner stands.
+    // The program is restarted: the phone reconnects unaided, and isn't asked where its owner
+    // stands.
     let address = format!("127.0.0.1:{}", program.port());
     drop(program);
     browser.until("!linked()");
@@ -315,7 +318,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     browser.until("shown === 'ask'");
     assert_eq!(browser.run("return el('askwhat').textContent"), "Tap to go on");
     shoot("6-known");
-    // Without the kept secret, the page says what to do.
+    // Without the kept secret, the page names the next action.
     std::fs::remove_file(place.path().join("key")).expect("removed");
     drop(program);
     browser.run("el('behind').click()");

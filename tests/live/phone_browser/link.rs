@@ -1,4 +1,5 @@
-//! What the page makes of slow, cut and foreign networks, and of a phone that was away. `link.js` plays the network.
+//! Behaviour of the page with slow, cut and foreign networks, and after a phone's absence.
+//! `link.js` plays the network.
 
 use std::{
     path::Path,
@@ -72,7 +73,7 @@ fn views_taken_before_a_restart_are_told_after_it() {
     page.browser.until("spoken.length");
     page.wait(3.0);
     assert_eq!(page.said(), json!(["Views were taken meanwhile"]));
-    // And what is taken from then on is told, though its number was used before.
+    // A later view is announced, though its number was used before.
     page.run("net.take()");
     page.browser.until("spoken.length > 1");
     assert_eq!(page.said()[1], "Taken");
@@ -129,7 +130,7 @@ fn whoever_looks_at_the_views_has_lost_no_picture() {
         page.wait(1.2);
     }
     assert_eq!(page.said(), json!([]));
-    // One that really stops is told.
+    // A real stop is announced.
     page.run("net.pictures = false");
     page.browser.until("spoken.length");
     assert_eq!(page.said(), json!(["No picture"]));

@@ -1,5 +1,6 @@
-//! Whole sessions by what the page says and shows, in a browser. They take real time and need chromium, chromedriver and
-//! espeak-ng, so they run only if `BORESIGHT_BROWSER` names a folder for what they record:
+//! Whole sessions by the words and drawings of the page, in a browser. They take real time and need
+//! chromium, chromedriver and espeak-ng, and run only if `BORESIGHT_BROWSER` names a folder for
+//! recordings:
 //!
 //! ```sh
 //! BORESIGHT_BROWSER=/tmp/phone cargo test --test live phone_browser -- --nocapture --test-threads=1
@@ -14,7 +15,7 @@ mod states;
 
 use std::path::PathBuf;
 
-/// Where to record, if these tests are asked for.
+/// Folder for recordings, if these tests are requested.
 fn asked_for() -> Option<PathBuf> {
     let folder = PathBuf::from(std::env::var_os("BORESIGHT_BROWSER")?);
     std::fs::create_dir_all(&folder).expect("a folder");

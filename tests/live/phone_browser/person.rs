@@ -1,4 +1,4 @@
-//! A person who sees nothing but the page.
+//! A person who sees only the page.
 
 use std::{
     collections::BTreeMap,
@@ -26,16 +26,16 @@ use serde_json::Value;
 
 use super::browser::Browser;
 
-/// What the page shows, as far as a person uses it.
+/// Contents of the page used by a person.
 const SHOWN: &str = "return {
     words: el('sentence').textContent, page: shown, views: +el('views').textContent,
     frame: live && live.frame, board: live && corners(live.board),
     ghost: plan && live && live.card && plan.ghost && corners(plan.ghost.rim) };
     function corners(rim) { return rim && [0, 1, 2, 3].map(i => rim[i * rim.length / 4].slice(0, 2)); }";
-/// The card's rim lies this far outside the outermost inner corners, in squares.
+/// Distance of the card's rim from the outermost inner corners, in squares.
 const RIM: f64 = 1.4;
 
-/// Cues of a person who sees nothing but the page.
+/// Cues of a person who sees only the page.
 pub(super) struct PageCues {
     pub(super) judged: Arc<AtomicU64>,
     pub(super) read: Arc<Mutex<Vec<CueKind>>>,
@@ -63,7 +63,7 @@ impl Cues for PageCues {
     }
 }
 
-/// Every sentence that asks for something, by its words.
+/// Every requesting sentence, by its words.
 pub(super) fn prompts() -> BTreeMap<String, Prompt> {
     let edges = directions_rad().map(Edge::towards);
     let tips = edges
@@ -109,7 +109,7 @@ fn span(points: &[Point2<f64>]) -> f64 {
     points.iter().map(|point| (point - middle).norm()).sum()
 }
 
-/// What a person who reads these words and sees board and ghost on the page does.
+/// Reaction of a person to these words with board and ghost on the page.
 fn instruction(prompt: Prompt, shown: &Value) -> Instruction {
     let (board, ghost) = (points(&shown["board"]), points(&shown["ghost"]));
     match prompt {

@@ -1,4 +1,5 @@
-//! Sessions by the words of the page end as those of the terminal do; what is said meanwhile is recorded.
+//! Sessions by the words of the page end as those of the terminal do; the announcements are
+//! recorded.
 
 use std::{
     collections::BTreeMap,
@@ -35,7 +36,7 @@ fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
-/// A browser's voice that takes as long as espeak-ng does, and notes what it says.
+/// A browser's voice with the durations of espeak-ng and a record of its words.
 fn voice(durations: &BTreeMap<String, u64>) -> String {
     let table = json!(durations).to_string();
     format!(
@@ -51,7 +52,7 @@ fn voice(durations: &BTreeMap<String, u64>) -> String {
     )
 }
 
-/// How long espeak-ng takes for every word of a session.
+/// Duration of every word of a session by espeak-ng.
 fn durations(folder: &Path) -> BTreeMap<String, u64> {
     let file = folder.join("word.wav");
     let news = [Prompt::Taken, Prompt::Complete, Prompt::CameraLost];
@@ -89,7 +90,7 @@ impl Site {
     }
 }
 
-/// A session of `scene` on `site`, whose person reads `cues` if there are any, else what the window shows.
+/// A session of `scene` on `site`, with a person reading `cues` if given, else the window.
 pub(super) fn session(
     site: &Site,
     scene: &Scene,
@@ -125,7 +126,7 @@ pub(super) fn session(
     session.calibration().cloned()
 }
 
-/// The same scene by the words of the terminal, as fast as the machine is.
+/// Session of the scene by the words of the terminal, as fast as the machine can.
 fn by_terminal(seed: u64, plan: &str, out: PathBuf) -> Option<Arc<Calibration>> {
     let silent = Announcer::silent();
     let config = Config::load(None, &[format!("guidance.plan=\"{plan}\"")]).expect("settings");

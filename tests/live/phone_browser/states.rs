@@ -1,4 +1,4 @@
-//! Every state of the page as a picture, to be looked at.
+//! Every state of the page as a picture, for inspection.
 
 use std::{
     sync::{

@@ -1,6 +1,6 @@
-//! The controls of the simulated USB camera, as UVC requests see them.
+//! Controls of the simulated USB camera, as seen by UVC requests.
 
-/// A control: which unit and selector, how many bytes, and its numbers.
+/// A control: unit and selector, number of bytes, and its numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Control {
     pub(crate) name: &'static str,
@@ -39,13 +39,13 @@ pub(crate) fn all() -> Vec<Control> {
     ]
 }
 
-/// The control that a request is about.
+/// Control of a request.
 pub(crate) fn find(controls: &mut [Control], unit: u8, selector: u8) -> Option<&mut Control> {
     controls.iter_mut().find(|control| (control.unit, control.selector) == (unit, selector))
 }
 
 impl Control {
-    /// Answers a request to read; `None` if it knows none of that number.
+    /// Answers a read request; `None` for an unknown number.
     pub(crate) fn read(&self, request: u8) -> Option<Vec<u8>> {
         let number = |value: i32| Some(value.to_le_bytes()[..self.length].to_vec());
         match request {
@@ -54,14 +54,14 @@ impl Control {
             0x83 => number(self.max),
             0x84 => number(self.step),
             0x85 => Some((self.length as u16).to_le_bytes().to_vec()),
-            // It can be read and set, and changes by itself.
+            // Readable, settable, and autonomous in its changes.
             0x86 => Some(vec![0x0b]),
             0x87 => number(self.default),
             _ => None,
         }
     }
 
-    /// Sets it; false if the bytes are not its.
+    /// Sets the control; false for invalid bytes.
     pub(crate) fn set(&mut self, bytes: &[u8]) -> bool {
         if bytes.len() < self.length {
             return false;

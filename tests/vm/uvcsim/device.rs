@@ -1,7 +1,7 @@
-//! One simulated USB camera: the USB/IP protocol towards the kernel's vhci-hcd, and the stream.
+//! A simulated USB camera: the USB/IP protocol towards the kernel's vhci-hcd, and the stream.
 //!
-//! vhci-hcd gets one end of a socket pair; on the other end this program answers the kernel's requests (URBs).
-//! A request that was taken back must not be answered any more: vhci drops the device then.
+//! vhci-hcd gets one end of a socket pair; on the other end this program answers the kernel's
+//! requests (URBs). A request taken back must not be answered any more: vhci drops the device then.
 
 use std::{
     collections::{BTreeSet, VecDeque},
@@ -26,18 +26,18 @@ const HIGH_SPEED: u32 = 3;
 const STALLED: i32 = -32;
 const TAKEN_BACK: i32 = -104;
 
-/// The only size that cameras grant, whatever is asked for; also those that are plugged in later.
+/// The only granted size, for any request; also of cameras plugged in later.
 pub(crate) static ONLY: Mutex<Option<(u16, u16)>> = Mutex::new(None);
 
-/// The times that cameras send; also those that are plugged in later.
+/// Kind of sent times; also of cameras plugged in later.
 pub(crate) static TIMES: Mutex<Times> = Mutex::new(Times::None);
 
-/// What a camera's own clock says of its frames.
+/// Behaviour of a camera's own clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Times {
     None,
     Steady,
-    /// Every second it leaps, forward and back.
+    /// Leaps every second, forward and back.
     Jump,
 }
 
@@ -51,7 +51,7 @@ impl Times {
     }
 }
 
-/// What goes wrong with the stream; numbers count down frames.
+/// Faults of the stream; numbers count down frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Faults {
     pub(crate) freeze: bool,
@@ -63,9 +63,9 @@ pub(crate) struct Faults {
     pub(crate) stall_commit: bool,
     pub(crate) stall_stream: bool,
     pub(crate) slow_millis: u64,
-    /// Frames whose lower half is of an earlier one.
+    /// Frames with a lower half from an earlier one.
     pub(crate) torn: u32,
-    /// How long a control takes to answer.
+    /// Duration of a control's answer.
     pub(crate) control_millis: u64,
 }
 
@@ -78,18 +78,18 @@ pub(crate) struct Request {
 #[derive(Default)]
 pub(crate) struct Requests {
     pub(crate) waiting: VecDeque<Request>,
-    /// Number of the one that is being filled.
+    /// Number of the request being filled.
     pub(crate) held: Option<u32>,
 }
 
-/// What the threads of one device share.
+/// State shared by the threads of a device.
 pub(crate) struct Shared {
     pub(crate) requests: Mutex<Requests>,
     pub(crate) more: Condvar,
     pub(crate) mode: Mutex<Mode>,
     pub(crate) faults: Mutex<Faults>,
     pub(crate) controls: Mutex<Vec<Control>>,
-    /// Numbers of control requests that wait for their answers.
+    /// Numbers of control requests waiting for their answers.
     slow_requests: Mutex<BTreeSet<u32>>,
     out: Mutex<UnixStream>,
     state: Mutex<State>,
@@ -101,7 +101,7 @@ struct State {
     run: u64,
 }
 
-/// A device that is plugged in.
+/// A plugged-in device.
 pub(crate) struct Device {
     pub(crate) shared: Arc<Shared>,
     protocol: JoinHandle<()>,
@@ -150,7 +150,7 @@ impl Device {
         Ok(Self { shared, protocol })
     }
 
-    /// Pulls it out.
+    /// Unplugs the device.
     pub(crate) fn unplug(self) {
         locked(&self.shared.out).shutdown(std::net::Shutdown::Both).ok();
         self.protocol.join().ok();
@@ -166,7 +166,7 @@ impl Shared {
         locked(&self.state).run
     }
 
-    /// Sends an answer: `command` 3 to a request, 4 to one that is taken back.
+    /// Sends an answer: `command` 3 to a request, 4 to one taken back.
     pub(crate) fn reply(
         &self,
         command: u32,
@@ -192,7 +192,7 @@ impl Shared {
         locked(&self.out).write_all(&message).ok();
     }
 
-    /// Answers the kernel until it or the person ends the connection.
+    /// Answers the kernel until the connection ends.
     fn answer(self: &Arc<Self>, mut from: UnixStream, names: &[String; 2]) {
         let mut probe = Mode::START;
         let mut header = [0; 48];
@@ -239,7 +239,7 @@ impl Shared {
                 std::thread::sleep(Duration::from_millis(millis));
                 let answer = device.control(setup, &data, &names, &mut { Mode::START });
                 let mut waiting = locked(&device.slow_requests);
-                // Not if it was taken back meanwhile.
+                // Unless taken back meanwhile.
                 if waiting.remove(&number) {
                     device.reply_to_control(number, setup, data.len(), is_in, answer);
                 }
@@ -268,7 +268,7 @@ impl Shared {
         }
     }
 
-    /// Says that all bytes of a request to write were taken.
+    /// Confirms all bytes of a write request.
     fn reply_out(&self, number: u32, taken: usize) {
         let mut message = vec![0; 48];
         message[0..4].copy_from_slice(&3_u32.to_be_bytes());

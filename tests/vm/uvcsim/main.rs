@@ -1,7 +1,9 @@
-//! A USB camera in user space, so that the kernel's own USB and camera drivers can be tested with faults on
-//! demand: `uvcsim [--name NAME] [--serial SERIAL] [--pictures FOLDER [--before N]] [--twin]`, commands on standard input.
+//! A USB camera in user space, to test the kernel's own USB and camera drivers with faults on
+//! demand: `uvcsim [--name NAME] [--serial SERIAL] [--pictures FOLDER [--before N]] [--twin]`,
+//! commands on standard input.
 //!
-//! It needs the module vhci-hcd, and root; the test machine (`tests/vm/vm.sh`) has both. Commands, one a line:
+//! It needs the module vhci-hcd, and root; the test machine (`tests/vm/vm.sh`) has both. Commands,
+//! one a line:
 //!
 //! ```text
 //! unplug          plug            name TEXT       serial TEXT     (the names hold from the next plug on)

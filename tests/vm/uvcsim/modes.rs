@@ -1,9 +1,9 @@
-//! The modes of the simulated USB camera.
+//! Modes of the simulated USB camera.
 
-/// Sizes that it offers.
+/// Offered sizes.
 pub(crate) const SIZES: [(u16, u16); 5] =
     [(640, 480), (640, 360), (1280, 720), (1920, 1080), (320, 240)];
-/// Times from frame to frame in 100 ns: 60, 30, 15, 7.5 and 2.5 frames per second. They must rise, or the
+/// Frame intervals in 100 ns: 60, 30, 15, 7.5 and 2.5 frames per second. They must rise, or the
 /// kernel picks wrongly.
 pub(crate) const INTERVALS: [u32; 5] = [166_666, 333_333, 666_666, 1_333_333, 4_000_000];
 /// 30 frames per second.
@@ -13,14 +13,14 @@ pub(crate) const CLOCK_HZ: u32 = 48_000_000;
 /// Bytes of an isochronous packet: 3 transactions of 1024.
 pub(crate) const PACKET: u32 = 3072;
 
-/// How pixels are sent.
+/// Pixel formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Format {
     Mjpeg,
     Yuyv,
 }
 
-/// What the driver has chosen.
+/// Mode chosen by the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mode {
     pub(crate) format: Format,
@@ -29,7 +29,7 @@ pub(crate) struct Mode {
 }
 
 impl Mode {
-    /// What it is before anyone chose.
+    /// Initial mode.
     pub(crate) const START: Self =
         Self { format: Format::Mjpeg, size: SIZES[0], interval: USUAL_INTERVAL };
 
@@ -65,8 +65,8 @@ pub(crate) fn largest_frame((width, height): (u16, u16)) -> u32 {
     u32::from(width) * u32::from(height) * 2
 }
 
-/// The configuration descriptor: one camera terminal with controls, one processing unit, one isochronous
-/// stream.
+/// The configuration descriptor: one camera terminal with controls, one processing unit, one
+/// isochronous stream.
 pub(crate) fn configuration() -> Vec<u8> {
     let mut formats = vec![11, 0x24, 0x06, 1, SIZES.len() as u8, 1, 1, 0, 0, 0, 0];
     frames(0x07, &mut formats);

@@ -1,7 +1,7 @@
-//! What the simulated USB camera sees: pictures from a folder, or a chessboard.
+//! Contents of the simulated USB camera's pictures: from a folder, or a chessboard.
 //!
-//! Files are read before the camera is plugged in, and a picture is packed once: a slow machine has no time
-//! for either while frames are due.
+//! Files are read before the camera is plugged in, and a picture is packed once: a slow machine has
+//! no time for either while frames are due.
 
 use std::{
     collections::BTreeMap,
@@ -13,12 +13,12 @@ use image::{ExtendedColorType, GrayImage, codecs::jpeg::JpegEncoder, imageops};
 
 use crate::modes::{Format, Mode};
 
-/// What is in a picture.
+/// Subject of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Sight {
     /// A chessboard of 9 by 6 inner corners.
     Chessboard,
-    /// A wall, as long as a program settles its camera.
+    /// A wall, while a program settles its camera.
     Wall,
     /// A picture of the folder.
     File(usize),
@@ -29,19 +29,19 @@ type Packed = BTreeMap<(Format, (u16, u16), Sight), Arc<Vec<u8>>>;
 
 /// A supply of frames.
 pub(crate) struct Pictures {
-    /// Frames that show the wall before the first file.
+    /// Number of frames of the wall before the first file.
     before: u64,
     files: Vec<GrayImage>,
     packed: Mutex<Packed>,
 }
 
 impl Pictures {
-    /// The PNG files of `folder` in the order of their names, after `before` pictures of a wall; a chessboard if
-    /// there are none.
+    /// The PNG files of `folder` in the order of their names, after `before` pictures of a wall; a
+    /// chessboard without files.
     ///
     /// # Errors
     ///
-    /// A file that is no picture.
+    /// A file other than a picture.
     pub(crate) fn of(folder: Option<&Path>, before: u64) -> std::io::Result<Self> {
         let entries = folder.and_then(|folder| std::fs::read_dir(folder).ok());
         let mut paths: Vec<_> = entries
@@ -58,8 +58,8 @@ impl Pictures {
         Ok(Self { before, files, packed: Mutex::default() })
     }
 
-    /// Frame `number` in `mode`, its bytes unlike those of the frame before; after the last file the first
-    /// follows.
+    /// Frame `number` in `mode`, with bytes unlike the previous frame's; after the last file the
+    /// first follows.
     pub(crate) fn frame(&self, mode: Mode, number: u64) -> Vec<u8> {
         let sight = match number.checked_sub(self.before) {
             _ if self.files.is_empty() => Sight::Chessboard,
@@ -135,7 +135,7 @@ fn pack(picture: &GrayImage, format: Format) -> Vec<u8> {
         }
     }
 }
-/// The frame without its Huffman tables, as many webcams send it.
+/// The frame without its Huffman tables, as sent by many webcams.
 pub(crate) fn without_tables(frame: &[u8]) -> Vec<u8> {
     let mut kept = frame[..2].to_vec();
     let mut at = 2;

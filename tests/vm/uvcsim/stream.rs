@@ -1,4 +1,4 @@
-//! The stream of a simulated USB camera: frames, cut into the packets that the kernel asked for.
+//! Stream of a simulated USB camera: frames, cut into the packets requested by the kernel.
 
 use std::{
     sync::PoisonError,
@@ -13,7 +13,7 @@ use crate::{
 
 const STALLED: i32 = -32;
 
-/// The thread that sends frames.
+/// Frame-sending thread.
 pub(crate) struct Stream<'a> {
     shared: &'a Shared,
     pictures: &'a Pictures,
@@ -64,7 +64,7 @@ impl<'a> Stream<'a> {
                 frame = without_tables(&frame);
             }
             if once(&mut faults.torn) {
-                // A reader that was overtaken: the lower half is from six frames before.
+                // An overtaken reader: the lower half is from six frames before.
                 let before = self.pictures.frame(mode, (self.number - 1).saturating_sub(6));
                 if before.len() == frame.len() {
                     let half = frame.len() / 2;
@@ -86,7 +86,8 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Time of the frame, the same again as the clock's time, and the number of the USB frame; as the camera's clock says.
+    /// Time of the frame, its copy as the clock's time, and the number of the USB frame, by the
+    /// camera's clock.
     fn clock(&self) -> Option<[u8; 10]> {
         let times = *locked(&TIMES);
         if times == Times::None {
@@ -118,7 +119,7 @@ impl<'a> Stream<'a> {
         std::thread::sleep(self.due.saturating_duration_since(now));
     }
 
-    /// Sends a frame in as many requests as it needs; gives up when the stream is started anew.
+    /// Sends a frame in as many requests as needed; gives up when the stream restarts.
     fn send(&mut self, mut request: Request, frame: &[u8], error_bit: u8, run: u64) {
         self.frame_bit ^= 1;
         let mut sent = 0;
@@ -157,7 +158,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The next waiting request; `None` when the device is gone.
+    /// Next waiting request; `None` when the device is gone.
     fn take(&self) -> Option<Request> {
         let mut requests = locked(&self.shared.requests);
         loop {
@@ -174,7 +175,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Answers a request, unless it was taken back meanwhile.
+    /// Answers a request, unless taken back meanwhile.
     fn give(&self, request: &Request, status: i32, data: &[u8], packets: &[(u32, u32)]) {
         let mut requests = locked(&self.shared.requests);
         if requests.held.take_if(|held| *held == request.number).is_some() {
@@ -190,7 +191,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Counts down; whether there was something left.
+/// Counts down; true if something was left.
 fn once(left: &mut u32) -> bool {
     let any = *left > 0;
     *left -= u32::from(any);

@@ -1,9 +1,11 @@
-//! calib-targets and vision-calibration on pictures of a board, each by the first example of its documentation.
+//! calib-targets and vision-calibration on pictures of a board, each by the first example of its
+//! documentation.
 //!
-//! - `peers detect COLUMNSxROWS PICTURE…` prints a table of corners, row by row, of each whole board: "file x y level".
-//!   calib-targets isn't told the board's size; a grid of another size isn't this board.
-//! - `peers solve COLUMNSxROWS SQUARE_M TABLE` prints `fx fy cx cy k1 k2 p1 p2 k3`, and in the next line the stated standard
-//!   deviations of fx, cx and cy. Lengths in metres, the rest in pixels.
+//! - `peers detect COLUMNSxROWS PICTURE…` prints a table of corners, row by row, of each whole
+//!   board: "file x y level". calib-targets doesn't get the board's size; a grid of another size
+//!   isn't this board.
+//! - `peers solve COLUMNSxROWS SQUARE_M TABLE` prints `fx fy cx cy k1 k2 p1 p2 k3`, and in the next
+//!   line the stated standard deviations of fx, cx and cy. Lengths in metres, the rest in pixels.
 
 use std::error::Error;
 use std::fs;
@@ -25,7 +27,8 @@ impl Board {
         Ok(Self { columns: columns.parse()?, rows: rows.parse()? })
     }
 
-    /// The corners row by row, if they are this board's, all of them. A board that is seen on its side is turned by a quarter.
+    /// Corners row by row, if all of this board's corners are detected. A board on its side is
+    /// turned by a quarter.
     fn whole(&self, seen: &ChessboardDetection) -> Option<Vec<[f32; 2]>> {
         let across = seen.corners.iter().map(|corner| corner.grid.u).max()? + 1;
         let down = seen.corners.iter().map(|corner| corner.grid.v).max()? + 1;
