@@ -21,7 +21,7 @@ use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_run::recording::journal_line_schema;
 use boresight_watch::Input;
 
-/// Name of each file in `docs/schemas`, with its schema (draft 2020-12). The schemas describe the
+/// Name of each file in `docs/schemas`, with schema (draft 2020-12). The schemas describe the
 /// output of this version; readers skip unknown fields.
 pub fn schemas() -> Vec<(&'static str, Schema)> {
     let mut schemas = vec![
@@ -55,7 +55,7 @@ fn of<T: JsonSchema>() -> Schema {
     generator().into_root_schema_for::<T>()
 }
 
-/// Generator of schemas for written files, not for accepted ones: always written fields are
+/// Generator of schemas for written files, not for accepted files: always written fields are
 /// required.
 fn generator() -> SchemaGenerator {
     SchemaSettings::draft2020_12().for_serialize().into_generator()

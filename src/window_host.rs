@@ -45,7 +45,7 @@ pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
 /// Answers the window: opens and concludes sessions, compares, exports and replays.
 pub struct WindowHost {
     opening: Opening,
-    /// True if waiting sources run at their recorded rate.
+    /// True if waiting sources run at the recorded rate.
     paced: bool,
     stop: Arc<AtomicBool>,
     announcer: Announcer,
@@ -317,7 +317,7 @@ impl AppHost for WindowHost {
 }
 
 impl WindowHost {
-    /// Host of a window with `opening` as its first session. `stop` ends the whole program. With
+    /// Host of a window with `opening` as the first session. `stop` ends the whole program. With
     /// `paced`, a simulated or recorded source runs in real time, as a person needs; without, as
     /// fast as the machine can.
     pub fn new(
@@ -385,7 +385,7 @@ impl WindowHost {
         Self { speaks: mirrored, ..self }
     }
 
-    /// Asks about the first session instead of starting it.
+    /// Asks about the first session instead of a start.
     #[must_use]
     pub fn asking(self) -> Self {
         Self { at_once: false, ..self }
@@ -418,7 +418,7 @@ impl WindowHost {
         })
     }
 
-    /// Sets the measured square of the board in `code`, if the settings have it.
+    /// Sets the measured square of the board in `code`, if the settings name a size.
     fn measured(&self, code: &mut SeenCode) {
         let id = code.id.parse::<BoardId>().ok();
         let named = |key: &str| id.is_some() && key.parse::<BoardId>().ok() == id;

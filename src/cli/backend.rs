@@ -6,7 +6,7 @@ use boresight_app::camera::BACKENDS;
 use boresight_present::text::camera::capital;
 use boresight_run::config::Backend;
 
-/// Names of the backends, with their descriptions as help.
+/// Names of the backends, with descriptions as help.
 pub(super) fn names() -> impl TypedValueParser<Value = Backend> {
     let names = BACKENDS.map(|it| PossibleValue::new(it.name).help(capital(it.is)));
     PossibleValuesParser::new(names).map(|name| Backend::named(&name))

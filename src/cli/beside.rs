@@ -36,7 +36,7 @@ pub(super) struct BesideArguments {
     voice: VoiceArguments,
 }
 
-/// Names of this computer.
+/// Names of the computer.
 #[cfg(feature = "serve")]
 #[derive(Debug, Args)]
 pub(super) struct NameArguments {

@@ -56,7 +56,7 @@ pub(super) fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result
     Ok(config)
 }
 
-/// Commands without reading of codes in a board's margin, with their default square.
+/// Commands without reading of codes in a board's margin, with the default square.
 const WITHOUT_CODE: [(&str, &str); 4] = [
     ("serve", "25mm"),
     ("check", "25mm"),
@@ -152,12 +152,12 @@ impl BoardArguments {
             || !self.settings.is_empty()
     }
 
-    /// True if the arguments name the size of the squares, or it is the default's.
+    /// True if the arguments name the size of the squares, or use the default.
     pub(super) fn says_square(&self) -> anyhow::Result<bool> {
         Ok(self.square.is_some() || self.sets_of_board("square_mm")?)
     }
 
-    /// Properties of the board left to a code in its margin.
+    /// Properties of the board left to a code in the margin.
     pub(super) fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
         let says_counts =
             self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
@@ -181,7 +181,7 @@ impl BoardArguments {
         Ok(config)
     }
 
-    /// True if the settings file or a `--set` has this key of the board.
+    /// True if the settings file or a `--set` has the key of the board.
     fn sets_of_board(&self, key: &str) -> anyhow::Result<bool> {
         let path = ["board", key];
         let sets = |setting: &String| {

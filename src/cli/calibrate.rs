@@ -227,7 +227,7 @@ impl Arguments {
     }
 }
 
-/// Session of these stored pictures, if some couldn't be used.
+/// Session of the stored pictures, if some couldn't be used.
 fn session_of_pictures<'a>(inputs: &'a [PathBuf], views: &CalibrationViews) -> Option<&'a Path> {
     let session = inputs.first()?.parent()?.parent()?;
     (is_session(session) && views.names.iter().any(|view| view.reason.is_some())).then_some(session)

@@ -156,7 +156,7 @@ impl Arguments {
         Ok(Some(NoVerdict::OtherCamera { old: named.into(), new: source.into() }))
     }
 
-    /// Announces the finding and writes it into the session's folder; returns the exit code.
+    /// Announces the finding and writes a check into the session's folder; returns the exit code.
     fn tell(
         &self,
         old: &OldCalibration,

@@ -151,7 +151,7 @@ impl Arguments {
     }
 }
 
-/// Prints the grids `weighed` for the picture `name`, and draws them into `folder`.
+/// Prints the grids `weighed` for the picture `name`, and draws the grids into `folder`.
 fn explain(
     progress: &Progress,
     (folder, name, overwrite): (&Path, &str, Overwrite),
@@ -173,7 +173,7 @@ fn explain(
     Ok(())
 }
 
-/// Hands each picture of the recording `path` to `look`, under its number.
+/// Hands each picture of the recording `path` to `look`, under number.
 fn in_turn(
     mut source: Box<dyn FrameSource>,
     path: &Path,

@@ -49,7 +49,7 @@ impl Arguments {
     }
 }
 
-/// Prints the cameras, and the limits of their backends.
+/// Prints the cameras, and the limits of the backends.
 fn tell(found: &Devices) {
     let cameras = found.cameras.iter().flat_map(|(_, lines)| lines);
     cameras.for_each(|line| say(line));

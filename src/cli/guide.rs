@@ -132,7 +132,7 @@ impl Arguments {
         conclude_seen(finished, &operation, self.json)
     }
 
-    /// Program behind a window for these sessions.
+    /// Program behind a window for the sessions.
     #[cfg(feature = "window")]
     pub(super) fn app_host(&self, paced: bool) -> anyhow::Result<Box<dyn AppHost>> {
         window::app_host(self.opening()?, &self.beside, self.says_something(), paced)

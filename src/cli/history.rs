@@ -324,7 +324,7 @@ fn page(
     Ok(Exit::Good)
 }
 
-/// Watched cameras in the folders, each with the calibrations of its camera.
+/// Watched cameras in the folders, each with the calibrations of the camera.
 fn watched(folders: &[PathBuf], all: &[CameraHistory]) -> anyhow::Result<Vec<WatchedCurve>> {
     let mut watched = Vec::new();
     for folder in

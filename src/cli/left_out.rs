@@ -1,6 +1,6 @@
-//! Commands of features missing from this build, with an error to say so.
+//! Commands of features missing from the build, with an error message.
 
-/// Defines the arguments of a command missing from this build.
+/// Defines the arguments of a command missing from the build.
 #[allow(unused_macros, reason = "a build with every command leaves none out")]
 macro_rules! left_out {
     ($missing:expr, $about:literal) => {

@@ -20,7 +20,7 @@ pub(super) struct LensArguments {
     shifted_sensor: bool,
 }
 
-/// Names of families of lens models, each with its purpose.
+/// Names of families of lens models, each with purpose.
 fn lens_names() -> impl TypedValueParser<Value = LensName> {
     let value = |name: LensName| PossibleValue::new(name.code()).help(help(name));
     PossibleValuesParser::new(LensName::all().map(value)).try_map(|code| code.parse::<LensName>())

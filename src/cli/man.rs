@@ -62,7 +62,7 @@ impl Arguments {
     }
 }
 
-/// `command`, and all its visible subcommands.
+/// `command`, and all visible subcommands.
 fn with_subcommands(command: &Command) -> Vec<Command> {
     let below = command.get_subcommands().filter(|below| !below.is_hide_set());
     let below = below.flat_map(with_subcommands);

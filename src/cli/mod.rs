@@ -91,7 +91,7 @@ struct CommandLine {
     guide: guide::Arguments,
 }
 
-/// Exit code for unsupported arguments, as clap uses for wrong ones.
+/// Exit code for unsupported arguments, as clap uses for wrong usage.
 const WRONG_USAGE: u8 = 2;
 
 const AFTER_HELP: &str = "\
@@ -144,7 +144,7 @@ enum Command {
     Man(man::Arguments),
 }
 
-/// Parses the arguments, runs the command, and turns its outcome into an exit code.
+/// Parses the arguments, runs the command, and turns the outcome into an exit code.
 pub fn main() -> ExitCode {
     let read = command_line().try_get_matches().and_then(|matches| {
         CommandLine::from_arg_matches(&matches).map_err(|err| err.format(&mut command_line()))
@@ -240,7 +240,7 @@ fn tell_program(code: &str, message: &str, next: Option<&str>) {
     }
 }
 
-/// Command line with its help.
+/// Command line with help.
 fn command_line() -> clap::Command {
     board_args::with_true_defaults(CommandLine::command())
 }

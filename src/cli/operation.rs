@@ -31,7 +31,7 @@ pub(super) enum LogForm {
 }
 
 impl LogForm {
-    /// Switches stderr to this form.
+    /// Switches stderr to the form.
     pub(super) fn begin(self) {
         if self == Self::Json {
             log_as_json();
@@ -101,7 +101,7 @@ impl Operation {
         self.ended(&concluded.path, &concluded.result);
     }
 
-    /// Notes the end of the session in `folder`, with its result.
+    /// Notes the end of the session in `folder`, with the result.
     pub(super) fn ended(&self, folder: &Path, result: &CalibrationFile) {
         let (verdict, file) = (verdict_name(result), folder.join(RESULT_FILE));
         log("end", || json!({ "verdict": verdict, "session": folder, "result": file }));
@@ -159,7 +159,7 @@ impl OnFinish {
         Self { command, running: Mutex::default() }
     }
 
-    /// Starts the command with these variables. A failure is reported and changes nothing else. Its
+    /// Starts the command with `variables`. A failure is reported and changes nothing else. Its
     /// output goes to stderr: at once for people, and as messages at the end for a reader of JSON
     /// lines.
     pub(super) fn start(&self, variables: Vec<(&'static str, OsString)>) {

@@ -157,7 +157,7 @@ impl Arguments {
         Err(WrongUsage(message).into())
     }
 
-    /// Session folder, if the input is a session, or the result of one.
+    /// Session folder, if the input is a session, or a session's result.
     fn session(&self) -> Option<PathBuf> {
         if self.input.is_dir() {
             return Some(self.input.clone());
@@ -171,7 +171,7 @@ impl Arguments {
     }
 }
 
-/// Command line of this run, quoted for a shell.
+/// Command line of the run, quoted for a shell.
 pub(super) fn this_command() -> String {
     let arguments = std::env::args_os().skip(1);
     let words = arguments.map(|argument| quoted(&without_secrets(&argument.to_string_lossy())));

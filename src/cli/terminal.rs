@@ -75,7 +75,7 @@ pub fn say(line: &str) {
     }
 }
 
-/// Sends an event with its `fields` to the programs on stderr or elsewhere.
+/// Sends an event with `fields` to the programs on stderr or elsewhere.
 pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
     let reader = READER.lock().unwrap_or_else(PoisonError::into_inner);
     if reader.is_none() && !is_json() {
@@ -97,7 +97,7 @@ pub(super) fn log(event: &str, fields: impl FnOnce() -> Value) {
 /// twice.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 const LOOK: Duration = Duration::from_millis(50);
-/// Exit code after a second Ctrl-C, as shells know it.
+/// Exit code after a second Ctrl-C, as in shells.
 const INTERRUPTED: i32 = 130;
 
 /// Flag set by Ctrl-C, a polite kill and the closing of the terminal. A second Ctrl-C or kill ends

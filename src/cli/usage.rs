@@ -8,7 +8,7 @@ use boresight_run::config::ConfigError;
 #[error("{0}")]
 pub(super) struct WrongUsage(pub(super) String);
 
-/// True if the arguments are at fault, not the files they name.
+/// True if the arguments are at fault, not the named files.
 pub(super) fn is_of_usage(cause: &(dyn std::error::Error + 'static)) -> bool {
     let is_setting = |err: &ConfigError| !matches!(err, ConfigError::File(_));
     cause.is::<MissingFeature>()

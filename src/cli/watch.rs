@@ -283,7 +283,7 @@ impl Arguments {
         Ok(watch::worst(cameras().map(|camera| camera.watch().decision().state)))
     }
 
-    /// Opens the cameras, each with its pictures and interval, and returns their intended number: a
+    /// Opens the cameras, each with pictures and interval, and returns the intended number: a
     /// failing camera of a list stops none of the others.
     fn rounds(&self) -> anyhow::Result<(Vec<Round>, usize)> {
         let config = Config::load(None, &[])?;

@@ -55,7 +55,7 @@ impl Arguments {
     }
 }
 
-/// Page of this program.
+/// Page of the program.
 fn found() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
     let folder = program.parent().unwrap_or(Path::new("."));

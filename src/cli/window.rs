@@ -116,7 +116,7 @@ fn host(
     Ok(if at_once { host } else { host.asking() })
 }
 
-/// Turns the lack of a window into an error with its next action.
+/// Turns the lack of a window into an error with a next action.
 fn or_say_why(outcome: Result<(), NoWindow>) -> anyhow::Result<()> {
     match outcome {
         Ok(()) => Ok(()),

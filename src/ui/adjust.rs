@@ -50,7 +50,7 @@ const BAR: f32 = 0.035;
 #[derive(Clone, Debug)]
 pub struct WayBack {
     frame: Arc<frame::Frame>,
-    /// Next action for a person behind the camera, and for one facing it.
+    /// Next action for a person behind the camera, and for a person facing the camera.
     said: [(Advice, Cue); 2],
     gravity: Gravity,
     close: Option<f64>,
@@ -58,7 +58,7 @@ pub struct WayBack {
 }
 
 impl WayBack {
-    /// Step of a camera with this lens.
+    /// Step of a camera with the given lens.
     pub fn of(step: &Step<'_>, lens: &Lens) -> Self {
         let said = |advice| (advice, with_scale(lens, |scale| watch_words::cue(&advice, scale)));
         Self {
@@ -98,8 +98,8 @@ pub struct AdjustPage {
 }
 
 impl AdjustPage {
-    /// Page for the steps from `link`, for a person behind the camera or, with `faces`, facing it,
-    /// with the choices in `memory`.
+    /// Page for the steps from `link`, for a person behind the camera or, with `faces`, facing the
+    /// camera, with the choices in `memory`.
     pub fn new(link: Arc<Link>, faces: bool, memory: &Memory) -> Self {
         let has_tone = memory.tone.unwrap_or(Preferences::default().tone);
         let (shown, picture, sound) = (None, Picture::default(), has_tone.then(Sound::new));

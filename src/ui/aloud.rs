@@ -12,7 +12,7 @@ pub(super) fn read_now(response: &Response) {
     read(response, Live::Assertive);
 }
 
-/// Names the window, for people who can't see its title.
+/// Names the window, for people with a screen reader.
 pub(super) fn name_window(ctx: &Context, title: &str) {
     ctx.accesskit_node_builder(egui::accesskit_root_id(), |node| node.set_label(title));
 }

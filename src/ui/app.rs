@@ -61,7 +61,7 @@ pub enum Page {
     Start,
     /// The live picture and the next action.
     Guide,
-    /// The calibration and its charts.
+    /// The calibration and charts.
     Result,
     /// Settings of the next session, and of looks and sounds.
     Settings,
@@ -82,7 +82,7 @@ pub struct App {
     /// True while the cameras are previewed.
     looks: bool,
     memory: Memory,
-    /// Another board in view, with the time of its appearance.
+    /// Another board in view, with the time of appearance.
     other_board: Option<(BoardChoice, f64)>,
     /// Number of automatic switches of the board since the person started.
     switches: u32,
@@ -106,7 +106,7 @@ pub struct App {
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
     help: bool,
-    /// Scale on top of the person's choice, to fit everything into the window and keep it readable.
+    /// Scale on top of the person's choice, to fit everything into the window and stay readable.
     fitted: f32,
     note: Option<String>,
     /// Reason for silence at the last attempt to speak.
@@ -224,7 +224,7 @@ impl App {
     }
 
     /// Shows everything smaller in a too small window, as on a laptop with doubled pixels, and
-    /// larger in a very large one, as on a screen of 3840×2160 undoubled pixels.
+    /// larger in a very large window, as on a screen of 3840×2160 undoubled pixels.
     fn fit(&mut self, ctx: &Context) {
         let zoom = ctx.zoom_factor();
         let size = ctx.content_rect().size() * zoom;
@@ -241,7 +241,7 @@ impl App {
         ctx.zoom_factor() / self.fitted
     }
 
-    /// Previews the cameras on the start page, while they are free.
+    /// Previews the cameras on the start page, if free.
     fn look_around(&mut self) {
         let has_session = matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_));
         if self.page != Page::Start || has_session {
@@ -270,7 +270,7 @@ impl App {
         }
     }
 
-    /// Replaces the chosen board by a plain one in view before the first view. Circles may be
+    /// Replaces the chosen board by a plain board in view before the first view. Circles may be
     /// something else: they're offered.
     fn notice_other_board(&mut self, ctx: &Context) {
         let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
@@ -292,7 +292,7 @@ impl App {
         }
     }
 
-    /// Starts the session again with another board, before its first view.
+    /// Starts the session again with another board, before the first view.
     fn use_board(&mut self, ctx: &Context, board: BoardChoice) {
         let BoardChoice { columns, rows, markers } = board;
         let board = [columns, rows];
@@ -395,7 +395,7 @@ impl App {
         self.page
     }
 
-    /// The ended session, once its result is stored.
+    /// The ended session, once stored.
     pub fn ended(&self) -> Option<&Ended> {
         match &self.stage {
             SessionState::Ended(ended) => Some(ended),
@@ -478,7 +478,7 @@ impl App {
         self.result.comparison.begin(&mut *self.host, (&ended.folder, old), wake);
     }
 
-    /// Paints the page and carries out its requests.
+    /// Paints the page and carries out requests.
     pub fn paint(&mut self, ui: &mut Ui) {
         aloud::name_window(ui.ctx(), &self.title());
         // A recording has its own keys.

@@ -11,7 +11,7 @@ use boresight_present::text::Act;
 pub enum UiAction {
     /// Action without further data.
     Act(Act),
-    /// Scale everything by this factor; 1 is the usual size.
+    /// Scale everything by a factor; 1 is the usual size.
     Zoom(f32),
     /// Take back a view.
     Remove(ViewNumber),
@@ -19,9 +19,9 @@ pub enum UiAction {
     Start(Box<boresight_app::host::SessionRequest>),
     /// Take two more views in uncovered areas.
     TakeMore,
-    /// Restart with a board of these inner corners.
+    /// Restart with a board of the given size.
     UseBoard(BoardChoice),
-    /// Print a board of these inner corners, with markers or plain, on paper number `paper`.
+    /// Print a board of the given size, with markers or plain, on paper number `paper`.
     Print {
         /// Columns and rows.
         board: [u16; 2],
@@ -36,32 +36,32 @@ pub enum UiAction {
     TestVoice,
     /// Fill the screen during a session, if true, while the person is away.
     FullScreenAfar(bool),
-    /// Start with these settings.
+    /// Start with the settings.
     Open(Box<boresight_app::host::SessionRequest>),
-    /// Write the result in the format of this number.
+    /// Write the result in the format by number.
     Export(usize),
-    /// Compare the result with the calibration in this file.
+    /// Compare the result with the calibration in the file.
     Compare(std::path::PathBuf),
-    /// Set one of the camera's controls.
+    /// Set a control of the camera.
     Adjust {
         /// The control concerned.
         control: Control,
         /// Value to set, in the driver's unit.
         value: i64,
     },
-    /// Open the recording in this folder.
+    /// Open the recording in the folder.
     Replay(std::path::PathBuf),
-    /// Show the result of the session in this folder.
+    /// Show the result of the session in the folder.
     ShowResult(std::path::PathBuf),
-    /// Continue the session in this folder.
+    /// Continue the session in the folder.
     GoOnWith(std::path::PathBuf),
-    /// Write the result of the session in this folder in the format of this number.
+    /// Write the result of the session in the folder in a format by number.
     ExportOf(std::path::PathBuf, usize),
-    /// Move the session in this folder to the bin.
+    /// Move the session in the folder to the bin.
     Delete(std::path::PathBuf),
     /// Close the recording that is open.
     CloseRecording,
-    /// Show this file.
+    /// Show the file.
     Show(std::path::PathBuf),
 }
 
@@ -113,7 +113,7 @@ pub(super) fn pressed(ctx: &Context) -> Vec<Act> {
     })
 }
 
-/// A button for `act`, with its tooltip and key.
+/// A button for `act`, with tooltip and key.
 pub(super) fn button(ui: &mut Ui, act: Act, asks: &mut Vec<UiAction>) -> Response {
     let words = act.words();
     let response = with_tip(ui.button(words.label), act);

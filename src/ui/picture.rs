@@ -29,8 +29,8 @@ pub struct Tint {
 }
 
 impl Tint {
-    /// Columns of row `y` with their middles inside, each run from its first column to the one
-    /// after its last, in a picture of `width` columns.
+    /// Columns of row `y` with middles inside, each run from the first column to the end,
+    /// exclusive, in a picture of `width` columns.
     fn parts(&self, y: usize, width: usize) -> Vec<[usize; 2]> {
         let scale = width as f64 / f64::from(self.image_size.width_px);
         let y = (y as f64 + 0.5) / scale - 0.5;
@@ -94,12 +94,12 @@ impl Picture {
         }
     }
 
-    /// The picture itself.
+    /// Grey picture.
     pub fn grey(&self) -> Option<&GrayImage> {
         Some(&self.image).filter(|image| !image.is_empty())
     }
 
-    /// Pictures per second of the source, by its time stamps.
+    /// Pictures per second of the source, by time stamps.
     pub fn per_sec(&self) -> Option<f64> {
         self.interval_secs.map(|secs| 1.0 / secs)
     }
@@ -167,8 +167,8 @@ impl Placed {
         Self { rect: Rect::from_center_size(area.center(), size_px * scale), size_px, mirrored }
     }
 
-    /// Bars of `area` left free by the picture, before and after it. Painted instead of all of
-    /// `area`: painting a pixel twice costs twice, most of all without a graphics card.
+    /// Bars of `area` left free by the picture, before and after the picture. Painted instead of
+    /// all of `area`: painting a pixel twice costs twice, most of all without a graphics card.
     pub fn bars(&self, area: Rect) -> [Rect; 2] {
         if self.rect.width() < area.width() {
             [area.with_max_x(self.rect.left()), area.with_min_x(self.rect.right())]

@@ -39,7 +39,7 @@ pub enum NoWindow {
     },
 }
 
-/// Runs the window until it is closed.
+/// Runs the window until closed.
 ///
 /// # Errors
 ///

@@ -55,9 +55,9 @@ pub struct Screen {
     pub snapshot: Option<Snapshot>,
     /// The newest picture.
     pub picture: Picture,
-    /// Thumbnails of the accepted views, by their numbers.
+    /// Thumbnails of the accepted views, by number.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
-    /// Prompts of refused frames, with their counts, the most frequent first.
+    /// Prompts of refused frames, with counts, the most frequent first.
     pub asked: Vec<(Prompt, usize)>,
     /// Name of the source.
     pub source: String,
@@ -65,7 +65,7 @@ pub struct Screen {
     pub folder: Option<std::path::PathBuf>,
     /// Notes on source and board until the first view is taken.
     pub opening_note: Option<String>,
-    /// Frames replaced by newer ones before being looked at.
+    /// Frames replaced by newer frames before being looked at.
     pub frames_replaced: u64,
     /// Time of the last view, by the window's clock.
     pub taken_secs: Option<f64>,
@@ -85,7 +85,7 @@ pub struct Screen {
     pub preferences: Preferences,
 }
 
-/// A value on its way to the camera.
+/// A value on the way to the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adjusting {
     /// Requested value, in the driver's unit.
@@ -148,7 +148,7 @@ impl Screen {
         if self.distance { 1.5 } else { 1.0 }
     }
 
-    /// Age of the drawing relative to the picture below it, in seconds.
+    /// Age of the drawing relative to the picture below, in seconds.
     pub fn overlay_age_secs(&self) -> Option<f64> {
         let live = self.snapshot.as_ref()?.live.as_ref()?;
         Some(self.picture.captured_at?.secs_since(live.captured_at).max(0.0))

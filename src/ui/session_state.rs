@@ -1,4 +1,4 @@
-//! A session in the window, from its start to its stored result.
+//! A session in the window, from the start to the stored result.
 
 use std::collections::VecDeque;
 

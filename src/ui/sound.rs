@@ -7,7 +7,7 @@ use std::{
 };
 
 const SAMPLES_PER_SEC: u32 = 22_050;
-/// Programs to play raw sound from their input, with the arguments for its format.
+/// Programs to play raw sound from standard input, with the arguments for the format.
 const PLAYERS: [(&str, &[&str]); 2] = [
     ("paplay", &["--raw", "--rate=22050", "--channels=1", "--format=s16le"]),
     ("aplay", &["-q", "-t", "raw", "-r", "22050", "-c", "1", "-f", "S16_LE", "-"]),
@@ -29,7 +29,7 @@ pub(super) enum Tone {
     },
 }
 
-/// Starts players, and never waits for them.
+/// Starts playerswithout waiting.
 #[derive(Debug)]
 pub(super) struct Sound {
     player: Option<(PathBuf, &'static [&'static str])>,

@@ -7,13 +7,13 @@ use egui::{
 
 /// Good.
 pub const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
-/// On its way.
+/// Approaching.
 pub const AMBER: Color32 = Color32::from_rgb(255, 180, 30);
 /// Wrong.
 pub const RED: Color32 = Color32::from_rgb(240, 80, 60);
 /// Inactive.
 pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
-/// Measured in this frame.
+/// Measured in the present frame.
 pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
 /// Colour behind words about an error, on a picture.
 pub(super) const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
@@ -62,7 +62,7 @@ pub fn strokes(width: f32, color: Color32, opacity: f32) -> [Stroke; 2] {
     ]
 }
 
-/// A line in contrast to any picture, covering its neighbours: black below, `color` above.
+/// A line in contrast to any picture, covering neighbours: black below, `color` above.
 pub(super) fn outline(width: f32, color: Color32) -> [Stroke; 2] {
     [Stroke::new(width + 4.0, Color32::BLACK), Stroke::new(width, color)]
 }
@@ -100,7 +100,7 @@ pub(super) fn palette(visuals: &Visuals) -> Palette {
     }
 }
 
-/// Clear colour of the window and ground of all panels, which have none of their own: painting a
+/// Clear colour of the window and ground of all panelswithout a ground of their own: painting a
 /// pixel twice costs twice, most of all without a graphics card.
 pub fn ground(visuals: &Visuals) -> Color32 {
     match (visuals.dark_mode, is_sunlit(visuals)) {

@@ -70,7 +70,7 @@ fn gate() {
     );
 }
 
-/// Plays frames at their rate; a late reader gets the newest.
+/// Plays frames at a rate; a late reader gets the newest.
 struct Playing {
     frames: Vec<Vec<u8>>,
     unpacker: Unpacker,

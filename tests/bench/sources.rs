@@ -51,7 +51,7 @@ const SQUARE_PX: u32 = 8;
 /// Bits of the time, in microseconds; eight more check them.
 const TIME_BITS: u32 = 40;
 
-/// Clock shared by all programs of this computer.
+/// Clock shared by all programs of the computer.
 fn now_us() -> u64 {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000 + now.tv_nsec as u64 / 1000
@@ -90,7 +90,7 @@ fn rendered() -> Vec<GrayImage> {
     tipped.collect()
 }
 
-/// Files of a folder, one byte a pixel, in the order of their names.
+/// Files of a folder, one byte a pixel, in the order of names.
 fn read(folder: &str) -> anyhow::Result<Vec<GrayImage>> {
     let listed: Result<Vec<_>, _> =
         std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect();

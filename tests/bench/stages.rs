@@ -1,4 +1,4 @@
-//! Durations of the stages, each on its usual load. The names state the goals.
+//! Durations of the stages, each on a usual load. The names state the goals.
 
 #![expect(clippy::expect_used, reason = "a benchmark that cannot go on has failed")]
 

@@ -41,7 +41,7 @@ const INTERVAL: Duration = Duration::from_nanos(33_333_333);
 /// Pictures drawn before the clock starts; played again and again.
 const PICTURES: u64 = 45;
 
-/// Arrival of each picture, and time until its snapshot.
+/// Arrival of each picture, and time until the snapshot.
 #[derive(Default)]
 struct Times {
     came: BTreeMap<u64, Instant>,

@@ -35,7 +35,7 @@ pub(crate) fn picture(number: u64) -> GrayImage {
     })
 }
 
-/// Number of a picture exactly equal to one of [`picture`]'s.
+/// Number of a picture exactly equal to a [`picture`].
 pub(crate) fn number(image: &GrayImage) -> Option<u64> {
     let bit = |x: u32| u64::from(image.get_pixel(x, 0).0[0] > 130) << x;
     let number = (0..32).map(bit).sum();
@@ -87,7 +87,7 @@ pub(crate) struct Run {
     pub(crate) events: Vec<CameraEvent>,
     /// Number, time and content of every delivered picture.
     pub(crate) frames: Vec<(FrameId, CaptureTime, GrayImage)>,
-    /// Pictures delivered while the session would take them.
+    /// Pictures delivered while the session would take views.
     pub(crate) takeable: usize,
     /// Longest time of a call, of the simulated clock.
     pub(crate) longest: Duration,

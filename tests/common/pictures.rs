@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point2, Vector3};
 pub(crate) const PAIRS: [(f64, f64); 6] =
     [(40.0, 0.0), (40.0, 180.0), (40.0, 90.0), (40.0, 270.0), (40.0, 45.0), (40.0, 225.0)];
 
-/// A VGA camera of 560 px focal length with its principal point at (322, 236), and a board of 9×6.
+/// A VGA camera of 560 px focal length with principal point at (322, 236), and a board of 9×6.
 pub(crate) fn scene() -> Scene {
     Scene {
         image_size: ImageSize { width_px: 640, height_px: 480 },

@@ -26,7 +26,7 @@ pub(crate) struct World {
     pub(crate) camera: Camera,
     pub(crate) board: Checkerboard,
     pub(crate) noise_px: f64,
-    /// Height of the board's middle above its left and right end.
+    /// Height of the board's middle above the left and right end.
     pub(crate) bent_by_m: f64,
     /// Relative standard deviation of the focal length, drawn for each pose.
     pub(crate) focus_sd: f64,
@@ -163,7 +163,7 @@ pub(crate) fn setup(board: Checkerboard) -> SessionSetup {
     }
 }
 
-/// Runs a session to its end and passes every input to `seen`. Also returns the number of attempts
+/// Runs a session to the end and passes every input to `seen`. Also returns the number of attempts
 /// at a pose.
 pub(crate) fn guided(seed: u64, seen: impl FnMut(&Input, &Decision)) -> (World, Session, usize) {
     guided_with(seed, CalibrationParams::default(), seen)

@@ -24,7 +24,7 @@ use crate::{
     world::guided_with,
 };
 
-/// Three lenses in the models, and one outside.
+/// Three lenses in the models, and another outside.
 const LENSES: [(&str, Lens); 4] = [
     ("k1k2", Lens::Polynomial(Distortion { k1: -0.2, k2: 0.08, ..POLYNOMIAL })),
     ("k1k2k3", Lens::Polynomial(Distortion { k1: -0.3, k2: 0.2, k3: -0.05, ..POLYNOMIAL })),
@@ -180,7 +180,7 @@ fn true_projection_error_px(
     Some((px(camera, lens, &Point3::from(turn * ray)) - at).norm())
 }
 
-/// A session of opposed pairs, until its goal is met, or with 16 views.
+/// A session of opposed pairs, until the goal is met, or with 16 views.
 fn trial(noise: Noise, index: u64) -> Trial {
     let which = index as usize % LENSES.len();
     let lens = LENSES[which].1;

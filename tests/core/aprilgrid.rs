@@ -21,7 +21,7 @@ use crate::charuco::Named;
 
 const TAG_M: f64 = 0.03;
 
-/// A board with this number of tags.
+/// A board with a number of tags.
 fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Checkerboard {
     let tags = MarkerChoice::tags(Tags { spacing, first }).in_squares_of(TAG_M);
     let points = Checkerboard::new(2 * across, 2 * down, TAG_M).expect("valid");

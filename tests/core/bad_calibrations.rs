@@ -29,7 +29,7 @@ impl From<Vec<Vec<Corner>>> for Given {
     }
 }
 
-/// A way to go wrong, and its findings, of which at least one must be reported.
+/// A way to go wrong, and findings, of which at least one must be reported.
 struct Script {
     name: &'static str,
     right: &'static [&'static str],
@@ -410,7 +410,7 @@ fn other_camera(scene: &mut Scene) -> Given {
     scene.seen(&poses, see).into()
 }
 
-/// Follows each picture by a copy with its distortion removed: the only difference between the two
+/// Follows each picture by a copy with the distortion removed: the only difference between the two
 /// cameras.
 fn undistorted(scene: &mut Scene) -> Given {
     let plan = scene.plan(12);
@@ -435,7 +435,7 @@ fn codes(result: &Result<Calibration, NotCalibrated>) -> Vec<&'static str> {
     }
 }
 
-/// Asserts the lens of `truth` within its own uncertainty.
+/// Asserts the lens of `truth` within the stated uncertainty.
 fn assert_is_right(found: &Calibration, truth: &Camera, name: &str) {
     let (sd, camera) = (found.sd(), &found.camera);
     let off_px = [
@@ -480,7 +480,7 @@ fn bad_calibrations_are_told_for_what_they_are() {
 }
 
 /// A bent board, a stretched one, and pixels other than square: the lens comes out right, within
-/// its bound.
+/// the bound.
 #[test]
 fn what_is_found_is_allowed_for() {
     let (mut inside, mut all) = (0, 0);
@@ -559,7 +559,7 @@ fn a_view_that_repeats_another_on_a_corrected_board_fits_as_well() {
 }
 
 /// One wrong corner in a thousand, and errors of Student's t distribution: neither pulls the lens
-/// out of its bound.
+/// out of the bound.
 #[test]
 fn heavy_tails_do_not_pull_the_lens() {
     let (mut inside, mut all) = (0, 0);

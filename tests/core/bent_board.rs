@@ -1,4 +1,4 @@
-//! A simulated bent board is drawn at its bent corners.
+//! A simulated bent board is drawn at bent corners.
 
 use boresight::{
     board::Checkerboard,

@@ -1,4 +1,5 @@
-//! Boards leaving the picture determine the lens better than whole ones: out to the picture's edge.
+//! Boards leaving the picture determine the lens better than whole boards: out to the picture's
+//! edge.
 
 use boresight::{
     calibration::CalibrationParams,

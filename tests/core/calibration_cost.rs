@@ -1,4 +1,4 @@
-//! Cost of a calibration, linear in its corners.
+//! Cost of a calibration, linear in the number of corners.
 
 use std::time::Duration;
 

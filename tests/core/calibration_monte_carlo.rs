@@ -22,7 +22,7 @@ fn camera(distortion: Distortion) -> Camera {
     Camera { distortion, ..Camera::pinhole(1400.0, Point2::new(1010.0, 500.0)) }
 }
 
-/// Board tilted by `tilt_deg`, receding towards `slot_deg`, its centre ahead of the principal
+/// Board tilted by `tilt_deg`, receding towards `slot_deg`, the centre ahead of the principal
 /// point.
 fn pose(tilt_deg: f64, slot_deg: f64, distance_m: f64) -> Isometry3<f64> {
     let slot = slot_deg.to_radians();

@@ -14,7 +14,7 @@ use boresight::{
 
 use crate::world::{guided, setup};
 
-/// Prompts in the order of display, each with its time.
+/// Prompts in the order of display, each with the time.
 struct Course {
     changes: Vec<(f64, Prompt)>,
     secs: f64,

@@ -68,7 +68,7 @@ impl Named {
     }
 }
 
-/// A board with this number of *squares*.
+/// A board with a number of *squares*.
 fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
     let dictionary = dictionary.parse().expect("a dictionary");
     Checkerboard::new(across - 1, down - 1, 0.02)
@@ -78,7 +78,7 @@ fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Check
 }
 
 /// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white
-/// around them.
+/// around.
 const DRAWN: [(&str, [u16; 2], &str, f64); 4] = [
     ("8x11-DICT_4X4_50-75.png", [8, 11], "DICT_4X4_50", 0.75),
     ("11x8-DICT_4X4_50-75-legacy.png", [11, 8], "DICT_4X4_50", 0.75),
@@ -149,7 +149,7 @@ fn drawn_small(name: &str, square_px: f64, blur_px: f32) -> GrayImage {
     imageops::blur(&small, blur_px)
 }
 
-/// Half a cell of blur leaves a single white cell among black ones darker than the middle between
+/// Half a cell of blur leaves a single white cell among black cells darker than the middle between
 /// both.
 #[test]
 fn markers_are_read_where_blur_is_half_a_cell_wide() {
@@ -179,7 +179,7 @@ fn markers_too_small_to_read_ask_for_the_board_closer() {
 }
 
 /// With an even number of rows, both layouts have the same markers except for the first and last
-/// columns, moved by one.
+/// columns, moved by a column.
 #[test]
 fn which_layout_a_board_has_shows_in_its_markers_or_its_ends() {
     let (name, squares, dictionary, side_squares) = DRAWN
@@ -271,7 +271,7 @@ fn pose(rng: &mut ChaCha8Rng, square_px: f64, f_px: f64) -> Isometry3<f64> {
     Isometry3::from_parts(at_m.into(), tilt * turn)
 }
 
-/// A hand of one grey over a part of the picture.
+/// A hand of constant grey over a part of the picture.
 fn cover(picture: &mut GrayImage, rng: &mut ChaCha8Rng) {
     let at = [rng.random_range(200.0..1080.0), rng.random_range(100.0..620.0)];
     let (radius, level) = (rng.random_range(40.0..150.0), rng.random_range(30..220));

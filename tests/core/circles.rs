@@ -188,7 +188,7 @@ fn grids_of_circles_are_listed() {
     assert!(grids.iter().any(says_why), "{missed:?}, {grids:?}");
 }
 
-/// A finger on one circle doesn't hide the others.
+/// A finger on a circle doesn't hide the others.
 #[test]
 fn a_covered_circle_is_unseen() {
     let (board, map) = (board(7, 5, CircleRows::Symmetric), seen_at(25.0, 60.0, 0.4));

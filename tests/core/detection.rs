@@ -211,7 +211,7 @@ fn a_part_of_a_larger_pattern_is_no_board() {
     }
 }
 
-/// A board cut out within its outer squares has no white margin; counting squares is the usual
+/// A board cut out within the outer squares has no white margin; counting squares is the usual
 /// slip.
 #[test]
 fn a_board_whose_squares_were_counted_is_named() {
@@ -348,7 +348,7 @@ fn the_number_of_threads_changes_nothing() {
     }
 }
 
-/// Views of a carried board, 1/30 s apart, with their times.
+/// Views of a carried board, 1/30 s apart, with times.
 fn carried(scene: &Scene, count: usize) -> Vec<(CaptureTime, GrayImage)> {
     (0..count)
         .map(|i| {

@@ -1,4 +1,4 @@
-//! Detections in a set of hard pictures, with their errors: they may only improve.
+//! Detections in a set of hard pictures, with errors: they may only improve.
 //!
 //! `BORESIGHT_BASELINE=tighten cargo test --test core detector_baseline` stores improvements.
 

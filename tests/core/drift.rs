@@ -74,7 +74,7 @@ fn filling(scene: &mut Scene, count: usize) -> Vec<Vec<Corner>> {
     scene.views(&plan)
 }
 
-/// Number of checks with a reported change in `count` cameras, and their mean detection limits.
+/// Number of checks with a reported change in `count` cameras, and mean detection limits.
 fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
     let (mut told, mut visible_pp_px, mut visible_f_px) = (0, 0.0, 0.0);
     for seed in 0..count {
@@ -124,7 +124,7 @@ fn long_five_hundred_cameras() {
     shows_eight_pixels(500);
 }
 
-/// Some views are less informative than others, and their check states it.
+/// Some views are less informative than others, and the check states so.
 #[test]
 fn a_change_of_f_is_told_where_the_check_could_see_it() {
     let (mut told, mut visible) = (0, 0);
@@ -266,7 +266,7 @@ fn the_lens_now_is_the_old_one_with_its_change() {
     assert!((found.camera.f_px.x - old.f_px.x - found.change_px.x).abs() < 1e-9);
 }
 
-/// A lens, the model of its old calibration, and the nearness of the board.
+/// A lens, the model of the old calibration, and the nearness of the board.
 struct Lens {
     model: LensModel,
     camera: Camera,
@@ -302,7 +302,7 @@ impl Lens {
             .collect()
     }
 
-    /// Four views of `now` against an adjustment of eight old ones, with no more doubt than the
+    /// Four views of `now` against an adjustment of eight old views, with no more doubt than the
     /// noise. `None` if the old views or the old lens determine nothing: numerator and denominator
     /// of a rational one may leave a pole in the picture.
     fn check(&self, now: Camera, seed: u64) -> Option<Drift> {
@@ -338,7 +338,7 @@ impl Lens {
         }
     }
 
-    /// The lens with its distortion scaled to move a ray by up to `most_px`.
+    /// The lens with the distortion scaled to move a ray by up to `most_px`.
     fn bent_by(&self, most_px: f64) -> Camera {
         let mut along = self.camera.lens_parameters();
         for parameter in LensParameter::ALL.into_iter().filter(|of| !of.is_distortion()) {

@@ -15,7 +15,7 @@ use nalgebra::Translation3;
 
 use crate::world::{SIZE, World, guided, setup};
 
-/// A person unable to bring the board nearer than to this share of the picture's width.
+/// A person unable to bring the board nearer than to a given share of the picture's width.
 struct Far {
     fill: f64,
     f_to_width: f64,
@@ -143,7 +143,7 @@ fn a_near_board_is_not_far() {
     assert!(far.is_far() && !GuidanceParams::default().is_far());
 }
 
-/// A small board in front of a camera of known lens, with `f_factor` times its earlier focal
+/// A small board in front of a camera of known lens, with `f_factor` times the earlier focal
 /// length. Also the result of the small board alone.
 fn held(seed: u64, f_factor: f64) -> (Calibration, Came, Came) {
     let (near, session, _) = guided(seed, |_, _| {});

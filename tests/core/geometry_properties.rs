@@ -168,7 +168,7 @@ proptest! {
         }
     }
 
-    /// Moving the picture moves the line with it.
+    /// Moving the picture moves the line along.
     #[test]
     fn the_line_moves_with_the_picture(view in view(), dx in -50.0..50.0_f64, dy in -50.0..50.0_f64) {
         let board_m = board().corners_in_board_m();

@@ -15,7 +15,7 @@ use crate::{
     world::{SIZE, World, guided_in},
 };
 
-/// A fisheye lens with `field_deg` across the picture, its axis off the picture's middle.
+/// A fisheye lens with `field_deg` across the picture, the axis off the picture's middle.
 fn fisheye(field_deg: f64, seed: u64) -> Camera {
     let half_rad = (field_deg / 2.0).to_radians();
     let (kind, k1, k2) = (LensKind::Fisheye, -0.02, 0.004);
@@ -28,8 +28,8 @@ fn fisheye(field_deg: f64, seed: u64) -> Camera {
     }
 }
 
-/// Runs `few` sessions by default, and checks that all end, with their bound holding as often as
-/// stated, within chance.
+/// Runs `few` sessions by default, and checks that all end, with bounds holding as often as stated,
+/// within chance.
 fn sessions_end_with_the_truth_inside_their_bound(field_deg: f64, few: u32) {
     let sessions: u32 =
         std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(few);
@@ -62,7 +62,7 @@ fn sessions_at_120_degrees_end_with_the_truth_inside_their_bound() {
     sessions_end_with_the_truth_inside_their_bound(120.0, 4);
 }
 
-/// Largest distance of the points in `side` from the straight line between its ends.
+/// Largest distance of the points in `side` from the straight line between the ends.
 fn bend_px(side: &[Point2<f64>]) -> f64 {
     let (from, to) = (side[0], side[side.len() - 1]);
     let along = (to - from).normalize();

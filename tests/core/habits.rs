@@ -16,7 +16,7 @@ use nalgebra::{Isometry3, Point2, Vector3};
 
 use super::simulation::{corners_px, pose, secs, show, wanted_poses};
 
-/// An exact person with this habit.
+/// An exact person with the habit.
 fn scene_with(habit: TechnicianParams, seed: u64) -> Scene {
     Scene { technician: habit, ..Scene::default_720p(seed) }
 }

@@ -157,7 +157,7 @@ const MRCAL: &str = "# generated on 2024-05-14 10:12:01 with   mrcal-calibrate-c
 }
 ";
 
-/// Written by this program, shortened.
+/// Written by boresight, shortened.
 const OWN: &str = r#"{ "schema": "boresight.calibration/1", "image_size": [1280, 720],
   "board": { "columns": 9, "rows": 6, "square_mm": 25.0 }, "verdict": "care", "findings": [], "source": "sim:random:7",
   "result": { "model": "k1k2", "focal": { "varies": false }, "f_px": [980.1, 980.1], "pp_px": [653.4, 348.2],

@@ -30,7 +30,7 @@ enum Reading {
     Bold,
 }
 
-/// Time from hearing a sentence to acting, beside the duration of its words.
+/// Time from hearing a sentence to acting, beside the duration of the words.
 const REACTION_SECS: f64 = 0.3;
 const WORD_SECS: f64 = 0.3;
 /// Time without a new sentence before repeating the action.
@@ -47,7 +47,7 @@ struct Listener {
     moves: u64,
 }
 
-/// Turns a board so as to make this direction of the picture, right and down, recede.
+/// Turns a board so as to make a direction of the picture, right and down, recede.
 fn tipped(right: f64, down: f64, degrees: f64) -> UnitQuaternion<f64> {
     let axis = Unit::new_normalize(Vector3::new(down, -right, 0.0));
     UnitQuaternion::from_axis_angle(&axis, degrees.to_radians())
@@ -108,7 +108,7 @@ impl Listener {
     }
 }
 
-/// The session and its duration.
+/// The session and duration.
 fn listen(seed: u64, reading: Reading) -> (Session, f64) {
     let scene = Scene::random(seed);
     let mut world = World::new(seed);

@@ -20,7 +20,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector4};
 const HOUR_SECS: f64 = 3600.0;
 const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 
-/// A camera on its mount, over a street, and its watch.
+/// A camera on a mount over a street, with a watch.
 #[derive(Clone)]
 struct Installed {
     street: Street,
@@ -37,7 +37,7 @@ struct Installed {
     at_secs: f64,
 }
 
-/// Ending of an action, subject of its amount, and direction: right, up, clockwise.
+/// Ending of an action, subject of the amount, and direction: right, up, clockwise.
 const DEEDS: [(&str, [&str; 2], [f64; 3]); 6] = [
     ("to the right", ["to the left of", "to the right of"], [1.0, 0.0, 0.0]),
     ("to the left", ["to the left of", "to the right of"], [-1.0, 0.0, 0.0]),
@@ -99,7 +99,7 @@ impl Installed {
         self.street.picture(at_secs)
     }
 
-    /// Lets hours pass with this number of pictures; returns the state after them.
+    /// Lets hours pass with `pictures` pictures; returns the state after them.
     fn wait(&mut self, pictures: usize, every_hours: f64) -> State {
         for _ in 0..pictures {
             self.at_secs += every_hours * HOUR_SECS;
@@ -129,7 +129,7 @@ impl Installed {
         self.turned *= UnitQuaternion::from_scaled_axis(about);
     }
 
-    /// Does the actions by their stated amounts; returns the number of actions.
+    /// Does the actions by the stated amounts; returns the number of actions.
     fn follow(&mut self, said: &str, ruler: Ruler, faces: bool) -> usize {
         let sentences = said.split(". ").map(|sentence| sentence.trim_end_matches('.'));
         let parts = sentences.clone().flat_map(|sentence| sentence.split(", and "));
@@ -156,7 +156,7 @@ impl Installed {
         done
     }
 
-    /// Deviation from the direction expected at this hour, as measured by the page.
+    /// Deviation from the direction expected at the present hour, as measured by the page.
     fn off(&mut self) -> Result<Vector4<f64>, NoAnswer> {
         let view = View::of(self.picture(self.at_secs));
         let target_px = self.watch.target_px(self.at_secs);
@@ -267,8 +267,8 @@ fn who_wipes_as_told_sees_clearly() {
     assert!(back.is_some(), "{}", camera.said());
 }
 
-/// The way back with somebody at the page, behind the camera or before it: each sign, number and
-/// sentence is followed on the spot. After following the page, nobody is called again.
+/// The way back with somebody at the page, behind the camera or before the camera: each sign,
+/// number and sentence is followed on the spot. After following the page, nobody is called again.
 #[test]
 #[ignore = "takes a minute"]
 fn long_who_follows_the_page_literally_is_right_for_good() {
@@ -351,7 +351,8 @@ fn undrawn() -> Lens {
     Lens::new(camera, None, Street::new(1).image_size)
 }
 
-/// Measurement of a picture at this hour: a pan by `pan_px`, and up to half of `chance_px` more.
+/// Measurement of a picture at the given hour: a pan by `pan_px`, and up to half of `chance_px`
+/// more.
 fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
     let chance = f64::from((hour * 7919) % 97) / 97.0 - 0.5;
     let answer = Answer {

@@ -1,5 +1,5 @@
-//! Views as people take them without guidance: boards of every size, tilt and place. Sound data
-//! must not be blamed.
+//! Views as people take without guidance: boards of every size, tilt and place. Sound data must not
+//! be blamed.
 
 use boresight::{
     calibration::{Calibration, CalibrationParams, Verdict, calibrate},

@@ -9,8 +9,8 @@ use nalgebra::{Isometry3, Vector2};
 
 use super::simulation::pose;
 
-/// Rms scatter per axis of the corners of a still board, from picture to picture, and their mean
-/// stated sd.
+/// Rms scatter per axis of the corners of a still board, from picture to picture, and mean stated
+/// sd.
 fn corner_noise_px(scene: &Scene, view: &Isometry3<f64>) -> Option<(f64, f64)> {
     let mut renderer = Renderer::new(scene);
     let mut seen: Vec<Vec<Vector2<f64>>> = Vec::new();

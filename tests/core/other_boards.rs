@@ -1,4 +1,4 @@
-//! A board of another kind is reported by its name.
+//! A board of another kind is reported by name.
 
 use boresight::{
     board::Checkerboard,
@@ -10,7 +10,7 @@ use boresight::{
 };
 use nalgebra::{Isometry3, Vector3};
 
-/// A board by its argument, as wide as a hand's spread.
+/// A board by argument, as wide as a hand's spread.
 fn board(name: &str) -> Checkerboard {
     let BoardChoice { columns, rows, markers } = name.parse().expect("a board");
     let square_m = 0.24 / f64::from(columns.max(rows));

@@ -354,7 +354,7 @@ fn an_unseen_corner_changes_nothing_wherever_it_is_expected() {
     assert_eq!(one.findings, other.findings);
 }
 
-/// A fisheye lens of 120 degrees, a pose with the board leaving the picture at the right, and its
+/// A fisheye lens of 120 degrees, a pose with the board leaving the picture at the right, and the
 /// reflection about the axis.
 fn at_the_edge() -> (LensEstimate, [Isometry3<f64>; 2]) {
     let distortion = Distortion { kind: LensKind::Fisheye, k1: -0.02, ..Distortion::default() };

@@ -62,7 +62,7 @@ fn printed(columns: u16, rows: u16, margin: Margin, rng: &mut ChaCha8Rng) -> Pri
     Printed { plan, board, code, picture }
 }
 
-/// A bar in cells, some of them white; sometimes with a second bar beside it.
+/// A bar in cells, some white; sometimes with a second bar beside it.
 fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<Rectangle> {
     let flat = bar.width_mm > bar.height_mm
         || bar.top_mm < plan.top_mm
@@ -86,7 +86,7 @@ fn broken(bar: Rectangle, share: f64, plan: &Plan, rng: &mut ChaCha8Rng) -> Vec<
         .collect()
 }
 
-/// A picture, its narrowest cell of the strip, and the positions of the corners.
+/// A picture, the narrowest cell of the strip, and the positions of the corners.
 struct Shot {
     picture: GrayImage,
     cell_px: f64,
@@ -218,7 +218,7 @@ struct Survey {
     by_cell: [(usize, usize); STEPS.len()],
     /// Boards found with anything else in the margin.
     others: usize,
-    /// Attempts to read, those from shaken corners among them.
+    /// Attempts to read, including shaken corners among them.
     reads: usize,
     wrong: usize,
 }

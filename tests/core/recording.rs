@@ -24,7 +24,7 @@ fn header() -> Header {
     Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"))
 }
 
-/// Records a guided session and returns its final state.
+/// Records a guided session and returns the final state.
 fn recorded(path: &Path) -> Session {
     let mut folder = SessionFolder::create(path, &header()).expect("created");
     let (_, session, _) = guided(3, |input, decision| {

@@ -16,8 +16,8 @@ use boresight::{
 };
 use serde_json::Value;
 
-/// Tolerated difference of two numbers, relative for those above 1: a tenth of the uncertainty of
-/// these results. Later versions weigh distant outliers.
+/// Tolerated difference of two numbers, relative above 1: a tenth of the uncertainty of these
+/// results. Later versions weigh distant outliers.
 const SAME_RESULT: f64 = 1e-4;
 /// Tolerated difference of an unusable result.
 const SAME_UNUSABLE_RESULT: f64 = 1e-2;
@@ -55,7 +55,7 @@ fn json(path: &Path) -> Value {
     serde_json::from_str(&text).expect("JSON")
 }
 
-/// The replayed session with the recorded views, each from its recorded frame. Recorded under the
+/// The replayed session with the recorded views, each from the recorded frame. Recorded under the
 /// first rules: this version decides differently on other pictures, and reports it.
 fn replayed(name: &str) -> SavedSession {
     let saved = SavedSession::open(&recording(name)).expect("a session");
@@ -85,8 +85,8 @@ fn replayed(name: &str) -> SavedSession {
     saved
 }
 
-/// Different names and numbers, with their places: numbers beyond [`SAME_RESULT`]; sentences are
-/// ignored, for they may be worded better.
+/// Different names and numbers, with places: numbers beyond [`SAME_RESULT`]; sentences are ignored,
+/// for they may be worded better.
 fn differences(recorded: &Value, now: &Value, at: &str, found: &mut Vec<String>) {
     match (recorded, now) {
         (Value::Object(recorded), Value::Object(now)) => {
@@ -142,7 +142,7 @@ fn assert_same(recorded: &Value, now: &Value) {
     assert!(found.is_empty(), "\n{}\n", found.join("\n"));
 }
 
-/// Asserts that the calibration of `saved` equals the recorded one.
+/// Asserts that the calibration of `saved` equals the recorded calibration.
 fn assert_same_calibration(saved: &SavedSession) {
     let recorded = json(&saved.path.join("calibration.json"));
     let now = calibration_file(&saved.session, &saved.header).to_json().expect("JSON");

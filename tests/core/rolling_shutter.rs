@@ -23,8 +23,8 @@ fn plain(seed: u64) -> Scene {
     scene
 }
 
-/// Rows of upright edges, and their displacement to the right from the middle of the picture's
-/// time, with a board moving to the right at `speed_px_per_s`.
+/// Rows of upright edges, and displacement to the right from the middle of the picture's time, with
+/// a board moving to the right at `speed_px_per_s`.
 fn shear_px(speed_px_per_s: f64, readout_secs: f64, exposure_secs: f64) -> Vec<(f64, f64)> {
     let scene = plain(1);
     let middle = pose([0.0; 3], [0.0013, -0.0021, 0.33]);
@@ -75,7 +75,7 @@ fn a_moving_board_is_sheared_by_its_speed_times_the_readout() {
 }
 
 /// Rms distance of the corners detected in pictures of a hand's board from the truth at the time of
-/// their rows, and in the middle of the picture's time.
+/// the rows, and in the middle of the picture's time.
 fn off_px(readout_secs: f64) -> [f64; 2] {
     let scene = Scene {
         technician: Person::Shaky.params(),

@@ -245,7 +245,7 @@ fn seen(number: u64, secs: f64, image_size: ImageSize, corners: Vec<Corner>) -> 
     })
 }
 
-/// Time of a still board on the ghost before its view is taken.
+/// Time of a still board on the ghost before the view is taken.
 fn secs_until_taken(rate_hz: f64, width_px: u32, sigma_px: f64) -> Option<f64> {
     let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
     let board = Checkerboard::new(9, 6, 0.025).expect("valid");
@@ -471,7 +471,7 @@ fn every_view_that_a_moved_lens_costs_is_named() {
     assert_eq!(said(&session, decision), "Removed: views 1, 2 and 3");
 }
 
-/// A session requesting a new direction after ten views, if its lines leave one.
+/// A session requesting a new direction after ten views, if the lines allow.
 fn after_ten_views(seed: u64) -> Option<(World, Session)> {
     let mut world = World::new(seed);
     let mut setup = setup(world.board);

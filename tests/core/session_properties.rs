@@ -48,7 +48,7 @@ enum Happening {
     OtherSize,
     Command(Command),
     RemoveOne(Index),
-    /// Focus or another control left its value; last in place this many frames ago.
+    /// Focus or another control left the value; last in place this many frames ago.
     Moved {
         control: Control,
         frames_ago: u64,
@@ -324,8 +324,7 @@ fn without_roles(views: &[ViewSummary]) -> Vec<ViewSummary> {
     views.iter().map(|view| ViewSummary { role: Role::NewDirection, ..view.clone() }).collect()
 }
 
-/// The views, their pairs and the lens from them, as text; roles hold indices at the time of
-/// acceptance.
+/// The views, pairs and the lens from them, as text; roles hold indices at the time of acceptance.
 fn of_views(session: &Session) -> String {
     let decision = session.clone().handle(&Input::Stop);
     let snapshot = session.snapshot(decision);

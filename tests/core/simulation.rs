@@ -1,4 +1,4 @@
-//! The simulated camera's pictures agree with its truth.
+//! The simulated camera's pictures agree with the truth.
 
 use std::{sync::Arc, time::Duration};
 
@@ -130,7 +130,7 @@ fn movement_smears() {
     check_against_tracing(&quiet(Scene::default_720p(1)), &poses, 2.0);
 }
 
-/// 20 ms of a held board, and of a moving one, in eight poses as drawn and in 64.
+/// 20 ms of a held board, and of a moving board, in eight poses as drawn and in 64.
 #[test]
 fn smear_of_a_long_exposure_is_that_of_the_hands_movement() {
     for (person, seen_at_secs, mean_limit) in
@@ -175,7 +175,7 @@ fn square_outside_corner_zero_is_dark() {
     assert!(level(1.0, -1.0) > middle && level(-1.0, 1.0) > middle);
 }
 
-/// Offset of an upright edge to the right of pixel `px`, from the light on its row: exact for any
+/// Offset of an upright edge to the right of pixel `px`, from the light on the row: exact for any
 /// symmetric blur.
 pub(crate) fn edge_px(scene: &Scene, picture: &GrayImage, px: &Point2<f64>) -> f64 {
     let share = |dx: i32| {
@@ -283,7 +283,7 @@ pub(crate) fn wanted_poses() -> Vec<Isometry3<f64>> {
     poses
 }
 
-/// Sends each cue once the frame before it has been judged; judges only on every second call if
+/// Sends each cue once the frame before has been judged; judges only on every second call if
 /// `slow`.
 struct Script {
     cues: Vec<Cue>,
@@ -305,7 +305,7 @@ impl Cues for Script {
     }
 }
 
-/// Checksums of the pictures, the truth, and the frames if they are kept.
+/// Checksums of the pictures, the truth, and the frames if kept.
 struct Played {
     sums: Vec<u32>,
     poses: Vec<(FrameId, Isometry3<f64>)>,

@@ -80,7 +80,7 @@ fn held_boards_sway_as_much_as_the_person_is_said_to() {
     }
 }
 
-/// Mean square of a column within a band, by its Fourier coefficients.
+/// Mean square of a column within a band, by the Fourier coefficients.
 fn power(column: &[f64], hz: f64, from_hz: f64, to_hz: f64) -> f64 {
     let count = column.len() as f64;
     let duration_secs = count / hz;
@@ -148,7 +148,7 @@ fn the_board_is_where_the_seed_and_the_time_say() {
     }
 }
 
-/// Median over windows of half a second of a corner's rms distance from its mean place.
+/// Median over windows of half a second of a corner's rms distance from the mean place.
 fn unrest_px(person: Person) -> f64 {
     let scene = scene_of(person, 5);
     let mut technician = Technician::new(&scene);

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use crate::trust::{SIZE, Scene, board};
 
-/// Number of rendered sessions, those with smeared views, and the number in each.
+/// Number of rendered sessions, sessions with smeared views, and the number in each.
 const SESSIONS: u64 = 5;
 const SMEARED_SESSIONS: u64 = 2;
 const SMEARED: usize = 40;
@@ -46,7 +46,7 @@ impl Pictures {
     }
 }
 
-/// Motion of a hand through an exposure by `metres` and `radians`, faster at its end than at its
+/// Motion of a hand through an exposure by `metres` and `radians`, faster at the end than at the
 /// beginning.
 fn smear(
     scene: &mut Scene,

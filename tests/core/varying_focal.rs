@@ -9,7 +9,7 @@ use boresight::{
 
 use crate::trust::{SIZE, Scene, board, px};
 
-/// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in
+/// Eight views of `scene`, each with the focal length times a factor, and distortion fixed in
 /// pixels.
 fn views_with(scene: &mut Scene, factors: &[f64]) -> Vec<Vec<Corner>> {
     let plan = scene.plan(factors.len());

@@ -50,7 +50,7 @@ fn rational() -> Camera {
     Camera { distortion, ..Camera::pinhole(470.0, SIZE.centre_px()) }
 }
 
-/// Views of a board facing its ray and then tilted by 35° in eight directions, at the middle and
+/// Views of a board facing the ray and then tilted by 35° in eight directions, at the middle and
 /// all around.
 fn views(camera: &Camera, count: usize, seed: u64) -> Vec<Vec<Corner>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -23,7 +23,7 @@ const NEVER: [&str; 17] = [
     "may not be",
 ];
 
-/// String literals of a source file outside its tests, without their inserted values.
+/// String literals of a source file outside tests, without inserted values.
 fn literals(source: &str) -> Vec<String> {
     let source = source.split("#[cfg(test)]").next().unwrap_or_default();
     let mut found = Vec::new();

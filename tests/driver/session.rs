@@ -40,7 +40,7 @@ struct Look {
     decision: Value,
 }
 
-/// Every frame looked at by the session in `folder` until its plan was complete.
+/// Every frame looked at by the session in `folder` until the plan was complete.
 fn looks(folder: &Path) -> Vec<Look> {
     let journal = fs::read_to_string(folder.join("journal.jsonl")).expect("a journal");
     let lines = journal.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
@@ -133,7 +133,7 @@ fn run_in_the_machine(data: &Path, out: &Path) {
     assert!(status.success(), "{status}");
 }
 
-/// Looks at the frames of the recording, from its first to its last, without a gap.
+/// Looks at the frames of the recording, from the first to the last, without a gap.
 fn played(looks: Vec<Look>, recorded: &[Look]) -> Vec<Look> {
     let first = looks.iter().position(|look| look.picture == recorded[0].picture);
     let first = first.expect("the first picture came");

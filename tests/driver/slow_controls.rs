@@ -31,7 +31,7 @@ fn pose(slot: usize) -> GrayImage {
     render_view(&scene, &Isometry3::new(Vector3::new(0.002, -0.001, 0.25), turn))
 }
 
-/// A board repeating its poses without regard to the targets.
+/// A board repeating poses without regard to the targets.
 fn save_poses(folder: &Path) {
     fs::create_dir(folder).expect("a folder");
     for slot in 0..8 {

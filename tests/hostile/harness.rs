@@ -22,7 +22,7 @@ const MOST_BYTES: u64 = 256 << 20;
 /// Outcome of an input: accepted or refused, or a broken law.
 pub(crate) type Outcome = Result<bool, String>;
 
-/// A folder in memory if the system has one, for targets reading files.
+/// A folder in memory if the system has such a folder, for targets reading files.
 pub(crate) fn scratch() -> TempDir {
     let memory = Path::new("/dev/shm");
     if memory.is_dir() { TempDir::new_in(memory) } else { TempDir::new() }.expect("folder")
@@ -42,7 +42,7 @@ fn first_seed() -> u64 {
     std::env::var("BORESIGHT_FUZZ_SEED").ok().and_then(|seed| seed.parse().ok()).unwrap_or(0) << 32
 }
 
-/// Tries the corpus of the target `name`, then variations of its good inputs by `generate`.
+/// Tries the corpus of the target `name`, then variations of good inputs by `generate`.
 pub(crate) fn run(
     name: &str,
     mut generate: impl FnMut(&mut Mutator) -> Vec<u8>,

@@ -1,4 +1,4 @@
-//! Calibrations of this and other programs. Accepted input makes sense, and reads back bit for bit.
+//! Calibrations of all programs. Accepted input makes sense, and reads back bit for bit.
 
 use boresight::{
     calibration::{

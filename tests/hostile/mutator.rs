@@ -1,4 +1,4 @@
-//! Makes hostile inputs of good ones: bytes, texts, JSON trees.
+//! Makes hostile inputs of good inputs: bytes, texts, JSON trees.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -116,7 +116,7 @@ impl Mutator {
         self.rng.random()
     }
 
-    /// A text like one of `seeds`.
+    /// A text like a seed of `seeds`.
     pub(crate) fn text(&mut self, seeds: &[String]) -> Vec<u8> {
         let mut text = self.one(seeds).clone().into_bytes();
         for _ in 0..1 + self.below(4) {
@@ -145,7 +145,7 @@ impl Mutator {
         text
     }
 
-    /// Bytes like one of `seeds`; mostly their headers are changed.
+    /// Bytes like a seed of `seeds`; mostly headers are changed.
     pub(crate) fn bytes(&mut self, seeds: &[Vec<u8>]) -> Vec<u8> {
         let mut bytes = self.one(seeds).clone();
         for _ in 0..1 + self.below(6) {

@@ -37,7 +37,7 @@ pub(crate) fn pngs() -> Vec<Vec<u8>> {
     all.into_iter().map(encoded).chain([with_palette()]).collect()
 }
 
-/// A PNG of four colours, one of them transparent.
+/// A PNG of four colours, including a transparent one.
 fn with_palette() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 40, 30);

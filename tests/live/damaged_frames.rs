@@ -39,7 +39,7 @@ fn every() -> usize {
     std::env::var("BORESIGHT_DAMAGE_EVERY").ok().and_then(|n| n.parse().ok()).unwrap_or(20)
 }
 
-/// A frame of a camera with a board, and its visible contents.
+/// A frame of a camera with a board, and visible contents.
 struct Whole {
     bytes: Vec<u8>,
     picture: GrayImage,
@@ -118,7 +118,7 @@ fn taken(whole: &Whole, picture: &GrayImage, detector: &mut Detector) -> Option<
     }
 }
 
-/// A kind of damage, and frame `which` with it.
+/// A kind of damage, and frame `which` with the damage.
 fn damaged(
     frames: &[Whole],
     which: usize,
@@ -223,7 +223,7 @@ fn no_damaged_frame_becomes_a_wrong_view() {
     assert_eq!((views, wrong), (0, 0));
 }
 
-/// Whole pictures hard to tell from damaged ones.
+/// Whole pictures hard to tell from damaged pictures.
 fn odd_but_good(number: u64, (width, height): (u32, u32), rng: &mut ChaCha8Rng) -> GrayImage {
     let shift = (number / 10 % 64) as f64;
     let mut grain = |strength: f64| strength * (rng.random::<f64>() - 0.5);

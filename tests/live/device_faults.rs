@@ -16,14 +16,14 @@ use crate::cameras::{
     FOCUS, FOCUS_AUTOMATIC, Run, SIZE, ZOOM, grey, jpeg, motion_jpeg, number, open, picture, run,
 };
 
-/// Seconds of a run, unless its case needs more.
+/// Seconds of a run, unless the case needs more.
 const USUAL_SECS: f64 = 9.0;
 
 /// Expected outcome of a case.
 enum Want {
-    /// The camera cannot be used, for this reason.
+    /// The camera cannot be used, for the reason.
     Refused(Fault),
-    /// The device is not listed as a camera, for this reason.
+    /// The device is not listed as a camera, for the reason.
     NotListed(Fault),
     /// The camera runs without a fault.
     Works,
@@ -31,11 +31,11 @@ enum Want {
     Rejects(u64),
     /// The camera runs; at least this many frames are counted as dropped.
     Drops(u64),
-    /// The camera runs, with this doubt.
+    /// The camera runs, with the doubt.
     Doubts(Fault),
-    /// The camera is lost for this reason and comes back.
+    /// The camera is lost for the reason and comes back.
     Returns(Fault),
-    /// The camera is lost for this reason and stays away.
+    /// The camera is lost for the reason and stays away.
     StaysLost(Fault),
     /// The control changed; nothing may be taken until it is back.
     Moved(Control),
@@ -400,7 +400,7 @@ fn controls() -> Vec<Case> {
     ]
 }
 
-/// The JPEG without its Huffman tables.
+/// The JPEG without Huffman tables.
 fn without_tables(bytes: &[u8]) -> Vec<u8> {
     let (mut kept, mut at) = (bytes[..2].to_vec(), 2);
     loop {

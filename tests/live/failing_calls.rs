@@ -30,7 +30,7 @@ const ERRNOS: [i32; 8] = [
     libc::ENOMEM,
 ];
 const PATIENCE: Duration = Duration::from_millis(100);
-/// Longest excess of a single call over its patience.
+/// Longest excess of a single call over the patience.
 const SINGLE_NANOS: u64 = 2_100_000_000;
 /// Longest delay of a run by a failure: the start-up time-out, and two seconds.
 const DELAY_NANOS: u64 = 7_000_000_000;

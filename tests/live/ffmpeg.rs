@@ -106,7 +106,7 @@ fn what_goes_wrong_is_named() {
     assert!(matches!(source.next_frame(PATIENCE), Ok(Arrival::End)));
 }
 
-/// Arrivals up to the first `wanted` one.
+/// Arrivals up to the first `wanted` arrival.
 pub(crate) fn until(source: &mut Ffmpeg, wanted: impl Fn(&Arrival) -> bool) -> Vec<Arrival> {
     let mut seen = Vec::new();
     loop {
@@ -138,7 +138,7 @@ pub(crate) fn returned(arrival: &Arrival) -> Option<CaptureTime> {
     }
 }
 
-/// Scripts of the program for its first, second, … start.
+/// Scripts of the program for the first, second, … start.
 fn start_by_start(place: &Path, starts: &[&str]) -> String {
     let count = place.join("starts");
     let count = count.display();

@@ -201,7 +201,7 @@ fn poses() -> impl Iterator<Item = GrayImage> {
     (0..8).map(|slot| picture_at(0.25, 40.0, 45.0 * f64::from(slot)))
 }
 
-/// A board repeating its poses without regard to the targets.
+/// A board repeating poses without regard to the targets.
 #[test]
 fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
     let poses: Vec<GrayImage> = poses().collect();
@@ -224,7 +224,7 @@ fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
     });
 }
 
-/// A machine-vision camera losing one packet in a hundred, its automatics on.
+/// A machine-vision camera losing one packet in a hundred, automatics on.
 #[cfg(all(target_os = "linux", feature = "gige"))]
 #[test]
 fn a_whole_session_is_taken_from_a_machine_vision_camera() {
@@ -252,7 +252,7 @@ fn a_whole_session_is_taken_from_a_machine_vision_camera() {
     assert!(header.contains("gige:SESSION") && header.contains("backend = \"gige\""), "{header}");
 }
 
-/// Refusals of a server, and their messages for the person.
+/// Refusals of a server, and messages for the person.
 #[test]
 fn refusals_of_a_server_are_told_apart() {
     for (status, code, words) in [

@@ -23,7 +23,7 @@ use serde_json::Value;
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A page served to this machine only.
+/// A page served to the machine only.
 pub(crate) struct Site {
     pub(crate) hub: Arc<Hub>,
     pub(crate) at: SocketAddr,
@@ -56,7 +56,7 @@ impl Site {
         Self { hub: Arc::new(Hub::new()), at, owner, watcher, server: None }
     }
 
-    /// Key for `token`, once the page takes a new one.
+    /// Key for `token`, once the page takes a new key.
     pub(crate) fn key(&self, token: &str) -> String {
         const TOO_MANY: u16 = 429;
         // Each is another phone.

@@ -42,7 +42,7 @@ struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Times of this kind so far.
+    /// Times of the kind so far.
     fn count(&self, kind: usize) -> usize {
         self.times_ms.lock().expect("no panic").get(kind).map_or(0, Vec::len)
     }

@@ -28,7 +28,7 @@ use tempfile::TempDir;
 
 use crate::pictures::{PAIRS, picture};
 
-/// Behaviour of a source after its last picture.
+/// Behaviour of a source after the last picture.
 #[derive(Clone, Copy)]
 enum Then {
     End,

@@ -28,7 +28,7 @@ fn recording(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1").join(name)
 }
 
-/// A copy of the recording `name` at `to`, with links to its files: none is changed in place.
+/// A copy of the recording `name` at `to`, with links to files: none is changed in place.
 fn copy(name: &str, to: &Path) {
     fn copy_folder(from: &Path, to: &Path) {
         fs::create_dir_all(to).expect("made");
@@ -45,7 +45,7 @@ fn copy(name: &str, to: &Path) {
     copy_folder(&recording(name), to);
 }
 
-/// A folder with `count` sessions in `sessions`, and their manifest.
+/// A folder with `count` sessions in `sessions`, and manifest.
 fn sessions(count: usize) -> TempDir {
     let place = TempDir::new().expect("folder");
     for number in 0..count {
@@ -230,7 +230,7 @@ fn killed_workers_lose_nothing_and_double_nothing() {
     assert!(gather(place, "out") == gather(place, "calm"), "{killed} kills changed the results");
 }
 
-/// A fault as met by a batch in the field, and its code.
+/// A fault as met by a batch in the field, and the code.
 fn poison(folder: &Path, kind: usize) -> &'static str {
     let replace = |name: &str, change: &dyn Fn(String) -> String| {
         let path = folder.join(name);

@@ -29,10 +29,10 @@ fn book() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("book/src")
 }
 
-/// A page by its path below the book, with its text.
+/// A page by path below the book, with text.
 type Page = (PathBuf, String);
 
-/// The pages, with all their files.
+/// The pages, with all files.
 fn pages() -> Vec<Page> {
     let mut found = Vec::new();
     for folder in ["", "findings", "integrations"] {
@@ -48,7 +48,7 @@ fn pages() -> Vec<Page> {
     found
 }
 
-/// Compares the file at `path` with its expected contents, or writes it.
+/// Compares the file at `path` with the expected contents, or writes it.
 fn holds(path: &Path, wanted: &str) {
     if std::env::var_os(WRITE).is_some() {
         fs::write(path, wanted).expect("written");
@@ -140,7 +140,7 @@ fn commands(page: &str, fence: &str) -> Vec<String> {
     found
 }
 
-/// A folder with a session, its pictures, and its calibration.
+/// A folder with a session, pictures, and calibration.
 fn workplace() -> TempDir {
     let place = TempDir::new().expect("folder");
     let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/recordings/v1/good");

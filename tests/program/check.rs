@@ -121,7 +121,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(&boresight(folder, &["check", "--against", "not.json"]), 1, &["not.json"]);
 }
 
-/// A recalibrated session is still a session of its camera, simulated or not.
+/// A recalibrated session is still a session of the same camera, simulated or not.
 #[test]
 fn a_session_calibrated_again_keeps_its_source() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -286,7 +286,7 @@ fn a_picture_of_another_size_is_left_out_and_of_two_sizes_none_is_used() {
     says(&calibrate(folder.path(), &files, &[]), 1, &["small.png", "320x240", "640x480"]);
 }
 
-/// A phone marks its orientation: for pictures alike as stored, the message tells how to use all.
+/// A phone marks the orientation: for pictures alike as stored, the message tells how to use all.
 #[test]
 fn pictures_of_a_turned_phone_are_alike_as_stored() {
     let folder = TempDir::new().expect("folder");

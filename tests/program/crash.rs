@@ -64,7 +64,7 @@ struct Held {
     frames: Vec<u64>,
 }
 
-/// Opens a session as a newcomer would, and checks its integrity. `None` without a session yet.
+/// Opens a session as a newcomer would, and checks integrity. `None` without a session yet.
 fn held(path: &Path) -> Option<Held> {
     if !path.join("session.toml").exists() {
         return None;

@@ -228,7 +228,7 @@ fn pictures_of_another_size_are_told_and_left_out() {
     assert_eq!(ended.stderr.matches("Taken: view").count(), 2, "{}", ended.stderr);
 }
 
-/// A JPEG with a thumbnail in its EXIF segment, as from cameras.
+/// A JPEG with a thumbnail in the EXIF segment, as from cameras.
 fn with_thumbnail(image: &GrayImage) -> Vec<u8> {
     let encoded = |image: &GrayImage| {
         let mut bytes = Vec::new();

@@ -30,7 +30,7 @@ fn good() -> &'static Path {
     path
 }
 
-/// A place with a copy of the session, and its scene.
+/// A place with a copy of the session, and scene.
 fn copy() -> TempDir {
     let place = place();
     let copied = Command::new("cp").arg("-r").arg(good()).arg(place.path()).status();
@@ -38,7 +38,7 @@ fn copy() -> TempDir {
     place
 }
 
-/// Result of a program, killed unless it ends within seconds.
+/// Result of a program, killed unless ended within seconds.
 fn ends_soon(place: &Path, arguments: &[&str]) -> Ended {
     let mut child = program(place, arguments)
         .stdin(Stdio::null())
@@ -223,7 +223,7 @@ fn doctor_is_not_fooled() {
     says(&doctor(&place), 0, &["No damage found"]);
 }
 
-/// A journal from before the checksum of `session.toml` in its first line.
+/// A journal from before the checksum of `session.toml` in the first line.
 pub(crate) fn without_checksum(journal: &str) -> String {
     let (before, rest) = journal.split_once("\"session\":\"").expect("a checksum");
     let (_, after) = rest.split_once("\",").expect("its end");

@@ -1,4 +1,4 @@
-//! Shell completions and manual pages, read by their programs.
+//! Shell completions and manual pages, read by the target programs.
 
 use std::{fs, process::Command};
 

@@ -13,19 +13,19 @@ pub(crate) struct Ended {
     pub(crate) stderr: String,
 }
 
-/// Command with these arguments in `folder`, not started yet, without input.
+/// Command with `arguments` in `folder`, not started yet, without input.
 pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_boresight"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null());
     command
 }
 
-/// Runs the program in `folder` to its end.
+/// Runs the program in `folder` to the end.
 pub(crate) fn boresight(folder: &Path, arguments: &[&str]) -> Ended {
     ended(program(folder, arguments))
 }
 
-/// Runs `command` to its end.
+/// Runs `command` to the end.
 pub(crate) fn ended(mut command: Command) -> Ended {
     let output = command.output().expect("started");
     Ended {
@@ -35,8 +35,7 @@ pub(crate) fn ended(mut command: Command) -> Ended {
     }
 }
 
-/// Asserts the end of a run with `code`, and these words for the person, none of them a
-/// programmer's.
+/// Asserts the end of a run with `code`, and `words` for the person, without a programmer's.
 pub(crate) fn says(ended: &Ended, code: i32, words: &[&str]) {
     for word in words {
         assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);
@@ -47,7 +46,7 @@ pub(crate) fn says(ended: &Ended, code: i32, words: &[&str]) {
     }
 }
 
-/// Every folder and file below `folder`, with its contents.
+/// Every folder and file below `folder`, with contents.
 pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("listable") {

@@ -336,7 +336,7 @@ fn what_a_newer_version_wrote_is_not_damage() {
     assert!(!place.join("new").exists());
 }
 
-/// Zeros remain after a power cut, but its pictures prove lines existed.
+/// Zeros remain after a power cut, but the pictures prove lines existed.
 #[test]
 fn a_journal_of_anything_is_no_empty_session() {
     let place = TempDir::new().expect("folder");

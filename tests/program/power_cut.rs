@@ -1,4 +1,4 @@
-//! The power fails at any instant of any operation, and the disk has kept its obligations and any
+//! The power fails at any instant of any operation, and the disk has kept all obligations and any
 //! part of the rest: acknowledged views are there, the folder opens, and `doctor` tells the truth.
 //!
 //! Every change of the disk is logged, then played on a model of a disk under the strictest reading
@@ -58,7 +58,7 @@ enum Node {
     Folder { now: Names, synced: Names, since: Vec<Renaming> },
 }
 
-/// A disk, as seen by the program and as it is.
+/// A disk, as seen by the program and as is.
 #[derive(Clone, Debug)]
 struct Disk {
     nodes: Vec<Node>,
@@ -243,15 +243,15 @@ struct Promises(Vec<(usize, Promise)>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Promise {
-    /// At least this many views.
+    /// At least `0` views.
     Taken(usize),
-    /// Exactly this many views.
+    /// Exactly `0` views.
     Exactly(usize),
 }
 
 /// Checks of every state.
 struct Checks {
-    /// The session's folder, and a possible second one.
+    /// The session's folder, and a possible second folder.
     session: PathBuf,
     recovered: Option<PathBuf>,
     seen: HashMap<u64, usize>,
@@ -274,7 +274,7 @@ impl Checks {
         }
     }
 
-    /// Views in the remaining folder, or its fault.
+    /// Views in the remaining folder, or a fault.
     fn views(
         &mut self,
         left: &BTreeMap<PathBuf, Option<Vec<u8>>>,

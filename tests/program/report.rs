@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::person::{Ended, boresight, contents, says};
 use crate::pictures::{PAIRS, picture};
 
-/// Every part of a page, in its order; a drift section only where there is one.
+/// Every part of a page, in order; a drift section only where there is one.
 const PARTS: [&str; 15] = [
     "verdict",
     "camera",
@@ -33,7 +33,7 @@ const PARTS: [&str; 15] = [
     "provenance",
 ];
 
-/// A folder `pictures` with this many views, and their paths.
+/// A folder `pictures` with `views` views, and the paths.
 fn place(views: usize) -> (TempDir, Vec<String>) {
     let folder = TempDir::new().expect("folder");
     fs::create_dir(folder.path().join("pictures")).expect("made");
@@ -57,7 +57,7 @@ fn read(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 
-/// Parses a page, and checks it for well-formedness and external references.
+/// Parses a page, and checks for well-formedness and external references.
 fn checked<'a>(html: &'a str, parts: &[&str]) -> Document<'a> {
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     let document = Document::parse_with_options(html, options).expect("well-formed");
@@ -98,7 +98,7 @@ fn text(node: Node<'_, '_>) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// All numbers of a part with all their digits.
+/// All numbers of a part with all digits.
 fn numbers(node: Node<'_, '_>) -> Vec<f64> {
     node.descendants()
         .filter(|node| node.has_tag_name("data"))

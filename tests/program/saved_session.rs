@@ -16,7 +16,7 @@ use crate::{
     world::{SIZE, guided},
 };
 
-/// Records a guided session at `path`, with its last view removed and restored; returns its last
+/// Records a guided session at `path`, with the last view removed and restored; returns the last
 /// state.
 fn recorded(path: &Path) -> Session {
     let header = Header::new("sim", SIZE, Config::load(None, &[]).expect("defaults"));
@@ -35,7 +35,7 @@ fn recorded(path: &Path) -> Session {
     session
 }
 
-/// Changes the limits in `session.toml`, to make this build decide like another version: it would
+/// Changes the limits in `session.toml`, to make the build decide like another version: it would
 /// accept none of the recorded views.
 fn make_another_build(path: &Path) {
     let file = path.join("session.toml");

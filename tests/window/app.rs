@@ -1,4 +1,4 @@
-//! The whole window with the program around it.
+//! The whole window with the program around.
 
 use std::{
     fs,
@@ -43,7 +43,7 @@ fn window_of(size: egui::Vec2, app: impl FnOnce(&egui::Context) -> App) -> Windo
     window
 }
 
-/// Runs the window until it shows the expected state.
+/// Runs the window up to the expected state.
 pub(crate) fn until(window: &mut Window, what: &str, mut seen: impl FnMut(&Window) -> bool) {
     // Far more than needed; a longer wait would be endless.
     for _ in 0..40_000 {
@@ -114,7 +114,7 @@ fn text(path: &Path) -> String {
     fs::read_to_string(path).expect("readable")
 }
 
-/// A laptop of 1920×1080 doubled pixels, less its bars; and a screen of 3840×2160 undoubled pixels.
+/// A laptop of 1920×1080 doubled pixels, less bars; and a screen of 3840×2160 undoubled pixels.
 #[test]
 fn everything_is_smaller_in_a_small_window_and_larger_in_a_very_large_one() {
     for (size, zoom) in [

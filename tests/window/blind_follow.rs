@@ -36,10 +36,10 @@ const LOOKS_EVERY: u64 = 6;
 const PATIENCE_SECS: f64 = 120.0;
 /// White around the outer squares of the board in the hands, in squares.
 const MARGIN: f64 = 0.4;
-/// Distance of corners, as a share of the picture's width, beyond which a card is another one.
+/// Distance of corners, as a share of the picture's width, beyond which a card is another card.
 const ANOTHER: f64 = 0.05;
 
-/// Camera pixels of the board's inner corners with its sheet on the card.
+/// Camera pixels of the board's inner corners with the sheet on the card.
 fn on_card(card: &Quad, picture: Rect, board: &Checkerboard) -> Option<Vec<Point2<f64>>> {
     let scale = f64::from(SIZE.width_px) / f64::from(picture.width());
     let corner = Point2::new(f64::from(picture.left()), f64::from(picture.top()));
@@ -64,7 +64,7 @@ fn window(moments: &[Moment]) -> Harness<'static, Table> {
     page
 }
 
-/// A session with a person looking at the window's pixels, its length, and the errors of the read
+/// A session with a person looking at the window's pixels, the length, and the errors of the read
 /// cards.
 fn sitting(seed: u64, page: &mut Harness<'static, Table>) -> (Session, f64, Vec<f64>) {
     let scene = Scene::random(seed);

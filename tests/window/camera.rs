@@ -77,7 +77,7 @@ fn a_focus_set_between_views_is_set_back_where_it_is_told() {
     assert_eq!(page.state().asks, [UiAction::Adjust { control: Control::Focus, value: 30 }]);
 }
 
-/// The program around a window, with one simulated camera.
+/// The program around a window, with a simulated camera.
 struct OneCamera {
     kernel: SimKernel,
     folder: PathBuf,

@@ -149,7 +149,7 @@ impl Easel {
         })
     }
 
-    /// Lowest contrast of the sentence's letters with their background.
+    /// Lowest contrast of the sentence's letters with the background.
     fn of_sentence(&self, painted: &RgbaImage) -> f64 {
         let band = self.pages[0].get_by_role(Role::Status).rect();
         let (mut light, mut dark) = (0.0_f64, f64::INFINITY);

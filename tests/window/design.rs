@@ -13,7 +13,7 @@ use crate::{
     matrix::{SIZES, moment_of, page_at},
 };
 
-/// State, and its moment in the fixtures.
+/// State, and moment in the fixtures.
 const STATES: [(&str, &str); 10] = [
     ("search", "searching"),
     ("approach", "approach"),

@@ -4,7 +4,7 @@ use egui::{Rect, Vec2};
 use image::RgbaImage;
 use nalgebra::{Point2, Vector2};
 
-/// Corners, clockwise on the screen from the upper left one.
+/// Corners, clockwise on the screen from the upper left.
 pub(crate) type Quad = [Point2<f64>; 4];
 
 /// Sight in a picture.
@@ -12,7 +12,7 @@ pub(crate) type Quad = [Point2<f64>; 4];
 pub(crate) enum Sight {
     /// The flash after a view.
     Flash,
-    /// Corners of the card, clockwise from the upper left one.
+    /// Corners of the card, clockwise from the upper left.
     Card(Quad),
     /// Nothing of interest.
     Nothing,
@@ -54,7 +54,7 @@ fn area(polygon: &[Point2<f64>]) -> f64 {
     0.5 * polygon.iter().zip(next).map(|(a, b)| cross(a.coords, b.coords)).sum::<f64>()
 }
 
-/// Intersection of the neighbours of side `i` beyond it, and the added area.
+/// Intersection of the neighbours of side `i` beyond, and the added area.
 fn beyond(polygon: &[Point2<f64>], i: usize) -> Option<(Point2<f64>, f64)> {
     let at = |k: usize| polygon[(i + k + polygon.len() - 1) % polygon.len()];
     let (before, from, to, after) = (at(0), at(1), at(2), at(3));
@@ -119,7 +119,7 @@ impl Look<'_> {
         )
     }
 
-    /// Pixels of `area` with more than this tint.
+    /// Pixels of `area` with more than a tint of `above`.
     fn tinted(&self, area: Rect, above: u8, but: Option<Rect>) -> Vec<Point2<f64>> {
         let mut found = Vec::new();
         for y in area.top() as u32..area.bottom() as u32 {
@@ -178,7 +178,7 @@ impl Look<'_> {
         card.map_or(Sight::Nothing, Sight::Card)
     }
 
-    /// The inset's small card, scaled and placed to match its visible part in the picture.
+    /// The inset's small card, scaled and placed to match the visible part in the picture.
     fn placed(&self, small: &Quad, inset: Rect) -> Option<Quad> {
         let step = 6;
         let samples: Vec<(Point2<f64>, bool)> = (self.picture.top() as u32

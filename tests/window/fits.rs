@@ -14,7 +14,7 @@ fn words(node: &Node<'_>) -> Option<String> {
     node.label().or_else(|| node.value()).filter(|words| !words.is_empty())
 }
 
-/// All words, with their places.
+/// All words, with places.
 fn read<T>(page: &Harness<'_, T>) -> Vec<(String, Rect)> {
     page.root()
         .children_recursive()

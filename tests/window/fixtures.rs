@@ -14,7 +14,7 @@ use boresight::{
 
 use crate::world::{SIZE, guided, setup};
 
-/// A moment, and its expected sentence.
+/// A moment, and the expected sentence.
 pub(crate) struct Moment {
     pub(crate) name: String,
     pub(crate) snapshot: Snapshot,
@@ -206,7 +206,7 @@ fn judged(done: &Snapshot, verdict: Verdict, severity: Severity) -> Snapshot {
     Snapshot { calibration: Some(Arc::new(calibration)), ..done.clone() }
 }
 
-/// One of every kind.
+/// A refusal of every kind.
 fn refusals() -> Vec<Refusal> {
     vec![
         Refusal::NoLine,

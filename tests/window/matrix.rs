@@ -52,7 +52,7 @@ const MOMENTS: [(&str, &str); 15] = [
     ("paused", "paused"),
 ];
 
-/// Maps the unit square's corners, in order around it, to `to`.
+/// Maps the unit square's corners, in order around the square, to `to`.
 pub(crate) fn square_to(to: [Point2<f64>; 4]) -> Option<Matrix3<f64>> {
     let from = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)];
     let mut rows = SMatrix::<f64, 8, 8>::zeros();

@@ -189,7 +189,7 @@ fn side(from: [f64; 2], to: [f64; 2], point: [f64; 2]) -> f64 {
     (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
 }
 
-/// True if pixels exactly on this edge belong to the triangle: shared edges are drawn once.
+/// True if pixels exactly on the edge belong to the triangle: shared edges are drawn once.
 fn is_top_or_left(from: [f64; 2], to: [f64; 2], turn: f64) -> bool {
     let (across, down) = ((to[0] - from[0]) * turn, (to[1] - from[1]) * turn);
     (down == 0.0 && across > 0.0) || down < 0.0

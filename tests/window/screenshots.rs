@@ -1,4 +1,4 @@
-//! Makes the pictures in `fixtures/screenshots` from a session recorded with all of its pictures:
+//! Makes the pictures in `fixtures/screenshots` from a session recorded with all pictures:
 //! `BORESIGHT_SCREENSHOTS=SESSION cargo test --test window screenshots`.
 //! `tests/window/moving_picture.sh` makes the moving one.
 
@@ -75,7 +75,7 @@ const MOVING_HZ: f64 = 5.0;
 /// Length of the moving picture: the first views of a session.
 const MOVING_SECS: f64 = 18.0;
 
-/// The moving guide page, one file a picture: `tests/window/moving_picture.sh` combines them.
+/// The moving guide page, a file for each picture: `tests/window/moving_picture.sh` combines them.
 #[test]
 fn the_moving_picture_is_painted() {
     let (Some(folder), Some(into)) =
@@ -103,7 +103,7 @@ fn the_moving_picture_is_painted() {
     assert!(count > 50, "{count} pictures");
 }
 
-/// `page` at `step`, with its picture and those of the views.
+/// `page` at `step`, with picture and those of the views.
 fn shown(
     recording: &DecidedRecording,
     page: Page,

@@ -1,4 +1,4 @@
-//! The start page, and every way from it and back.
+//! The start page, and every way away and back.
 
 use std::{
     path::{Path, PathBuf},
@@ -56,7 +56,7 @@ pub(crate) fn choices() -> Choices {
     }
 }
 
-/// A session with this camera.
+/// A session with the camera.
 pub(crate) fn chosen() -> SessionRequest {
     SessionRequest { source: "usb:046d:0825:1F3A".into(), go_on_with: None, ..draft() }
 }
@@ -335,7 +335,7 @@ fn the_board_is_shown_in_a_window_of_its_own() {
     assert!(share(&|level| level == 255) > 0.1);
 }
 
-/// A window host with one camera: a simulated one, with a board of its own in front.
+/// A window host with one camera: a simulated one, with an own board in front.
 struct WithCamera {
     inner: Box<dyn AppHost>,
     source: String,

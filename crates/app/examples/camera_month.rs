@@ -1,4 +1,4 @@
-//! Stores of simulated watched cameras, without their pictures: a simulated street's mast sways, is
+//! Stores of simulated watched cameras, without pictures: a simulated street's mast sways, is
 //! pushed, and pushed back; each measurement is the truth with the scatter of a real picture. For
 //! drawings, and to measure the cost of many cameras and the correctness of their states.
 //!

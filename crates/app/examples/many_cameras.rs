@@ -80,7 +80,7 @@ fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Pictures of a street, in files named by their time.
+/// Pictures of a street, in files named by time.
 struct Drawn {
     lens: Lens,
     files: Vec<PathBuf>,
@@ -105,7 +105,7 @@ fn draw(street: &str, folder: &Path, days: &str) -> anyhow::Result<Drawn> {
     Ok(Drawn { lens: Lens::new(street.camera, None, street.image_size), files, every })
 }
 
-/// User and system time of this process; a tick is 10 ms on Linux.
+/// User and system time of the process; a tick is 10 ms on Linux.
 fn processor_secs() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = stat.rsplit(')').next().unwrap_or_default();

@@ -214,7 +214,7 @@ fn session_of(row: &Row, seed: u64) -> Came {
     }
 }
 
-/// Detection in the picture with its middle row exposed at `secs`.
+/// Detection in the picture with the middle row exposed at `secs`.
 fn look(
     row: &Row,
     scene: &Scene,

@@ -55,7 +55,7 @@ const RIGHT: [&[&str]; 8] = [
 const STRETCHED: [&str; 2] = ["BOARD-STRETCHED", "PIXELS-NOT-SQUARE"];
 /// Rows of a table of sizes.
 const SHARES: usize = 5;
-/// Bend beyond which any session may name it.
+/// Bend beyond which any session may name the bend.
 const BENT_M: f64 = 5e-5;
 const CAUSES: [&str; 13] = [
     "FOCUS-MOVED",
@@ -359,13 +359,12 @@ fn session(seed: u64, planted: Option<(usize, f64)>) -> Option<Came> {
     })
 }
 
-/// Share of its change at 30 cm shown by a focus following the board.
+/// Share of the change at 30 cm shown by a focus following the board.
 fn nearness(distance_m: f64) -> f64 {
     0.3 / distance_m
 }
 
-/// Printed and glued board, and its bend: its ink is 20 µm off, its squares are stretched, and it's
-/// bent a little.
+/// Printed and glued board, and the bend: ink 20 µm off, stretched squares, slightly bent.
 fn printed(board: &Checkerboard, flaw: &Flaw, rng: &mut ChaCha8Rng) -> (Vec<Point3<f64>>, f64) {
     let of_print = if FLAWS[flaw.kind] == "print" { flaw.share } else { 2e-4 * normal(rng) };
     let bend_m = if FLAWS[flaw.kind] == "bend" { flaw.bend_m } else { 1e-4 * normal(rng) };

@@ -37,7 +37,7 @@ struct Set {
 struct Halves {
     /// Of f, and of the principal point.
     z: [f64; 3],
-    /// Root mean square, in stated sd, over the part covered by both, over the picture, and in its
+    /// Root mean square, in stated sd, over the part covered by both, over the picture, and in the
     /// corners.
     z_covered: f64,
     z_picture: f64,
@@ -46,7 +46,7 @@ struct Halves {
     difference_px: f64,
     inside: bool,
     good_wrong: bool,
-    /// Checks of each half against the other, with all its views and with four; `None` without a
+    /// Checks of each half against the other, with all views and with four; `None` without a
     /// verdict.
     checks: [[Option<DriftVerdict>; 2]; 2],
 }

@@ -34,7 +34,7 @@ impl Announcer {
         Self::new(|_| ())
     }
 
-    /// Copy without requests, for a person reading them elsewhere.
+    /// Copy without requests, for a person reading elsewhere.
     #[must_use]
     pub fn without_requests(self) -> Self {
         Self { asks: false, ..self }

@@ -1,4 +1,4 @@
-//! Reads the board from its printed code.
+//! Reads the board from the printed code.
 
 use std::{
     collections::VecDeque,
@@ -71,8 +71,8 @@ impl CodeReader {
     }
 }
 
-/// Takes the fields in `decides` from the first code in `pictures`, and announces them. Without a
-/// code nothing changes. Unreadable pictures are skipped.
+/// Takes the fields in `decides` from the first code in `pictures`, and announces the result.
+/// Without a code nothing changes. Unreadable pictures are skipped.
 ///
 /// # Errors
 ///

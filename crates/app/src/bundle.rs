@@ -185,7 +185,7 @@ fn of_session(path: &Path, hidden: &mut Hidden) -> anyhow::Result<Vec<(String, V
     Ok(files)
 }
 
-/// Hides the origin of the pictures, except its kind.
+/// Hides the origin of the pictures, except the kind.
 fn hide_source(source: &str, hidden: &mut Hidden) {
     if is_address(source) {
         let (scheme, rest) = source.split_once("://").unwrap_or(("", source));
@@ -202,7 +202,7 @@ fn hide_source(source: &str, hidden: &mut Hidden) {
     }
 }
 
-/// A result without the names of its pictures and of the previous calibration.
+/// A result without the names of the pictures and of the previous calibration.
 fn nameless(text: &str) -> anyhow::Result<Value> {
     let mut tree: Value = serde_json::from_str(text)?;
     for (number, view) in tree["views"].as_array_mut().into_iter().flatten().enumerate() {

@@ -58,12 +58,12 @@ fn picture_beside(_folder: &Path, _name: &str, _size: ImageSize) -> Option<Thumb
     None
 }
 
-/// Name of a view, with its corners row by row over the board, or the reason for their absence.
+/// Name of a view, with corners row by row over the board, or the reason for missing.
 pub type GivenView = (String, Result<Vec<Corner>, String>);
 
 impl CalibrationViews {
-    /// Views from pictures of `image_size` with these corners of `board`. Skips views of fewer than
-    /// six corners.
+    /// Views from pictures of `image_size` with `board` corners. Skips views of fewer than six
+    /// corners.
     pub fn of(
         given: impl IntoIterator<Item = GivenView>,
         image_size: ImageSize,
@@ -155,14 +155,14 @@ impl CalibrationViews {
     }
 }
 
-/// Result of a calibration, and its file.
+/// Result of a calibration and file.
 pub type WithFile = (Result<Calibration, NotCalibrated>, CalibrationFile);
 
 /// Views of a session.
 #[derive(Debug)]
 pub struct SessionViews {
-    /// Views with the corners in the journal, including those of boards cut off by the edge, which
-    /// the pictures alone don't give again.
+    /// Views with the corners in the journal, including corners of boards cut off by the edge,
+    /// which the pictures alone don't give again.
     pub views: CalibrationViews,
     /// Standard deviation of a corner as measured by the session, in pixels.
     pub noise_floor_px: Option<f64>,

@@ -8,7 +8,7 @@ use super::Announcer;
 use super::MissingFeature;
 
 /// Asks the driver behind `source`, `ros2:/TOPIC`, to take the result in `input`, a session folder
-/// or a calibration in any readable format, and announces its answer. True if the calibration must
+/// or a calibration in any readable format, and announces the answer. True if the calibration must
 /// not be used: then no driver gets it.
 ///
 /// # Errors

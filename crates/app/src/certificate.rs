@@ -16,7 +16,7 @@ const LOGO_LIMIT: u64 = 2 << 20;
 /// Letters of the checksum in the certificate's number.
 const SHORT: usize = 6;
 
-/// Facts about a calibration beside its numbers.
+/// Facts about a calibration beside the numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Circumstances<'a> {
     /// Time of the calibration, if known.
@@ -25,7 +25,7 @@ pub struct Circumstances<'a> {
     pub camera: (String, String),
     /// The camera's mode in words; empty if not known.
     pub mode: String,
-    /// The calibration file and its bytes.
+    /// The calibration file with bytes.
     pub file: Option<(&'a Path, &'a [u8])>,
 }
 

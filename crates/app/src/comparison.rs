@@ -21,7 +21,7 @@ const CHECK_FILE: &str = "check.json";
 /// Most older calibrations offered.
 const MOST_OFFERED: usize = 50;
 
-/// Reason for not holding a calibration to an older one.
+/// Reason for not holding a calibration to an older calibration.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoKnownLens {
     /// The file has a focal length for every view but none for the camera.
@@ -200,7 +200,8 @@ pub fn of_session(
     Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
 }
 
-/// Compares the session in the folder `path` with the calibration in `against`, and rewrites its report.
+/// Compares the session in the folder `path` with the calibration in `against`, and rewrites the
+/// report.
 ///
 /// # Errors
 ///
@@ -214,7 +215,8 @@ pub fn of_folder(path: &Path, against: &Path, announcer: &Announcer) -> anyhow::
     Ok(compared)
 }
 
-/// Results of the sessions beside the one in `folder`, newest first: candidates for a comparison.
+/// Results of the sessions beside the session in `folder`, newest first: candidates for a
+/// comparison.
 pub fn older(folder: &Path) -> Vec<PathBuf> {
     let parent = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
     let mut files: Vec<PathBuf> = entries(parent.unwrap_or(Path::new(".")))

@@ -7,7 +7,7 @@ use std::{
     thread::Builder,
 };
 
-/// The system's program to open a file with its default application.
+/// The system's program to open a file with the default application.
 const OPENER: &str = if cfg!(target_os = "macos") {
     "open"
 } else if cfg!(windows) {

@@ -18,13 +18,13 @@ pub fn rate(offer: &CameraMode) -> Option<f64> {
     offer.interval.map(|(n, d)| (f64::from(d) / f64::from(n) * 10.0).round() / 10.0)
 }
 
-/// A mode as the settings name it: `1280x720@30:MJPG`.
+/// A mode in the format of the settings: `1280x720@30:MJPG`.
 pub fn mode_name(offer: &CameraMode) -> String {
     let rate = rate(offer).map_or(String::new(), |rate| format!("@{rate}"));
     format!("{}{rate}:{}", offer.size, fourcc(offer))
 }
 
-/// The entry of a camera and its controls for `devices --json`.
+/// The entry of a camera and controls for `devices --json`.
 pub fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
     let modes = camera
         .offers
@@ -65,7 +65,7 @@ pub fn entry(camera: &Camera, controls: &[ControlState]) -> DeviceEntry {
     DeviceEntry { source: camera.stable_name(), name: printable(&camera.name), v4l2: Some(v4l2) }
 }
 
-/// The lines about a camera and its controls for a person.
+/// The lines about a camera and controls for a person.
 pub fn describe(camera: &Camera, controls: &[ControlState]) -> Vec<String> {
     let mut lines = vec![format!("{}  {}", camera.stable_name(), printable(&camera.name))];
     let links: Vec<String> =
@@ -104,7 +104,7 @@ fn marks(camera: &Camera) -> [(bool, Fault); 3] {
     ]
 }
 
-/// Sizes with their rates by format; an unreadable format is marked so.
+/// Sizes and rates by format; an unreadable format is marked so.
 fn by_format(offers: &[CameraMode]) -> Vec<(String, Vec<String>)> {
     let mut formats: Vec<(String, Vec<String>)> = Vec::new();
     let mut last = None;

@@ -141,7 +141,7 @@ pub fn verify(path: &Path) -> anyhow::Result<Diagnosis> {
 /// Minimum number of lines, all decided differently, to suspect other rules.
 const FOREIGN_LINES: usize = 5;
 
-/// An error with its causes, in one sentence.
+/// An error with causes, in a sentence.
 fn said(err: &anyhow::Error) -> String {
     format!("{err:#}")
 }

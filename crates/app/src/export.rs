@@ -29,15 +29,15 @@ use boresight_present::text;
 pub enum Format {
     /// The lens in the format of another program.
     Camera(CameraFormat),
-    /// Everything, in this program's schema.
+    /// Everything, in boresight's schema.
     Json,
-    /// Each view with its numbers, as comma-separated values.
+    /// Each view with numbers, as comma-separated values.
     ViewsCsv,
     /// The corners of the accepted views; needs the session folder.
     Vnl,
 }
 
-/// Formats offered by the window, in its order. [`Format::all`] has all.
+/// Formats offered by the window, in order. [`Format::all`] has all.
 pub const FORMATS: [Format; 9] = [
     Format::Camera(CameraFormat::OpencvYaml),
     Format::Camera(CameraFormat::RosYaml),
@@ -57,7 +57,7 @@ impl Format {
         cameras.chain([Self::Json, Self::ViewsCsv, Self::Vnl])
     }
 
-    /// Format by its [`code`](Self::code).
+    /// Format by [`code`](Self::code).
     pub fn by_code(code: &str) -> Option<Self> {
         Self::all().find(|format| format.code() == code)
     }
@@ -125,8 +125,8 @@ pub struct Exported {
     pub untrustworthy: bool,
 }
 
-/// Reads the calibration in the file `path`, of any supported program, into this program's schema:
-/// as text and parsed. Files of other programs give only the lens, and a finding to say so.
+/// Reads the calibration in the file `path`, of any supported program, into boresight's schema: as
+/// text and parsed. Files of other programs give only the lens, and a finding to say so.
 ///
 /// # Errors
 ///
@@ -229,7 +229,7 @@ fn mrcal_with_views(
     written.with_context(|| cannot_hold(CameraFormat::Mrcal))
 }
 
-/// Lens of the result in `input`, read as by [`export`], and true if it must not be used.
+/// Lens of the result in `input`, read as by [`export`], and true if unusable.
 ///
 /// # Errors
 ///
@@ -266,8 +266,8 @@ pub fn export_text(
     }
 }
 
-/// Writes the result of the session in `folder` beside it, in format `number` of [`FORMATS`], under
-/// a free name. Returns the file.
+/// Writes the result of the session in `folder` beside the session, in format `number` of
+/// [`FORMATS`], under a free name. Returns the file.
 ///
 /// # Errors
 ///
@@ -304,7 +304,7 @@ fn cannot_hold(format: CameraFormat) -> String {
     format!("{} can't hold this lens", format.label())
 }
 
-/// Calibration in `text` of the camera `name`, and the covariance of its parameters, if stated.
+/// Calibration in `text` of the camera `name`, and the covariance of the parameters, if stated.
 fn camera_of<'a>(
     text: &str,
     name: &'a str,
@@ -333,7 +333,7 @@ pub(crate) fn corners_of(session: &Session) -> String {
     corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners))))
 }
 
-/// Name and corners of each accepted view, as in its calibration.
+/// Name and corners of each accepted view, as in the calibration.
 fn named_corners(session: &Session) -> impl Iterator<Item = (String, &[Corner])> {
     let taken = session.accepted().iter().zip(session.corners_at_one_instant());
     taken.map(|(taken, corners)| (taken.picture_name(), corners.as_slice()))

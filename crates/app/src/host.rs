@@ -29,7 +29,7 @@ use boresight_run::{
 /// Wakes the window; may be called from any thread.
 pub type Wake = Arc<dyn Fn() + Send + Sync>;
 
-/// True if `source` can only mean a camera of this computer, perhaps unplugged.
+/// True if `source` can only mean a camera of the computer, perhaps unplugged.
 pub fn is_camera_name(source: &str) -> bool {
     camera::is_name(source)
 }
@@ -59,7 +59,7 @@ pub trait AppHost {
         Ok(())
     }
 
-    /// Connected cameras, with their pictures. The first call starts the previews.
+    /// Connected cameraswith pictures. The first call starts the previews.
     fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
         let _ = wake;
         Vec::new()
@@ -83,7 +83,7 @@ pub trait AppHost {
     fn papers(&self) -> Vec<&'static str>;
 
     /// Writes a board of the given inner corners, with `markers` or plain, as large as fits on
-    /// paper number `paper`, and shows it.
+    /// paper number `paper`, and shows the file.
     ///
     /// # Errors
     ///
@@ -108,8 +108,8 @@ pub trait AppHost {
     /// Names of the export formats.
     fn formats(&self) -> Vec<&'static str>;
 
-    /// Writes the result of the session in `folder` beside it, in format number `format`. Returns
-    /// the file.
+    /// Writes the result of the session in `folder` beside the session, in format number `format`.
+    /// Returns the file.
     ///
     /// # Errors
     ///
@@ -130,7 +130,7 @@ pub trait AppHost {
     /// Recordings nearby, newest first.
     fn recordings(&self) -> Vec<Recording>;
 
-    /// Starts reading thumbnails of the sessions in these folders; `None` where unsupported.
+    /// Starts reading thumbnails of the sessions in `folders`; `None` where unsupported.
     fn small_pictures(&self, folders: Vec<PathBuf>, wake: Wake) -> Option<SmallPictures> {
         let _ = (folders, wake);
         None
@@ -214,7 +214,7 @@ pub trait AppHost {
 /// Address of the phone's page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PhoneLink {
-    /// Link for the owner, with its token.
+    /// Link for the owner, with token.
     pub link: String,
     /// Link for onlookers.
     pub watcher: String,
@@ -235,7 +235,7 @@ pub struct SessionRequest {
     pub markers: Option<MarkerChoice>,
     /// Side of a square.
     pub square_m: f64,
-    /// Properties of the board to take from a code beside it: those not given otherwise.
+    /// Properties of the board to take from a code beside the board: those not given otherwise.
     pub board_code: BoardFromCode,
     /// Plan, which sets the number of views.
     pub plan: Plan,
@@ -245,7 +245,7 @@ pub struct SessionRequest {
     pub first: Option<Command>,
 }
 
-/// Properties of the board to read from a code in its margin, if seen in the first frames.
+/// Properties of the board to read from a code in the margin, if seen in the first frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BoardFromCode {
     /// Nothing: the board is given.
@@ -276,7 +276,7 @@ impl BoardFromCode {
     }
 }
 
-/// A camera and its preview before a session.
+/// A camera and preview before a session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraView {
     /// Stable name, to find the camera again.
@@ -321,13 +321,13 @@ impl CameraView {
 pub struct OtherKind {
     /// Kind in words.
     pub said: String,
-    /// Its markers, tags or circles.
+    /// Markers, tags or circles.
     pub markers: MarkerChoice,
     /// Points in a row and in a column, if known.
     pub board: Option<[u16; 2]>,
 }
 
-/// A board named by its printed code.
+/// A board named by a printed code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeenCode {
     /// ID of the board.
@@ -345,11 +345,11 @@ pub struct PrintedBoard {
     pub file: PathBuf,
     /// Side of a square.
     pub square_m: f64,
-    /// Steps for the person who prints it.
+    /// Steps for the person at the printer.
     pub steps: Vec<String>,
 }
 
-/// Choices kept from one window to the next; `None` where nothing was chosen.
+/// Choices kept between windows; `None` where nothing was chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Memory {
@@ -380,7 +380,7 @@ pub struct Memory {
     pub panels: Option<bool>,
     /// True for full screen while the person is away from the computer.
     pub full_screen: Option<bool>,
-    /// True once a view has been taken in this window: the person knows the guide.
+    /// True once a view has been taken in the window: the person knows the guide.
     pub knows_guide: Option<bool>,
     /// Name of the colour theme.
     pub theme: Option<String>,
@@ -388,7 +388,7 @@ pub struct Memory {
     pub zoom: Option<f32>,
     /// Folder for new sessions; empty for the usual one.
     pub folder: String,
-    /// Goal of new sessions, as `--accept` takes it; empty for none.
+    /// Goal of new sessions, in the format of `--accept`; empty for none.
     pub goal: String,
     /// Code of the lens models for new sessions.
     pub lens: Option<String>,
@@ -475,7 +475,7 @@ pub struct Opened {
     pub source: String,
     /// Folder of the session.
     pub folder: PathBuf,
-    /// Pictures of existing views, by their numbers.
+    /// Pictures of existing views, by number.
     pub pictures: Vec<(ViewNumber, GrayImage)>,
     /// Adjustable controls of the camera.
     pub adjustables: Vec<Adjustable>,
@@ -515,7 +515,7 @@ pub type SmallPictures = Background<Vec<(PathBuf, GrayImage)>>;
 pub struct Compared {
     /// The file with the older calibration.
     pub against: PathBuf,
-    /// Verdict in words, or the reason for its absence.
+    /// Verdict in words, or the reason for missing.
     pub what: String,
     /// The next action.
     pub action: String,
@@ -530,6 +530,6 @@ pub struct Compared {
 pub struct UserError {
     /// The error in words.
     pub what: String,
-    /// The next action, if one is known.
+    /// The next action, if known.
     pub action: Option<String>,
 }

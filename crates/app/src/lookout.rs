@@ -1,4 +1,4 @@
-//! Live previews of every camera of this computer before a capture: thumbnails, cameras plugged and
+//! Live previews of every camera of the computer before a capture: thumbnails, cameras plugged and
 //! unplugged, and a count of the board in front of a chosen camera.
 
 use std::{
@@ -58,7 +58,7 @@ pub trait Cameras: Send + Sync {
     fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>>;
 }
 
-/// Cameras of this computer, in the configured mode. Previews change none of their controls.
+/// Cameras of the computer, in the configured mode. Previews change none of their controls.
 pub struct Connected(pub Config);
 
 impl Cameras for Connected {

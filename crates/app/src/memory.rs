@@ -1,5 +1,4 @@
-//! Memory of the window from one start to the next: a small file in the person's configuration
-//! folder.
+//! Memory of the window between starts: a small file in the person's configuration folder.
 
 use std::path::{Path, PathBuf};
 

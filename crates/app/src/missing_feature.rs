@@ -1,6 +1,6 @@
-//! Parts of the program missing from this build.
+//! Parts of the program missing from the build.
 
-/// A part of the program missing from this build.
+/// A part of the program missing from the build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "this build has no {part}; for one that has, run: cargo build --release --features {feature}"

@@ -26,7 +26,7 @@ pub const MAX_FRAMES: u64 = 18_000;
 /// Settings to open a session with.
 #[derive(Clone, Debug)]
 pub struct Opening {
-    /// Name of the source, as [`SourceName::parse`] reads it.
+    /// Name of the source, for [`SourceName::parse`].
     pub source: String,
     /// Backend of a live camera; `None` takes the configured one.
     pub backend: Option<Backend>,
@@ -34,19 +34,19 @@ pub struct Opening {
     pub config: Config,
     /// The session to resume.
     pub session: Option<PathBuf>,
-    /// True to ask a resumed session for two more views, even if its plan is complete.
+    /// True to ask a resumed session for two more views, even if the plan is complete.
     pub takes_more: bool,
     /// Older calibration to compare the result with.
     pub against: Option<PathBuf>,
-    /// True to hold the new calibration to the older one, for an untouched lens.
+    /// True to hold the new calibration to the older calibration, for an untouched lens.
     pub hold: bool,
     /// Folder of a new session; `None` for a new one in `sessions`.
     pub out: Option<PathBuf>,
-    /// True to store every picture, not only the accepted ones.
+    /// True to store every picture, not only of accepted views.
     pub record_stream: bool,
     /// Maximum number of frames from a simulated camera.
     pub max_frames: u64,
-    /// Properties of the board to take from a code in its margin in a new session.
+    /// Properties of the board to take from a margin code in a new session.
     pub board_code: BoardFromCode,
 }
 
@@ -207,7 +207,7 @@ impl Opening {
         config
     }
 
-    /// Note about a missing camera, if `auto` chose the simulated one.
+    /// Note about a missing camera, if `auto` chose the simulation.
     fn note(&self, name: &SourceName) -> Option<String> {
         matches!(name, SourceName::Simulated(_) if self.source == "auto")
             .then(|| text::window::NO_CAMERA.to_owned())

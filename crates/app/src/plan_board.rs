@@ -117,8 +117,8 @@ pub fn plan_board(board: BoardChoice, place: &Place, params: &GuidanceParams) ->
     }
 }
 
-/// Smallest of the boards from `of_square`, up to the `filling` one, to meet the goals. Boards that
-/// stay small have goals of their own and are searched first.
+/// Smallest of the boards from `of_square`, up to the `filling` board, to meet the goals. Boards
+/// that stay small have goals of their own and are searched first.
 fn enough(
     filling: &PlannedBoard,
     of_square: impl Fn(f64) -> PlannedBoard,

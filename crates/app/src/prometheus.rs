@@ -20,7 +20,7 @@ impl Page {
         Self { text: String::new(), file }
     }
 
-    /// Adds a metric with its `values`, each with further labels of harmless text. A name ending in
+    /// Adds a metric with `values`, each with further labels of harmless text. A name ending in
     /// `_total` is a counter.
     pub fn add<'a>(
         &mut self,
@@ -55,7 +55,7 @@ impl Page {
     }
 }
 
-/// Checks that every value in `text` has its help and type.
+/// Checks that every value in `text` has help and type.
 #[cfg(test)]
 pub(super) fn assert_whole(text: &str) {
     for line in text.lines().filter(|line| !line.starts_with('#')) {

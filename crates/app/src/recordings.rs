@@ -38,11 +38,11 @@ const SMALL_PX: u32 = 192;
 pub struct Recording {
     /// Folder of the recording.
     pub folder: PathBuf,
-    /// When it began, in local time.
+    /// Start in local time.
     pub when: String,
-    /// Name of the camera, and the size of its pictures.
+    /// Name of the camera, and picture size.
     pub camera: String,
-    /// Verdict in words, or a note of its absence.
+    /// Verdict in words, or a note without verdict.
     pub verdict: String,
     /// Gravity of the verdict; `None` without one.
     pub judged: Option<Verdict>,
@@ -67,19 +67,19 @@ pub enum Dropped {
 pub struct StoredSession {
     /// The last state.
     pub snapshot: Snapshot,
-    /// Pictures of its views.
+    /// Pictures of the views.
     pub pictures: Vec<(ViewNumber, GrayImage)>,
-    /// Name of its source.
+    /// Name of the source.
     pub source: String,
     /// Files with the result.
     pub files: Vec<PathBuf>,
 }
 
-/// A recording with its decisions made again.
+/// A recording with decisions made again.
 pub struct DecidedRecording {
     /// The state after each input; at least one.
     pub steps: Vec<Snapshot>,
-    /// Steps decided differently by this build, from 0.
+    /// Steps decided differently by the build, from 0.
     pub different: Vec<usize>,
     /// Folder as named by the person.
     pub name: String,
@@ -166,7 +166,7 @@ pub fn dropped(path: &Path) -> Dropped {
     }
 }
 
-/// Final state of the session in `folder`, with its recorded views.
+/// Final state of the session in `folder`, with the recorded views.
 ///
 /// # Errors
 ///

@@ -17,7 +17,7 @@ use boresight_present::{
 };
 use boresight_run::config::CertificateConfig;
 
-/// Report of a calibration file without its session. `command` is the command line to repeat it;
+/// Report of a calibration file without the session. `command` is the command line to repeat it;
 /// `stated` has the certificate's statements.
 ///
 /// # Errors

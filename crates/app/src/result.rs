@@ -22,7 +22,7 @@ pub struct Conclusion {
     pub result: CalibrationFile,
 }
 
-/// Announces the result of `session`, with `header` in its folder.
+/// Announces the result of `session`, with `header` in the session's folder.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
     announcer.say(text::ending(session.ending(), session.lack()));
     let result = calibration_file(session, header);
@@ -34,7 +34,7 @@ pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Co
     Conclusion { exit: if has_failed { Exit::Failed } else { exit }, result }
 }
 
-/// Writes `result` into the folder of `session`, and beside it the corners of its views as a table
+/// Writes `result` into the folder of `session`, and beside it the corners of the views as a table
 /// for other programs. Both follow from the journal and may be replaced. Returns the result's file.
 ///
 /// # Errors
@@ -55,7 +55,7 @@ pub fn save_result(
     Ok(file)
 }
 
-/// Calibration file of a session so far, with `header` in its folder.
+/// Calibration file of a session so far, with `header` in the session's folder.
 pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
     let views: Vec<ViewName> = session.accepted().iter().map(view_name).collect();
     let setup = session.setup();
@@ -100,7 +100,7 @@ fn camera(camera: &CameraState) -> Option<CameraEntry> {
     })
 }
 
-/// Name of an accepted view in its session.
+/// Name of an accepted view in the session.
 pub(super) fn view_name(accepted: &AcceptedView) -> ViewName {
     ViewName {
         name: accepted.picture_name(),

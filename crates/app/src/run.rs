@@ -1,4 +1,4 @@
-//! A session from its first frame to its stored result.
+//! A session from the first frame to the stored result.
 
 use std::{
     path::{Path, PathBuf},
@@ -46,7 +46,7 @@ pub struct Run {
     pub session: Session,
     /// Source of the frames.
     pub open: OpenSource,
-    /// True to store every picture, not only the accepted ones.
+    /// True to store every picture, not only of accepted views.
     pub record_stream: bool,
     /// First frame number unused by the journal.
     pub first_frame: u64,
@@ -56,7 +56,7 @@ pub struct Run {
     pub resumed: bool,
     /// Command before the first frame.
     pub first: Option<Command>,
-    /// ID of the board, from its printed code or the settings; empty without one.
+    /// ID of the board, from a printed code or the settings; empty without one.
     pub board_id: String,
     /// Notice at the start, e.g. about a simulated camera.
     pub note: Option<String>,
@@ -80,7 +80,7 @@ pub struct FinishedRun {
     first_frame: u64,
 }
 
-/// A finished session, with its result on disk.
+/// A finished session, with the result on disk.
 pub struct Concluded {
     /// The session's folder.
     pub path: PathBuf,
@@ -94,7 +94,7 @@ pub struct Concluded {
 }
 
 impl Run {
-    /// Board in words, with its ID if known: "Board K7Q2: 9 × 6, 20 mm".
+    /// Board in words, with the ID if known: "Board K7Q2: 9 × 6, 20 mm".
     pub fn board_in_words(&self) -> String {
         let board = self.session.setup().board;
         let corners = [board.columns(), board.rows()];
@@ -143,7 +143,7 @@ impl Run {
         self
     }
 
-    /// [`Self::carry_out`] before `onlookers`, who may end it, too.
+    /// [`Self::carry_out`] before `onlookers`, who may also end the session.
     ///
     /// # Errors
     ///
@@ -173,7 +173,7 @@ impl Run {
         run(setup, context, (stop, &Onlookers::new()), announcer, &mut each)
     }
 
-    /// Prepares the threads, and the state needed after their end. Announces the folder.
+    /// Prepares the threads, and the state needed afterwards. Announces the folder.
     ///
     /// # Errors
     ///
@@ -295,7 +295,7 @@ impl FinishedRun {
     }
 }
 
-/// Announces how to leave out a view of the session in `folder`, if the findings advise it.
+/// Announces how to leave out a view of the session in `folder`, if advised by the findings.
 pub fn say_how_to_leave_out(
     folder: &Path,
     header: &Header,

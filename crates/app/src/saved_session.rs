@@ -80,7 +80,7 @@ impl DecidedAgain {
     }
 }
 
-/// A session as recorded in its folder.
+/// A session as recorded in the folder.
 #[derive(Clone, Debug)]
 pub struct SavedSession {
     /// Path of the session's folder.
@@ -89,9 +89,9 @@ pub struct SavedSession {
     pub header: Header,
     /// State after the last line. The accepted views are those recorded as accepted.
     pub session: Session,
-    /// Decisions made differently by this build.
+    /// Decisions made differently by the build.
     pub replayed: Replayed,
-    /// True if the accepted views had to be restored from the recorded outcomes, because this build
+    /// True if the accepted views had to be restored from the recorded outcomes, because the build
     /// would have accepted others.
     pub restored: bool,
     /// Contents of the journal, without a cut last line.
@@ -105,7 +105,7 @@ pub struct SavedSession {
 pub struct DecidedAgain {
     /// The state after the last line.
     pub session: Session,
-    /// Comparison of the decisions with the recorded ones.
+    /// Comparison of the decisions with the recorded decisions.
     pub replayed: Replayed,
 }
 
@@ -248,7 +248,7 @@ impl JournalReading {
 }
 
 impl SavedSession {
-    /// Reads the session at `path` and restores its recorded state.
+    /// Reads the session at `path` and restores the recorded state.
     ///
     /// # Errors
     ///
@@ -258,7 +258,7 @@ impl SavedSession {
         JournalReading::of(path)?.session()
     }
 
-    /// Opens the session at `path` to resume it. The folder stays locked until dropped.
+    /// Opens the session at `path` for resuming. The folder stays locked until dropped.
     ///
     /// # Errors
     ///
@@ -268,7 +268,7 @@ impl SavedSession {
         Ok((folder, JournalReading::new(path, header, contents).session()?))
     }
 
-    /// Announces a cut last line, and different decisions of this build.
+    /// Announces a cut last line, and different decisions of the build.
     pub fn announce(&self, announcer: &Announcer) {
         if self.contents.cut {
             announcer.say(text::replay::CUT);

@@ -41,7 +41,7 @@ pub fn page_path(session: &Path) -> PathBuf {
     session.join(REPORT_FILE)
 }
 
-/// Writes the report of a just-ended session, and announces its path. All contents are already on
+/// Writes the report of a just-ended session, and announces the path. All contents are already on
 /// disk: an unwritable report is announced but isn't a failure.
 pub fn write_and_announce(path: &Path, session: &Session, announcer: &Announcer) {
     match write(path, session) {
@@ -60,7 +60,7 @@ fn write(path: &Path, session: &Session) -> anyhow::Result<PathBuf> {
     Ok(file)
 }
 
-/// Report of the session at `path`, calibrated again from the views in its journal. The session's
+/// Report of the session at `path`, calibrated again from the views in the journal. The session's
 /// settings fill the gaps of `stated` in the certificate.
 ///
 /// # Errors
@@ -145,7 +145,7 @@ fn compose(
     })?)
 }
 
-/// A session with the contents of its report, from any storage.
+/// A session with the contents of the report, from any storage.
 pub struct Recorded<'a, L, P> {
     /// Name of the session.
     pub name: String,
@@ -157,7 +157,7 @@ pub struct Recorded<'a, L, P> {
     pub header: &'a Header,
     /// State after the last line.
     pub session: &'a Session,
-    /// Its calibration file.
+    /// Calibration file.
     pub calibration: CalibrationFile,
     /// Bytes of the calibration file, if stored.
     pub result: Option<&'a [u8]>,
@@ -255,7 +255,7 @@ fn first_sheet(
     Some(certificate(stated, known, notes))
 }
 
-/// The stored check, if the folder holds one.
+/// The stored check, if any.
 fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
     let path = path.join("check.json");
     let text = match files::read_text(&path, files::TEXT_LIMIT, Links::Refused) {
@@ -307,7 +307,7 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     rows
 }
 
-/// Settings other than the defaults, as `--set` takes them; board and certificate are shown
+/// Settings other than the defaults, in the format of `--set`; board and certificate are shown
 /// elsewhere.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();

@@ -60,11 +60,11 @@ pub enum SourceName {
     Camera(Box<ChosenCamera>),
     /// A network stream or a video file.
     Video(String),
-    /// A recorded bag, with the topic of its pictures, if named.
+    /// A recorded bag, with the topic of the pictures, if named.
     Bag(PathBuf, Option<String>),
     /// A recorded session.
     Session(PathBuf),
-    /// A folder of pictures, and their orientation.
+    /// A folder of pictures, and orientation.
     Folder(PathBuf, Upright),
 }
 
@@ -192,7 +192,7 @@ fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
     }
 }
 
-/// Error for network streams and video files in builds without a reader for them.
+/// Error for network streams and video files in builds without a reader.
 #[cfg(not(all(unix, feature = "live")))]
 fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
     if cfg!(unix) {

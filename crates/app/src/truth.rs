@@ -79,7 +79,7 @@ fn earlier_frames(path: &Path) -> Vec<FramePose> {
     serde_json::from_str::<TruthFile>(&text).map_or_else(|_| Vec::new(), |file| file.cam_from_board)
 }
 
-/// Announces the distance of the result from the truth, in pixels and in its standard deviations.
+/// Announces the distance of the result from the truth, in pixels and in standard deviations.
 pub fn announce(truth: &Truth, calibration: &Calibration, announcer: &Announcer) {
     let say = |line: &str| announcer.say(line);
     let off = |found: f64, truth: f64, sd: f64| {

@@ -34,9 +34,9 @@ impl From<Exit> for std::process::ExitCode {
     }
 }
 
-/// Announces a result and its `file`: the verdict first, then the objections, then the numbers.
-/// Returns the exit status: good only if a goal is met, too. The verdict is marked if the file's
-/// source is the simulated camera.
+/// Announces a result and `file`: the verdict first, then the objections, then the numbers. Returns
+/// the exit status: good only if a goal is met, too. The verdict is marked if the file's source is
+/// the simulated camera.
 pub fn announce_result(
     result: Result<&Calibration, &NotCalibrated>,
     file: &CalibrationFile,

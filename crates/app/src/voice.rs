@@ -19,7 +19,7 @@ use boresight_present::{
 };
 use boresight_run::pipeline::Onlooker;
 
-/// Programs to speak their last argument and end afterwards.
+/// Programs to speak the last argument and end afterwards.
 const SPEAKERS: [(&str, &[&str]); 2] = [("spd-say", &["--wait", "--"]), ("espeak-ng", &["--"])];
 /// Time between two looks at the queue.
 const LOOK: Duration = Duration::from_millis(20);

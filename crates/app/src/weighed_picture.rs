@@ -6,7 +6,7 @@ use image::{GrayImage, ImageFormat, Rgb, RgbImage, buffer::ConvertBuffer};
 const NAMED: Rgb<u8> = Rgb([60, 210, 90]);
 const MISSED: Rgb<u8> = Rgb([255, 180, 30]);
 const CIRCLES: Rgb<u8> = Rgb([160, 160, 255]);
-/// Half length of a cross, and of its black rim, per 640 px of the picture's width.
+/// Half length of a cross, and of the black rim, per 640 px of the picture's width.
 const CROSS_PX: i64 = 3;
 
 /// `image` as a PNG with a cross on every corner of every grid: green for the board, amber for

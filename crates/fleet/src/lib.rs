@@ -6,8 +6,7 @@ pub mod batch;
 #[cfg(feature = "history")]
 pub mod history;
 
-/// Stable name of an error of this crate or of [`boresight_app`], for programs; `FAILED` if
-/// unnamed.
+/// Stable name of an error of the crate or of [`boresight_app`], for programs; `FAILED` if unnamed.
 pub fn error_code(err: &anyhow::Error) -> &'static str {
     for cause in err.chain() {
         if cause.is::<batch::ManifestError>() {
@@ -24,7 +23,7 @@ pub fn error_code(err: &anyhow::Error) -> &'static str {
     boresight_app::error_code(err)
 }
 
-/// Next action for an error of this crate or of [`boresight_app`], if known.
+/// Next action for an error of the crate or of [`boresight_app`], if known.
 pub fn explain(err: &anyhow::Error) -> Option<String> {
     #[cfg(feature = "cloud")]
     if let Some(err) = err.chain().find_map(|cause| cause.downcast_ref::<batch::CloudError>()) {

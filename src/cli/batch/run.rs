@@ -23,7 +23,7 @@ use boresight_app::{Exit, export::Format};
 use boresight_files::{Overwrite, may_save};
 use boresight_fleet::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
 
-/// The version of this program, with the hash of its sources.
+/// The version of this program, with the hash of the sources.
 const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUILD"));
 
 /// Work on the sessions of a manifest, or on one shard of them.
@@ -116,7 +116,7 @@ impl From<ActionName> for Action {
 /// Time between two writings of the metrics.
 const BETWEEN_METRICS: Duration = Duration::from_secs(5);
 
-/// A duration with its unit.
+/// A duration with a unit.
 fn time(text: &str) -> Result<Duration, String> {
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(split);

@@ -1,4 +1,4 @@
-//! Keys of the terminal, read one at a time.
+//! Keys of the terminal, read key by key.
 
 use std::{
     io::IsTerminal,

@@ -1,6 +1,6 @@
 //! Layout of the words: beside the drawing, or below it on a narrow terminal.
 
-/// Gap between the drawing and the words beside it.
+/// Gap between the drawing and the words beside the drawing.
 const GAP: &str = "  ";
 /// Minimum width of words beside the drawing: slightly more than the line of the keys.
 const LEAST_BESIDE: usize = 40;

@@ -36,7 +36,7 @@ impl PhoneCard {
         }
     }
 
-    /// Shows the card again, or hides it.
+    /// Shows the card againor hides the card.
     pub(super) fn button(&mut self, ui: &mut Ui) {
         if self.link.is_some() {
             let toggled =

@@ -94,7 +94,7 @@ impl App {
         }
     }
 
-    /// Resumes the session in `folder` with its recorded source and settings.
+    /// Resumes the session in `folder` with recorded source and settings.
     pub(super) fn go_on_with(&mut self, ctx: &Context, folder: PathBuf) {
         if self.has_session() {
             self.note = Some(words::FINISH_FIRST.into());

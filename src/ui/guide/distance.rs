@@ -14,7 +14,7 @@ const OF_ABOUT: f32 = 0.07;
 /// Width of the count's outline as a share of its height.
 const OUTLINE: f32 = 0.025;
 
-/// Progress bar of the hold, with its place kept while nothing is held.
+/// Progress bar of the hold, with the place kept while nothing is held.
 pub(super) fn hold(ui: &mut Ui, instruction: Option<&Instruction>) {
     let high = BAR * ui.ctx().content_rect().height();
     let (rect, _) = ui.allocate_exact_size(Vec2::new(ui.available_width(), high), Sense::hover());
@@ -42,7 +42,7 @@ pub(super) fn count(painter: &Painter, rect: Rect, screen: &Screen) {
     outlined(painter, at, &taken.to_string(), COUNT * rect.height());
 }
 
-/// Outlined text with its bottom right corner at `at`, visible on any picture.
+/// Outlined text with the bottom right corner at `at`, visible on any picture.
 fn outlined(painter: &Painter, at: Pos2, text: &str, size: f32) {
     let font = FontId::proportional(size);
     let wide = (OUTLINE * size).max(2.0);

@@ -83,7 +83,7 @@ fn color(instruction: &Instruction) -> Color32 {
     }
 }
 
-/// Points around a card on the screen, with their nearness.
+/// Points around a card on the screen, with nearness.
 type Rim = [(Pos2, f32)];
 
 /// The picture on the screen.
@@ -112,7 +112,7 @@ impl Canvas<'_> {
         edge(self.painter, rim, width, color);
     }
 
-    /// Draws the shadow beside the card, not below it, where the board must be seen.
+    /// Draws the shadow beside the card, not below the card, where the board must be seen.
     fn shadow(&self, rim: &Rim) {
         let middle = middle(rim);
         let aside = Vec2::splat(self.wide(SHADOW));

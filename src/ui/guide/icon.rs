@@ -57,7 +57,7 @@ pub(in crate::ui) fn paint_roll(painter: &Painter, rect: Rect, clockwise: bool, 
     arrow(painter, [at(STEPS - 4), at(STEPS)], stroke);
 }
 
-/// Line with a filled head at its last point.
+/// Line with a filled head at the last point.
 fn arrow(painter: &Painter, path: [Pos2; 2], stroke: Stroke) {
     let [from, tip] = path;
     let along = (tip - from).normalized();

@@ -129,7 +129,7 @@ fn views(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     }
 }
 
-/// Corners and bold line of this frame.
+/// Corners and bold line of the present frame.
 fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
     let Some(live) = &snapshot.live else { return };
     let Ok(corners_px) = &live.corners_px else { return };
@@ -152,7 +152,7 @@ fn live(painter: &Painter, placed: &Placed, snapshot: &Snapshot, opacity: f32) {
     }
 }
 
-/// Centre of the sensor, and the principal point with its ellipse of two standard deviations.
+/// Centre of the sensor, and the principal point with an ellipse of two standard deviations.
 fn principal_point(painter: &Painter, placed: &Placed, snapshot: &Snapshot) {
     let centre = placed.pos(&snapshot.setup.image_size.centre_px());
     cross(painter, centre, 7.0, theme::GREY);
@@ -201,7 +201,7 @@ fn line_on_screen(placed: &Placed, snapshot: &Snapshot, line: &PrincipalLine) ->
         .collect()
 }
 
-/// Pixel of the distorted picture for an undistorted one. `None` far outside, where lens models
+/// Pixel of the distorted picture for an undistorted pixel. `None` far outside, where lens models
 /// fold back.
 fn through_lens(lens: &Camera, px: &Point2<f64>) -> Option<Point2<f64>> {
     let ideal = Point2::from((px - lens.pp_px).component_div(&lens.f_px));

@@ -1,4 +1,4 @@
-//! Sentence in letters of constant size, with a sign of its movement.
+//! Sentence in letters of constant size, with a sign of the movement.
 
 use egui::{
     Align2, Color32, FontId, Id, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role,

@@ -1,5 +1,5 @@
 //! Share of the picture with sufficient precision, and thumbnails of the accepted views, each with
-//! a way to take it back.
+//! a way to take back.
 
 use egui::{Button, accesskit::Role};
 use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo};

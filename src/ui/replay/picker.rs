@@ -29,7 +29,7 @@ pub struct Picker {
     pub pictures: BTreeMap<PathBuf, TextureHandle>,
     /// Names of the formats for export.
     pub formats: Vec<&'static str>,
-    /// True while a session runs, protected from this page.
+    /// True while a session runs, protected from the page.
     pub busy: bool,
     /// Folder of the recording being opened.
     pub opening: Option<PathBuf>,

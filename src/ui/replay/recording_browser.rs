@@ -46,7 +46,7 @@ impl RecordingBrowser {
         self.recording = None;
     }
 
-    /// Starts opening the recording in `folder`, unless another one is being opened.
+    /// Starts opening the recording in `folder`, unless another recording is being opened.
     pub(in super::super) fn open(&mut self, host: &mut dyn AppHost, folder: &Path, wake: Wake) {
         if self.loading.is_some() {
             return;

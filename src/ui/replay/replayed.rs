@@ -9,7 +9,7 @@ use super::super::{
 use boresight_app::recordings::{DecidedRecording, LoadPicture};
 use boresight_guide::session::{Outcome, Snapshot};
 
-/// A recording with its decisions made again.
+/// A recording with decisions made again.
 pub struct Replayed {
     pub(super) steps: Vec<Snapshot>,
     /// Seconds since the first frame.

@@ -9,13 +9,13 @@ use boresight_present::text::replay::Step;
 pub(super) enum Sign {
     /// Triangles to the left, after a bar.
     ToViewBefore,
-    /// One triangle to the left, before a bar.
+    /// A triangle to the left, before a bar.
     Back,
     /// A triangle to the right.
     Play,
     /// Two bars.
     Stop,
-    /// One triangle to the right, after a bar.
+    /// A triangle to the right, after a bar.
     On,
     /// Triangles to the right, before a bar.
     ToNextView,

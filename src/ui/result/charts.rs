@@ -27,7 +27,7 @@ const NOTE: f32 = 88.0;
 /// Largest gap for words: beyond, letters would be lost.
 const LOWEST: f32 = 140.0;
 
-/// Shows the choice of charts and the chosen one.
+/// Shows the choice of charts and the chosen chart.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
     let ResultPage { chart, comparison, undistorted: share, turn_rad } = table;
     choose(ui, chart, &Chart::PLAIN);
@@ -196,7 +196,7 @@ fn around(placed: &Placed, pp: &Point2<f64>, width_px: f64) -> Placed {
     Placed::within(Rect::from_min_size(min, Vec2::splat(side)), size, false)
 }
 
-/// Lines without distortion, and the principal point with its ellipse.
+/// Lines without distortion, and the principal point with an ellipse.
 fn lines(
     painter: &Painter,
     placed: &Placed,

@@ -29,7 +29,7 @@ pub enum Outcome {
     Nothing,
     /// The comparison is under way.
     Working(Comparing),
-    /// Comparison, or the reason for its failure.
+    /// Comparison, or the reason for failure.
     Done(Result<Compared, UserError>),
 }
 

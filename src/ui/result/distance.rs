@@ -1,4 +1,4 @@
-//! Error of a point's position by the camera, against its distance.
+//! Error of a point's position by the camera, against distance.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 

@@ -3,7 +3,7 @@ use egui::{RichText, Ui};
 use super::super::theme;
 use boresight_app::host::UserError;
 
-/// An error with its next action.
+/// An error with next action.
 pub(super) fn error_lines(ui: &mut Ui, error: &UserError) {
     let bad = theme::palette(ui.visuals()).bad;
     ui.colored_label(bad, RichText::new(&error.what).size(theme::TITLE));

@@ -1,4 +1,4 @@
-//! Residuals of all corners as a cloud, and the distribution of their sizes.
+//! Residuals of all corners as a cloud, and the distribution of sizes.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Shape, Stroke, pos2, vec2};
 use nalgebra::{Point2, Vector2};
@@ -11,7 +11,7 @@ use boresight_present::{
     text::charts as words,
 };
 
-/// Expected corners of view `index`, and their residuals, px.
+/// Expected corners of view `index`, and residuals, px.
 pub(super) fn residuals_of(
     index: usize,
     snapshot: &Snapshot,

@@ -1,6 +1,6 @@
 use boresight_app::host::Ended;
 
-/// State of a session, as the result page sees it.
+/// State of a session, on the result page.
 #[derive(Clone, Copy, Debug)]
 pub enum State<'a> {
     /// No session.

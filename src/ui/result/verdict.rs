@@ -19,7 +19,7 @@ use boresight_geometry::{BoardOutline, open_corners};
 use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Act, window as words};
 
-/// Shows the verdict, and ways to improve it.
+/// Shows the verdict, and ways to improve.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
     let snapshot = screen.snapshot.as_ref();
     let shown = snapshot.and_then(|snapshot| Some((snapshot, snapshot.calibration.as_ref()?)));
@@ -109,7 +109,7 @@ fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiActi
     });
 }
 
-/// Verdict, its two main numbers, and the area without boards.
+/// Verdict, the two main numbers, and the area without boards.
 fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Calibration) {
     let palette = theme::palette(ui.visuals());
     let color = match calibration.verdict {
@@ -140,7 +140,7 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     }
 }
 
-/// Names the corners of the picture hardly reached by boards, and offers two more views for them.
+/// Names the corners of the picture hardly reached by boards, and offers two more views there.
 fn uncovered(
     ui: &mut Ui,
     (snapshot, calibration): (&Snapshot, &Calibration),

@@ -1,4 +1,4 @@
-//! Residual of each view as a bar, the largest marked and shown in its picture.
+//! Residual of each view as a bar, the largest marked and shown in the picture.
 
 use egui::{Align2, Color32, FontId, Painter, Rect, Stroke, pos2, vec2};
 
@@ -57,7 +57,7 @@ pub(super) fn draw(
     words::per_view(rms_px[worst] / calibration.rms_px.max(1e-12))
 }
 
-/// The residuals of a view in its picture, enlarged.
+/// The residuals of a view in the picture, enlarged.
 fn residuals(
     painter: &Painter,
     shown: Rect,

@@ -12,7 +12,7 @@ use super::{
 use boresight_app::host::CameraView;
 use boresight_present::text::{Act, start as words};
 
-/// Height of a picture as a share of its width.
+/// Height of a picture as a share of the width.
 const ASPECT: f32 = 0.5625;
 
 pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<UiAction>) {

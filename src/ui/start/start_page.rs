@@ -125,7 +125,7 @@ impl StartPage {
         choices.cameras.iter().find(|camera| camera.source == self.draft.source)
     }
 
-    /// True if the source is, or was, a camera of this computer, unless its name is being typed.
+    /// True if the source is, or was, a camera of the computer, unless the name is being typed.
     fn names_camera(&self) -> bool {
         is_camera_name(&self.draft.source) && self.typed.trim() != self.draft.source.trim()
     }
@@ -148,7 +148,7 @@ impl StartPage {
         self.typed.clear();
     }
 
-    /// Kind of the chosen board, by its place in
+    /// Kind of the chosen board as index in
     /// [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS).
     pub(super) fn kind(&self) -> usize {
         kind_of(self.draft.board, self.draft.markers)
@@ -190,7 +190,7 @@ impl StartPage {
         self.draft.markers.map(|chosen| chosen.in_squares_of(self.draft.square_m))
     }
 
-    /// Reason why the chosen board can't have its markers.
+    /// Reason why the chosen board can't have the markers.
     pub(super) fn board_trouble(&self) -> Option<InvalidMarkers> {
         let [columns, rows] = self.draft.board;
         let board = Checkerboard::new(columns, rows, self.draft.square_m).ok()?;
@@ -258,8 +258,8 @@ fn kind_of([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> usize {
     BOARD_KINDS.iter().position(|other| other.name == kind).unwrap_or_default()
 }
 
-/// Markers of a dictionary with enough of them for a board of these inner corners: the first and
-/// smallest has the largest cells.
+/// Markers of a dictionary with enough markers for the board: the first and smallest has the
+/// largest cells.
 fn smallest_that_suffices([columns, rows]: [u16; 2]) -> MarkerChoice {
     let needed = marker_count([usize::from(columns) + 1, usize::from(rows) + 1]);
     let suffices = |dictionary: &Dictionary| dictionary.count() >= needed;

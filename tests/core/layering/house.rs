@@ -60,7 +60,7 @@ impl House {
         Self { files: files.collect(), modules: modules.collect(), problems: of.problems.clone() }
     }
 
-    /// Names beyond this checker: it cannot judge what it does not see.
+    /// Names beyond the checker: it cannot judge what it does not see.
     pub(crate) fn unknown_names(&self) -> Vec<String> {
         let mut problems = self.problems.clone();
         for File { path: file, named, .. } in &self.files {
@@ -158,7 +158,7 @@ impl House {
         problems.into_iter().collect()
     }
 
-    /// Unsafe code, or permission for it, outside its one file.
+    /// Unsafe code, or permission for unsafe code, outside the permitted file.
     pub(crate) fn wrong_unsafe(&self, rules: &Rules) -> Vec<String> {
         let mut problems = BTreeSet::new();
         let mut seen = false;
@@ -196,7 +196,7 @@ impl House {
         uses.circles()
     }
 
-    /// Circles between the files of a crate by names and their definitions.
+    /// Circles between the files of a crate by names and definitions.
     pub(crate) fn circles_of_files(&self) -> Vec<String> {
         let mut uses = Uses::default();
         for File { path, krate, named, .. } in &self.files {
@@ -243,7 +243,7 @@ fn listed(names: &BTreeSet<String>) -> String {
     names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")
 }
 
-/// True if a file is `place`, or lies in the room or folder of this name.
+/// True if a file is `place`, or lies in the room or folder named `place`.
 fn is_within(path: &str, place: &str) -> bool {
     let stem = path.strip_suffix(".rs").unwrap_or(path);
     stem == place || path == place || path.strip_prefix(place).is_some_and(|r| r.starts_with('/'))

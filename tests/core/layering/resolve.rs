@@ -1,4 +1,4 @@
-//! From a name to its defining file, through imports, re-exports and globs.
+//! From a name to the defining file, through imports, re-exports and globs.
 
 use std::collections::BTreeSet;
 
@@ -17,7 +17,7 @@ pub(crate) enum Target {
     External(Vec<String>),
 }
 
-/// A path with its resolution.
+/// A path with resolution.
 #[derive(Debug, Default)]
 pub(crate) struct Resolved {
     pub(crate) targets: BTreeSet<Target>,

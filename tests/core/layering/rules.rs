@@ -169,12 +169,12 @@ const FILES_AND_SOUND: &[&str] = &[
 pub(crate) struct Rules {
     /// Crates with rooms as modules at the root.
     pub(crate) of_rooms: &'static [&'static str],
-    /// Files and folders of panels, and the crates, rooms and files allowed to them.
+    /// Files and folders of panels, and the crates, rooms and files allowed.
     pub(crate) panels: &'static [&'static str],
     pub(crate) panels_may_use: &'static [&'static str],
-    /// Ways to the outside, and the only crates, folders and files allowed to use them.
+    /// Ways to the outside, and the only crates, folders and files allowed.
     pub(crate) only_in: &'static [(Reach, &'static [&'static str])],
-    /// An item and its only permitted users.
+    /// An item and the only permitted users.
     pub(crate) only_by: &'static [(&'static str, &'static [&'static str])],
     /// The only file with unsafe code.
     pub(crate) unsafe_in: &'static str,
@@ -183,7 +183,7 @@ pub(crate) struct Rules {
 /// A way to the outside world, or another privilege of few places.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Reach {
-    /// A path of another crate, and all below it.
+    /// A path of another crate, and all below.
     Path(&'static str),
     /// A method of any type.
     Method(&'static str),

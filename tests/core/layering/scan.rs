@@ -112,7 +112,7 @@ impl Tokens {
         at >= 3 && self.colons(at - 2) && self.is(at - 3, '>')
     }
 
-    /// Path beginning at `at`, with its end.
+    /// Path beginning at `at`, with the end.
     fn path(&self, at: usize) -> (Vec<String>, usize) {
         let mut path = vec![self.0[at].to_string()];
         let mut end = at + 1;

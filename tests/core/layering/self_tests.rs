@@ -252,7 +252,7 @@ fn names_that_cannot_be_followed_are_problems() {
     assert_wrong(&[("low.rs", written), ("middle.rs", user)], &[]);
 }
 
-/// Circles in a room of these files.
+/// Circles in a room of the files.
 fn circles(files: &[(&str, &str)]) -> Vec<String> {
     house(files).circles_of_files()
 }

@@ -1,4 +1,4 @@
-//! The crates as Rust sees them: files, their modules, and the names in each module.
+//! The crates as Rust sees them: files, modules, and the names in each module.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -6,10 +6,10 @@ use proc_macro2::TokenStream;
 use quote::ToTokens;
 use syn::{Attribute, ImplItem, Item, Meta, TraitItem, UseTree, Visibility};
 
-/// A source file of the product, not of its unit tests.
+/// A source file of the product, not of unit tests.
 pub(crate) struct Source {
-    /// Crate and path below its `src`, for example `geometry/camera.rs`; `boresight` is the
-    /// program's crate.
+    /// Crate and path below `src`, for example `geometry/camera.rs`; `boresight` is the program's
+    /// crate.
     pub(crate) path: String,
     /// First part of the path.
     pub(crate) krate: String,
@@ -62,13 +62,13 @@ pub(crate) struct Import {
 pub(crate) struct Workspace {
     pub(crate) sources: Vec<Source>,
     pub(crate) modules: Vec<Module>,
-    /// Root module of each library, by its name for others.
+    /// Root module of each library, by public name.
     pub(crate) libraries: BTreeMap<String, usize>,
     /// Files without a parse, without a path, or without a `mod`.
     pub(crate) problems: Vec<String>,
 }
 
-/// Name of the program's crate, with its sources in `src`.
+/// Name of the program's crate, with sources in `src`.
 const PROGRAM: &str = "boresight";
 /// Generated bindings: they have no rooms.
 const MADE: [&str; 1] = ["v4l2-sys"];
@@ -149,7 +149,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Reads the file of the module `path` and all below it.
+    /// Reads the file of the module `path` and all below.
     fn file(&mut self, file: &str, path: Vec<String>, parent: Option<usize>) -> Option<usize> {
         self.reached.push(file.to_owned());
         let text = &self.texts[file];
@@ -324,7 +324,7 @@ pub(crate) fn imports(tree: &UseTree) -> Vec<Import> {
     found
 }
 
-/// True if code with these attributes is compiled for unit tests alone.
+/// True if code with `attributes` is compiled for unit tests alone.
 fn is_test_only(attributes: &[Attribute]) -> bool {
     fn needs_test(meta: &Meta) -> bool {
         let Meta::List(list) = meta else { return meta.path().is_ident("test") };

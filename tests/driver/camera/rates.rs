@@ -39,7 +39,7 @@ fn pictures_come_at_the_rate_of_the_mode() {
     }
 }
 
-/// Frames per second of a loop taking frames from the driver and doing nothing with them.
+/// Frames per second of a loop taking frames from the driver and nothing else.
 fn driver_alone(width: u32, height: u32, layout: PixelLayout) -> f64 {
     let fourcc = if layout == PixelLayout::Mjpeg { *b"MJPG" } else { *b"YUYV" };
     let mut kernel = Linux::default();

@@ -1,5 +1,5 @@
-//! A camera not permitted to this user, and one in use by another program: messages to the person,
-//! and the continuation once the reason is gone.
+//! A camera not permitted to the user, and a camera in use by another program: messages to the
+//! person, and the continuation once the reason is gone.
 
 use std::{
     fs::{self, File},
@@ -21,7 +21,7 @@ const NOBODY: u32 = 65534;
 /// Message once pictures may be taken.
 const READY: &str = "Controls:";
 
-/// Number of begun sessions, each with a folder and a file of its own.
+/// Number of begun sessions, each with a folder and a file each.
 static SESSIONS: AtomicU32 = AtomicU32::new(0);
 
 /// The program on the camera at `node`, as started by a person.
@@ -50,7 +50,7 @@ impl Started {
         Self { child, said, read: 0 }
     }
 
-    /// Next line with `word` in it.
+    /// Next line with `word` inside.
     fn says(&mut self, word: &str) -> String {
         let began = Instant::now();
         loop {

@@ -8,7 +8,7 @@ use super::{frames, lost, open, returned, row, small, tell, until, words};
 
 const USUAL: usize = 20;
 
-/// Resources held by this process.
+/// Resources held by the process.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     resident_kb: u64,

@@ -1,4 +1,4 @@
-//! A camera with a jumping clock, under a driver using it.
+//! A camera with a jumping clock, under a driver using the clock.
 
 use std::time::{Duration, Instant};
 

@@ -29,7 +29,7 @@ fn vivid() -> Camera {
     found.into_iter().find(|camera| camera.driver == "vivid").expect("vivid")
 }
 
-/// Sets a control of the driver, unnoticed by its reader.
+/// Sets a control of the driver, unnoticed by a reader.
 fn set(option: &str, value: &str) {
     let Output { status, stderr, .. } =
         Command::new(V4L2_CTL).args(["-d", "/dev/video0", option, value]).output().expect("starts");

@@ -84,7 +84,7 @@ impl Browser {
         self.cdp("Emulation.setDeviceMetricsOverride", &metrics);
     }
 
-    /// Runs `script` in every page before its own.
+    /// Runs `script` in every page before the page's scripts.
     pub(super) fn before(&self, script: &str) {
         self.cdp("Page.addScriptToEvaluateOnNewDocument", &json!({"source": script}));
     }

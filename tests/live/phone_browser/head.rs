@@ -159,7 +159,7 @@ fn scene(columns: u16, rows: u16, seed: u64) -> Scene {
     }
 }
 
-/// Chooses a ChArUco board, or a plain one.
+/// Chooses a ChArUco board, or a plain board.
 fn choose_kind(browser: &Browser, markers: Option<Markers>) {
     let kind = if markers.is_some() { "charuco" } else { "" };
     browser.run(&format!(

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::{asked_for, browser::Browser, sessions::Site};
 
-/// A page with a network of its own.
+/// A page with a network simulated.
 struct Played {
     browser: Browser,
     site: Site,

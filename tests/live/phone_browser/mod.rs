@@ -15,7 +15,7 @@ mod states;
 
 use std::path::PathBuf;
 
-/// Folder for recordings, if these tests are requested.
+/// Folder for recordings, if requested.
 fn asked_for() -> Option<PathBuf> {
     let folder = PathBuf::from(std::env::var_os("BORESIGHT_BROWSER")?);
     std::fs::create_dir_all(&folder).expect("a folder");

@@ -63,7 +63,7 @@ impl Cues for PageCues {
     }
 }
 
-/// Every requesting sentence, by its words.
+/// Every requesting sentence, by words.
 pub(super) fn prompts() -> BTreeMap<String, Prompt> {
     let edges = directions_rad().map(Edge::towards);
     let tips = edges
@@ -109,7 +109,7 @@ fn span(points: &[Point2<f64>]) -> f64 {
     points.iter().map(|point| (point - middle).norm()).sum()
 }
 
-/// Reaction of a person to these words with board and ghost on the page.
+/// Reaction of a person to the words with board and ghost on the page.
 fn instruction(prompt: Prompt, shown: &Value) -> Instruction {
     let (board, ghost) = (points(&shown["board"]), points(&shown["ghost"]));
     match prompt {
@@ -146,7 +146,7 @@ fn directions_rad() -> impl Iterator<Item = f64> {
     (0..8).map(|i| f64::from(i) * std::f64::consts::FRAC_PI_4)
 }
 
-/// All inner corners of the card, from the four corners of its rim.
+/// All inner corners of the card, from the four corners of the rim.
 fn ghost_px(outer: &[Point2<f64>], columns: usize, rows: usize) -> Option<Vec<Point2<f64>>> {
     let (right, down) = ((columns - 1) as f64 + RIM, (rows - 1) as f64 + RIM);
     let board = [[-RIM, -RIM], [right, -RIM], [right, down], [-RIM, down]].map(Point2::from);

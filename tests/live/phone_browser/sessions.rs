@@ -1,4 +1,4 @@
-//! Sessions by the words of the page end as those of the terminal do; the announcements are
+//! Sessions by the words of the page end as sessions of the terminal do; the announcements are
 //! recorded.
 
 use std::{
@@ -36,7 +36,7 @@ fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
-/// A browser's voice with the durations of espeak-ng and a record of its words.
+/// A browser's voice with the durations of espeak-ng and a record of spoken words.
 fn voice(durations: &BTreeMap<String, u64>) -> String {
     let table = json!(durations).to_string();
     format!(

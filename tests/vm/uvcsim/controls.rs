@@ -15,7 +15,7 @@ pub(crate) struct Control {
     pub(crate) value: i32,
 }
 
-/// All controls at their defaults; focus and exposure are automatic.
+/// All controls at defaults; focus and exposure are automatic.
 pub(crate) fn all() -> Vec<Control> {
     let control = |name, (unit, selector, length), (min, max, step), default| Control {
         name,

@@ -63,7 +63,7 @@ pub(crate) struct Faults {
     pub(crate) stall_commit: bool,
     pub(crate) stall_stream: bool,
     pub(crate) slow_millis: u64,
-    /// Frames with a lower half from an earlier one.
+    /// Frames with a lower half from an earlier frame.
     pub(crate) torn: u32,
     /// Duration of a control's answer.
     pub(crate) control_millis: u64,
@@ -89,7 +89,7 @@ pub(crate) struct Shared {
     pub(crate) mode: Mutex<Mode>,
     pub(crate) faults: Mutex<Faults>,
     pub(crate) controls: Mutex<Vec<Control>>,
-    /// Numbers of control requests waiting for their answers.
+    /// Numbers of control requests waiting for answers.
     slow_requests: Mutex<BTreeSet<u32>>,
     out: Mutex<UnixStream>,
     state: Mutex<State>,

@@ -18,7 +18,7 @@ use crate::modes::{Format, Mode};
 enum Sight {
     /// A chessboard of 9 by 6 inner corners.
     Chessboard,
-    /// A wall, while a program settles its camera.
+    /// A wall, while a program settles the camera.
     Wall,
     /// A picture of the folder.
     File(usize),
@@ -36,7 +36,7 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// The PNG files of `folder` in the order of their names, after `before` pictures of a wall; a
+    /// The PNG files of `folder` in the order of names, after `before` pictures of a wall; a
     /// chessboard without files.
     ///
     /// # Errors
@@ -135,7 +135,7 @@ fn pack(picture: &GrayImage, format: Format) -> Vec<u8> {
         }
     }
 }
-/// The frame without its Huffman tables, as sent by many webcams.
+/// The frame without Huffman tables, as sent by many webcams.
 pub(crate) fn without_tables(frame: &[u8]) -> Vec<u8> {
     let mut kept = frame[..2].to_vec();
     let mut at = 2;

@@ -86,7 +86,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Time of the frame, its copy as the clock's time, and the number of the USB frame, by the
+    /// Time of the frame, a copy as the clock's time, and the number of the USB frame, by the
     /// camera's clock.
     fn clock(&self) -> Option<[u8; 10]> {
         let times = *locked(&TIMES);

@@ -1,10 +1,10 @@
-//! Difference of two cameras, each in its best orientation: the target of a stated bound.
+//! Difference of two cameras, each in the best orientation: the target of a stated bound.
 
 use boresight_geometry::{Camera, cell_centres_px, frame::ImageSize};
 use nalgebra::{Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// Differences of `project` from `camera`, in pixels, at the cells' centres selected by
-/// `is_inside`, after the best rotation over them. `None` if undetermined.
+/// `is_inside`, after the best rotation. `None` if undetermined.
 pub(crate) fn differences_px(
     camera: &Camera,
     project: &dyn Fn(&Point3<f64>) -> Option<Point2<f64>>,

@@ -19,10 +19,10 @@ pub struct Backend {
     pub locks: &'static [Control],
     /// Limits to state to a person, besides controls without a lock.
     pub cannot: &'static [&'static str],
-    /// Prefixes of camera names exclusive to this backend. A backend sharing all of its prefixes
+    /// Prefixes of camera names exclusive to the backend. A backend sharing all of its prefixes
     /// with an earlier one opens the cameras listed by the earlier one.
     pub begins: &'static [&'static str],
-    /// Driver, or the reason for its absence from this build.
+    /// Driver, or the reason for a missing backend.
     pub(super) driver: Result<Driver, fn() -> anyhow::Error>,
 }
 
@@ -31,8 +31,8 @@ pub struct Backend {
 pub struct Driver {
     /// Lists the connected cameras. Called every second while a person chooses one.
     pub near: fn() -> Near,
-    /// Lists the readable modes of a named camera, as the settings name them, the largest first;
-    /// empty if the modes or the camera are unknown.
+    /// Lists the readable modes of a named camera, in the format of the settings, the largest
+    /// first; empty if the modes or the camera are unknown.
     pub modes: fn(&str) -> Vec<String>,
     /// Finds the named camera, for use in the given mode.
     pub find: fn(&str, &Wanted) -> anyhow::Result<ChosenCamera>,
@@ -63,7 +63,7 @@ pub struct NearCamera {
 /// A connected but unusable camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unusable {
-    /// The camera's node, or another name for it.
+    /// The camera's node, or another name.
     pub source: String,
     /// The camera's fault.
     pub fault: Fault,
@@ -100,12 +100,12 @@ pub struct ChosenCamera {
 }
 
 impl Backend {
-    /// True if this build includes the backend.
+    /// True if the build includes the backend.
     pub fn is_built(&self) -> bool {
         self.driver.is_ok()
     }
 
-    /// True if `source` can name a camera of this backend.
+    /// True if `source` can name a camera of the backend.
     pub(super) fn knows(&self, source: &str) -> bool {
         self.begins.iter().any(|start| source.starts_with(start))
     }

@@ -51,12 +51,12 @@ impl Backend {
     }
 }
 
-/// Backends in this build, the default first.
+/// Backends in the build, the default first.
 pub fn backends() -> impl Iterator<Item = Backend> {
     BACKENDS.into_iter().filter(Backend::is_built)
 }
 
-/// Drivers of this build with a camera list, or the driver of the requested backend.
+/// Drivers of the build with a camera list, or the driver of the requested backend.
 fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     if let Some(backend) = Backend::asked(asked)? {
         return Ok(vec![backend.driver()?]);
@@ -69,7 +69,7 @@ fn drivers(asked: &config::Backend) -> anyhow::Result<Vec<Driver>> {
     Ok(built.iter().enumerate().filter_map(lists).collect())
 }
 
-/// True if `name` can only mean a live camera, perhaps of a backend missing from this build.
+/// True if `name` can only mean a live camera, perhaps of a backend missing from the build.
 pub fn is_name(name: &str) -> bool {
     BACKENDS.iter().any(|backend| backend.knows(name))
 }
@@ -85,8 +85,8 @@ pub fn near(asked: &config::Backend) -> Near {
     all
 }
 
-/// Lists the readable modes of the camera `name`, as the settings name them; empty if the modes or
-/// the camera are unknown.
+/// Lists the readable modes of the camera `name`, in the format of the settings; empty if the modes
+/// or the camera are unknown.
 pub fn modes(name: &str) -> Vec<String> {
     let driver = backends().find(|backend| backend.knows(name)).and_then(|it| it.driver.ok());
     driver.map_or(Vec::new(), |driver| (driver.modes)(name))

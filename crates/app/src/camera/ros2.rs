@@ -41,10 +41,10 @@ pub(crate) mod built {
         Domain::of(|variable| std::env::var(variable).ok())
     }
 
-    /// Time for others to announce their topics, for a single listing.
+    /// Time for others to announce topics, for a single listing.
     const ANSWERED_WITHIN: Duration = Duration::from_secs(2);
 
-    /// Topics as sources, with their names.
+    /// Topics as sourceswith names.
     fn published(patience: Duration) -> Vec<(String, String)> {
         let topics = domain().map_or(Vec::new(), |domain| topics(domain, patience));
         let described = |ImageTopic { name, kind, publishers }: ImageTopic| {

@@ -58,7 +58,7 @@ pub(super) mod built {
         camera.map_or(Vec::new(), |camera| mode_names(&camera))
     }
 
-    /// The readable modes of a camera, as the settings name them, the largest first.
+    /// The readable modes of a camera, in the format of the settings, the largest first.
     pub(in crate::camera) fn mode_names(camera: &Camera) -> Vec<String> {
         let mut modes: Vec<(u32, String)> = camera
             .offers

@@ -30,7 +30,7 @@ pub struct Step<'a> {
     pub closeness: Option<f64>,
     /// The picture.
     pub frame: &'a Arc<Frame>,
-    /// Expected edges of the scene at this hour, px.
+    /// Expected edges of the scene at the present hour, px.
     pub outline: Vec<Point2<f64>>,
 }
 

@@ -33,7 +33,7 @@ pub struct WatchedCamera {
     looked_at: BTreeSet<i64>,
     /// Seconds of unreadable pictures: perhaps still being written, until a newer one comes.
     unread: BTreeSet<i64>,
-    /// Newest second before the camera was accepted in its present pose.
+    /// Newest second before the camera was accepted in the present pose.
     before_accepted: Option<i64>,
 }
 
@@ -58,7 +58,7 @@ pub fn reference_lens(path: &Path) -> anyhow::Result<(Lens, Named)> {
 
 impl WatchedCamera {
     /// Opens the store in `folder`, or creates it from the calibration `reference` or the source's
-    /// own lens.
+    /// lens.
     ///
     /// # Errors
     ///
@@ -262,7 +262,7 @@ pub(super) fn preset(number: usize) -> String {
     format!("preset-{number}")
 }
 
-/// Checks the picture size of a camera with this lens.
+/// Checks the picture size of a camera with the given lens.
 ///
 /// # Errors
 ///
@@ -283,7 +283,7 @@ fn newest_answer(inputs: &[Input]) -> Option<Answer> {
     })
 }
 
-/// Decisions of the store in `folder` with their times, from its recorded inputs alone.
+/// Decisions of the store in `folder` with times, from recorded inputs alone.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! A watched camera over time, from its store, for drawing.
+//! A watched camera over time, from the store, for drawing.
 
 use std::path::Path;
 
@@ -16,8 +16,8 @@ use boresight_watch::{Input, Lens, Watch, turn_of};
 /// change at that time, once known.
 type Estimate = (f64, [f64; 4], Option<[[f64; 4]; 2]>);
 
-/// Curve of the camera in `folder`, with other events in `happened`, such as its calibrations:
-/// time, seconds since 1970, and text.
+/// Curve of the camera in `folder`, with other events in `happened`, such as calibrations: time,
+/// seconds since 1970, and text.
 ///
 /// # Errors
 ///

@@ -16,10 +16,10 @@ use boresight_run::config::Config;
 use boresight_sim::street::Street;
 use boresight_watch::Lens;
 
-/// Pictures in a burst from a live source, and its duration.
+/// Pictures in a burst from a live source, and burst duration.
 const BURST: usize = 8;
 const BURST_TIME: Duration = Duration::from_secs(2);
-/// Longest wait for the first picture of a live source, and the settling time of its exposure.
+/// Longest wait for the first picture of a live source, and the settling time of the exposure.
 const FIRST_PICTURE: Duration = Duration::from_secs(20);
 const SETTLES: Duration = Duration::from_secs(2);
 
@@ -29,11 +29,11 @@ const STREET: &str = "sim:street";
 /// Origin of a camera's pictures.
 #[derive(Clone, Debug)]
 pub enum Feed {
-    /// Files, in the order of their times.
+    /// Files, in the order of time.
     Files(Vec<PathBuf>),
     /// A folder filled by a camera.
     Folder(PathBuf),
-    /// A source with its own pictures: a video file, a recorded session, a simulation.
+    /// A source with own pictures: a video file, a recorded session, a simulation.
     Recorded(SourceName),
     /// A camera or stream.
     Live(SourceName),
@@ -53,7 +53,7 @@ pub(super) struct PictureFile {
     before: Option<PathBuf>,
 }
 
-/// Time of a picture, or of its absence.
+/// Time of a picture, or of a missing one.
 #[derive(Clone, Copy, Debug)]
 pub struct Taken {
     /// Seconds since 1970.
@@ -130,7 +130,7 @@ impl Feed {
         !matches!(self, Self::Live(_))
     }
 
-    /// Pictures with their times, if the source is files.
+    /// Pictures with times, if the source is files.
     pub(super) fn stills(&self) -> Option<Vec<(f64, PathBuf)>> {
         let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
         let all = || self.new_files(|_| false).into_iter().map(|file| (file.at_secs, file.path));
@@ -182,7 +182,7 @@ impl Feed {
         .collect()
     }
 
-    /// Hands the pictures of a recorded source to `take`, every `every_secs` of its own time, with
+    /// Hands the pictures of a recorded source to `take`, every `every_secs` of source time, with
     /// times since `began_secs`. Ends when `take` says so.
     ///
     /// # Errors
@@ -217,7 +217,7 @@ impl Feed {
         }
     }
 
-    /// Opens a live source, takes a burst, and closes it again.
+    /// Opens a live source, takes a burst, and closes the source.
     ///
     /// # Errors
     ///

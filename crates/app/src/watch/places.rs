@@ -95,7 +95,7 @@ impl Places {
         Ok(Self { cameras, presets: Some(presets) })
     }
 
-    /// Each place as a camera of its own.
+    /// Each place as a camera with own store.
     pub fn cameras(&self) -> &[WatchedCamera] {
         &self.cameras
     }
@@ -219,8 +219,8 @@ impl Places {
 }
 
 impl Presets {
-    /// First picture of the place in `view`, with its time. At a new place, `view` waits for its
-    /// second picture.
+    /// First picture of the place in `view`, with time. At a new place, `view` waits for its second
+    /// picture.
     fn second_of_a_place(&mut self, view: &View, at_secs: f64) -> Option<(f64, GrayImage)> {
         let is_it = |(_, w): &(u64, Reference)| agreeing(w, view, &self.lens).is_some();
         if let Some(index) = self.waiting.iter().position(is_it) {

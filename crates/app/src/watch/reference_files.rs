@@ -16,7 +16,7 @@ use boresight_watch::{
 
 const FINE: u32 = 2 * FINE_HALF as u32 + 1;
 const COARSE: u32 = 2 * COARSE_HALF as u32 + 1;
-/// Number of references with their picture, for the page to push the camera back.
+/// Number of references with a picture, for the page to push the camera back.
 const WITH_PICTURE: usize = 12;
 const PICTURE: &str = ".picture.png";
 

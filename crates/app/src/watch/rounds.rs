@@ -1,4 +1,4 @@
-//! Many cameras in a process, each at its interval, on a few threads.
+//! Many cameras in a process, each at an interval, on a few threads.
 
 use std::{
     sync::{
@@ -21,7 +21,7 @@ use boresight_watch::NoAnswer;
 /// Time between two checks for a due camera or a request to stop.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// A camera with its pictures and its interval.
+/// A camera with pictures and interval.
 #[derive(Debug)]
 pub struct Round {
     /// Name of the camera.
@@ -141,8 +141,8 @@ fn polite_threads() -> usize {
     thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1))
 }
 
-/// Looks at every camera once, or at its interval until `stop` is set. A camera with a failing
-/// store is announced and left out; the others continue. Returns the remaining cameras.
+/// Looks at every camera once, or at the camera's interval until `stop` is set. A camera with a
+/// failing store is announced and left out; the others continue. Returns the remaining cameras.
 ///
 /// # Errors
 ///

@@ -39,7 +39,7 @@ impl PictureShelf {
         entries(folder).into_iter().filter_map(of).collect()
     }
 
-    /// Picture by its time.
+    /// Picture by time.
     pub(super) fn taken_at(&mut self, at_secs: f64) -> Option<GrayImage> {
         let (number, _) = self.kept().into_iter().find(|(_, at)| *at == at_secs)?;
         self.take(number)

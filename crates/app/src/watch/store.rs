@@ -260,7 +260,7 @@ impl Store {
         Ok(())
     }
 
-    /// Stores the references of `station`, and forgets older ones.
+    /// Stores the references of `station`, and forgets the previous ones.
     ///
     /// # Errors
     ///
@@ -342,7 +342,7 @@ fn accepted_lines(folder: &Path) -> anyhow::Result<Vec<AcceptedLine>> {
     lines.with_context(|| format!("could not read {path:?}"))
 }
 
-/// Inputs of a store, their size in bytes, and true if the last line was cut.
+/// Inputs of a store, size in bytes, and true if the last line was cut.
 pub(super) fn read_lines(path: &Path) -> anyhow::Result<(Vec<Input>, u64, bool)> {
     let mut reader = LineReader::open(path, LINE_LIMIT, Links::Refused)?;
     let (mut line, mut inputs, mut bytes) = (Vec::new(), Vec::new(), 0);

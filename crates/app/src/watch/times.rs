@@ -73,7 +73,7 @@ pub fn in_words(secs: f64) -> String {
     in_this_zone(secs, "%-d %B %Y, %H:%M")
 }
 
-/// Its day in words: "12 March 2026".
+/// Day of a time in words: "12 March 2026".
 pub fn day_in_words(secs: f64) -> String {
     in_this_zone(secs, "%-d %B %Y")
 }

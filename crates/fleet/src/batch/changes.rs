@@ -1,4 +1,4 @@
-//! Decisions and verdicts different from the recorded ones.
+//! Decisions and verdicts different from the recorded.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use super::{
 /// Maximum number of sessions named for each change.
 const NAMED: usize = 3;
 
-/// Count of a kind of change, and its sessions.
+/// Count of a kind of change and sessions.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Change {
     /// Number of changes.
@@ -24,7 +24,7 @@ pub struct Change {
     pub named: Vec<String>,
 }
 
-/// Decisions and verdicts different from the recorded ones, over all sessions of a batch.
+/// Decisions and verdicts different from the recorded, over all sessions of a batch.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Changes {
     /// Compared sessions.

@@ -17,7 +17,7 @@ use super::{item::Item, job::Job};
 /// Time between two checks of the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A process answering items with rows, one line each.
+/// A process answering items with rows, line by line.
 pub(super) struct Worker {
     process: Child,
     items: Option<ChildStdin>,
@@ -38,7 +38,7 @@ pub(super) enum Answer {
 }
 
 impl Worker {
-    /// Starts `program` as a worker on `job`, with its files in `out`, in the folder `at` if given,
+    /// Starts `program` as a worker on `job`, with files in `out`, in the folder `at` if given,
     /// otherwise in this process's folder.
     pub(super) fn start(
         program: &Path,

@@ -37,7 +37,7 @@ pub(super) struct Tools<'a> {
     pub(super) budget: Duration,
 }
 
-/// A worker process, and its own folder if files are fetched or handed over.
+/// A worker process, and an own folder if files are fetched or handed over.
 pub(super) struct Desk<'a> {
     tools: Tools<'a>,
     fetches: bool,
@@ -159,8 +159,8 @@ impl<'a> Desk<'a> {
         }
     }
 
-    /// Hands the file `below`, written by the work on `id`, over to the results, if they are in an
-    /// object store.
+    /// Hands the file `below`, written by the work on `id`, over to the results, if in an object
+    /// store.
     ///
     /// # Errors
     ///

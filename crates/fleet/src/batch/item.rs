@@ -42,7 +42,7 @@ pub(super) struct Content {
 }
 
 impl Content {
-    /// Item for the session named `session` with these contents.
+    /// Item for the session named `session` with the given contents.
     pub(super) fn item(self, session: String) -> Item {
         let mut hash = hmac_sha256::Hash::new();
         for whole in [self.header, self.result] {
@@ -102,7 +102,7 @@ fn of_bag(path: &Path, session: String) -> Item {
     Item { session, content: hex(&hash.finalize()[..16]), bytes }
 }
 
-/// Length of the file at `path`, and its hash.
+/// Length of the file at `path`, and hash.
 fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
     let reading = FileError::reading(path);
     let file = open(path, Links::Refused)?;

@@ -1,4 +1,4 @@
-//! Sessions of a batch, one a line.
+//! Sessions of a batch, line by line.
 
 use std::path::{Path, PathBuf};
 
@@ -33,9 +33,9 @@ pub enum ManifestError {
     },
 }
 
-/// Finds the sessions and recorded bags in and below each of `roots`, in the order of their paths,
-/// and hands each to `found`. Links below a root aren't followed. A root may be
-/// `s3://BUCKET/PREFIX`, without support for bags. Returns the paths left out for not being UTF-8.
+/// Finds the sessions and recorded bags in and below each of `roots`, in the order of paths, and
+/// hands each to `found`. Links below a root aren't followed. A root may be `s3://BUCKET/PREFIX`,
+/// without support for bags. Returns the paths left out for not being UTF-8.
 ///
 /// # Errors
 ///

@@ -1,4 +1,4 @@
-//! Stand-in for object stores in a build without them: every open fails.
+//! Stand-in for object stores in a build without support: every open fails.
 
 use std::{path::Path, sync::atomic::AtomicBool, time::Duration};
 

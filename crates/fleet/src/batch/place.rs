@@ -12,7 +12,7 @@ const READERS: usize = 8;
 /// A folder, or a prefix in an object store. Names below it have slashes.
 #[derive(Clone, Debug)]
 pub(super) enum Place {
-    /// A folder of this computer.
+    /// A folder of the computer.
     Folder(PathBuf),
     /// A prefix in an object store.
     Cloud(Prefix),

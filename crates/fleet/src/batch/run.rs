@@ -32,7 +32,7 @@ pub struct Batch<'a> {
     pub job: Job,
     /// The items: a file, or an address in an object store.
     pub manifest: &'a Path,
-    /// Part of the items for this run.
+    /// Part of the items for the run.
     pub shard: Shard,
     /// Place for the results: a folder, or a prefix in an object store.
     pub out: &'a Path,
@@ -106,7 +106,7 @@ struct Shared<'a> {
     report: &'a (dyn Fn(&Event<'_>) + Sync),
 }
 
-/// Works on the shard of `batch` until its end, or until `stop` is set. Skips items with a row.
+/// Works on the shard of `batch` until the end, or until `stop` is set. Skips items with a row.
 /// `report` is called from several threads.
 ///
 /// # Errors
@@ -290,7 +290,7 @@ const NOT_WRITTEN: &str = "NOT-WRITTEN";
 enum Settled {
     /// The item has a row.
     Done,
-    /// Another program works on it.
+    /// Another program works on the item.
     Elsewhere,
     /// The batch was asked to stop.
     Stopped,

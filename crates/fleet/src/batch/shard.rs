@@ -106,7 +106,7 @@ impl Shard {
         Ok(Self::WHOLE)
     }
 
-    /// True if the item with this number, from 0, is in the shard.
+    /// True if the item with number `number`, from 0, is in the shard.
     pub fn has(self, number: u64) -> bool {
         number % self.count == self.index
     }

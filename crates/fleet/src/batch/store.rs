@@ -167,7 +167,7 @@ impl Store {
         Ok(matches!(row, Some(Ok(Some(row))) if row.is_ok()))
     }
 
-    /// Claims the item `id`, until the claim is dropped or this program ends; `None` while another
+    /// Claims the item `id`, until the claim is dropped or the program ends; `None` while another
     /// program has the claim. Claims in an object store exclude nobody.
     ///
     /// # Errors
@@ -282,7 +282,7 @@ pub(super) struct StoredRow {
 }
 
 impl StoredRow {
-    /// The line, without its end.
+    /// The line, without line end.
     pub(super) fn line(&self) -> &str {
         self.text.trim_end()
     }

@@ -1,4 +1,4 @@
-//! Work on an item of a batch, from its session to its row.
+//! Work on an item of a batch, from session to row.
 
 use std::{
     collections::BTreeMap,
@@ -30,10 +30,10 @@ use boresight_files::{Links, read_text};
 use boresight_geometry::panic_message::panic_message;
 use boresight_run::recording::{Replayed, SessionFolder};
 
-/// Largest result read for its verdict, in bytes.
+/// Largest result read for the verdict, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
-/// Reason for a failed item, beside the errors of its session.
+/// Reason for a failed item, beside the errors of the session.
 #[derive(Debug, thiserror::Error)]
 enum NotWorked {
     #[error("the session has changed since the manifest was written")]

@@ -13,7 +13,7 @@ use boresight_app::session_folders::session_folders;
 pub struct Added {
     /// Sessions in and below the folders.
     pub sessions: usize,
-    /// Sessions with their result in the index.
+    /// Sessions with a result in the index.
     pub added: usize,
     /// Sessions without a result.
     pub without: usize,

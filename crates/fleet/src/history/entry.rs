@@ -22,7 +22,7 @@ pub struct Entry {
     pub image_size: [u32; 2],
     /// `good`, `care` or `untrustworthy`.
     pub verdict: String,
-    /// Lens with its covariance, if common to all views.
+    /// Lens with covariance, if common to all views.
     pub lens: Option<StatedLens>,
 }
 

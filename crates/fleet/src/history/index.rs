@@ -25,7 +25,7 @@ pub enum IndexError {
     /// A row can't be written.
     #[error("could not write the index")]
     Row(#[from] serde_json::Error),
-    /// A line of another program, or a damaged one.
+    /// A line of another program, or a damaged line.
     #[error("line {line} isn't a line of an index ({reason}): {path:?}")]
     Line {
         /// Number of the line, from 1.
@@ -48,7 +48,7 @@ pub enum IndexError {
 /// Every calibration of every camera. Derived from session folders: nothing is lost with it.
 #[derive(Debug, Default)]
 pub struct Index {
-    /// Rows by session, each with its line.
+    /// Rows by session, each with the line.
     rows: BTreeMap<String, (Entry, String)>,
 }
 
@@ -139,7 +139,7 @@ impl Index {
         Ok(gone)
     }
 
-    /// Adds rows, replacing those of the same sessions.
+    /// Adds rows, replacing those of equal sessions.
     ///
     /// # Errors
     ///
@@ -189,7 +189,7 @@ impl Index {
         self.all().into_iter().filter(|entry| entry.camera == camera).collect()
     }
 
-    /// Names of the cameras with `part` in them, sorted.
+    /// Names of the cameras with `part` in the name, sorted.
     pub fn cameras_with(&self, part: &str) -> Vec<String> {
         let mut names: Vec<String> = self.all().into_iter().map(|entry| entry.camera).collect();
         names.dedup();
@@ -202,7 +202,7 @@ impl Index {
         self.rows.keys().any(|session| Path::new(session).starts_with(root))
     }
 
-    /// Cameras with a newest usable calibration before `limit`, or without any, with its time; the
+    /// Cameras with a newest usable calibration before `limit`, or without any, with time; the
     /// oldest first. Calibrations dated after `now` have a wrong clock and don't count.
     pub fn due(&self, limit: &str, now: &str) -> Vec<(String, Option<String>)> {
         let mut newest: BTreeMap<&str, Option<&str>> = BTreeMap::new();

@@ -23,7 +23,7 @@ pub fn days_ago(days: f64) -> anyhow::Result<String> {
     Ok(then.strftime("%Y-%m-%dT%H:%M:%SZ").to_string())
 }
 
-/// Page of HTML with the curves of `all` cameras and of the `watched` ones. A camera is due after
+/// Page of HTML with the curves of `all` cameras and of of `watched` cameras. A camera is due after
 /// `due_days`.
 ///
 /// # Errors

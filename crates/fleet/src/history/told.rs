@@ -94,7 +94,7 @@ pub struct StepLens {
     pub sigma_px: [f64; 3],
 }
 
-/// Name of a camera and the size of its pictures, marked if simulated.
+/// Name of a camera and the size of the pictures, marked if simulated.
 pub fn name(history: &CameraHistory) -> String {
     let [width, height] = history.image_size;
     of_source(&history.camera, &format!("{} {width}x{height}", history.camera))
@@ -119,7 +119,7 @@ pub fn trend(history: &CameraHistory) -> String {
 }
 
 impl HistoryFile {
-    /// Entry of a camera, optionally with its calibrations.
+    /// Entry of a camera, optionally with calibrations.
     pub fn of(history: &CameraHistory, with_calibrations: bool) -> Self {
         let change = history.trend.as_ref().map(|trend| {
             // With two comparisons, chance alone exceeds a check's limit once in a while.

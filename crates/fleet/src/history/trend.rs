@@ -8,7 +8,7 @@ use boresight_geometry::frame::ImageSize;
 /// alarms of a single check.
 const LIMIT_OF_TWO: f64 = 12.838;
 
-/// A calibration with its changes.
+/// A calibration with changes.
 #[derive(Clone, Debug)]
 pub struct Step<'a> {
     /// The calibration of this step.
@@ -32,7 +32,7 @@ pub struct Trend {
     pub drifts: bool,
 }
 
-/// Calibrations of a camera in one picture size, by time.
+/// Calibrations of a camera of a picture size, by time.
 #[derive(Clone, Debug)]
 pub struct CameraHistory {
     /// Identity of the camera.
@@ -56,7 +56,7 @@ impl CameraHistory {
         Some(Self { camera, model, image_size, entries: entries.to_vec(), trend })
     }
 
-    /// Calibrations, each with its changes.
+    /// Calibrations, each with changes.
     pub fn steps(&self) -> Vec<Step<'_>> {
         let (mut first, mut last) = (None, None);
         let mut steps = Vec::with_capacity(self.entries.len());

@@ -1,4 +1,4 @@
-//! calib-targets and vision-calibration on pictures of a board, each by the first example of its
+//! calib-targets and vision-calibration on pictures of a board, each by the first example of the
 //! documentation.
 //!
 //! - `peers detect COLUMNSxROWS PICTURE…` prints a table of corners, row by row, of each whole
@@ -27,7 +27,7 @@ impl Board {
         Ok(Self { columns: columns.parse()?, rows: rows.parse()? })
     }
 
-    /// Corners row by row, if all of this board's corners are detected. A board on its side is
+    /// Corners row by row, if all of the board's corners are detected. A board on its side is
     /// turned by a quarter.
     fn whole(&self, seen: &ChessboardDetection) -> Option<Vec<[f32; 2]>> {
         let across = seen.corners.iter().map(|corner| corner.grid.u).max()? + 1;

@@ -45,7 +45,7 @@ const CREDENTIALS_WITHIN: Duration = Duration::from_secs(15);
 /// Time between two checks of the stop flag during a wait.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A bucket, and the thread waiting for its answers.
+/// A bucket, and the thread waiting for answers.
 #[derive(Debug)]
 pub(super) struct Client {
     pub(super) store: AmazonS3,
@@ -123,7 +123,7 @@ impl Client {
     }
 }
 
-/// Repeats `ask` until its answer is whole. Beyond the retries of single requests, this covers
+/// Repeats `ask` until the answer is whole. Beyond the retries of single requests, this covers
 /// broken-off answers, and requests the store may have received.
 pub(super) async fn whole<T>(
     mut ask: impl AsyncFnMut() -> object_store::Result<T>,

@@ -14,18 +14,18 @@ pub struct CloudError {
     pub address: String,
 }
 
-/// Fault of an object store, or of a request to it.
+/// Fault of an object store, or of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Why {
     /// No credentials.
     NoCredentials,
-    /// Refusal by the store, with its own name for the reason.
+    /// Refusal by the store, with the store's error code.
     Refused(String),
     /// No such bucket.
     NoBucket,
-    /// No answer, or a broken-off one, in spite of several tries.
+    /// No answer, or a broken-off answer, in spite of several tries.
     NoAnswer,
-    /// The endpoint has no TLS, and no setting allows its absence.
+    /// The endpoint has no TLS, and no setting allows plain HTTP.
     NoTls,
     /// Invalid variable of the environment.
     Settings(String),
@@ -95,7 +95,7 @@ fn is_refusal(code: &str) -> bool {
         .any(|part| code.contains(part))
 }
 
-/// Every cause of `err`, starting with itself.
+/// Every cause of `err`, starting with `err`.
 fn causes(err: &object_store::Error) -> impl Iterator<Item = &(dyn Error + 'static)> {
     let first: &(dyn Error + 'static) = err;
     std::iter::successors(Some(first), |&cause| cause.source())

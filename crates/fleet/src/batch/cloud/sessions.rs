@@ -1,4 +1,4 @@
-//! Sessions below a prefix, and copies of them.
+//! Sessions below a prefix, and copies.
 
 use std::{
     collections::BTreeMap,
@@ -24,12 +24,12 @@ use super::{
 use boresight_app::RESULT_FILE;
 use boresight_files::{FileError, Scratch, TEXT_LIMIT};
 
-/// Files of a session beside the journal and the pictures, each with its largest size in bytes.
+/// Files of a session beside the journal and the pictures, each with the largest size in bytes.
 const FILES: [(&str, u64); 3] =
     [(HEADER, HEADER_LIMIT), (RESULT_FILE, TEXT_LIMIT), ("check.json", TEXT_LIMIT)];
 const FRAMES: &str = "frames";
 const PICTURE_LIMIT: u64 = 512 << 20;
-/// Folders listed before their sessions are handed on.
+/// Folders listed before the sessions are handed on.
 const CHUNK: usize = 8 * AT_ONCE;
 /// Number of a session's objects fetched at a time.
 const PIECES_AT_ONCE: usize = 8;
@@ -37,8 +37,7 @@ const PIECES_AT_ONCE: usize = 8;
 type Found<'a> = &'a mut dyn FnMut(&Item) -> anyhow::Result<()>;
 
 impl Prefix {
-    /// Finds the sessions at and below the prefix, in the order of their keys, and hands each to
-    /// `found`.
+    /// Finds the sessions at and below the prefix, in the order of keys, and hands each to `found`.
     ///
     /// # Errors
     ///
@@ -249,7 +248,7 @@ fn unless_unnameable(err: anyhow::Error) -> anyhow::Result<()> {
     }
 }
 
-/// Relative path of a session from its address, with a file below it.
+/// Relative path of a session from its address, with a file below.
 fn relative(address: &Address, name: &str) -> PathBuf {
     FilePath::new(&address.to_string()).join(name)
 }
