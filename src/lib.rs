@@ -25,17 +25,23 @@
 //!
 //! | module | crate | holds |
 //! |---|---|---|
-//! | [`geometry`], [`board`], [`markers`], [`board_code`], [`frame`], [`device`] | `boresight-geometry` | homography, principal line and point, lens, pose; boards; pictures; what is known about a live camera |
-//! | [`files`] | `boresight-files` | the only place that opens and writes files |
-//! | [`detection`] | `boresight-detect` | picture → corners, or the reason why not |
-//! | [`calibration`] | `boresight-calibrate`, `boresight-formats` | views → lens with covariance; checks and verdict; calibration files |
-//! | [`guidance`], [`session`] | `boresight-guide` | what a view is worth, what to show next, when to stop; the state of one session |
-//! | [`watch`] | `boresight-watch` | an installed camera watched without a board: picture → turn, turns → state |
+//! | [`geometry`] | `boresight-geometry` | homography, principal line and point, lens, pose |
+//! | [`board`], [`markers`], [`board_code`] | `boresight-geometry` | boards |
+//! | [`frame`], [`device`] | `boresight-geometry` | pictures; state of a live camera |
+//! | [`files`] | `boresight-files` | the only place to open and write files |
+//! | [`detection`] | `boresight-detect` | picture → corners, or the reason for a miss |
+//! | [`calibration`] | `boresight-calibrate` | views → lens with covariance; checks, verdict |
+//! | [`calibration::files`] | `boresight-formats` | calibration files |
+//! | [`guidance`] | `boresight-guide` | worth of a view, next target, stop rule |
+//! | [`session`] | `boresight-guide` | state of a session |
+//! | [`watch`] | `boresight-watch` | an installed camera without a board: pictures → state |
 //! | [`capture`] | `boresight-capture` | frames in: folders, videos, recordings, live cameras |
-//! | [`config`], [`recording`], [`pipeline`] | `boresight-run` | TOML → parameters; sessions as bytes; the threads |
+//! | [`config`], [`recording`] | `boresight-run` | TOML → parameters; sessions as bytes |
+//! | [`pipeline`] | `boresight-run` | the threads |
 //! | [`simulation`] | `boresight-sim` | a camera and a technician with known truth |
-//! | [`text`], [`speech`], [`ghost`], [`target`], `report` | `boresight-present` | what a person reads, hears and sees |
-//! | [`app`] | `boresight-app` | what the program does, without a command line and without a window |
+//! | [`text`], [`speech`], [`ghost`] | `boresight-present` | sentences, voice and card |
+//! | [`target`], `report` | `boresight-present` | printed boards; reports |
+//! | [`app`] | `boresight-app` | the program without command line and window |
 //! | `serve` | `boresight-phone` | the page for a phone |
 //! | [`fleet`] | `boresight-fleet` | many sessions at once, many cameras over time |
 //! | `ui`, [`cli`] | this one | the window; arguments and printing |
@@ -59,39 +65,44 @@
 //!
 //! | word | means |
 //! |---|---|
-//! | principal line | image of the plane that contains the optical axis and the board's normal; the board's axis of symmetry in the picture. Without distortion it passes through the principal point. See [`geometry::PrincipalLine`] |
+//! | principal line | a board's axis of symmetry in the picture; see [`geometry::PrincipalLine`] |
 //! | tilt | angle between the board and the image plane |
-//! | tilt azimuth | direction in the image, modulo 2π, in which the board recedes |
+//! | tilt azimuth | direction of the board's recession in the image, modulo 2π |
 //! | slot | one of the plan's eight tilt azimuths, 45° apart: 22.5°, 67.5°, … |
-//! | opposed pair | two views whose tilt azimuths differ by 180° and whose boards are point reflections of each other about the principal point. Their distortion errors cancel; their principal lines are parallel by design, so the pair counts as one unit |
+//! | opposed pair | two views, point reflections about the principal point; one unit (below) |
 //! | partner | the other view of an opposed pair |
-//! | independent | two principal lines that cross at a large enough angle, also in terms of their uncertainty |
-//! | span fraction | the larger of the shares of the picture's width and height that the corners span |
-//! | view | one picture of the board with its measurements; *accepted* once it takes part in the calibration |
-//! | frame | one picture of a source, with number and time; a few frames become views |
-//! | photograph | a picture by itself, such as a file in a folder: it needs no hold |
-//! | gate | the conditions that a view must meet whatever the other views are |
-//! | role | what a view is for: a new direction, a partner, or forced by the person |
-//! | worth | what a view tells about the lens, as a share of what the pose asked for would tell |
-//! | smear | how far the corners move while the shutter is open |
-//! | far board | a board that stays small in the picture, as in front of an installed camera |
-//! | hold | a good view kept still: it grows with every good frame and fades with every other; its sharpest frame is accepted |
-//! | refusal | why a view isn't accepted, with what was measured and what is wanted |
-//! | miss | why no board was found in a picture |
-//! | target | the pose to show next; it's drawn on the picture as the *card*, which the board should match |
-//! | advice | the one thing that the person should do now, by the newest frame |
-//! | instruction | what a person is shown and told after a decision: sentence, sign, card, ring and spoken words, as one value |
-//! | plan | how many views to ask for: quick, full, or adaptive |
+//! | independent | principal lines crossing at a large angle, also relative to its uncertainty |
+//! | span fraction | share of the picture's width or height spanned by corners, if larger |
+//! | view | a measured picture of the board; *accepted* once part of the calibration |
+//! | frame | a picture of a source, with number and time; a few frames become views |
+//! | photograph | a single picture, such as a file in a folder: it needs no hold |
+//! | gate | the conditions on a view, independent of other views |
+//! | role | purpose of a view: a new direction, a partner, or forced by the person |
+//! | worth | a view's information on the lens, as a share of the target's |
+//! | smear | motion of the corners while the shutter is open |
+//! | far board | a board constantly small in the picture, as before an installed camera |
+//! | hold | a good view kept still: grows with good frames, fades with others; gives the sharpest |
+//! | refusal | reason for not accepting a view, with measured and required values |
+//! | miss | reason for finding no board in a picture |
+//! | target | the pose to show next, drawn on the picture as the *card* to match |
+//! | advice | the person's next action, by the newest frame |
+//! | instruction | sentence, sign, card, ring and spoken words after a decision, as one value |
+//! | plan | number of views: quick, full, or adaptive |
 //! | lens estimate | the camera as known so far; a guess until two views are accepted |
 //! | noise factor | σ₀: actual error of the corners over the error they claim |
-//! | free homographies | the independent check: homographies that share only a radial distortion |
-//! | finding | something a person should know about a calibration, with a stable code and a severity |
-//! | verdict | the worst finding: good, usable with care, or not trustworthy. For an installed camera: OK, watch, or recalibrate |
-//! | fault | what is wrong with a camera, with a stable code |
+//! | free homographies | the independent check: homographies with a shared radial distortion |
+//! | finding | a fact about a calibration for the person, with a stable code and a severity |
+//! | verdict | the worst finding: good, usable with care, not trustworthy; OK, watch, recalibrate |
+//! | fault | error of a camera, with a stable code |
 //! | control lock | focus, zoom, exposure, gain or white balance held at a value and read back |
-//! | input, decision | what can happen to a session; what it led to. The journal records both |
-//! | snapshot | what a window or terminal shows: plain data, replaced by the next one |
-//! | technician | the simulated person who follows the guidance |
+//! | input, decision | event of a session, and its consequence; the journal records both |
+//! | snapshot | contents of a window or terminal: plain data, replaced by the next one |
+//! | technician | the simulated person following the guidance |
+//!
+//! A principal line is the image of the plane of the optical axis and the board's normal. Without
+//! distortion it passes through the principal point. The tilt azimuths of an opposed pair differ by
+//! 180°; its distortion errors cancel, and its principal lines are parallel by design. The verdicts
+//! OK, watch and recalibrate are those of an installed camera.
 
 #![forbid(unsafe_code)]
 

@@ -36,7 +36,7 @@ pub(super) struct BesideArguments {
     voice: VoiceArguments,
 }
 
-/// Names of the computer.
+/// Names of this computer.
 #[cfg(feature = "serve")]
 #[derive(Debug, Args)]
 pub(super) struct NameArguments {

@@ -7,19 +7,20 @@
 //!
 //! | file | is |
 //! |---|---|
-//! | `run` | the window system: opens, or says why not |
+//! | `run` | the window system: opens, or reports a failure |
 //! | `window_icon` | its icon |
 //! | `app` | pages, keys, the session behind them |
-//! | `stage` | a session from its start to its stored result |
-//! | `screen`, `picture`, `theme` | what panels see, and in which colours |
-//! | `keys`, `sound`, `aloud` | what can be done by hand; what is heard; what a screen reader says by itself |
+//! | `session_state` | a session from its start to its stored result |
+//! | `screen`, `picture`, `theme` | inputs of the panels, and colours |
+//! | `keys`, `sound` | actions by hand; tones |
+//! | `aloud` | announcements of a screen reader |
 //! | `start` | camera, board and plan of the next session |
-//! | `guide` | live picture, overlay, sentence, wheel, gauges, numbers, camera controls, accepted views |
+//! | `guide` | live picture, overlay, sentence, gauges, numbers, controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
 //! | `replay` | a recording, chosen from a list or by its path, decision by decision |
 //! | `adjust` | the way back of a watched camera |
-//! | `settings` | how the window looks and sounds |
-//! | `trouble` | a session that could not be started |
+//! | `settings` | looks and sounds of the window |
+//! | `user_error` | a failed start of a session |
 
 mod adjust;
 mod aloud;

@@ -55,7 +55,7 @@ fn another_default_or_feature_is_another_build() {
     assert_ne!(first, build_id(place.path()));
 }
 
-/// Files compiled into a source, except those read by tests.
+/// Files compiled in, except test inputs.
 #[test]
 fn a_build_is_named_by_every_file_that_is_compiled_in() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

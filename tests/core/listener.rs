@@ -108,7 +108,7 @@ impl Listener {
     }
 }
 
-/// The session and duration.
+/// Session and duration.
 fn listen(seed: u64, reading: Reading) -> (Session, f64) {
     let scene = Scene::random(seed);
     let mut world = World::new(seed);

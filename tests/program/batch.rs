@@ -45,7 +45,7 @@ fn copy(name: &str, to: &Path) {
     copy_folder(&recording(name), to);
 }
 
-/// A folder with `count` sessions in `sessions`, and manifest.
+/// A folder with `count` sessions in `sessions`, and a manifest.
 fn sessions(count: usize) -> TempDir {
     let place = TempDir::new().expect("folder");
     for number in 0..count {

@@ -242,7 +242,7 @@ fn a_file_of_another_program_is_refused_and_stays_as_it_is() {
     }
 }
 
-/// As an earlier version did.
+/// Index written by an earlier version.
 fn old_index() -> Vec<u8> {
     fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/history/index.sqlite"))
         .expect("readable")

@@ -35,7 +35,7 @@ pub(crate) fn ended(mut command: Command) -> Ended {
     }
 }
 
-/// Asserts the end of a run with `code`, and `words` for the person, without a programmer's.
+/// Asserts the end of a run with `code`, and `words` for the person, without programmers' jargon.
 pub(crate) fn says(ended: &Ended, code: i32, words: &[&str]) {
     for word in words {
         assert!(ended.stderr.contains(word), "no {word:?} in: {}", ended.stderr);

@@ -243,9 +243,9 @@ struct Promises(Vec<(usize, Promise)>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Promise {
-    /// At least `0` views.
+    /// At least the given number of views.
     Taken(usize),
-    /// Exactly `0` views.
+    /// Exactly the given number of views.
     Exactly(usize),
 }
 

@@ -22,7 +22,7 @@ use crate::{
     harness,
 };
 
-/// The session's views against the own lens with the principal point elsewhere.
+/// The session's views against the session's lens with the principal point elsewhere.
 pub(crate) fn drift_from(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Drift {
     let calibration = snapshot.calibration.as_ref().expect("calibrated");
     let noise = Matrix2::identity() * calibration.noise_px.powi(2);

@@ -335,7 +335,7 @@ fn the_board_is_shown_in_a_window_of_its_own() {
     assert!(share(&|level| level == 255) > 0.1);
 }
 
-/// A window host with one camera: a simulated one, with an own board in front.
+/// A window host with one camera: a simulated one, with a board in front.
 struct WithCamera {
     inner: Box<dyn AppHost>,
     source: String,

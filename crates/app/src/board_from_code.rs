@@ -18,7 +18,7 @@ use boresight_run::config::Config;
 /// Number of pictures searched for a code. From a live camera, only those within the waiting time.
 const PICTURES: usize = 10;
 const LIVE: Duration = Duration::from_millis(1500);
-/// Smaller boards to try when the usual board is seen only in part.
+/// Smaller boards to try when the usual board is seen only in part: a smaller board looks alike.
 const SMALLER: [(u16, u16); 8] = [(8, 6), (8, 5), (7, 6), (7, 5), (6, 5), (6, 4), (5, 4), (4, 3)];
 /// Most searches for boards in all pictures together.
 const SEARCHES: usize = 80;

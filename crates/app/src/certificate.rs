@@ -25,7 +25,7 @@ pub struct Circumstances<'a> {
     pub camera: (String, String),
     /// The camera's mode in words; empty if not known.
     pub mode: String,
-    /// The calibration file with bytes.
+    /// Calibration file: path and bytes.
     pub file: Option<(&'a Path, &'a [u8])>,
 }
 
@@ -69,7 +69,7 @@ pub fn certificate(
     }
 }
 
-/// Certificate number from the date and the first letters of the checksum; empty without a checksum.
+/// Number from the date and the first letters of the checksum; empty without a checksum.
 fn own_number(made: Option<&Zoned>, sum: Option<&str>) -> String {
     let Some(short) = sum.and_then(|sum| sum.get(..SHORT)) else { return String::new() };
     let date = made.map_or_else(String::new, |made| made.strftime("%Y%m%d-").to_string());

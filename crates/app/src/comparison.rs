@@ -158,8 +158,8 @@ pub fn check_file(
     CheckFile::of(found, (&against, source), old.image_size, (&what, action))
 }
 
-/// Writes `boresight.check/1` into the session's folder. It follows from the session and the older file, so it
-/// may be replaced. Returns the file.
+/// Writes `boresight.check/1` into the session's folder. It follows from the session and the older
+/// file, so it may be replaced. Returns the file.
 ///
 /// # Errors
 ///

@@ -6,33 +6,35 @@
 //!
 //! | file | does |
 //! |---|---|
-//! | `announcer` | where sentences for the person go |
-//! | `saved_session` | opens a session folder; the only caller of [`boresight_run::recording::replay`] |
-//! | `camera`, `source` | what a source's name means, and how it's opened |
-//! | `opening` | a new session, or one that is resumed: source, folder and state |
+//! | `announcer` | sentences for the person |
+//! | `saved_session` | opens a session folder; the only user of `recording::replay` |
+//! | `camera`, `source` | parsing and opening of source names |
+//! | `opening` | a new or resumed session: source, folder and state |
 //! | `run` | a session from its first frame to its stored result |
-//! | `result`, `verdict` | what a session found: the file, the sentences and the exit status |
-//! | `calibration_views` | the views of a calibration without a session, from pictures or a corner table |
+//! | `result`, `verdict` | result of a session: file, sentences and exit status |
+//! | `calibration_views` | views from pictures or a corner table, without a session |
 //! | `comparison` | new views against an older calibration |
 //! | `report`, `session_report` | the HTML report of a calibration file or of a session folder |
 //! | `export` | a result in the formats of other programs |
-//! | `recordings`, `redetect`, `doctor` | recordings: listed, stepped through, searched again, verified |
+//! | `recordings` | recordings: listed and stepped through |
+//! | `redetect`, `doctor` | recordings: searched again; verified |
 //! | `device_entry`, `devices_file` | the cameras of a computer as a file |
-//! | `paths` | where things are kept |
-//! | `bundle` | what a bug report needs, in one file |
-//! | `desktop` | whether there is one, and files that it opens |
-//! | `cue_link`, `truth` | the simulated person's eyes, and what the simulation knows |
+//! | `paths` | locations of files |
+//! | `bundle` | contents of a bug report, in one file |
+//! | `desktop` | detection of a desktop, and files to open |
+//! | `cue_link`, `truth` | the simulated person's eyes, and the simulation's truth |
 //! | `session_folders` | the sessions below a folder |
-//! | `bag_copy`, `camera_driver` | a calibration in a copy of a recorded bag, and for the camera's own driver |
-//! | `host` | what the window asks of the program |
-//! | `lookout`, `printed_board`, `memory` | what the start page shows of cameras, prints, and remembers |
-//! | `board_from_code` | the board that a code in its margin names |
+//! | `bag_copy` | a calibration in a copy of a recorded bag |
+//! | `camera_driver` | a calibration for the camera's own driver |
+//! | `host` | the window's interface to the program |
+//! | `lookout`, `printed_board`, `memory` | cameras, prints and memory of the start page |
+//! | `board_from_code` | the board from its margin code |
 //! | `voice` | the computer's voice |
-//! | `prometheus`, `session_metrics` | how a batch or a session goes, for Prometheus |
-//! | `watch` | installed cameras that are watched without a board |
-//! | `weighed_picture` | a picture with the grids that the detector weighed |
+//! | `prometheus`, `session_metrics` | progress of a batch or a session, for Prometheus |
+//! | `watch` | installed cameras, watched without a board |
+//! | `weighed_picture` | a picture with the grids weighed by the detector |
 //! | `error_code`, `explain` | the stable name of an error, and the next action |
-//! | `missing_feature` | what this build leaves out |
+//! | `missing_feature` | parts missing from this build |
 //!
 //! Errors are [`anyhow::Error`]s with a typed cause; [`explain()`] turns an error into the next
 //! action.

@@ -42,7 +42,7 @@ pub struct Recording {
     pub when: String,
     /// Name of the camera, and picture size.
     pub camera: String,
-    /// Verdict in words, or a note without verdict.
+    /// Verdict in words, or a note of a missing verdict.
     pub verdict: String,
     /// Gravity of the verdict; `None` without one.
     pub judged: Option<Verdict>,

@@ -13,8 +13,9 @@ use boresight_run::{
     recording::{Difference, JournalContents, RecordingError, stored_frame},
 };
 
-/// Finds the board again in every stored picture of `journal` and replaces the recorded observations. Calls
-/// `progress` after each picture. Returns the numbers of pictures searched and of frames observed.
+/// Finds the board again in every stored picture of `journal` and replaces the recorded
+/// observations. Calls `progress` after each picture. Returns the numbers of pictures searched and
+/// of frames observed.
 ///
 /// # Errors
 ///

@@ -114,7 +114,8 @@ impl JournalReading {
     ///
     /// # Errors
     ///
-    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or has a damaged line.
+    /// [`boresight_run::recording::RecordingError`] if the folder can't be read, is newer, or has a
+    /// damaged line.
     pub fn of(path: &Path) -> anyhow::Result<Self> {
         let (header, contents) = SessionFolder::read(path)?;
         Ok(Self::new(path, header, contents))
@@ -137,7 +138,8 @@ impl JournalReading {
         })
     }
 
-    /// Decides every line again with the settings of `config`, and calls `each` after each decision.
+    /// Decides every line again with the settings of `config`, and calls `each` after each
+    /// decision.
     ///
     /// # Errors
     ///

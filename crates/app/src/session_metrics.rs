@@ -97,8 +97,8 @@ impl Drop for SessionMetrics {
     }
 }
 
-/// The verdict on a session's result, for programs: `good`, `care`, `unfinished`, `untrustworthy`, or `none` without a
-/// calibration.
+/// The verdict on a session's result, for programs: `good`, `care`, `unfinished`, `untrustworthy`,
+/// or `none` without a calibration.
 pub fn verdict_name(result: &CalibrationFile) -> &'static str {
     match result.known_verdict() {
         _ if result.result.is_none() => "none",

@@ -2,8 +2,8 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `lines` | what is shared by the session, which writes, and the keys |
-//! | `drawing` | the board now and as it should be held, in dots |
+//! | `lines` | state shared by the writing session and the keys |
+//! | `drawing` | present and requested board, in dots |
 //! | `words` | the lines beside it |
 //! | `layout` | both together, beside or below each other |
 //! | `keys` | the keys, read without waiting for Enter |

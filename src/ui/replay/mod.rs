@@ -39,7 +39,7 @@ pub fn show(ui: &mut Ui, replayed: &mut Replayed) {
     guide::show(ui, &replayed.screen, &mut Vec::new());
 }
 
-/// Decision with place in the recording.
+/// Decision and position in the recording.
 fn decision(ui: &mut Ui, replayed: &Replayed) {
     let step = &replayed.steps[replayed.at];
     let bad = theme::palette(ui.visuals()).bad;

@@ -71,7 +71,8 @@ pub struct Unusable {
     pub detail: String,
 }
 
-/// The `devices` report on a backend's cameras: entries for its file, each with its lines for a person.
+/// The `devices` report on a backend's cameras: entries for its file, each with its lines for a
+/// person.
 #[derive(Clone, Debug, Default)]
 pub struct Devices {
     /// Cameras that can be opened.

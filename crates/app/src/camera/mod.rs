@@ -6,12 +6,12 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `backend` | what a backend and a camera of it are |
+//! | `backend` | types of a backend and its cameras |
 //! | `v4l2` | cameras of Linux, with the feature `live` |
 //! | `gige` | machine-vision cameras on the network, with the feature `gige` |
-//! | `pipe` | what another program writes, with the feature `live` |
+//! | `pipe` | output of another program, with the feature `live` |
 //! | `ros2` | image topics of ROS 2, with the feature `ros2` |
-//! | `nokhwa` | cameras of other systems, and a second way to those of Linux, with the feature `nokhwa` |
+//! | `nokhwa` | cameras of other systems and Linux, with the feature `nokhwa` |
 
 mod backend;
 mod gige;

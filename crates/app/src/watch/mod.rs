@@ -2,14 +2,15 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `feed`, `times` | pictures from files, folders, recordings, cameras and streams; when they were taken |
-//! | `burst` | several pictures of one moment |
+//! | `feed` | pictures from files, folders, recordings, cameras and streams |
+//! | `times` | times of pictures |
+//! | `burst` | several pictures of a moment |
 //! | `camera` | one camera: store, references, state; its replay |
 //! | `store`, `reference_files`, `shelf` | the folder of a camera |
-//! | `places` | one place, or the presets between which a camera turns |
+//! | `places` | a single place, or the presets of a camera |
 //! | `rounds` | many cameras, each at its interval |
 //! | `adjusting` | helps to push a camera back |
-//! | `curve` | one camera over time, as it's drawn |
+//! | `curve` | a camera over time, for drawing |
 //! | `said` | the state for people, programs and Prometheus |
 
 mod adjusting;

@@ -95,7 +95,7 @@ impl Places {
         Ok(Self { cameras, presets: Some(presets) })
     }
 
-    /// Each place as a camera with own store.
+    /// Each place as a separate camera.
     pub fn cameras(&self) -> &[WatchedCamera] {
         &self.cameras
     }

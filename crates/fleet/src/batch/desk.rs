@@ -37,7 +37,7 @@ pub(super) struct Tools<'a> {
     pub(super) budget: Duration,
 }
 
-/// A worker process, and an own folder if files are fetched or handed over.
+/// A worker process, and a private folder if files are fetched or handed over.
 pub(super) struct Desk<'a> {
     tools: Tools<'a>,
     fetches: bool,

@@ -8,24 +8,25 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `address` | the address of something in an object store |
-//! | `item` | a session or bag as a line of a manifest, and what counts of it |
-//! | `cloud` | object stores, with the feature of that name; `no_cloud` without; both are called `buckets` |
+//! | `address` | addresses in an object store |
+//! | `item` | a session or bag as a line of a manifest |
+//! | `cloud`, `no_cloud` | object stores with or without the feature; imported as `buckets` |
 //! | `place` | a folder, or a prefix in an object store |
 //! | `manifest` | the sessions below some folders, one a line |
-//! | `job` | what is done with each item, and the name of its result |
+//! | `job` | work on each item, and the name of its result |
 //! | `row` | one result |
 //! | `recorded` | the row of a session's own result, without a batch |
-//! | `work`, `taken` | one item, from its session to its row; the session that is taken from a bag |
+//! | `work` | an item, from its session to its row |
+//! | `taken` | a session taken from a bag |
 //! | `shard` | a worker's part of the manifest, from an argument or a scheduler's variables |
 //! | `store` | the results of a batch |
-//! | `child` | the process that works, and that may crash or hang |
-//! | `desk` | where a thread has items worked on: a worker, and copies of what is in an object store |
+//! | `child` | the worker process, which may crash or hang |
+//! | `desk` | workplace of a thread: a worker, and copies from an object store |
 //! | `run` | a shard, from its first item to its last |
-//! | `gather` | the rows in order, and which are missing |
+//! | `gather` | the rows in order, and the missing ones |
 //! | `parquet_table` | the rows as a Parquet file, with the feature of that name |
-//! | `changes` | decisions and verdicts that differ from the recorded ones |
-//! | `metrics` | how a run goes, for Prometheus |
+//! | `changes` | decisions and verdicts different from the recorded ones |
+//! | `metrics` | progress of a run, for Prometheus |
 
 mod address;
 mod changes;

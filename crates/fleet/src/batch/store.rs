@@ -83,7 +83,8 @@ impl Store {
     /// [`OtherJob`], [`FileError`], or if an object store can't be used.
     pub fn prepare(&self, job: &Job, manifest: &Path) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(job)? + "\n";
-        // Read first, as it usually exists: a refused write would cost as much as many finished items.
+        // Read first, as it usually exists: a refused write would cost as much as many finished
+        // items.
         let there = match self.place.read(JOB, TEXT_LIMIT)? {
             Some(bytes) => Some(self.job_of(&bytes)?),
             None if self.place.create(JOB, text.as_bytes())? => None,

@@ -11,7 +11,7 @@ use boresight_app::{Announcer, Opening};
 use boresight_files::Scratch;
 use boresight_run::config::Config;
 
-/// A session in a folder of a temporary kind, deleted on drop.
+/// A session in a temporary folder, deleted on drop.
 #[derive(Debug)]
 pub(super) struct TakenSession {
     path: PathBuf,

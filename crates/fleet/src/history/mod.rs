@@ -6,12 +6,12 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `entry` | what a row says of one calibration |
+//! | `entry` | calibration of a row |
 //! | `index` | the rows as lines of JSON |
 //! | `sqlite_index`, `sqlite` | takes over the index of earlier versions, which was kept in SQLite |
 //! | `add` | results of session folders into the index |
 //! | `told`, `page` | a camera in words and as JSON; all of them as one page |
-//! | `trend` | one camera over time: the statistic of a check between its oldest and its newest calibrations |
+//! | `trend` | a camera over time: its oldest against its newest calibrations |
 
 mod add;
 mod entry;

@@ -5,10 +5,10 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `client` | one bucket: how it's asked, how often, and how long |
+//! | `client` | a bucket: requests, retries and time limits |
 //! | `objects` | objects below a prefix: read, stored, listed |
 //! | `sessions` | the sessions below a prefix, and copies of them |
-//! | `error` | why a store can't be used |
+//! | `error` | errors of a store |
 
 mod client;
 mod error;
