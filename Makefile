@@ -48,9 +48,8 @@ run: setup-run
 	@cargo run --release $(RUN_FEATURES) -- $(or $(ARGS),--source auto)
 
 # The source paper's experiments: a program of its own.
-study: PACKAGES += $(WINDOW_PACKAGES)
 study: setup-study
-	cargo run --release -p boresight-study -- $(ARGS)
+	cargo run --release -p boresight-lab -- $(ARGS)
 
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
 test: setup-test msrv lint surface-check features wasm doc

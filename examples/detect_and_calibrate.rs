@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, anyhow};
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, calibrate, files::ViewName, projection_jacobian},
     detection::{Detector, DetectorParams},
     frame::ImageSize,
@@ -23,7 +23,7 @@ fn main() -> anyhow::Result<()> {
     };
     let (columns, rows) = counts.split_once('x').context(usage)?;
     let square_m = 1e-3 * square_mm.parse::<f64>()?;
-    let board = Checkerboard::new(columns.parse()?, rows.parse()?, square_m)?;
+    let board = Board::new(columns.parse()?, rows.parse()?, square_m)?;
 
     let listed: Result<Vec<PathBuf>, _> =
         std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect();

@@ -43,8 +43,18 @@
 //! | [`target`], `report` | `boresight-present` | printed boards; reports |
 //! | [`app`] | `boresight-app` | the program without command line and window |
 //! | `serve` | `boresight-phone` | the page for a phone |
-//! | [`fleet`] | `boresight-fleet` | many sessions at once, many cameras over time |
-//! | `ui`, [`cli`] | this one | the window; arguments and printing |
+//! | [`terminal`] | `boresight-terminal` | lines, progress and arguments that commands share |
+//! | `ui` | `boresight-window` | the window |
+//! | [`cli`] | this one | the commands |
+//!
+//! # The wings
+//!
+//! Each is a Cargo feature, and brings its own commands or sources. The program works without them.
+//!
+//! | module | crate | holds |
+//! |---|---|---|
+//! | `watch`, `station` | `boresight-watch`, `boresight-station` | an installed camera watched without a board |
+//! | `fleet` | `boresight-fleet` | many sessions at once, many cameras over time |
 //!
 //! # Invariants
 //!
@@ -116,22 +126,25 @@ pub mod calibration {
 pub use boresight_capture as capture;
 pub use boresight_detect as detection;
 pub use boresight_files as files;
+#[cfg(feature = "batch")]
 pub use boresight_fleet as fleet;
-pub use boresight_geometry::{self as geometry, board, board_code, device, frame, markers};
+pub use boresight_geometry::{self as geometry, board_code, boards, device, frame, markers};
 pub use boresight_guide::{guidance, session};
 #[cfg(feature = "serve")]
 pub use boresight_phone as serve;
 #[cfg(feature = "report")]
 pub use boresight_present::report;
-pub use boresight_present::{ghost, instruction, reading, speech, target, text};
+pub use boresight_present::{ghost, instruction, reading, sheet, speech, text};
 pub use boresight_run::{config, pipeline, recording};
 pub use boresight_sim as simulation;
+#[cfg(feature = "watch")]
+pub use boresight_station as station;
+pub use boresight_terminal as terminal;
+#[cfg(feature = "watch")]
 pub use boresight_watch as watch;
+#[cfg(feature = "window")]
+pub use boresight_window as ui;
 
 pub mod cli;
 #[cfg(feature = "schemas")]
 pub mod schemas;
-#[cfg(feature = "window")]
-pub mod ui;
-#[cfg(feature = "window")]
-pub mod window_host;

@@ -3,15 +3,8 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
 use boresight_app::{
-    board_sheet::TargetFile,
-    devices_file::DevicesFile,
-    doctor::DoctorFile,
-    json::DetectedLine,
-    paths::PathsFile,
-    plan_board::BoardPlan,
-    report::ReportFile,
-    truth::TruthFile,
-    watch::{StateLine, WatchFile},
+    board_sheet::TargetFile, devices_file::DevicesFile, doctor::DoctorFile, json::DetectedLine,
+    paths::PathsFile, plan_board::BoardPlan, report::ReportFile, truth::TruthFile,
 };
 use boresight_fleet::{
     batch::{Item, Job, Row},
@@ -19,6 +12,7 @@ use boresight_fleet::{
 };
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_run::recording::journal_line_schema;
+use boresight_station::{StateLine, WatchFile};
 use boresight_watch::Input;
 
 /// Name of each file in `docs/schemas`, with schema (draft 2020-12). The schemas describe the

@@ -1,7 +1,7 @@
 //! Arrays as pictures.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     geometry::Corner,
     markers::{CircleRows, MarkerChoice, Tags},
 };
@@ -45,10 +45,10 @@ pub(crate) fn markers(
 }
 
 /// The board of that name.
-pub(crate) fn board(named: &Named) -> PyResult<Checkerboard> {
+pub(crate) fn board(named: &Named) -> PyResult<Board> {
     let (columns, rows, square_mm, ..) = *named;
     let square_m = square_mm * 1e-3;
-    let plain = Checkerboard::new(columns, rows, square_m).map_err(|err| wrong(err.to_string()))?;
+    let plain = Board::new(columns, rows, square_m).map_err(|err| wrong(err.to_string()))?;
     match markers(named)? {
         None => Ok(plain),
         Some(chosen) => {

@@ -15,7 +15,7 @@ use boresight::{
         history::{self, HistoryFile, Index, days_ago, histories},
     },
     frame::ImageSize,
-    geometry::target::BoardChoice,
+    geometry::boards::BoardChoice,
     guidance::GuidanceParams,
     report::page,
 };

@@ -10,15 +10,7 @@ use clap::Args;
 
 #[cfg(feature = "report")]
 use super::report::this_command;
-use super::{
-    accept_args::AcceptArguments,
-    board_args::{BoardArguments, Size},
-    lens_args::LensArguments,
-    progress::{FINDING, Progress},
-    stdin::Given,
-    terminal::{announcer, print, say},
-    usage::WrongUsage,
-};
+use super::{accept_args::AcceptArguments, lens_args::LensArguments};
 use boresight_app::{
     Exit, announce_result,
     calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
@@ -38,6 +30,15 @@ use boresight_present::text;
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
     text::report as words,
+};
+use boresight_terminal::{
+    announcer,
+    board_args::{BoardArguments, Size},
+    print,
+    progress::{FINDING, Progress},
+    say,
+    stdin::Given,
+    usage::WrongUsage,
 };
 
 /// Calibrate from pictures of the board, a corner table, or the views of a session.

@@ -8,13 +8,7 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::{
-    backend,
-    board_args::BoardArguments,
-    guide,
-    stream_args::StreamArguments,
-    terminal::{announcer, print, say, stop_flag},
-};
+use super::{backend, guide, stream_args::StreamArguments};
 use boresight_app::{
     Exit, Opening,
     comparison::{self, Checked, NoVerdict},
@@ -26,6 +20,7 @@ use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::Control;
 use boresight_present::text;
 use boresight_run::config::{Backend, Config, PlanName};
+use boresight_terminal::{announcer, board_args::BoardArguments, print, say, stop_flag};
 
 /// Check an installed camera against its old calibration.
 ///

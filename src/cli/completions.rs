@@ -3,8 +3,8 @@
 use clap::{Args, Command};
 use clap_complete::{Shell, generate};
 
-use super::terminal::print;
 use boresight_app::Exit;
+use boresight_terminal::print;
 
 /// Print a script that completes commands and options in your shell.
 #[derive(Debug, Args)]

@@ -4,13 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{
-    guide,
-    terminal::{announcer, say},
-};
+use super::guide;
 use boresight_app::{Exit, Opening, REPORT_FILE, desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
+use boresight_terminal::{announcer, say};
 
 /// Try a guided session in half a minute: no camera, no board, no display needed.
 ///

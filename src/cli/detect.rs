@@ -10,12 +10,6 @@ use clap::Args;
 
 use image::GrayImage;
 
-use super::{
-    board_args::BoardArguments,
-    progress::{FINDING, Progress},
-    stdin::Given,
-    terminal::{announcer, print},
-};
 use boresight_app::{
     Exit,
     json::DetectedLine,
@@ -28,6 +22,13 @@ use boresight_files::{Overwrite, make_folder, save};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text::{self, weighed};
 use boresight_run::pipeline::LOOKS_FOR_OTHERS;
+use boresight_terminal::{
+    announcer,
+    board_args::BoardArguments,
+    print,
+    progress::{FINDING, Progress},
+    stdin::Given,
+};
 
 /// Detect the board's corners in pictures.
 ///

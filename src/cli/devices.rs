@@ -3,7 +3,6 @@
 use anyhow::bail;
 use clap::Args;
 
-use super::terminal::{print, say};
 use boresight_app::{
     Exit, MissingFeature,
     camera::{self, Backend, Devices},
@@ -11,6 +10,7 @@ use boresight_app::{
 };
 use boresight_geometry::device::Fault;
 use boresight_present::text::camera as words;
+use boresight_terminal::{print, say};
 
 /// List cameras with stable names, modes and controls.
 ///

@@ -4,16 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{
-    terminal::{print, say},
-    version,
-};
+use super::version;
 use boresight_app::{
     Exit, bundle,
     doctor::{Diagnosis, DoctorFile, verify},
 };
 use boresight_present::text;
 use boresight_run::recording::{Recovered, recover};
+use boresight_terminal::{print, say};
 
 /// Check a session for damage, or pack what a bug report needs. Read-only.
 ///

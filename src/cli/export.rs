@@ -3,15 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use clap::{
-    Args,
-    builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
-};
+use clap::Args;
 
-use super::{
-    stdin::Given,
-    terminal::{announcer, print, say},
-};
 use boresight_app::{
     BagCopy, Exit,
     export::{Format, export},
@@ -19,6 +12,7 @@ use boresight_app::{
 };
 use boresight_files::{Overwrite, save};
 use boresight_formats::export::CameraFormat;
+use boresight_terminal::{announcer, format_name, print, say, stdin::Given};
 
 /// Export a calibration for other programs.
 ///
@@ -60,12 +54,6 @@ pub(super) struct Arguments {
 
 /// Default format.
 const USUAL: Format = Format::Camera(CameraFormat::OpencvYaml);
-
-/// Parser for the name of a format; help lists all names.
-pub(super) fn format_name() -> impl TypedValueParser<Value = Format> {
-    let names = Format::all().map(|format| PossibleValue::new(format.code()).help(format.about()));
-    PossibleValuesParser::new(names).map(|code| Format::by_code(&code).unwrap_or(USUAL))
-}
 
 const EXAMPLES: &str = "\
 Examples:

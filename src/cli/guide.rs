@@ -5,15 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    accept_args::AcceptArguments,
-    backend,
-    beside::BesideArguments,
-    board_args::BoardArguments,
-    lens_args::LensArguments,
-    operation::{Operation, OperationArguments},
-    status::Status,
+    accept_args::AcceptArguments, backend, lens_args::LensArguments, status::Status,
     stream_args::StreamArguments,
-    terminal::{announcer, print, say, stop_flag},
 };
 use boresight_app::{Announcer, BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
 #[cfg(feature = "serve")]
@@ -21,10 +14,17 @@ use boresight_phone::session_page::{Phone, going_on};
 use boresight_present::text::window as words;
 use boresight_run::config::Backend;
 use boresight_run::pipeline::Onlookers;
+use boresight_terminal::{
+    announcer,
+    beside::BesideArguments,
+    board_args::BoardArguments,
+    operation::{Operation, OperationArguments},
+    print, say, stop_flag,
+};
 #[cfg(feature = "window")]
 use {
-    super::window,
     boresight_app::{AppHost, desktop::has_display},
+    boresight_window::open as window,
 };
 
 /// Guide a person through the poses, take the views, and calibrate.

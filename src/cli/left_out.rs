@@ -38,6 +38,22 @@ pub(super) mod history {
     );
 }
 
+#[cfg(not(feature = "batch"))]
+pub(super) mod batch {
+    left_out!(
+        boresight_app::MissingFeature::BATCH,
+        "Work on many sessions, on one computer or on a cluster (not in this build)."
+    );
+}
+
+#[cfg(not(feature = "watch"))]
+pub(super) mod watch {
+    left_out!(
+        boresight_app::MissingFeature::WATCH,
+        "Watch an installed camera without a board (not in this build)."
+    );
+}
+
 #[cfg(not(feature = "serve"))]
 pub(super) mod serve {
     left_out!(

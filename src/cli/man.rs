@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Command};
 use clap_mangen::Man;
 
-use super::terminal::say;
 use boresight_app::Exit;
 use boresight_files::{Overwrite, make_folder, may_save, save};
+use boresight_terminal::say;
 
 /// Write the manual pages: one for boresight, and one for each command and subcommand.
 #[derive(Debug, Args)]

@@ -2,9 +2,6 @@
 
 mod accept_args;
 mod backend;
-mod batch;
-mod beside;
-mod board_args;
 mod calibrate;
 mod check;
 #[cfg(feature = "manual")]
@@ -14,20 +11,23 @@ mod demo;
 mod detect;
 mod devices;
 mod doctor;
+mod errors;
 mod export;
 mod guide;
-#[cfg(feature = "history")]
-mod history;
-#[cfg(not(all(feature = "report", feature = "manual", feature = "serve", feature = "history")))]
+#[cfg(not(all(
+    feature = "report",
+    feature = "manual",
+    feature = "serve",
+    feature = "batch",
+    feature = "history",
+    feature = "watch"
+)))]
 mod left_out;
 mod lens_args;
 #[cfg(feature = "manual")]
 mod man;
-mod moved;
-mod operation;
 mod paths;
 mod plan_board;
-pub mod progress;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
@@ -36,19 +36,11 @@ mod schema;
 mod serve;
 mod simulate;
 mod status;
-mod stdin;
 mod stream_args;
 mod target;
-pub mod terminal;
-#[cfg(unix)]
-mod typing;
-mod usage;
 mod version;
-mod watch;
 #[cfg(feature = "serve")]
 mod web;
-#[cfg(feature = "window")]
-mod window;
 
 use std::{
     io::{ErrorKind, Write},
@@ -57,10 +49,14 @@ use std::{
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
+#[cfg(not(feature = "batch"))]
+use left_out::batch;
 #[cfg(not(feature = "history"))]
 use left_out::history;
 #[cfg(not(feature = "report"))]
 use left_out::report;
+#[cfg(not(feature = "watch"))]
+use left_out::watch;
 #[cfg(not(feature = "manual"))]
 use left_out::{completions, man};
 #[cfg(not(feature = "serve"))]
@@ -69,7 +65,13 @@ use left_out::{serve, web};
 #[cfg(feature = "window")]
 use boresight_app::AppHost;
 use boresight_app::Exit;
-use boresight_fleet::{error_code, explain};
+#[cfg(feature = "batch")]
+use boresight_fleet::batch::command as batch;
+#[cfg(feature = "history")]
+use boresight_fleet::history::command as history;
+#[cfg(feature = "watch")]
+use boresight_station::command as watch;
+use boresight_terminal as terminal;
 use serde_json::json;
 
 /// Live pose guidance for camera calibration with principal lines.
@@ -138,8 +140,6 @@ enum Command {
     Simulate(simulate::Arguments),
     Schema(schema::Arguments),
     Paths(paths::Arguments),
-    #[command(hide = true)]
-    Study(moved::Study),
     Completions(completions::Arguments),
     Man(man::Arguments),
 }
@@ -160,6 +160,9 @@ pub fn main() -> ExitCode {
         Some(Command::Serve(arguments)) => arguments.run(),
         Some(Command::Web(arguments)) => arguments.run(),
         Some(Command::Replay(arguments)) => arguments.run(),
+        #[cfg(feature = "batch")]
+        Some(Command::Batch(arguments)) => arguments.run(version::BUILD),
+        #[cfg(not(feature = "batch"))]
         Some(Command::Batch(arguments)) => arguments.run(),
         Some(Command::History(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
@@ -174,7 +177,6 @@ pub fn main() -> ExitCode {
         Some(Command::Doctor(arguments)) => arguments.run(),
         Some(Command::Schema(arguments)) => arguments.run(),
         Some(Command::Paths(arguments)) => arguments.run(),
-        Some(Command::Study(arguments)) => arguments.run(),
         Some(Command::Target(arguments)) => arguments.run(),
         Some(Command::PlanBoard(arguments)) => arguments.run(),
         #[cfg(feature = "manual")]
@@ -189,9 +191,9 @@ pub fn main() -> ExitCode {
     match result {
         Ok(exit) => exit.into(),
         Err(err) => {
-            let hint = explain(&err);
-            let is_of_usage = err.chain().any(usage::is_of_usage);
-            let code = match error_code(&err) {
+            let hint = errors::explain(&err);
+            let is_of_usage = err.chain().any(terminal::usage::is_of_usage);
+            let code = match errors::error_code(&err) {
                 "FAILED" if is_of_usage => "USAGE",
                 code => code,
             };
@@ -242,7 +244,7 @@ fn tell_program(code: &str, message: &str, next: Option<&str>) {
 
 /// Command line with help.
 fn command_line() -> clap::Command {
-    board_args::with_true_defaults(CommandLine::command())
+    terminal::board_args::with_true_defaults(CommandLine::command())
 }
 
 /// Program behind a window of guided sessions, for tests of the window without a display:

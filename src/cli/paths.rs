@@ -3,9 +3,9 @@
 use anyhow::Context;
 use clap::Args;
 
-use super::terminal::print;
 use boresight_app::{Exit, paths::paths};
 use boresight_present::text::paths as words;
+use boresight_terminal::print;
 
 /// Say where sessions, settings and indexes are kept.
 ///

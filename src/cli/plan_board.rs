@@ -4,17 +4,13 @@ use std::str::FromStr;
 
 use clap::{ArgGroup, Args};
 
-use super::{
-    board_args::Size,
-    terminal::{print, say},
-    usage::WrongUsage,
-};
 use boresight_app::{
     Exit,
     plan_board::{Place, plan_board},
 };
-use boresight_geometry::target::{BoardChoice, InvalidChoice, length_m};
+use boresight_geometry::boards::{BoardChoice, InvalidChoice, length_m};
 use boresight_guide::guidance::GuidanceParams;
+use boresight_terminal::{board_args::Size, print, say, usage::WrongUsage};
 
 /// Say which board to print: from the distance and the field of view to squares and paper.
 ///

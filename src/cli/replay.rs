@@ -7,11 +7,6 @@ use std::{
 
 use clap::Args;
 
-use super::{
-    board_args::setting,
-    progress::{FINDING, Progress},
-    terminal::{announcer, print, say},
-};
 #[cfg(not(feature = "window"))]
 use boresight_app::MissingFeature;
 use boresight_app::{
@@ -22,6 +17,13 @@ use boresight_app::{
 use boresight_guide::guidance::RULES;
 use boresight_present::text;
 use boresight_run::recording::{Replayed, Rounding};
+use boresight_terminal::{
+    announcer,
+    board_args::setting,
+    print,
+    progress::{FINDING, Progress},
+    say,
+};
 
 /// Re-run recorded sessions and compare every decision.
 ///
@@ -129,7 +131,7 @@ impl Arguments {
         }
         if self.gui {
             #[cfg(feature = "window")]
-            super::window::replay(boresight_app::recordings::decided(
+            boresight_window::open::replay(boresight_app::recordings::decided(
                 path,
                 steps,
                 &again.replayed,

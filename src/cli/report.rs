@@ -8,12 +8,7 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::{
-    accept_args::AcceptArguments,
-    board_args::{loaded, setting},
-    terminal::{print, say},
-    usage::WrongUsage,
-};
+use super::accept_args::AcceptArguments;
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
     calibration_views::{SessionViews, from_session},
@@ -28,6 +23,11 @@ use boresight_formats::{AcceptanceEntry, CalibrationFile};
 use boresight_present::{
     report::page,
     text::{acceptance::acceptance, of_source, report as words},
+};
+use boresight_terminal::{
+    board_args::{loaded, setting},
+    print, say,
+    usage::WrongUsage,
 };
 
 /// Write a certificate and report of a calibration, to read and print.

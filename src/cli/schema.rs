@@ -3,8 +3,8 @@
 use anyhow::bail;
 use clap::Args;
 
-use super::terminal::print;
 use boresight_app::Exit;
+use boresight_terminal::print;
 
 /// Print the JSON Schema of a file that boresight writes.
 ///

@@ -4,17 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{
-    accept_args::AcceptArguments,
-    backend,
-    beside::{NameArguments, VoiceArguments},
-    board_args::BoardArguments,
-    stream_args::StreamArguments,
-    terminal::{announcer, stop_flag},
-};
+use super::{accept_args::AcceptArguments, backend, stream_args::StreamArguments};
 use boresight_app::{Exit, Opening, Voice};
 use boresight_phone::session_page::Head;
 use boresight_run::{config::Backend, pipeline::Onlookers};
+use boresight_terminal::{
+    announcer,
+    beside::{NameArguments, VoiceArguments},
+    board_args::BoardArguments,
+    stop_flag,
+};
 
 /// Wait for a phone: choose camera, board and plan on its page, and calibrate.
 ///

@@ -8,9 +8,10 @@ use std::{
 
 use clap::Args;
 
-use super::{board_args::BoardArguments, guide::conclude, progress::Progress, terminal::stop_flag};
+use super::guide::conclude;
 use boresight_app::{Announcer, Exit, Opening};
 use boresight_present::text;
+use boresight_terminal::{board_args::BoardArguments, progress::Progress, stop_flag};
 
 /// Record a simulated session: every picture, every decision, and the true values.
 ///

@@ -5,22 +5,19 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 
-use super::{
-    board_args::BoardArguments,
-    board_args::Size,
-    terminal::{print, say},
-    usage::WrongUsage,
-};
 use boresight_app::{
     Exit,
     board_sheet::{BoardSheet, SheetKind},
     printed_board::new_id,
 };
 use boresight_files::{Overwrite, save};
-use boresight_geometry::{board_code::BoardId, target::BoardChoice};
+use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
 use boresight_present::{
-    target::{Page, Paper, Plan, Resolution},
+    sheet::{Page, Paper, Plan, Resolution},
     text,
+};
+use boresight_terminal::{
+    board_args::BoardArguments, board_args::Size, print, say, usage::WrongUsage,
 };
 
 /// Create a board to print or show on a screen: PDF, SVG or PNG.
@@ -69,7 +66,7 @@ pub(super) struct Arguments {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Kind {
     /// 9x6 inner corners, as without --kind.
-    Checkerboard,
+    Board,
     /// A ChArUco board, of which any part can be seen: charuco:8x11:DICT_4X4_50.
     Charuco,
     /// Kalibr's AprilGrid, of which any part can be seen, too: aprilgrid:6x6.
@@ -133,7 +130,7 @@ impl Arguments {
             Some(Kind::Aprilgrid) => board.name("aprilgrid:6x6"),
             Some(Kind::Circles) => board.name("circles:7x5"),
             Some(Kind::Acircles) => board.name("acircles:4x11"),
-            Some(Kind::Checkerboard) | None => {}
+            Some(Kind::Board) | None => {}
         }
         let config = board.config()?.board;
         let asked_mm = self.board.says_square()?.then_some(config.square_mm);

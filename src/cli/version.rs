@@ -12,3 +12,7 @@ pub(super) const LONG: &str = concat!(
     "\nlibraries: ",
     env!("BORESIGHT_LIBRARIES"),
 );
+
+/// The version with the hash of its sources: results of a batch name it.
+#[cfg(feature = "batch")]
+pub(super) const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("BORESIGHT_BUILD"));

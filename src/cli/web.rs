@@ -9,11 +9,11 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::terminal::{announcer, stop_flag};
 use boresight_app::Exit;
 use boresight_files::{Links, read};
 use boresight_phone::{ServeAddress, WebPage};
 use boresight_present::text::phone as words;
+use boresight_terminal::{announcer, stop_flag};
 
 /// Locations of the page relative to the program's folder: installed, and as left by `make web`.
 const PLACES: [&str; 2] = ["../share/boresight/boresight.html", "../web/boresight.html"];

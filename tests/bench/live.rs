@@ -11,7 +11,7 @@ use std::{
 };
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity, Unpacker, integrity::JpegGate},
     config::Config,
     detection::{Detection, Detector, DetectorParams, Miss, Search},
@@ -196,7 +196,7 @@ impl BoardFinder for HalfASecond {
     fn find(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         let frames: Vec<Arc<Frame>> =

@@ -5,7 +5,7 @@
 use std::{hint::black_box, time::Duration};
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{BundleState, CalibrationParams, LensModel, Observations, adjust, calibrate},
     config::Config,
     detection::{Detection, Detector, DetectorParams, Miss, Prediction, Quality, Search},
@@ -22,8 +22,8 @@ use rand_distr::StandardNormal;
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 
-fn board() -> Checkerboard {
-    Checkerboard::new(9, 6, 0.025).expect("valid")
+fn board() -> Board {
+    Board::new(9, 6, 0.025).expect("valid")
 }
 
 fn camera() -> Camera {

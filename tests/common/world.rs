@@ -5,7 +5,7 @@
 //! the board is tracked from frame to frame.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::CalibrationParams,
     detection::{Detection, Miss, Quality, Side},
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
@@ -24,7 +24,7 @@ const NOISE_PX: f64 = 0.05;
 /// A camera, a board, and a person with unsteady hands.
 pub(crate) struct World {
     pub(crate) camera: Camera,
-    pub(crate) board: Checkerboard,
+    pub(crate) board: Board,
     pub(crate) noise_px: f64,
     /// Height of the board's middle above the left and right end.
     pub(crate) bent_by_m: f64,
@@ -58,7 +58,7 @@ impl World {
             pp_px: SIZE.centre_px() + Vector2::new(angle.cos(), angle.sin()) * radius,
             distortion: Distortion { k1, k2, ..Distortion::default() },
         };
-        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let board = Board::new(9, 6, 0.025).expect("valid");
         Self {
             still_f_px: camera.f_px,
             camera,
@@ -154,7 +154,7 @@ impl World {
     }
 }
 
-pub(crate) fn setup(board: Checkerboard) -> SessionSetup {
+pub(crate) fn setup(board: Board) -> SessionSetup {
     SessionSetup {
         board,
         image_size: SIZE,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
@@ -22,9 +22,9 @@ use crate::charuco::Named;
 const TAG_M: f64 = 0.03;
 
 /// A board with a number of tags.
-fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Checkerboard {
+fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Board {
     let tags = MarkerChoice::tags(Tags { spacing, first }).in_squares_of(TAG_M);
-    let points = Checkerboard::new(2 * across, 2 * down, TAG_M).expect("valid");
+    let points = Board::new(2 * across, 2 * down, TAG_M).expect("valid");
     points.with_markers(tags).expect("enough tags")
 }
 
@@ -118,8 +118,7 @@ fn every_tag_corner_that_is_found_has_its_number() {
 #[test]
 fn other_tags_are_said_to_be_others() {
     let picture = drawn(DRAWN[0]);
-    let find =
-        |board: &Checkerboard| Detector::new(DetectorParams::default()).detect(&picture, board);
+    let find = |board: &Board| Detector::new(DetectorParams::default()).detect(&picture, board);
     let others = find(&board([4, 3], 0.3, 100));
     assert!(matches!(others, Err(Miss::OtherMarkers { markers: 3.. })), "{others:?}");
     let wider = find(&board([5, 3], 0.3, 0));

@@ -2,7 +2,7 @@
 //! with a right lens.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{
         Calibration, CalibrationParams, FindingCode, NotCalibrated, Verdict, calibrate,
         files::{CalibrationFile, ViewName},
@@ -19,7 +19,7 @@ use crate::trust::{Pose, SIZE, Scene, at, board, px};
 /// Input as from a person.
 struct Given {
     views: Vec<Vec<Corner>>,
-    board: Checkerboard,
+    board: Board,
     image_size: ImageSize,
 }
 
@@ -107,13 +107,13 @@ fn stretched_print(scene: &mut Scene) -> Given {
 
 fn swapped_board(scene: &mut Scene) -> Given {
     let plan = scene.plan(10);
-    let board = Checkerboard::new(6, 9, 0.025).expect("valid");
+    let board = Board::new(6, 9, 0.025).expect("valid");
     Given { board, ..scene.views(&plan).into() }
 }
 
 fn counted_squares(scene: &mut Scene) -> Given {
     let plan = scene.plan(10);
-    let board = Checkerboard::new(10, 7, 0.025).expect("valid");
+    let board = Board::new(10, 7, 0.025).expect("valid");
     Given { board, ..scene.views(&plan).into() }
 }
 
@@ -613,7 +613,7 @@ fn a_wrong_square_size_leaves_the_lens_as_it_is() {
     let mut scene = Scene::ordinary(17);
     let plan = scene.plan(10);
     let given: Given = scene.views(&plan).into();
-    let wrong = Checkerboard::new(9, 6, 0.030).expect("valid");
+    let wrong = Board::new(9, 6, 0.030).expect("valid");
     let found = run(&given).expect("calibrates");
     let scaled = run(&Given { board: wrong, ..given }).expect("calibrates");
     let (right, other) = (found.camera.lens_parameters(), scaled.camera.lens_parameters());

@@ -1,7 +1,7 @@
 //! A simulated bent board is drawn at bent corners.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     detection::{DetectorParams, detect},
     simulation::{Scene, render_view},
 };
@@ -10,7 +10,7 @@ use super::simulation::{corners_px, pose};
 
 #[test]
 fn corners_of_a_bent_board_are_found_where_it_is_bent_to() {
-    let upright = Checkerboard::new(6, 9, 0.025).expect("valid");
+    let upright = Board::new(6, 9, 0.025).expect("valid");
     for (bend_m, board, turn_deg) in [
         (0.001, Scene::default_720p(1).board, [25.0, -30.0, 8.0]),
         (-0.001, Scene::default_720p(1).board, [0.0, 40.0, 0.0]),

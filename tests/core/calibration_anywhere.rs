@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use boresight::board::Checkerboard;
+use boresight::boards::Board;
 use boresight::calibration::{CalibrationParams, Verdict, calibrate};
 use boresight::frame::ImageSize;
 use boresight::geometry::{Camera, Corner, Distortion};
@@ -19,7 +19,7 @@ struct Scene {
     views: Vec<Vec<Corner>>,
 }
 
-fn scene(board: &Checkerboard, rng: &mut ChaCha8Rng) -> Scene {
+fn scene(board: &Board, rng: &mut ChaCha8Rng) -> Scene {
     let width = f64::from(SIZE.width_px);
     let f_px = width * 0.5 * 6.0_f64.powf(rng.random_range(0.0..1.0));
     let off = Vector2::new(rng.random_range(-60.0..60.0), rng.random_range(-40.0..40.0));
@@ -65,7 +65,7 @@ fn scene(board: &Checkerboard, rng: &mut ChaCha8Rng) -> Scene {
 
 #[test]
 fn random_scenes_are_solved_or_say_so() {
-    let board = Checkerboard::new(9, 6, 0.03).expect("valid");
+    let board = Board::new(9, 6, 0.03).expect("valid");
     let mut rng = ChaCha8Rng::seed_from_u64(11);
     let (mut within, mut far, mut verdicts, mut slowest) = (0, 0, [0; 3], Duration::ZERO);
     let scenes = 150;

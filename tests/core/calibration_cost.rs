@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, calibrate},
     frame::ImageSize,
     geometry::{Camera, Corner},
@@ -19,7 +19,7 @@ fn processor_time() -> Duration {
 }
 
 /// `views` views of a square board.
-fn corners(views: u32, board: &Checkerboard) -> Vec<Vec<Corner>> {
+fn corners(views: u32, board: &Board) -> Vec<Vec<Corner>> {
     let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
     let view = |number: u32| -> Vec<Corner> {
         let (sin, cos) = (f64::from(number) * 0.9).sin_cos();
@@ -39,7 +39,7 @@ fn corners(views: u32, board: &Checkerboard) -> Vec<Vec<Corner>> {
 
 /// Processor time and peak memory of a calibration from `views` views of a square board.
 fn cost(views: u32, side: u16) -> (Duration, u64) {
-    let board = Checkerboard::new(side, side, 0.2 / f64::from(side)).expect("valid");
+    let board = Board::new(side, side, 0.2 / f64::from(side)).expect("valid");
     let corners = corners(views, &board);
     let began = processor_time();
     let memory = allocation_counter::measure(|| {
@@ -64,7 +64,7 @@ fn costs_grow_as_the_corners_do() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let corners = corners(250, &board);
     let result = |threads: usize| {
         let params = CalibrationParams { threads, ..CalibrationParams::default() };

@@ -1,6 +1,6 @@
 //! Stated uncertainty against the spread of repeated experiments with known truth.
 
-use boresight::board::Checkerboard;
+use boresight::boards::Board;
 use boresight::calibration::{
     Calibration, CalibrationParams, LensModel, NotCalibrated, Severity, Verdict, calibrate,
 };
@@ -14,8 +14,8 @@ use rand_distr::{Distribution, Normal};
 const SIZE: ImageSize = ImageSize { width_px: 1920, height_px: 1080 };
 const NOISE_PX: f64 = 0.3;
 
-fn board() -> Checkerboard {
-    Checkerboard::new(9, 6, 0.03).expect("valid")
+fn board() -> Board {
+    Board::new(9, 6, 0.03).expect("valid")
 }
 
 fn camera(distortion: Distortion) -> Camera {

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
     geometry::{Corner, seen_count},
     markers::{Dictionary, Markers},
+    sheet::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
     simulation::{Scene, render_view},
-    target::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
     text,
 };
 use image::{
@@ -69,9 +69,9 @@ impl Named {
 }
 
 /// A board with a number of *squares*.
-fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Checkerboard {
+fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Board {
     let dictionary = dictionary.parse().expect("a dictionary");
-    Checkerboard::new(across - 1, down - 1, 0.02)
+    Board::new(across - 1, down - 1, 0.02)
         .expect("valid")
         .with_markers(Markers::sized(dictionary, Some(side_squares)))
         .expect("enough markers")
@@ -356,7 +356,7 @@ fn corners_of_something_that_lies_on_a_board_arent_the_boards() {
 #[test]
 fn a_board_with_other_markers_is_said_to_have_them() {
     let picture = drawn(DRAWN[0].0);
-    let find = |picture: &GrayImage, board: &Checkerboard| {
+    let find = |picture: &GrayImage, board: &Board| {
         Detector::new(DetectorParams::default()).detect(picture, board)
     };
     let other = find(&picture, &board([8, 11], "DICT_5X5_100", 0.75));

@@ -1,7 +1,7 @@
 //! Grids of circles: detections are the images of the circles' centres, not the ellipses' centres.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, OtherBoard, WeighedGrid},
     frame::ImageSize,
@@ -15,18 +15,18 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vect
 
 const STEP_M: f64 = 0.03;
 
-fn board(columns: u16, rows: u16, layout: CircleRows) -> Checkerboard {
+fn board(columns: u16, rows: u16, layout: CircleRows) -> Board {
     let circles = MarkerChoice::circles(layout).in_squares_of(STEP_M);
-    let plain = Checkerboard::new(columns, rows, STEP_M).expect("valid");
+    let plain = Board::new(columns, rows, STEP_M).expect("valid");
     plain.with_markers(circles).expect("circles need nothing else")
 }
 
-fn detect(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+fn detect(picture: &GrayImage, board: &Board) -> Result<Detection, Miss> {
     Detector::new(DetectorParams::default()).detect(picture, board)
 }
 
 /// Drawing independent of the simulation: by samples of each pixel.
-fn drawn(board: &Checkerboard, image_from_board: &Matrix3<f64>, diameter: f64) -> GrayImage {
+fn drawn(board: &Board, image_from_board: &Matrix3<f64>, diameter: f64) -> GrayImage {
     const SAMPLES: u32 = 6;
     let back = image_from_board.try_inverse().expect("a map");
     let points = board.corners_in_board_m();
@@ -82,7 +82,7 @@ fn seen_px(image_from_board: &Matrix3<f64>, point: &Point2<f64>) -> Point2<f64> 
 
 /// Errors of a whole board's centres against the truth, in the nearer of two numberings if a half
 /// turn maps the board to itself.
-fn errors_px(found: &Detection, board: &Checkerboard, map: &Matrix3<f64>) -> Vec<Vector2<f64>> {
+fn errors_px(found: &Detection, board: &Board, map: &Matrix3<f64>) -> Vec<Vector2<f64>> {
     let points = board.corners_in_board_m();
     let off = |turned: bool| -> Vec<Vector2<f64>> {
         let points = points.iter().map(|point| if turned { -point } else { *point });
@@ -143,7 +143,7 @@ fn other_grids_and_parts_are_refused_and_said_to_be_that() {
     assert!(matches!(cut, Err(Miss::PartialBoard { wanted: 48, .. })), "{cut:?}");
     // A plain board isn't detected in the gaps between circles, nor circles in its squares.
     for [columns, rows] in [[4, 3], [7, 5], [6, 4]] {
-        let plain = Checkerboard::new(columns, rows, STEP_M).expect("valid");
+        let plain = Board::new(columns, rows, STEP_M).expect("valid");
         let found = detect(&picture, &plain);
         assert!(found.is_err(), "{columns}x{rows}: {found:?}");
     }

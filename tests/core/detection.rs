@@ -3,7 +3,7 @@
 use std::{cell::Cell, convert::Infallible};
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     detection::{
         Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Side, Track, detect,
     },
@@ -31,7 +31,7 @@ fn truth_px(scene: &Scene, pose: &Isometry3<f64>) -> Vec<Point2<f64>> {
     scene.board.corners_in_board_m().iter().map(|m| project(m).expect("in front")).collect()
 }
 
-fn find(picture: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+fn find(picture: &GrayImage, board: &Board) -> Result<Detection, Miss> {
     detect(picture, board, DetectorParams::default())
 }
 
@@ -183,7 +183,7 @@ fn another_board_is_named_whatever_its_size() {
     let scene = Scene::default_720p(7);
     let picture = render_view(&scene, &pose(20.0, 200.0, 0.0, [0.0, 0.0, 0.4]));
     for (columns, rows) in [(8, 6), (9, 5), (7, 7), (4, 3), (10, 6), (9, 7), (11, 8), (18, 15)] {
-        let other = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let other = Board::new(columns, rows, 0.025).expect("valid");
         let seen = find(&picture, &other);
         assert_eq!(
             seen,
@@ -196,7 +196,7 @@ fn another_board_is_named_whatever_its_size() {
 /// A tablecloth has no end of fields: no part is a board of any size.
 #[test]
 fn a_part_of_a_larger_pattern_is_no_board() {
-    let cloth = Checkerboard::new(25, 18, 0.01).expect("valid");
+    let cloth = Board::new(25, 18, 0.01).expect("valid");
     for seed in 0..16 {
         let scene = Scene { board: cloth, clutter: 0.0, ..Scene::default_720p(seed) };
         let (tilt_deg, towards_deg) = (8.0 + 3.0 * seed as f64, 23.0 * seed as f64);
@@ -204,7 +204,7 @@ fn a_part_of_a_larger_pattern_is_no_board() {
         let at_m = [0.02, 0.01, depth_m];
         let picture = render_view(&scene, &pose(tilt_deg, towards_deg, 17.0, at_m));
         for (columns, rows) in [(6, 4), (7, 5), (8, 6), (9, 6)] {
-            let named = Checkerboard::new(columns, rows, 0.025).expect("valid");
+            let named = Board::new(columns, rows, 0.025).expect("valid");
             let seen = find(&picture, &named);
             assert!(seen.is_err(), "#{seed}: {columns}x{rows}");
         }
@@ -229,7 +229,7 @@ fn a_board_whose_squares_were_counted_is_named() {
             pixel.0 = [90];
         }
     }
-    let squares = Checkerboard::new(10, 7, 0.025).expect("valid");
+    let squares = Board::new(10, 7, 0.025).expect("valid");
     assert_eq!(
         find(&picture, &squares),
         Err(Miss::OtherBoard(OtherBoard::Plain { columns: 9, rows: 6 }))
@@ -240,7 +240,7 @@ fn a_board_whose_squares_were_counted_is_named() {
 #[test]
 fn a_board_of_unknown_size_is_counted() {
     for (columns, rows, seed) in [(9, 6, 7), (7, 5, 8), (11, 8, 9), (4, 4, 10)] {
-        let board = Checkerboard::new(columns, rows, 0.02).expect("valid");
+        let board = Board::new(columns, rows, 0.02).expect("valid");
         let scene = Scene { board, ..Scene::default_720p(seed) };
         let picture = render_view(&scene, &pose(20.0, 40.0, 0.0, [0.0, 0.0, 0.5]));
         let counted = Detector::new(DetectorParams::default()).count(&picture);
@@ -280,7 +280,7 @@ fn a_board_that_is_covered_or_cut_off_is_no_other_board() {
     // The picture ends within the board, larger than named by any amount.
     let right = px(6.6, 0.0).x as u32;
     let cut = imageops::crop_imm(&whole, 0, 0, right, whole.height()).to_image();
-    let smaller = Checkerboard::new(5, 4, 0.025).expect("valid");
+    let smaller = Board::new(5, 4, 0.025).expect("valid");
     let larger = OtherBoard::Larger { columns: 7, rows: 6 };
     assert_eq!(find(&cut, &smaller), Err(Miss::OtherBoard(larger)));
     assert_eq!(Detector::new(DetectorParams::default()).count(&cut), None);
@@ -295,7 +295,7 @@ fn pictures_without_a_board_have_none() {
         assert!(seen.is_err(), "seed {seed}");
     }
     let mut rng = ChaCha8Rng::seed_from_u64(2);
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let noise = GrayImage::from_fn(640, 480, |_, _| image::Luma([rng.random()]));
     let blinds =
         GrayImage::from_fn(640, 480, |_, y| image::Luma([if y / 12 % 2 == 0 { 40 } else { 200 }]));

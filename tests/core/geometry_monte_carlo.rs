@@ -1,7 +1,7 @@
 //! Stated standard deviations of the closed forms against the spread from noise.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     geometry::{
         Camera, Corner, Homography, PrincipalLine, intersect_unweighted, intersect_weighted,
         principal_line_and_ring,
@@ -28,7 +28,7 @@ struct World {
 impl World {
     fn new(seed: u64) -> Self {
         Self {
-            board_m: Checkerboard::new(9, 6, 0.025).expect("valid").corners_in_board_m(),
+            board_m: Board::new(9, 6, 0.025).expect("valid").corners_in_board_m(),
             camera: Camera::pinhole(F_PX, PP),
             rng: ChaCha8Rng::seed_from_u64(seed),
         }

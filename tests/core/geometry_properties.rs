@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     geometry::{Camera, Corner, Homography, PrincipalLine},
 };
 use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
@@ -12,8 +12,8 @@ use proptest::{prelude::*, test_runner::RngSeed};
 const CENTRE: Point2<f64> = Point2::new(639.5, 359.5);
 const SIGMA_PX: f64 = 0.003;
 
-fn board() -> Checkerboard {
-    Checkerboard::new(9, 6, 0.025).expect("valid")
+fn board() -> Board {
+    Board::new(9, 6, 0.025).expect("valid")
 }
 
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 //! lens does.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, LensFamily, Verdict},
     geometry::{Camera, Distortion, LensKind},
     ghost::Card,
@@ -71,7 +71,7 @@ fn bend_px(side: &[Point2<f64>]) -> f64 {
 
 #[test]
 fn the_ghost_bends_as_a_fisheye_lens_shows_it() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let pose = Isometry3::new(Vector3::new(0.02, 0.0, 0.16), Vector3::new(0.5, 0.2, 0.0));
     let bends = [fisheye(170.0, 1), Camera::pinhole(430.0, SIZE.centre_px())].map(|lens| {
         let ghost_px: Vec<_> = board

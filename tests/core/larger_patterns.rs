@@ -2,7 +2,7 @@
 //! expose the cloth.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     detection::{Detector, DetectorParams, Miss},
 };
 use image::{GrayImage, Luma};
@@ -51,7 +51,7 @@ impl Strip {
 
     /// Names the board in four pictures with different noise.
     fn is_refused(&self, (columns, rows): (u16, u16)) {
-        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let board = Board::new(columns, rows, 0.025).expect("valid");
         for seed in 0..4 {
             let seen = Detector::new(DetectorParams::default()).detect(&self.picture(seed), &board);
             assert!(matches!(seen, Err(Miss::OtherBoard(_))), "#{seed}: {seen:?}");

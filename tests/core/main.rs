@@ -36,7 +36,6 @@ mod imports;
 mod larger_patterns;
 mod layering;
 mod listener;
-mod literal_reader;
 mod natural_views;
 mod one_instruction;
 mod ordinary_webcam;

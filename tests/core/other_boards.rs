@@ -1,9 +1,9 @@
 //! A board of another kind is reported by name.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     detection::{Detector, DetectorParams, Miss, OtherBoard, Others, Search},
-    geometry::target::BoardChoice,
+    geometry::boards::BoardChoice,
     markers::{CircleRows, Dictionary},
     simulation::{Scene, render_view},
     text,
@@ -11,10 +11,10 @@ use boresight::{
 use nalgebra::{Isometry3, Vector3};
 
 /// A board by argument, as wide as a hand's spread.
-fn board(name: &str) -> Checkerboard {
+fn board(name: &str) -> Board {
     let BoardChoice { columns, rows, markers } = name.parse().expect("a board");
     let square_m = 0.24 / f64::from(columns.max(rows));
-    let squares = Checkerboard::new(columns, rows, square_m).expect("valid");
+    let squares = Board::new(columns, rows, square_m).expect("valid");
     markers.map_or(squares, |it| squares.with_markers(it.in_squares_of(square_m)).expect("fits"))
 }
 

@@ -1,7 +1,7 @@
 //! Partly seen boards: detections are right, and a calibration uses them.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{
         CalibrationParams, FindingCode, calibrate,
         files::{CalibrationFile, ViewName},
@@ -82,7 +82,7 @@ fn no_part_of_a_board_is_taken_for_another() {
     let pictures = crate::asked_for("BORESIGHT_PICTURES").unwrap_or(120);
     for seed in 0..pictures {
         let (columns, rows) = SIZES[rng.random_range(0..SIZES.len())];
-        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let board = Board::new(columns, rows, 0.025).expect("valid");
         let clutter = rng.random_range(0.0..1.0);
         let scene = Rendered { board, clutter, ..Rendered::default_720p(seed) };
         let tilt_rad = rng.random_range(0.0_f64..50.0).to_radians();
@@ -174,7 +174,7 @@ fn a_board_that_is_followed_keeps_its_corners_while_it_leaves() {
 /// Behind hands that hide both ends, squares look the same two squares further on.
 #[test]
 fn a_board_that_jumps_behind_hands_is_not_named_by_its_track() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let scene = Rendered { board, clutter: 0.0, ..Rendered::default_720p(8) };
     let at = |squares: f64| {
         Isometry3::new(Vector3::new(0.025 * squares, 0.0, 0.45), Vector3::new(0.1, 0.1, 0.0))
@@ -218,7 +218,7 @@ fn a_grid_of_discs_is_neither_a_board_nor_a_covered_one() {
     let page = image::imageops::blur(&discs, 1.0);
     let mut detector = Detector::new(DetectorParams::default());
     for (columns, rows) in [(3, 3), (4, 3), (5, 4), (7, 6), (9, 6)] {
-        let board = Checkerboard::new(columns, rows, 0.025).expect("valid");
+        let board = Board::new(columns, rows, 0.025).expect("valid");
         let seen = detector.detect(&page, &board);
         assert_eq!(seen, Err(Miss::NoBoard), "{columns}x{rows}");
     }
@@ -227,7 +227,7 @@ fn a_grid_of_discs_is_neither_a_board_nor_a_covered_one() {
 #[test]
 fn a_part_that_could_lie_anywhere_on_the_board_is_refused() {
     // Everything but the middle of a large board lies outside of the picture.
-    let board = Checkerboard::new(19, 15, 0.025).expect("valid");
+    let board = Board::new(19, 15, 0.025).expect("valid");
     let scene = Rendered { board, clutter: 0.0, ..Rendered::default_720p(6) };
     let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.25), Vector3::new(0.3, 0.2, 0.1));
     let seen = Detector::new(DetectorParams::default()).detect(&render_view(&scene, &pose), &board);

@@ -1,11 +1,11 @@
 //! Code in a printed board's margin, read from pictures of the sheet of `boresight target`.
 
 use boresight::{
-    board::Checkerboard,
     board_code::{BoardCode, BoardId},
+    boards::Board,
     detection::{DetectorParams, detect, read_code},
     geometry::{Camera, Corner, Distortion},
-    target::{Paper, Plan, Rectangle, Resolution, Sheet, Square, plan, png, sheet},
+    sheet::{Paper, Plan, Rectangle, Resolution, Sheet, Square, plan, png, sheet},
     text,
 };
 use image::{GrayImage, Luma};
@@ -37,14 +37,14 @@ enum Margin {
 /// A printed sheet.
 struct Printed {
     plan: Plan,
-    board: Checkerboard,
+    board: Board,
     code: BoardCode,
     picture: GrayImage,
 }
 
 fn printed(columns: u16, rows: u16, margin: Margin, rng: &mut ChaCha8Rng) -> Printed {
     let plan = plan(columns, rows, Square::Largest, &Paper::A4.pages()).expect("fits");
-    let board = Checkerboard::new(columns, rows, plan.square_mm * 1e-3).expect("a board");
+    let board = Board::new(columns, rows, plan.square_mm * 1e-3).expect("a board");
     let code = BoardCode::new(&board, BoardId::from_number(rng.random())).expect("fits");
     let id = code.id().to_string();
     let mut page: Sheet = sheet(&plan, &text::target_lines(&plan, Some(&id)));
@@ -430,8 +430,7 @@ fn boards_without_room_have_no_code() {
     }
     let side = plan(9, 6, Square::Exactly { mm: 25.0 }, &pages).expect("fits");
     assert_eq!(side.edges_with_room().len(), 2, "beside the short edges");
-    let code =
-        BoardCode::new(&Checkerboard::new(9, 6, 0.025).expect("a board"), BoardId::from_number(5));
+    let code = BoardCode::new(&Board::new(9, 6, 0.025).expect("a board"), BoardId::from_number(5));
     let drawn =
         sheet(&side, &text::target_lines(&side, None)).with_code(&side, &code.expect("fits"));
     for bar in &drawn.code {

@@ -1,7 +1,7 @@
 //! Pictures rectified by another program: the effect of interpolation on the corners isn't a lens.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, LensFamily, calibrate},
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
@@ -41,7 +41,7 @@ fn moved_px(px: &Point2<f64>, largest_px: f64) -> Vector2<f64> {
 }
 
 /// Views of a board tilted by 30° in all directions, in several places.
-fn views(board: &Checkerboard, count: u32, noise_px: f64, largest_px: f64) -> Vec<Vec<Corner>> {
+fn views(board: &Board, count: u32, noise_px: f64, largest_px: f64) -> Vec<Vec<Corner>> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let noise = Normal::new(0.0, noise_px).expect("positive");
     let view = |view: u32| {
@@ -62,7 +62,7 @@ fn views(board: &Checkerboard, count: u32, noise_px: f64, largest_px: f64) -> Ve
 
 #[test]
 fn interpolation_of_rectified_pictures_isnt_taken_for_a_lens() {
-    let board = Checkerboard::new(9, 6, 0.02).expect("valid");
+    let board = Board::new(9, 6, 0.02).expect("valid");
     // More views reduce the independent errors, but not the shared ones.
     for (count, noise_px, largest_px) in
         [(10, 0.004, LINEAR_PX), (10, 0.004, CUBIC_PX), (40, 0.02, CUBIC_PX)]

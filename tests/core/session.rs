@@ -3,7 +3,7 @@
 
 use boresight::{
     app::result::calibration_file,
-    board::Checkerboard,
+    boards::Board,
     calibration::files::CalibrationFile,
     config::Config,
     detection::{Detection, Miss, Quality, Side},
@@ -48,7 +48,7 @@ fn take_one(world: &mut World, session: &mut Session) -> Decision {
 }
 
 /// First target of a session.
-fn first_target(board: &Checkerboard, lens_estimate: &LensEstimate) -> Option<Target> {
+fn first_target(board: &Board, lens_estimate: &LensEstimate) -> Option<Target> {
     let params = GuidanceParams::default();
     let knowledge = Knowledge::new(&[], board, lens_estimate, &params);
     next_target(&[], &[], board, &knowledge, lens_estimate, &params)
@@ -147,7 +147,7 @@ fn a_ghost_is_as_large_for_a_board_of_any_size() {
         let camera = Camera::pinhole(f_px, SIZE.centre_px());
         let lens = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
         let ghost = |square_m: f64| {
-            let board = Checkerboard::new(9, 6, square_m).expect("valid");
+            let board = Board::new(9, 6, square_m).expect("valid");
             first_target(&board, &lens).map(|target| target.ghost_px)
         };
         let wanted = ghost(0.025).expect("a pose for the usual board");
@@ -163,7 +163,7 @@ fn a_ghost_is_as_large_for_a_board_of_any_size() {
 
 #[test]
 fn a_session_without_any_possible_pose_says_so_at_once() {
-    let mut setup = setup(Checkerboard::new(9, 6, 0.025).expect("valid"));
+    let mut setup = setup(Board::new(9, 6, 0.025).expect("valid"));
     setup.guidance = GuidanceParams { target_margin_fraction: 0.499, ..setup.guidance };
     let mut session = Session::new(setup);
     assert!(session.target().is_none(), "no board fits");
@@ -248,7 +248,7 @@ fn seen(number: u64, secs: f64, image_size: ImageSize, corners: Vec<Corner>) -> 
 /// Time of a still board on the ghost before the view is taken.
 fn secs_until_taken(rate_hz: f64, width_px: u32, sigma_px: f64) -> Option<f64> {
     let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let mut session = Session::new(SessionSetup { image_size, ..setup(board) });
     let ghost_px = session.target().expect("collecting").ghost_px.clone();
     let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -282,7 +282,7 @@ fn a_board_that_stands_still_is_taken_at_any_frame_rate() {
 
 #[test]
 fn a_board_that_moves_on_is_not_taken_at_any_frame_rate() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let noise = Normal::new(0.0, 0.05).expect("valid");
     for rate_hz in [2.0, 5.0, 30.0, 60.0, 120.0, 240.0] {
@@ -305,7 +305,7 @@ fn a_board_that_moves_on_is_not_taken_at_any_frame_rate() {
 
 #[test]
 fn the_first_frame_has_no_speed() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let mut session = Session::new(setup(board));
     let ghost_px = session.target().expect("collecting").ghost_px.clone();
     let corners = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
@@ -322,7 +322,7 @@ fn the_first_frame_has_no_speed() {
 
 #[test]
 fn a_view_is_named_after_the_frame_that_was_taken() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let mut session = Session::new(setup(board));
     let ghost_px = session.target().expect("collecting").ghost_px.clone();
     let corners: Vec<Corner> = ghost_px.iter().map(|px| Corner::isotropic(*px, 0.05)).collect();
@@ -385,7 +385,7 @@ fn beyond_the_fold_of_the_lens_nothing_is_measured() {
     let mut camera = Camera::pinhole(900.0, SIZE.centre_px());
     camera.distortion.k1 = -0.6;
     let lens = LensEstimate { camera, ..LensEstimate::guess(SIZE) };
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     // A tipped board in a corner of the picture, beyond the radial model's fold.
     let corner = |point: &Point2<f64>| {
         let away = 1.0 + 2.0 * point.x;
@@ -412,7 +412,7 @@ fn beyond_the_fold_of_the_lens_nothing_is_measured() {
 
 #[test]
 fn twice_the_pixels_ask_for_the_same_poses() {
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let target = |width_px: u32| {
         let image_size = ImageSize { width_px, height_px: width_px * 9 / 16 };
         let lens = LensEstimate::guess(image_size);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::CalibrationParams,
     detection::{Detection, Miss, Quality},
     device::{CameraEvent, Control, ControlChange, Fault, Lock, Mode, PixelLayout},
@@ -116,7 +116,7 @@ fn happening() -> impl Strategy<Value = Happening> {
 /// A camera, a board and a clock.
 struct World {
     camera: Camera,
-    board: Checkerboard,
+    board: Board,
     frame: u64,
     rng: ChaCha8Rng,
 }
@@ -128,7 +128,7 @@ impl World {
             pp_px: Point2::new(655.0, 348.0),
             distortion: Distortion { k1: -0.2, k2: 0.08, ..Distortion::default() },
         };
-        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let board = Board::new(9, 6, 0.025).expect("valid");
         Self { camera, board, frame: 0, rng: ChaCha8Rng::seed_from_u64(1) }
     }
 
@@ -238,7 +238,7 @@ impl World {
 
 fn setup() -> SessionSetup {
     SessionSetup {
-        board: Checkerboard::new(9, 6, 0.025).expect("valid"),
+        board: Board::new(9, 6, 0.025).expect("valid"),
         image_size: SIZE,
         guidance: GuidanceParams::default(),
         calibration: CalibrationParams::default(),

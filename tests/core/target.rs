@@ -1,9 +1,9 @@
 //! Printed board: statements of the files in their own units, and detection in them.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     detection::{DetectorParams, detect},
-    target::{
+    sheet::{
         DoesNotFit, Page, Paper, Plan, Rectangle, Resolution, Sheet, Square, pdf, plan, png, sheet,
         svg,
     },
@@ -59,8 +59,7 @@ fn the_detector_finds_every_board_where_it_was_drawn() {
         let resolution = plan.page.pixels.unwrap_or(resolution(100.0));
         // As through a lens: no camera delivers edges of such sharpness.
         let image = image::imageops::blur(&picture(&sheet_of(&plan), resolution), 0.7);
-        let board =
-            Checkerboard::new(plan.columns, plan.rows, plan.square_mm / 1000.0).expect("valid");
+        let board = Board::new(plan.columns, plan.rows, plan.square_mm / 1000.0).expect("valid");
         let found = detect(&image, &board, DetectorParams::default()).expect("found").corners;
         let expected = corners_px(&plan, resolution.per_mm());
         assert_eq!(found.len(), expected.len());

@@ -1,7 +1,7 @@
 //! Cameras, boards and hands drawn at random, with known truth: corners only, no pictures.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     frame::ImageSize,
     geometry::{Camera, Corner, Distortion},
 };
@@ -12,8 +12,8 @@ use rand_distr::{Distribution, Normal};
 
 pub(crate) const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 
-pub(crate) fn board() -> Checkerboard {
-    Checkerboard::new(9, 6, 0.025).expect("valid")
+pub(crate) fn board() -> Board {
+    Board::new(9, 6, 0.025).expect("valid")
 }
 
 /// A camera, a board and a hand.

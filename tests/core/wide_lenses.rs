@@ -1,7 +1,7 @@
 //! Wide lenses: the family chosen from the corners, its uncertainty, and the principal line.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{
         CalibrationParams, FindingCode, KnownLens, LensFamily, LensModel, NotHeld, Verdict,
         calibrate,
@@ -22,8 +22,8 @@ use rand_distr::{Distribution, Normal};
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 960 };
 const NOISE_PX: f64 = 0.1;
 
-fn board() -> Checkerboard {
-    Checkerboard::new(9, 6, 0.025).expect("valid")
+fn board() -> Board {
+    Board::new(9, 6, 0.025).expect("valid")
 }
 
 /// A fisheye lens with `field_deg` across the picture.

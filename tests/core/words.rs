@@ -98,13 +98,13 @@ fn sentences_read_as_if_written_in_english() {
     for folder in [
         "crates/present/src/text",
         "crates/present/src/report",
-        "crates/present/src/target",
+        "crates/present/src/sheet",
         "crates/present/src/chart",
         "crates/capture/src",
         "crates/app/src",
         "crates/fleet/src",
         "crates/phone/src/session_page",
-        "crates/study/src",
+        "lab/src",
         "src/cli",
         "src/ui",
     ] {

@@ -1,7 +1,7 @@
 //! Calibration, and the comparison with an old lens, from corners beyond any detector.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::{CalibrationParams, OldLens, calibrate, drift},
     frame::ImageSize,
     geometry::{Camera, Corner},
@@ -18,8 +18,8 @@ const SIZE: ImageSize = ImageSize { width_px: 640, height_px: 480 };
 const ODD: [f64; 12] =
     [0.0, -1.0, 1e300, -1e300, 1e154, f64::NAN, f64::INFINITY, 1e-300, 1e8, -1e-9, 1e-30, 1e30];
 
-fn board() -> Checkerboard {
-    Checkerboard::new(4, 3, 0.03).expect("valid")
+fn board() -> Board {
+    Board::new(4, 3, 0.03).expect("valid")
 }
 
 /// Views of the board as bytes: five numbers a corner, twelve corners a view.

@@ -3,7 +3,7 @@
 use std::{fs, io::Cursor};
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     capture::read_picture,
     detection::{Detector, DetectorParams},
 };
@@ -71,7 +71,7 @@ fn pictures() {
     let place = scratch();
     let file = place.path().join("picture");
     let seeds = [pngs(), jpegs()].concat();
-    let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+    let board = Board::new(9, 6, 0.025).expect("valid");
     let mut detector = Detector::new(DetectorParams::default());
     run(
         "picture",

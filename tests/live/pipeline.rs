@@ -12,7 +12,7 @@ use std::{
 };
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     detection::{Detection, Miss, Search},
@@ -264,7 +264,7 @@ impl BoardFinder for Held {
     fn find(
         &mut self,
         image: &GrayImage,
-        _board: &Checkerboard,
+        _board: &Board,
         _search: Search<'_>,
     ) -> Result<Detection, Miss> {
         let number = u16::from_le_bytes([image.as_raw()[0], image.as_raw()[1]]);

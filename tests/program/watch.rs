@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use boresight_sim::street::Street;
+use boresight_station::street::Street;
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -6,16 +6,14 @@ use std::sync::{
 };
 
 use boresight::{
-    app::{
-        Announcer,
-        host::Memory,
-        watch::{Feed, Step, Taken, WatchedCamera, adjust},
-    },
+    app::{Announcer, host::Memory},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     geometry::Camera,
-    simulation::street::Street,
-    ui::{AdjustPage, Link, SMALLEST, WayBack, apply_theme},
+    station::{
+        AdjustPage, Feed, Link, Step, Taken, WatchedCamera, WayBack, adjust, street::Street,
+    },
+    ui::{SMALLEST, apply_theme},
     watch::{Advice, Axis, Lens},
 };
 use egui::{Theme, Vec2, accesskit::Role};

@@ -6,7 +6,7 @@
 //! the voice alone in `listener.rs`.
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     calibration::Verdict,
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Progress,
@@ -40,7 +40,7 @@ const MARGIN: f64 = 0.4;
 const ANOTHER: f64 = 0.05;
 
 /// Camera pixels of the board's inner corners with the sheet on the card.
-fn on_card(card: &Quad, picture: Rect, board: &Checkerboard) -> Option<Vec<Point2<f64>>> {
+fn on_card(card: &Quad, picture: Rect, board: &Board) -> Option<Vec<Point2<f64>>> {
     let scale = f64::from(SIZE.width_px) / f64::from(picture.width());
     let corner = Point2::new(f64::from(picture.left()), f64::from(picture.top()));
     let in_picture = card.map(|at| Point2::from((at - corner) * scale - Vector2::repeat(0.5)));

@@ -11,7 +11,7 @@ use image::GrayImage;
 use super::{Announcer, BoardFromCode, source::OpenSource};
 use boresight_capture::{Arrival, preceded, read_picture};
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, OtherBoard, read_code};
-use boresight_geometry::{board::Checkerboard, board_code::BoardCode};
+use boresight_geometry::{board_code::BoardCode, boards::Board};
 use boresight_present::text;
 use boresight_run::config::Config;
 
@@ -30,12 +30,12 @@ const PATIENCE: Duration = Duration::from_millis(250);
 struct CodeReader {
     detector: Detector,
     /// Board to try first.
-    usual: Checkerboard,
+    usual: Board,
     searches_left: usize,
 }
 
 impl CodeReader {
-    fn new(usual: Checkerboard) -> Self {
+    fn new(usual: Board) -> Self {
         let detector = Detector::new(DetectorParams::default());
         Self { detector, usual, searches_left: SEARCHES }
     }
@@ -55,17 +55,13 @@ impl CodeReader {
     }
 
     fn read_as(&mut self, image: &GrayImage, (columns, rows): (u16, u16)) -> Option<BoardCode> {
-        let board = Checkerboard::new(columns, rows, self.usual.square_m()).ok()?;
+        let board = Board::new(columns, rows, self.usual.square_m()).ok()?;
         let seen = self.search(image, board)?.ok()?;
         read_code(image, &board, &seen.corners)
     }
 
     /// `None` once there were enough searches.
-    fn search(
-        &mut self,
-        image: &GrayImage,
-        board: Checkerboard,
-    ) -> Option<Result<Detection, Miss>> {
+    fn search(&mut self, image: &GrayImage, board: Board) -> Option<Result<Detection, Miss>> {
         self.searches_left = self.searches_left.checked_sub(1)?;
         Some(self.detector.detect(image, &board))
     }

@@ -7,10 +7,10 @@ use serde::Serialize;
 
 use boresight_geometry::{
     board_code::{BoardCode, BoardId},
-    target::BoardChoice,
+    boards::BoardChoice,
 };
 use boresight_present::{
-    target::{Page, Paper, Plan, Resolution, Square, pdf, plan_of, png, sheet, svg},
+    sheet::{Page, Paper, Plan, Resolution, Square, pdf, plan_of, png, sheet, svg},
     text,
 };
 

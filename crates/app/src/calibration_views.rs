@@ -15,9 +15,7 @@ use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibra
 use boresight_capture::{CaptureError, Upright, read_picture_turned};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_formats::{CalibrationFile, ViewName, corner_table};
-use boresight_geometry::{
-    Corner, board::Checkerboard, expect_unseen, frame::ImageSize, seen_count,
-};
+use boresight_geometry::{Corner, boards::Board, expect_unseen, frame::ImageSize, seen_count};
 #[cfg(feature = "report")]
 use boresight_present::report::Thumbnail;
 use boresight_present::text;
@@ -67,7 +65,7 @@ impl CalibrationViews {
     pub fn of(
         given: impl IntoIterator<Item = GivenView>,
         image_size: ImageSize,
-        board: &Checkerboard,
+        board: &Board,
     ) -> Self {
         let mut views =
             Self { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
@@ -105,7 +103,7 @@ impl CalibrationViews {
     /// As [`calibrate`].
     pub fn calibrated(
         &mut self,
-        board: &Checkerboard,
+        board: &Board,
         params: &CalibrationParams,
         announcer: &Announcer,
     ) -> Result<Calibration, NotCalibrated> {
@@ -137,7 +135,7 @@ impl CalibrationViews {
     /// a file of the session's camera.
     pub fn calibrated_with_file(
         &mut self,
-        board: &Checkerboard,
+        board: &Board,
         params: &CalibrationParams,
         session: Option<&SavedSession>,
         announcer: &Announcer,
@@ -199,7 +197,7 @@ pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<Sessio
 pub fn from_table(
     path: &Path,
     image_size: ImageSize,
-    board: &Checkerboard,
+    board: &Board,
     with_pictures: bool,
 ) -> anyhow::Result<CalibrationViews> {
     let folder = path.parent().unwrap_or(Path::new("."));
@@ -229,7 +227,7 @@ fn stored_size(path: &Path) -> Option<ImageSize> {
 /// If a picture is missing or all are damaged, or if more than a third differ in size from most.
 pub fn from_pictures(
     (inputs, upright): (&[PathBuf], Upright),
-    board: &Checkerboard,
+    board: &Board,
     with_thumbnails: bool,
     announcer: &Announcer,
     progress: impl Fn() + Sync,

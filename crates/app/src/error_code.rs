@@ -4,7 +4,7 @@ use super::comparison::NoKnownLens;
 use boresight_capture::CaptureError;
 use boresight_files::FileError;
 use boresight_formats::import::NotImported;
-use boresight_geometry::{board::InvalidBoard, markers::InvalidMarkers};
+use boresight_geometry::{boards::InvalidBoard, markers::InvalidMarkers};
 use boresight_run::{config::ConfigError, recording::RecordingError};
 use boresight_sim::SceneError;
 

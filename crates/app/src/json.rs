@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use boresight_detect::{Detection, Miss, Quality};
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 use boresight_present::text;
 
 /// A line of `detect --json`: one picture.
@@ -45,12 +45,7 @@ pub struct QualityEntry {
 
 impl DetectedLine {
     /// Line for the picture in `file`.
-    pub fn of(
-        file: &str,
-        board: &Checkerboard,
-        seen: &Result<Detection, Miss>,
-        millis: f64,
-    ) -> Self {
+    pub fn of(file: &str, board: &Board, seen: &Result<Detection, Miss>, millis: f64) -> Self {
         let corners = seen.as_ref().ok().map(|detection| {
             let all = detection.corners.iter().enumerate();
             all.filter(|(_, corner)| corner.is_seen())
@@ -74,7 +69,7 @@ impl DetectedLine {
     }
 
     /// Line for a `file` without corners, with the reason.
-    pub fn without(file: &str, board: &Checkerboard, reason: Option<String>) -> Self {
+    pub fn without(file: &str, board: &Board, reason: Option<String>) -> Self {
         Self {
             file: file.into(),
             found: false,

@@ -87,7 +87,6 @@ pub mod source;
 pub mod truth;
 mod verdict;
 mod voice;
-pub mod watch;
 mod weighed_picture;
 
 pub use announcer::Announcer;

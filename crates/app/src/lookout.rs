@@ -21,7 +21,7 @@ use super::{
 use boresight_capture::{Arrival, FrameSource};
 use boresight_detect::{Detector, DetectorParams, OtherBoard, read_code};
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     device::CameraEvent,
     markers::{MarkerChoice, Tags},
 };
@@ -321,7 +321,7 @@ fn code_beside(
     image: &GrayImage,
     [columns, rows]: [u16; 2],
 ) -> Option<SeenCode> {
-    let board = Checkerboard::new(columns, rows, 1.0).ok()?;
+    let board = Board::new(columns, rows, 1.0).ok()?;
     let seen = detector.detect(image, &board).ok()?;
     let code = read_code(image, &board, &seen.corners)?;
     let printed = code.board()?;
@@ -405,7 +405,7 @@ mod tests {
 
     #[test]
     fn cameras_come_and_go_and_the_board_is_counted() -> Result<(), Box<dyn std::error::Error>> {
-        let board = Checkerboard::new(7, 5, 0.025)?;
+        let board = Board::new(7, 5, 0.025)?;
         let board_id = "ZX5N".parse().ok();
         let scene = Scene { board, board_id, clutter: 0.0, ..Scene::default_720p(1) };
         let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
@@ -439,7 +439,7 @@ mod tests {
     #[test]
     fn a_board_of_another_kind_is_named() -> Result<(), Box<dyn std::error::Error>> {
         let markers = MarkerChoice::in_squares("DICT_6X6_250".parse()?, None);
-        let board = Checkerboard::new(8, 6, 0.025)?.with_markers(markers.in_squares_of(0.025))?;
+        let board = Board::new(8, 6, 0.025)?.with_markers(markers.in_squares_of(0.025))?;
         let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
         let picture = render_view(&Scene { board, ..Scene::default_720p(1) }, &pose);
         let sources = Arc::new(Mutex::new(vec!["one".into()]));

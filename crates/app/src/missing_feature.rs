@@ -28,6 +28,10 @@ impl MissingFeature {
     pub const MANUAL: Self = Self { part: "shell completions or manual pages", feature: "manual" };
     /// The HTML report.
     pub const REPORT: Self = Self { part: "HTML reports", feature: "report" };
+    /// Installed cameras that are watched.
+    pub const WATCH: Self = Self { part: "watch over installed cameras", feature: "watch" };
+    /// Many sessions at once.
+    pub const BATCH: Self = Self { part: "batches of sessions", feature: "batch" };
     /// Calibrations over time.
     pub const HISTORY: Self = Self { part: "history of cameras", feature: "history" };
     /// Tables in Parquet.

@@ -9,9 +9,9 @@ use std::ops::Range;
 use serde::Serialize;
 
 use super::board_sheet::BoardSheet;
-use boresight_geometry::{Camera, board::Checkerboard, frame::ImageSize, target::BoardChoice};
+use boresight_geometry::{Camera, boards::Board, boards::BoardChoice, frame::ImageSize};
 use boresight_guide::guidance::{GuidanceParams, LensEstimate, reach};
-use boresight_present::target::Paper;
+use boresight_present::sheet::Paper;
 
 /// Name and version of [`BoardPlan`].
 pub const BOARD_PLAN_SCHEMA: &str = "boresight.board-plan/1";
@@ -173,7 +173,7 @@ fn planned(
     };
     let limits =
         GuidanceParams { target_span_fraction: params.target_span_fraction.min(share), ..*params };
-    let board = Checkerboard::new(choice.columns, choice.rows, square_mm * 1e-3).ok();
+    let board = Board::new(choice.columns, choice.rows, square_mm * 1e-3).ok();
     let reached = board.and_then(|board| reach(&[], &board, &guess, None, &limits));
     let meets = |goal: f64, sigma: f64| sigma <= goal;
     let meets_goals = reached.is_some_and(|reached| {

@@ -9,10 +9,10 @@ use super::{
 use boresight_files::{Links, Overwrite, read, save};
 use boresight_geometry::{
     board_code::BoardId,
+    boards::BoardChoice,
     markers::{MarkerChoice, Markers},
-    target::BoardChoice,
 };
-use boresight_present::{target::Paper, text};
+use boresight_present::{sheet::Paper, text};
 
 /// Largest readable file, in bytes; a sheet with a board is far smaller.
 const LIMIT: u64 = 16 << 20;

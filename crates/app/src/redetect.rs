@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::JournalReading;
 use boresight_detect::{Prediction, Track};
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 use boresight_guide::session::{Input, Observation};
 use boresight_run::{
     pipeline::detect_many,
@@ -22,7 +22,7 @@ use boresight_run::{
 /// If a picture can't be read or a thread can't be started.
 pub fn redetect(
     journal: &mut JournalReading,
-    board: &Checkerboard,
+    board: &Board,
     threads: usize,
     progress: impl Fn() + Sync,
 ) -> anyhow::Result<(usize, usize)> {

@@ -25,7 +25,7 @@ use super::{
     },
     summary::assemble,
 };
-use boresight_geometry::{Corner, LensParts, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, LensParts, boards::Board, frame::ImageSize};
 
 /// Relative standard deviation of the focal length from which a prior is needed. Deliberately
 /// loose: separates only views with an open focal length from the rest.
@@ -57,12 +57,12 @@ const SUSPICIOUS: f64 = 1.5;
 ///
 /// ```
 /// use boresight_calibrate::{CalibrationParams, LensModel, calibrate};
-/// use boresight_geometry::{Camera, Corner, Distortion, board::Checkerboard, frame::ImageSize};
+/// use boresight_geometry::{Camera, Corner, Distortion, boards::Board, frame::ImageSize};
 /// use nalgebra::{Isometry3, Point2, Vector3};
 ///
 /// let distortion = Distortion { k1: -0.1, ..Distortion::default() };
 /// let truth = Camera { distortion, ..Camera::pinhole(950.0, Point2::new(648.0, 353.0)) };
-/// let board = Checkerboard::new(9, 6, 0.025)?;
+/// let board = Board::new(9, 6, 0.025)?;
 /// let views: Vec<Vec<Corner>> = (0..8)
 ///     .map(|view| {
 ///         let (sin, cos) = (f64::from(view) * std::f64::consts::FRAC_PI_4).sin_cos();
@@ -88,7 +88,7 @@ const SUSPICIOUS: f64 = 1.5;
 /// ```
 pub fn calibrate(
     views: &[Vec<Corner>],
-    board: &Checkerboard,
+    board: &Board,
     image_size: ImageSize,
     params: &CalibrationParams,
 ) -> Result<Calibration, NotCalibrated> {
@@ -136,7 +136,7 @@ pub fn calibrate(
 struct Given<'a> {
     /// Number of views, repeats of a held pose included.
     count: usize,
-    board: &'a Checkerboard,
+    board: &'a Board,
     board_m: &'a [Point2<f64>],
     image_size: ImageSize,
     params: &'a CalibrationParams,

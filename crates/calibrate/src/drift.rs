@@ -14,7 +14,7 @@ use super::{
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, LensMatrix, LensParameter, board::Checkerboard, cell_centres_px,
+    BoardOutline, Camera, Corner, LensMatrix, LensParameter, boards::Board, cell_centres_px,
     frame::ImageSize, seen_count,
 };
 
@@ -198,7 +198,7 @@ impl DriftVerdict {
 /// they are of two cameras, or if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
-    board: &Checkerboard,
+    board: &Board,
     image_size: ImageSize,
     old: &OldLens<'_>,
 ) -> Result<Drift, NoDrift> {

@@ -10,7 +10,7 @@ use super::{
         lens_model::LensFamily, model_choice::ModelChoice,
     },
 };
-use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, boards::Board, frame::ImageSize};
 
 /// Number of distinct views that determine the lens without weak priors.
 pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
@@ -18,7 +18,7 @@ pub(super) const VIEWS_WITHOUT_PRIOR: usize = 4;
 /// Arguments of a calibration, with everything derived from the corners before adjustment.
 pub(super) struct Inputs<'a> {
     pub(super) views: Cow<'a, [Vec<Corner>]>,
-    pub(super) board: &'a Checkerboard,
+    pub(super) board: &'a Board,
     pub(super) board_m: &'a [Point2<f64>],
     pub(super) image_size: ImageSize,
     pub(super) params: &'a CalibrationParams,

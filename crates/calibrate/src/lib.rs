@@ -4,11 +4,11 @@
 //! use std::f64::consts::FRAC_PI_4;
 //!
 //! use boresight_calibrate::{CalibrationParams, Verdict, calibrate};
-//! use boresight_geometry::{Camera, Corner, board::Checkerboard, frame::ImageSize};
+//! use boresight_geometry::{Camera, Corner, boards::Board, frame::ImageSize};
 //! use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 //!
 //! let truth = Camera::pinhole(950.0, Point2::new(648.0, 353.0));
-//! let board = Checkerboard::new(9, 6, 0.025)?;
+//! let board = Board::new(9, 6, 0.025)?;
 //! // Eight views, tilted by 40° in eight directions; corners err by up to 0.1 px along x and y.
 //! let error_px = |n: usize| 0.1 * ((n as f64).sin() * 43_758.5).fract();
 //! let mut views = vec![Vec::new(); 8];

@@ -11,7 +11,7 @@ use nalgebra::Point2;
 use super::{
     check::correction::Correction, result::Calibration, solve::initial_guess::first_alike,
 };
-use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize, seen_count};
+use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize, seen_count};
 
 /// Root mean square difference of two views' corners below which both show the same held pose, as a
 /// fraction of the picture's width: 1.3 px at 1280.
@@ -29,7 +29,7 @@ impl Repeats {
     /// Groups of repeats; `None` if no view repeats another.
     pub(super) fn among(
         views: &[Vec<Corner>],
-        board: &Checkerboard,
+        board: &Board,
         image_size: ImageSize,
     ) -> Option<Self> {
         let (kept, place) = first_alike(views, board, HELD * f64::from(image_size.width_px));

@@ -11,7 +11,7 @@ use super::{
     placement::{drop_thin_ends, place_part, place_whole},
     track::Expected,
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Least number of corners on the shorter side of a named board.
 const LEAST_SIDE: i32 = 3;
@@ -35,7 +35,7 @@ const INTERPOLATED_SHARE: usize = 18;
 pub(super) fn match_board(
     image: &GrayImage,
     lattice: &mut Lattice,
-    board: &Checkerboard,
+    board: &Board,
     expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<(), Miss> {

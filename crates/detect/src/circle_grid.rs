@@ -16,8 +16,8 @@ use super::{
     track::Expected,
 };
 use boresight_geometry::{
+    boards::{Circles, Target},
     markers::CircleRows,
-    target::{Circles, Target},
 };
 
 /// Distance of neighbours, in radii of the circle.

@@ -21,8 +21,8 @@ use super::{
     track::Expected,
 };
 use boresight_geometry::{
-    Corner, board::Checkerboard, expect_unseen, frame::ImageSize, markers::CircleRows, seen_count,
-    target::Circles,
+    Corner, boards::Board, boards::Circles, expect_unseen, frame::ImageSize, markers::CircleRows,
+    seen_count,
 };
 
 /// Most ellipses considered in a picture.
@@ -65,7 +65,7 @@ impl CircleSearch {
     pub(super) fn find(
         &mut self,
         (image, picture, halved): (&GrayImage, &GrayImage, Halved),
-        (board, circles, mut best_miss): (&Checkerboard, &Circles, Miss),
+        (board, circles, mut best_miss): (&Board, &Circles, Miss),
         (expected, weighed): (&Expected, &mut Option<Vec<WeighedGrid>>),
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
@@ -143,7 +143,7 @@ impl CircleSearch {
         &mut self,
         image: &GrayImage,
         halved: Halved,
-        board: &Checkerboard,
+        board: &Board,
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {

@@ -6,7 +6,7 @@ use super::{
     lattice::{Lattice, Node, axes},
     reduce::sample,
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Colours of the squares around a corner.
 pub(super) struct ColourStep {
@@ -174,11 +174,7 @@ fn beside_edge(
 
 /// True if the squares around every corner of a complete board, numbered from `(0, 0)`, alternate
 /// like the board's.
-pub(super) fn all_colours_alternate(
-    image: &GrayImage,
-    lattice: &Lattice,
-    board: &Checkerboard,
-) -> bool {
+pub(super) fn all_colours_alternate(image: &GrayImage, lattice: &Lattice, board: &Board) -> bool {
     let Some(typical) = colours(image, lattice, FAR_SQUARES, &alternating) else { return false };
     let first = lattice.get((0, 0));
     let Some((u, v)) = first.and_then(|first| axes(lattice, (0, 0), first)) else { return false };

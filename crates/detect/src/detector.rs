@@ -15,9 +15,9 @@ use super::{
     track::{Expected, Prediction, Tracker, shortest_side_px},
 };
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
+    boards::{Circles, PartTells},
     seen_count,
-    target::{Circles, PartTells},
 };
 
 /// Largest width of a picture searched without halving.
@@ -124,11 +124,7 @@ pub struct Detector {
 /// }
 /// assert!(detection.quality.contrast > 20.0);
 /// ```
-pub fn detect(
-    image: &GrayImage,
-    board: &Checkerboard,
-    params: DetectorParams,
-) -> Result<Detection, Miss> {
+pub fn detect(image: &GrayImage, board: &Board, params: DetectorParams) -> Result<Detection, Miss> {
     Detector::new(params).detect(image, board)
 }
 
@@ -145,7 +141,7 @@ impl Detector {
     ///
     /// [`Miss`], never [`Miss::OutOfTime`]. With several candidate grids, the reason of the grid
     /// closest to the board.
-    pub fn detect(&mut self, image: &GrayImage, board: &Checkerboard) -> Result<Detection, Miss> {
+    pub fn detect(&mut self, image: &GrayImage, board: &Board) -> Result<Detection, Miss> {
         self.search(image, board, Search::FULL)
     }
 
@@ -158,7 +154,7 @@ impl Detector {
     pub fn explain(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
     ) -> (Result<Detection, Miss>, Vec<WeighedGrid>) {
         self.grids.weighed = Some(Vec::new());
         let found = self.detect(image, board);
@@ -175,7 +171,7 @@ impl Detector {
     pub fn search(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         let found = self.search_named(image, board, search);
@@ -194,10 +190,10 @@ impl Detector {
     fn search_named(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
-        if let Checkerboard::Circles(circles) = board {
+        if let Board::Circles(circles) = board {
             return self.search_circles(image, (board, circles), search);
         }
         let names_points = board.target().part_tells() == PartTells::EachPoint;
@@ -295,7 +291,7 @@ impl Detector {
     fn search_circles(
         &mut self,
         image: &GrayImage,
-        board: (&Checkerboard, &Circles),
+        board: (&Board, &Circles),
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         let [primary, coarser, finer] = self.search_levels(image);
@@ -331,7 +327,7 @@ impl Detector {
         &mut self,
         image: &GrayImage,
         level: Option<usize>,
-        board: &Checkerboard,
+        board: &Board,
         detection: &Detection,
     ) -> Result<(), Miss> {
         let Some(level) = level else { return Ok(()) };
@@ -391,7 +387,7 @@ impl Detector {
         &mut self,
         image: &GrayImage,
         pass: Pass,
-        board: &Checkerboard,
+        board: &Board,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
         let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;

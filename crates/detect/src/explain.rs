@@ -10,7 +10,7 @@ use super::{
     reduce::Halved,
     track::Expected,
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Most listed places of a grid.
 pub(super) const PLACES: usize = 3;
@@ -128,7 +128,7 @@ impl WeighedGrid {
     pub(super) fn of(
         image: &GrayImage,
         lattice: &mut Lattice,
-        board: &Checkerboard,
+        board: &Board,
         expected: &Expected,
         outcome: GridOutcome,
     ) -> Self {

@@ -18,7 +18,7 @@ use super::{
     response::{Peak, peaks as find_peaks, respond},
     track::Expected,
 };
-use boresight_geometry::{board::Checkerboard, markers::Markers};
+use boresight_geometry::{boards::Board, markers::Markers};
 
 /// Number of smaller grids tried after no grid with most of the board matched, and least size.
 const GRIDS_KEPT: usize = 4;
@@ -68,7 +68,7 @@ impl GridSearch {
     pub(super) fn find(
         &mut self,
         (picture, plain, full_px): (&GrayImage, &GrayImage, f64),
-        board: &Checkerboard,
+        board: &Board,
         params: &DetectorParams,
         expected: &Expected,
         keep_on: &dyn Fn() -> bool,
@@ -116,7 +116,7 @@ impl GridSearch {
     pub(super) fn check_whole(
         &mut self,
         picture: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         corners: impl Iterator<Item = [f32; 2]>,
     ) -> Result<(), Miss> {
         let columns = board.columns();
@@ -145,7 +145,7 @@ impl GridSearch {
     fn read_grids(
         &mut self,
         (picture, full_px): (&GrayImage, f64),
-        (board, markers): (&Checkerboard, Markers),
+        (board, markers): (&Board, Markers),
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
@@ -183,7 +183,7 @@ impl GridSearch {
     fn match_grids(
         &mut self,
         [picture, plain]: [&GrayImage; 2],
-        board: &Checkerboard,
+        board: &Board,
         max_seeds: usize,
         expected: &Expected,
         keep_on: &dyn Fn() -> bool,
@@ -257,7 +257,7 @@ fn outcome_of(corners: Result<&[Option<[f32; 2]>], Miss>) -> GridOutcome {
 }
 
 /// Limits of a grid for `board`.
-fn grid_limits(board: &Checkerboard) -> Limits {
+fn grid_limits(board: &Board) -> Limits {
     let [one, other] = board.target().steps_m();
     Limits {
         longest: board.columns().max(board.rows()),

@@ -3,7 +3,7 @@
 //!
 //! ```
 //! use boresight_detect::{DetectorParams, detect};
-//! use boresight_geometry::board::Checkerboard;
+//! use boresight_geometry::boards::Board;
 //! use image::{GrayImage, Luma, imageops};
 //! use nalgebra::Point2;
 //!
@@ -16,7 +16,7 @@
 //! let page = imageops::blur(&drawn, 0.8);
 //!
 //! // A board is named by its inner corners; the side of a square in metres doesn't matter here.
-//! let board = Checkerboard::new(9, 6, 0.025)?;
+//! let board = Board::new(9, 6, 0.025)?;
 //! let found = detect(&page, &board, DetectorParams::default()).expect("the whole board is seen");
 //! assert_eq!(found.corners.len(), 54);
 //! for (index, corner) in found.corners.iter().enumerate() {
@@ -25,7 +25,7 @@
 //!     let truth_px = Point2::new(119.5 + 40.0 * column, 99.5 + 40.0 * row);
 //!     assert!((corner.px - truth_px).norm() < 0.02);
 //! }
-//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
+//! # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
 //! ```
 //!
 //! [`detect`] takes one picture. For a stream, a [`Detector`] keeps its buffers and searches near a

@@ -13,7 +13,7 @@ use super::{
     missing::why_missing,
     outcome::Miss,
 };
-use boresight_geometry::{board::Checkerboard, markers::Markers};
+use boresight_geometry::{boards::Board, markers::Markers};
 
 /// Least number of mismatched markers, and of corners without an adjacent marker, for another
 /// board.
@@ -38,7 +38,7 @@ pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,
     readings: &[Reading],
-    board: &Checkerboard,
+    board: &Board,
     markers: Markers,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> Result<Polarity, Miss> {
@@ -90,7 +90,7 @@ fn keep_agreeing(
     lattice: &mut Lattice,
     readings: &[Reading],
     best: &Candidate,
-    board: &Checkerboard,
+    board: &Board,
     markers: Markers,
 ) {
     let agrees = |reading: &Reading| best.agrees(reading, board, markers);

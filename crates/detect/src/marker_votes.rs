@@ -15,7 +15,7 @@ use super::{
     placement::{Placement, TURNS},
 };
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     markers::{Layout, Markers},
 };
 
@@ -54,12 +54,12 @@ pub(super) struct Candidate {
 
 impl Candidate {
     /// True if the reading is the board's marker rather than any cells.
-    pub(super) fn agrees(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> bool {
+    pub(super) fn agrees(&self, reading: &Reading, board: &Board, markers: Markers) -> bool {
         self.bits_of(reading, board, markers) > 0.0
     }
 
     /// Bits for the board's marker at a reading.
-    fn bits_of(&self, reading: &Reading, board: &Checkerboard, markers: Markers) -> f64 {
+    fn bits_of(&self, reading: &Reading, board: &Board, markers: Markers) -> f64 {
         let cells = markers.dictionary.side_cells().pow(2);
         let wrong = self.wrong_cells(reading, board, markers);
         wrong.map_or(-libm::log2(ONE_IS_OTHER.into()), |wrong| bits_of(cells, wrong))
@@ -67,12 +67,7 @@ impl Candidate {
 
     /// Number of cells that differ between a reading and the expected marker; `None` if none is
     /// expected.
-    fn wrong_cells(
-        &self,
-        reading: &Reading,
-        board: &Checkerboard,
-        markers: Markers,
-    ) -> Option<usize> {
+    fn wrong_cells(&self, reading: &Reading, board: &Board, markers: Markers) -> Option<usize> {
         let square = self.square_of(reading)?;
         let code = markers.code_at(self.layout, square, board.squares())?;
         Some((reading.codes[self.turn] ^ code).count_ones() as usize)
@@ -85,13 +80,13 @@ impl Candidate {
     }
 
     /// True if the square towards higher steps along both axes is light in the picture.
-    pub(super) fn is_light(&self, node: Node, board: &Checkerboard) -> bool {
+    pub(super) fn is_light(&self, node: Node, board: &Board) -> bool {
         let has_marker = self.layout.is_light(square_at(&self.placement, node), board.squares()[1]);
         has_marker == (self.polarity == Polarity::Positive)
     }
 
     /// Number of the grid's corners beyond the board's ends.
-    fn outside(&self, lattice: &Lattice, board: &Checkerboard) -> usize {
+    fn outside(&self, lattice: &Lattice, board: &Board) -> usize {
         let size = [board.columns() as i32, board.rows() as i32];
         let is_outside = |node: &&Node| {
             let place = self.placement.place(**node);
@@ -167,7 +162,7 @@ fn square_at(placement: &Placement, (i, j): Node) -> [i32; 2] {
 pub(super) fn place(
     readings: &[Reading],
     lattice: &Lattice,
-    board: &Checkerboard,
+    board: &Board,
     markers: Markers,
 ) -> Verdict {
     let (candidates, searched) = weighed(readings, lattice, board, markers);
@@ -189,7 +184,7 @@ pub(super) fn place(
 fn weighed(
     readings: &[Reading],
     lattice: &Lattice,
-    board: &Checkerboard,
+    board: &Board,
     markers: Markers,
 ) -> (Vec<Candidate>, usize) {
     let mut candidates = vote(readings, board, markers);
@@ -218,7 +213,7 @@ fn weighed(
 pub(super) fn votes(
     readings: &[Reading],
     lattice: &Lattice,
-    board: &Checkerboard,
+    board: &Board,
     markers: Markers,
 ) -> WeighedMarkers {
     let (candidates, _) = weighed(readings, lattice, board, markers);
@@ -257,7 +252,7 @@ pub(super) fn votes(
 }
 
 /// Placements with a vote of a reading.
-fn vote(readings: &[Reading], board: &Checkerboard, markers: Markers) -> Vec<Candidate> {
+fn vote(readings: &[Reading], board: &Board, markers: Markers) -> Vec<Candidate> {
     let [columns, rows] = board.squares();
     let layouts = markers.layouts(rows);
     let cells = markers.dictionary.side_cells().pow(2);

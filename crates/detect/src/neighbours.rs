@@ -1,7 +1,7 @@
 //! Prediction of a fitted corner from the neighbours.
 
 use super::edge_model::EdgeFit;
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Rows and columns of a board's points.
 #[derive(Clone, Copy, Debug)]
@@ -13,7 +13,7 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    pub(super) fn of(board: &Checkerboard) -> Self {
+    pub(super) fn of(board: &Board) -> Self {
         let [one, other] = board.target().steps_m();
         Self { columns: board.columns(), longer: one / other }
     }

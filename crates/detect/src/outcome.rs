@@ -2,8 +2,8 @@
 
 use boresight_geometry::{
     Corner,
+    boards::{Board, BoardChoice},
     markers::{CircleRows, Dictionary, MarkerChoice},
-    target::{Board, BoardChoice},
 };
 
 /// Board found in a picture.

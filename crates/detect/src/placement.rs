@@ -17,7 +17,7 @@ use super::{
     printed_code::is_named_by_code,
     track::Expected,
 };
-use boresight_geometry::{board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{boards::Board, frame::ImageSize};
 
 /// Least number of corners of a part, and of rows and columns.
 const LEAST_CORNERS: usize = 12;
@@ -68,12 +68,7 @@ impl Placement {
     }
 
     /// Writes the board's corners to `into`, row by row; `None` for corners missing from the grid.
-    pub(super) fn write(
-        &self,
-        lattice: &Lattice,
-        board: &Checkerboard,
-        into: &mut Vec<Option<[f32; 2]>>,
-    ) {
+    pub(super) fn write(&self, lattice: &Lattice, board: &Board, into: &mut Vec<Option<[f32; 2]>>) {
         let (columns, rows) = (board.columns() as i32, board.rows() as i32);
         let all = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
         into.clear();
@@ -96,7 +91,7 @@ impl Placement {
 pub(super) fn place_part(
     image: &GrayImage,
     lattice: &mut Lattice,
-    board: &Checkerboard,
+    board: &Board,
     expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
@@ -126,7 +121,7 @@ pub(super) fn place_part(
 pub(super) fn place_whole(
     image: &GrayImage,
     lattice: &Lattice,
-    board: &Checkerboard,
+    board: &Board,
     expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
@@ -167,7 +162,7 @@ impl Weighed {
 fn weigh<'a>(
     image: &'a GrayImage,
     lattice: &'a Lattice,
-    board: &'a Checkerboard,
+    board: &'a Board,
     expected: &'a Expected,
     ends: [Behind; 4],
 ) -> impl Iterator<Item = Weighed> + Clone + 'a {
@@ -190,7 +185,7 @@ fn weigh<'a>(
 pub(super) fn places(
     image: &GrayImage,
     lattice: &Lattice,
-    board: &Checkerboard,
+    board: &Board,
     expected: &Expected,
 ) -> Vec<(Weighed, bool)> {
     let by_code = by_code(image, lattice, board);
@@ -228,7 +223,7 @@ fn either(one: f32, other: f32) -> f32 {
 /// Turns and shifts that put the part inside the board.
 fn inside_board(
     (low, high): (Node, Node),
-    board: &Checkerboard,
+    board: &Board,
 ) -> impl Iterator<Item = Placement> + Clone {
     let size = [board.columns() as i32, board.rows() as i32];
     TURNS.into_iter().flat_map(move |turn| {
@@ -246,7 +241,7 @@ fn inside_board(
 fn of_ends(
     placement: &Placement,
     (low, high): (Node, Node),
-    board: &Checkerboard,
+    board: &Board,
     ends: [Behind; 4],
 ) -> f32 {
     let size = [board.columns() as i32, board.rows() as i32];
@@ -262,12 +257,7 @@ fn of_ends(
 
 /// Bits for a place by the colours: one for each corner with matching colours, as boards of mixed
 /// parity have a dark outer square at their first corner.
-fn of_colours(
-    image: &GrayImage,
-    lattice: &Lattice,
-    placement: &Placement,
-    board: &Checkerboard,
-) -> f32 {
+fn of_colours(image: &GrayImage, lattice: &Lattice, placement: &Placement, board: &Board) -> f32 {
     if board.looks_the_same_upside_down() {
         return 0.0;
     }
@@ -285,7 +275,7 @@ fn track(
     image: &GrayImage,
     lattice: &Lattice,
     placement: &Placement,
-    board: &Checkerboard,
+    board: &Board,
     expected: &Expected,
 ) -> (f32, f32) {
     let columns = board.columns() as i32;
@@ -321,7 +311,7 @@ fn track(
 fn by_code<'a>(
     image: &'a GrayImage,
     lattice: &Lattice,
-    board: &'a Checkerboard,
+    board: &'a Board,
 ) -> Option<impl Fn(&Placement) -> bool + 'a> {
     let pair = |&(i, j): &Node| {
         let [x, y] = lattice.get((i, j))?.map(f64::from);

@@ -10,8 +10,8 @@ use nalgebra::{Point2, Vector2};
 use super::plane::Plane;
 use boresight_geometry::{
     Corner,
-    board::Checkerboard,
     board_code::{BoardCode, CELLS, Edge, FAR, NEAR, place_in_cell},
+    boards::Board,
     frame::ImageSize,
 };
 
@@ -25,7 +25,7 @@ const UNCLEAR: f64 = 0.04;
 /// be read.
 ///
 /// The code names a board of as many corners as `board`; the size of squares doesn't matter.
-pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) -> Option<BoardCode> {
+pub fn read_code(image: &GrayImage, board: &Board, corners: &[Corner]) -> Option<BoardCode> {
     if corners.len() != board.corner_count() {
         return None;
     }
@@ -43,7 +43,7 @@ pub fn read_code(image: &GrayImage, board: &Checkerboard, corners: &[Corner]) ->
 
 /// True if the code of `board` is seen, and runs forwards if the turn is otherwise unknown. `px_of`
 /// maps a place, in squares from the board's top-left corner, to the picture.
-pub(super) fn is_named_by_code(image: &GrayImage, board: &Checkerboard, px_of: &PxOf<'_>) -> bool {
+pub(super) fn is_named_by_code(image: &GrayImage, board: &Board, px_of: &PxOf<'_>) -> bool {
     let size = (board.columns(), board.rows());
     let either_way = !board.looks_the_same_upside_down();
     codes(image, size, px_of).any(|(_, forwards)| forwards || either_way)

@@ -7,7 +7,7 @@ use super::{
     outcome::{Detection, Miss, OtherBoard},
 };
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags},
 };
 
@@ -36,10 +36,10 @@ impl Detector {
     pub fn recognise(
         &mut self,
         image: &GrayImage,
-        named: Option<&Checkerboard>,
+        named: Option<&Board>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        let named_markers = named.and_then(Checkerboard::markers);
+        let named_markers = named.and_then(Board::markers);
         let charuco = self.charuco(image, named_markers.filter(Markers::are_in_squares), keep_on);
         if charuco.is_some() {
             return charuco;
@@ -56,12 +56,12 @@ impl Detector {
                 Err(_) => {}
             }
         }
-        if !matches!(named, Some(Checkerboard::Checkerboard(_)))
+        if !matches!(named, Some(Board::Plain(_)))
             && let Some((columns, rows)) = self.count(image)
         {
             return Some(OtherBoard::Plain { columns, rows });
         }
-        self.whole_circles(image, named.and_then(Checkerboard::circles), keep_on)
+        self.whole_circles(image, named.and_then(Board::circles), keep_on)
     }
 
     /// Board with markers in the light squares, if of another family or side than the named
@@ -126,7 +126,7 @@ impl Detector {
         markers: Option<MarkerChoice>,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
-        let squares = Checkerboard::new(columns, rows, 1.0).map_err(|_| Miss::NoBoard)?;
+        let squares = Board::new(columns, rows, 1.0).map_err(|_| Miss::NoBoard)?;
         let board = match markers {
             None => squares,
             Some(markers) => squares.drawn_with(markers.in_squares_of(1.0)),

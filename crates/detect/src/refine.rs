@@ -12,7 +12,7 @@ use super::{
     outcome::{Detection, Miss, Quality},
     params::DetectorParams,
 };
-use boresight_geometry::{Corner, board::Checkerboard, expect_unseen};
+use boresight_geometry::{Corner, boards::Board, expect_unseen};
 
 /// Blur, as a fraction of a square, above which there is no plateau between the edges.
 const BLUR_LIMIT_SQUARES: f64 = 0.25;
@@ -77,7 +77,7 @@ impl Refiner {
     pub(super) fn refine(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         rough: &[Option<[f64; 2]>],
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,

@@ -17,7 +17,7 @@ use super::{
 };
 use boresight_geometry::{
     Corner,
-    board::Checkerboard,
+    boards::Board,
     frame::{CaptureTime, FrameKind},
 };
 
@@ -174,7 +174,7 @@ impl Tracker {
     pub(super) fn follow(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         near: &Prediction,
         into: &mut Vec<Option<[f64; 2]>>,
     ) -> bool {
@@ -232,7 +232,7 @@ impl Tracker {
 
 /// Shortest distance between neighbours in the rows and columns of a whole board with corners at
 /// `px`. Distances that aren't finite are left out.
-pub(super) fn shortest_side_px(board: &Checkerboard, px: impl Fn(usize) -> [f64; 2]) -> f64 {
+pub(super) fn shortest_side_px(board: &Board, px: impl Fn(usize) -> [f64; 2]) -> f64 {
     let apart = |one: usize, other: usize| {
         let ([x, y], [to_x, to_y]) = (px(one), px(other));
         libm::hypot(to_x - x, to_y - y)

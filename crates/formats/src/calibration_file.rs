@@ -17,7 +17,7 @@ use super::{
 use boresight_calibrate::{LensModel, Verdict, is_unfinished};
 use boresight_geometry::{
     Camera, Corner, Distortion, LensKind,
-    board::Checkerboard,
+    boards::Board,
     markers::{CircleRows, MarkerChoice, Markers, Tags},
 };
 
@@ -556,11 +556,11 @@ impl CalibrationFile {
 
     /// The board; `None` if missing or impossible. Plain if the markers are unknown here or don't
     /// fit.
-    pub fn checkerboard(&self) -> Option<Checkerboard> {
+    pub fn checkerboard(&self) -> Option<Board> {
         let BoardEntry { columns, rows, square_mm, markers, circles, points_mm: _ } =
             self.board.as_ref()?;
         let count = |count: &u32| u16::try_from(*count).ok();
-        let plain = Checkerboard::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
+        let plain = Board::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
         if let Some(rows) = circles.as_deref().and_then(CircleRows::named) {
             let circles = MarkerChoice::circles(rows).in_squares_of(plain.square_m());
             return plain.with_markers(circles).ok();

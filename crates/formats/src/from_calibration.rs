@@ -18,7 +18,7 @@ use boresight_calibrate::{
     acceptance::{Acceptance, AcceptanceGoal, acceptance},
 };
 use boresight_geometry::{
-    Camera, LensParameter, LensParts, PrincipalLine, board::Checkerboard, frame::ImageSize,
+    Camera, LensParameter, LensParts, PrincipalLine, boards::Board, frame::ImageSize,
 };
 
 /// A picture, used or not.
@@ -51,7 +51,7 @@ impl CalibrationFile {
     pub fn of(
         result: Result<&Calibration, &NotCalibrated>,
         image_size: ImageSize,
-        board: &Checkerboard,
+        board: &Board,
         views: &[ViewName],
         words: FindingWords,
     ) -> Self {
@@ -101,7 +101,7 @@ impl CalibrationFile {
         }
     }
 
-    fn without_result(image_size: ImageSize, board: &Checkerboard, views: &[ViewName]) -> Self {
+    fn without_result(image_size: ImageSize, board: &Board, views: &[ViewName]) -> Self {
         let board = BoardEntry {
             columns: count(board.columns()),
             rows: count(board.rows()),
@@ -206,7 +206,7 @@ impl AcceptanceEntry {
 }
 
 /// Points of a board with other dimensions than `board`.
-fn found_mm(calibration: &Calibration, board: &Checkerboard) -> Option<Vec<[f64; 3]>> {
+fn found_mm(calibration: &Calibration, board: &Board) -> Option<Vec<[f64; 3]>> {
     let named_m = board.corners_in_board_m();
     let is_named =
         |(found, named): (&Point3<f64>, &Point2<f64>)| found.z == 0.0 && found.xy() == *named;
@@ -332,11 +332,7 @@ fn projection(calibration: &Calibration) -> ProjectionEntry {
 
 /// Entries of all pictures. The used pictures have the values of the calibration's views, in the
 /// same order.
-fn view_entries(
-    calibration: &Calibration,
-    board: &Checkerboard,
-    views: &[ViewName],
-) -> Vec<ViewEntry> {
+fn view_entries(calibration: &Calibration, board: &Board, views: &[ViewName]) -> Vec<ViewEntry> {
     let mut results = calibration.views.iter().enumerate();
     views
         .iter()
@@ -347,7 +343,7 @@ fn view_entries(
         .collect()
 }
 
-fn used(view: &ViewName, camera: &Camera, board: &Checkerboard, result: &ViewResult) -> ViewEntry {
+fn used(view: &ViewName, camera: &Camera, board: &Board, result: &ViewResult) -> ViewEntry {
     let t = &result.cam_from_board.translation.vector;
     let q = result.cam_from_board.rotation.quaternion();
     ViewEntry {
@@ -386,7 +382,7 @@ impl LineEntry {
 }
 
 /// Image of the outline of the board's seen part; `None` if the lens model doesn't reach it.
-fn outline_px(camera: &Camera, board: &Checkerboard, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
+fn outline_px(camera: &Camera, board: &Board, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
     let image = |point_m: &Point2<f64>| {
         let image = camera.project_board_point(&view.cam_from_board, point_m);
         image.map_or(Point2::new(f64::NAN, f64::NAN), |image| image.px)

@@ -5,12 +5,12 @@
 //!
 //! ```
 //! use boresight_geometry::{
-//!     Camera, Corner, Homography, PrincipalLine, board::Checkerboard, intersect_weighted, mean_px,
+//!     Camera, Corner, Homography, PrincipalLine, boards::Board, intersect_weighted, mean_px,
 //! };
 //! use nalgebra::{Isometry3, Point2, Vector3};
 //!
 //! let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
-//! let board_m = Checkerboard::new(9, 6, 0.025)?.corners_in_board_m();
+//! let board_m = Board::new(9, 6, 0.025)?.corners_in_board_m();
 //! let mut lines = Vec::new();
 //! for axis in [Vector3::x(), Vector3::y()] {
 //!     let tilt = axis * 40_f64.to_radians();
@@ -52,8 +52,8 @@
 //! | `coverage` | coverage of the picture by boards |
 //! | `target` | kinds of boards and their common interface |
 
-pub mod board;
 pub mod board_code;
+pub mod boards;
 mod camera;
 mod corner;
 mod coverage;
@@ -71,7 +71,6 @@ mod pose;
 mod principal_line;
 mod principal_point;
 mod ring;
-pub mod target;
 
 pub use camera::{Camera, Projection, RayProjection};
 pub use corner::{Corner, mean_px, seen_count};

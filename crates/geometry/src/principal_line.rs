@@ -35,13 +35,13 @@ const MIN_FORESHORTENING_SIGMAS: f64 = 5.0;
 /// and passes through the principal point:
 ///
 /// ```
-/// use boresight_geometry::{Camera, Corner, Homography, PrincipalLine, mean_px, board::Checkerboard};
+/// use boresight_geometry::{Camera, Corner, Homography, PrincipalLine, mean_px, boards::Board};
 /// use nalgebra::{Isometry3, Matrix2, Point2, Vector3};
 ///
 /// let camera = Camera::pinhole(900.0, Point2::new(650.0, 350.0));
 /// let tilt_rad = 40_f64.to_radians();
 /// let cam_from_board = Isometry3::new(Vector3::new(0.0, 0.0, 0.4), Vector3::y() * -tilt_rad);
-/// let board_m = Checkerboard::new(9, 6, 0.025)?.corners_in_board_m();
+/// let board_m = Board::new(9, 6, 0.025)?.corners_in_board_m();
 /// let corners: Vec<Corner> = board_m
 ///     .iter()
 ///     .filter_map(|point_m| camera.px_from_board(&cam_from_board, point_m))

@@ -6,13 +6,13 @@
 //! ```
 //! use boresight_calibrate::CalibrationParams;
 //! use boresight_detect::{Detection, Quality};
-//! use boresight_geometry::{Corner, board::Checkerboard, frame::{CaptureTime, FrameId, FrameKind, ImageSize}};
+//! use boresight_geometry::{Corner, boards::Board, frame::{CaptureTime, FrameId, FrameKind, ImageSize}};
 //! use boresight_guide::guidance::{GuidanceParams, Purpose};
 //! use boresight_guide::session::{Input, Observation, Outcome, Session, SessionSetup};
 //!
 //! let image_size = ImageSize { width_px: 1280, height_px: 720 };
 //! let mut session = Session::new(SessionSetup {
-//!     board: Checkerboard::new(9, 6, 0.025)?,
+//!     board: Board::new(9, 6, 0.025)?,
 //!     image_size,
 //!     guidance: GuidanceParams::default(),
 //!     calibration: CalibrationParams::default(),
@@ -32,7 +32,7 @@
 //!
 //! assert!(matches!(decision.outcome, Outcome::Accepted { frame: 1, .. }));
 //! assert!(session.target().is_some_and(|next| next.purpose == Purpose::Partner { of: 0 }));
-//! # Ok::<(), boresight_geometry::board::InvalidBoard>(())
+//! # Ok::<(), boresight_geometry::boards::InvalidBoard>(())
 //! ```
 //!
 //! # Modules

@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, board::Checkerboard, fit_pose, frame::ImageSize};
+use boresight_geometry::{Camera, Corner, boards::Board, fit_pose, frame::ImageSize};
 
 /// White margin around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
@@ -17,11 +17,7 @@ const PARTS: usize = 16;
 
 /// Closeness of the live corners to the ghost's: 0 from half a board's width away, 1 on it. `None`
 /// unless both are all corners of `board`.
-pub fn closeness(
-    live_px: &[Point2<f64>],
-    ghost_px: &[Point2<f64>],
-    board: &Checkerboard,
-) -> Option<f32> {
+pub fn closeness(live_px: &[Point2<f64>], ghost_px: &[Point2<f64>], board: &Board) -> Option<f32> {
     if [live_px.len(), ghost_px.len()] != [board.corner_count(); 2] {
         return None;
     }
@@ -52,7 +48,7 @@ pub struct Card {
 impl Card {
     /// Card with its inner corners at `corners_px`. `None` if their number isn't the board's, or no
     /// pose fits.
-    pub fn new(corners_px: &[Point2<f64>], board: &Checkerboard, lens: &Camera) -> Option<Self> {
+    pub fn new(corners_px: &[Point2<f64>], board: &Board, lens: &Camera) -> Option<Self> {
         if corners_px.len() != board.corner_count() {
             return None;
         }
@@ -192,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_board_on_the_ghost_is_as_close_as_can_be() {
-        let board = Checkerboard::new(9, 6, 1.0).expect("valid");
+        let board = Board::new(9, 6, 1.0).expect("valid");
         let ghost: Vec<Point2<f64>> = board
             .corners_in_board_m()
             .iter()
@@ -209,7 +205,7 @@ mod tests {
 
     #[test]
     fn the_card_is_the_whole_board_in_perspective() {
-        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let board = Board::new(9, 6, 0.025).expect("valid");
         let lens = Camera::pinhole(980.0, Point2::new(640.0, 360.0));
         // The right edge is away from the camera.
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -0.7);

@@ -21,6 +21,6 @@ pub mod instruction;
 pub mod reading;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod sheet;
 pub mod speech;
-pub mod target;
 pub mod text;

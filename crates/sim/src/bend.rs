@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point2};
 
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Bent board. Lengths are in squares; the board's z-axis points away from a camera that sees its
 /// front.
@@ -33,7 +33,7 @@ struct Slant {
 
 impl Bend {
     /// `None` for a flat board.
-    pub(super) fn new(board: &Checkerboard, bend_m: f64) -> Option<Self> {
+    pub(super) fn new(board: &Board, bend_m: f64) -> Option<Self> {
         let is_upright = board.rows() > board.columns();
         let square_m = board.measured_m();
         let [across_m, down_m] = board.reach_m();

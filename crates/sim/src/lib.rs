@@ -53,7 +53,6 @@ mod scene_mistake;
 mod sheet_view;
 mod shutter;
 mod source;
-pub mod street;
 pub mod technician;
 mod track;
 

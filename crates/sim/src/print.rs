@@ -11,7 +11,7 @@ use super::{
     printed_tags::PrintedTags,
     sheet_view::{PixelRay, SheetView, Spot},
 };
-use boresight_geometry::{board::Checkerboard, board_code::BoardId, markers::Markers};
+use boresight_geometry::{board_code::BoardId, boards::Board, markers::Markers};
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -63,7 +63,7 @@ pub(super) struct Share {
 impl Print {
     /// Sheet of a board bent by `bend_m` along the z-axis; with the
     /// code of `id`, if any.
-    pub(super) fn new(board: &Checkerboard, id: Option<BoardId>, bend_m: f64) -> Self {
+    pub(super) fn new(board: &Board, id: Option<BoardId>, bend_m: f64) -> Self {
         // A digital net, so that every aligned run of samples is spread evenly in x and in y,
         // folded into a tent two pixels wide: the pixel's own square and one pixel of the blur.
         let (offsets_x, offsets_y) = (0..SAMPLES as u32)

@@ -1,8 +1,8 @@
 //! The circles of a printed circle grid.
 
 use boresight_geometry::{
-    board::Checkerboard,
-    target::{Circles, Target},
+    boards::Board,
+    boards::{Circles, Target},
 };
 
 /// Circles of a printed grid, in row distances from the upper left corner of the pattern.
@@ -17,8 +17,8 @@ pub(super) struct PrintedCircles {
 const RADIUS: f32 = 0.5 * Circles::DIAMETER as f32;
 
 impl PrintedCircles {
-    pub(super) fn new(board: &Checkerboard) -> Option<Self> {
-        let Checkerboard::Circles(circles) = board else { return None };
+    pub(super) fn new(board: &Board) -> Option<Self> {
+        let Board::Circles(circles) = board else { return None };
         let grid = circles.grid().map(|count| count as f32);
         Some(Self { grid, step: circles.step() as f32 })
     }
@@ -49,8 +49,8 @@ impl PrintedCircles {
 #[cfg(test)]
 mod tests {
     use boresight_geometry::{
+        boards::Shape,
         markers::{CircleRows, MarkerChoice},
-        target::Shape,
     };
 
     use super::*;
@@ -58,7 +58,7 @@ mod tests {
     #[test]
     fn what_is_printed_are_the_dark_discs_of_the_board() {
         for rows in CircleRows::ALL {
-            let plain = Checkerboard::new(4, 5, 0.02).expect("valid");
+            let plain = Board::new(4, 5, 0.02).expect("valid");
             let board = plain.drawn_with(MarkerChoice::circles(rows).in_squares_of(0.02));
             let (target, printed) = (board.target(), PrintedCircles::new(&board).expect("circles"));
             let (discs, size_m) = (target.dark_shapes().large, target.size_m());

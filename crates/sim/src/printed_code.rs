@@ -1,8 +1,8 @@
 //! The code in a printed board's margin.
 
 use boresight_geometry::{
-    board::Checkerboard,
     board_code::{BoardCode, BoardId, CELLS, Edge, FAR, NEAR},
+    boards::Board,
 };
 
 /// Strips of a code along the longer sides of a board, as printed by `boresight target` on a sheet
@@ -17,8 +17,8 @@ pub(super) struct PrintedCode {
 impl PrintedCode {
     /// Printed code; `None` if no code has the board's square size, or the board has markers or
     /// circles.
-    pub(super) fn new(board: &Checkerboard, id: BoardId) -> Option<Self> {
-        if board.markers().is_some() || matches!(board, Checkerboard::Circles(_)) {
+    pub(super) fn new(board: &Board, id: BoardId) -> Option<Self> {
+        if board.markers().is_some() || matches!(board, Board::Circles(_)) {
             return None;
         }
         let size = (board.columns(), board.rows());
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn what_is_printed_are_the_bars_of_the_sheet() {
         for (columns, rows) in [(9, 6), (5, 8)] {
-            let board = Checkerboard::new(columns, rows, 0.02).expect("a board");
+            let board = Board::new(columns, rows, 0.02).expect("a board");
             let id = "ZX5N".parse().expect("an ID");
             let printed = PrintedCode::new(&board, id).expect("fits");
             let size = (board.columns(), board.rows());

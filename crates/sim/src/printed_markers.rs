@@ -1,7 +1,7 @@
 //! Marker cells of a printed sheet, spread out for fast lookup.
 
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     markers::{Layout, Markers},
 };
 
@@ -41,7 +41,7 @@ pub(super) struct Crossing {
 }
 
 impl PrintedMarkers {
-    pub(super) fn new(board: &Checkerboard, markers: &Markers) -> Self {
+    pub(super) fn new(board: &Board, markers: &Markers) -> Self {
         let side = markers.dictionary.side_cells() + 2;
         let [across, down] = board.squares();
         let cells_of = |square: usize| {
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn the_cells_around_a_point_are_those_that_points_around_it_show() {
         let markers = Markers::sized("DICT_5X5_100".parse().expect("known"), Some(0.7));
-        let board = Checkerboard::new(4, 6, 0.03).map(|board| board.with_markers(markers));
+        let board = Board::new(4, 6, 0.03).map(|board| board.with_markers(markers));
         let board = board.expect("a board").expect("markers fit");
         let printed = PrintedMarkers::new(&board, &markers);
         let (mut one, mut four) = (0, 0);

@@ -2,7 +2,7 @@
 
 use super::printed_markers::{Cells, Crossing};
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     markers::{Markers, Tags},
 };
 
@@ -31,7 +31,7 @@ enum Place {
 
 impl PrintedTags {
     /// Printed tags; `None` for other boards.
-    pub(super) fn new(board: &Checkerboard) -> Option<Self> {
+    pub(super) fn new(board: &Board) -> Option<Self> {
         let markers = board.markers()?;
         let Tags { spacing, .. } = markers.tags?;
         let size = board.squares();
@@ -130,15 +130,15 @@ impl PrintedTags {
 mod tests {
     use super::*;
     use boresight_geometry::{
+        boards::{DarkShapes, Shape},
         markers::MarkerChoice,
-        target::{DarkShapes, Shape},
     };
 
     /// The rendered sheet equals the printed sheet.
     #[test]
     fn the_sheet_is_black_where_the_board_is() {
         let tags = MarkerChoice::tags(Tags { spacing: 0.3, first: 7 }).in_squares_of(0.02);
-        let board = Checkerboard::new(6, 4, 0.02).map(|board| board.with_markers(tags));
+        let board = Board::new(6, 4, 0.02).map(|board| board.with_markers(tags));
         let board = board.expect("a board").expect("tags fit");
         let printed = PrintedTags::new(&board).expect("tags");
         let DarkShapes { large, fine } = board.target().dark_shapes();

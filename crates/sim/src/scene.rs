@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::{bend::Bend, rng_stream::RngStream, technician::params::TechnicianParams};
 use boresight_geometry::{
-    Camera, Distortion, board::Checkerboard, board_code::BoardId, frame::ImageSize,
+    Camera, Distortion, board_code::BoardId, boards::Board, frame::ImageSize,
 };
 
 /// Simulated room, person and camera. Equal scenes give equal pictures.
@@ -23,7 +23,7 @@ pub struct Scene {
     /// True lens.
     pub camera: Camera,
     /// Board held up.
-    pub board: Checkerboard,
+    pub board: Board,
     /// Identity in the code in the board's margin, with counts and squares; `None` for a board
     /// without code.
     pub board_id: Option<BoardId>,
@@ -183,9 +183,9 @@ impl Scene {
     }
 }
 
-fn default_board() -> Checkerboard {
+fn default_board() -> Board {
     // The numbers are valid, and `new` is the only constructor of a board.
-    match Checkerboard::new(9, 6, 0.025) {
+    match Board::new(9, 6, 0.025) {
         Ok(board) => board,
         Err(_) => unreachable!("9x6 of 25 mm is a board"),
     }

@@ -12,7 +12,7 @@ use crate::{
 };
 use boresight_files::{FileError, Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
-    Distortion, LensKind, board::Checkerboard, board_code::BoardId, frame::ImageSize,
+    Distortion, LensKind, board_code::BoardId, boards::Board, frame::ImageSize,
 };
 
 /// Maximum height of a bent board's middle, in squares.
@@ -174,7 +174,7 @@ impl SceneFile {
     /// # Errors
     ///
     /// [`SceneError`] if the file cannot be read, has unknown names, or describes no camera.
-    pub fn load_with(path: &Path, board: Checkerboard) -> Result<Scene, SceneError> {
+    pub fn load_with(path: &Path, board: Board) -> Result<Scene, SceneError> {
         let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
         let invalid = |message: &str| SceneError::Invalid {
             message: message.trim_end().to_owned(),
@@ -189,8 +189,7 @@ impl SceneFile {
                 let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
                 let [columns, rows] = size.unwrap_or([side(board.columns()), side(board.rows())]);
                 let square_m = square_mm.map_or(board.measured_m(), |mm| mm * 1e-3);
-                Checkerboard::new(columns, rows, square_m)
-                    .map_err(|err| invalid(&err.to_string()))?
+                Board::new(columns, rows, square_m).map_err(|err| invalid(&err.to_string()))?
             }
         };
         let board_id: Option<BoardId> = file

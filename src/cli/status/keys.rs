@@ -14,7 +14,8 @@ use rustix::{
     io::read,
 };
 
-use super::{super::typing, lines::Lines};
+use super::lines::Lines;
+use boresight_terminal::typing;
 
 /// Longest wait for a key before checking for the end of the session.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };

@@ -21,8 +21,8 @@ use std::{io::IsTerminal, sync::Arc};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use super::terminal::{is_json, set_status, take_status};
 use boresight_run::pipeline::Onlooker;
+use boresight_terminal::{is_json, set_status, take_status};
 use lines::Lines;
 
 /// Maximum rate of rewriting per second: a slow link to the terminal isn't flooded.

@@ -15,7 +15,7 @@ use std::{
 };
 
 use boresight::{
-    board::Checkerboard,
+    boards::Board,
     capture::{Arrival, FrameSource},
     frame::{CaptureTime, ImageSize},
     geometry::Camera,
@@ -153,7 +153,7 @@ fn scene(columns: u16, rows: u16, seed: u64) -> Scene {
     Scene {
         image_size: ImageSize { width_px: 640, height_px: 360 },
         camera: Camera::pinhole(490.0, Point2::new(326.0, 176.0)),
-        board: Checkerboard::new(columns, rows, 0.03).expect("a board"),
+        board: Board::new(columns, rows, 0.03).expect("a board"),
         frame_interval_nanos: 1_000_000_000 / RATE_HZ,
         ..Scene::default_720p(seed)
     }

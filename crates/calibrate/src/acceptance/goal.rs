@@ -1,6 +1,6 @@
 use std::{fmt, str::FromStr};
 
-use boresight_geometry::target::millimetres;
+use boresight_geometry::boards::millimetres;
 use serde::{Deserialize, Serialize};
 
 /// The 0.975 quantile of the normal distribution: 95 % lie within ± this many standard deviations.

@@ -276,7 +276,7 @@ impl<const S: usize> Problem<S, LOCAL> for ExtendedProblem<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use boresight_geometry::{Corner, Distortion, LensKind, board::Checkerboard};
+    use boresight_geometry::{Corner, Distortion, LensKind, boards::Board};
 
     /// Every cause, acting on the second of two views.
     fn causes() -> Vec<Cause> {
@@ -304,7 +304,7 @@ mod tests {
     fn derivatives_are_what_a_small_step_changes() {
         const HALF_STEP: f64 = 1e-6;
         const VIEW: usize = 1;
-        let board = Checkerboard::new(9, 6, 0.025).expect("a board");
+        let board = Board::new(9, 6, 0.025).expect("a board");
         let board_m = board.corners_in_board_m();
         let image_size = ImageSize { width_px: 1280, height_px: 720 };
         for (kind, cause) in [LensKind::Perspective, LensKind::Fisheye]

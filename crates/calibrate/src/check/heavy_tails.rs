@@ -8,7 +8,7 @@
 use nalgebra::{Matrix2, Vector2};
 
 use crate::solve::{bundle::Observations, free_homography::FreeHomographies, whitened::Whitened};
-use boresight_geometry::{Corner, board::Checkerboard};
+use boresight_geometry::{Corner, boards::Board};
 
 /// Candidate degrees of freedom.
 const FREEDOM: [f64; 7] = [2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 12.0];
@@ -36,7 +36,7 @@ impl TailWeights {
     pub(crate) fn of(
         observations: &Observations,
         free: &FreeHomographies,
-        board: &Checkerboard,
+        board: &Board,
     ) -> Option<Self> {
         let residuals = free.residuals_px(observations);
         if 2 * residuals.len() != observations.coordinate_count() {
@@ -141,7 +141,7 @@ impl Tails {
 }
 
 /// Median residual of the seen corners next to `corner` on the board; zero if there are none.
-fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Checkerboard) -> Vector2<f64> {
+fn of_neighbours(px: &[Option<Vector2<f64>>], corner: usize, board: &Board) -> Vector2<f64> {
     let neighbours = board.target().neighbours(corner);
     let (x, y) = neighbours.into_iter().filter_map(|it| px[it]).map(|px| (px.x, px.y)).unzip();
     let median = |mut values: Vec<f64>| {

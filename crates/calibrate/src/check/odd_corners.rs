@@ -1,7 +1,7 @@
 //! Finds wrong corners: corners in another order than the board's, and single outliers.
 
 use crate::solve::bundle::{BundleState, Observations};
-use boresight_geometry::{Corner, board::Checkerboard};
+use boresight_geometry::{Corner, boards::Board};
 
 /// Ratio of second to first difference along a row above which three corners are crooked.
 /// Perspective and distortion give far less: 0.5 would mean that one step is three times as long as
@@ -18,7 +18,7 @@ const ODD: f64 = 8.0;
 const HARMLESS_PX: f64 = 0.2;
 
 /// True if nearly all seen corners follow each other as on the board.
-pub(crate) fn is_grid(corners: &[Corner], board: &Checkerboard) -> bool {
+pub(crate) fn is_grid(corners: &[Corner], board: &Board) -> bool {
     let (mut all, mut wrong) = (0, 0);
     board.target().each_three_in_line(&mut |line, share| {
         let [a, b, c] = line.map(|place| &corners[place]);

@@ -7,7 +7,7 @@ use super::{
     zhang,
 };
 use boresight_geometry::{
-    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, board::Checkerboard,
+    Camera, Corner, Homography, PrincipalLine, PrincipalPoint, RingEstimate, boards::Board,
     frame::ImageSize, intersect_unweighted, intersect_weighted, mean_px, pose_from_homography,
     principal_line_and_ring, seen_count,
 };
@@ -167,11 +167,7 @@ pub(crate) fn poses(
 }
 
 /// Number of views distinct from all earlier views.
-pub(crate) fn distinct_views(
-    views: &[Vec<Corner>],
-    board: &Checkerboard,
-    image_size: ImageSize,
-) -> usize {
+pub(crate) fn distinct_views(views: &[Vec<Corner>], board: &Board, image_size: ImageSize) -> usize {
     first_alike(views, board, ALIKE * f64::from(image_size.width_px)).0.len()
 }
 
@@ -179,7 +175,7 @@ pub(crate) fn distinct_views(
 /// square), and for each view the place in that list of its distinct view.
 pub(crate) fn first_alike(
     views: &[Vec<Corner>],
-    board: &Checkerboard,
+    board: &Board,
     limit_px: f64,
 ) -> (Vec<usize>, Vec<usize>) {
     let means_px: Vec<Option<Point2<f64>>> =
@@ -203,7 +199,7 @@ pub(crate) fn first_alike(
 /// Root mean square distance between corresponding corners seen in both views, or between opposite
 /// corners if that is less: some boards look the same upside down. Infinite unless most corners are
 /// seen in both, because another part of the board adds information.
-fn rms_distance_px(a: &[Corner], b: &[Corner], board: &Checkerboard) -> f64 {
+fn rms_distance_px(a: &[Corner], b: &[Corner], board: &Board) -> f64 {
     let most = seen_count(a).max(seen_count(b));
     let mean = |pairs: &mut dyn Iterator<Item = (&Corner, &Corner)>| {
         let in_both = pairs.filter(|(a, b)| a.is_seen() && b.is_seen());

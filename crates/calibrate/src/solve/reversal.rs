@@ -129,11 +129,11 @@ mod tests {
     use nalgebra::{Point2, Vector3};
 
     use super::*;
-    use boresight_geometry::{Corner, board::Checkerboard};
+    use boresight_geometry::{Corner, boards::Board};
 
     #[test]
     fn a_reversed_view_comes_back() {
-        let board = Checkerboard::new(9, 6, 0.025).expect("a board");
+        let board = Board::new(9, 6, 0.025).expect("a board");
         let board_m = board.corners_in_board_m();
         let camera = Camera::pinhole(2500.0, Point2::new(650.0, 350.0));
         let tilts = [Vector3::new(0.5, 0.1, 0.0), Vector3::new(-0.3, 0.4, 0.2)];

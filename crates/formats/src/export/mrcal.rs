@@ -5,7 +5,7 @@ use super::{
     mrcal_inputs::{SolvedView, optimization_inputs},
     number::numbers,
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// The calibration as an mrcal `.cameramodel` at the origin of the reference frame:
 /// `LENSMODEL_PINHOLE`, `LENSMODEL_OPENCV5`, or `LENSMODEL_OPENCV8` for a rational lens.
@@ -28,7 +28,7 @@ pub fn mrcal_cameramodel(exported: &ExportedCamera<'_>) -> Result<String, NotExp
 /// As there.
 pub fn mrcal_cameramodel_with_views(
     exported: &ExportedCamera<'_>,
-    board: &Checkerboard,
+    board: &Board,
     views: &[SolvedView<'_>],
 ) -> Result<String, NotExpressible> {
     let size_px = [exported.image_size.width_px, exported.image_size.height_px];

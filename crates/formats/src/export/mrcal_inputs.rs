@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use nalgebra::{Isometry3, Point3};
 
-use boresight_geometry::{Corner, board::Checkerboard};
+use boresight_geometry::{Corner, boards::Board};
 
 /// A view used by a calibration.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ pub(super) fn optimization_inputs(
     lensmodel: &str,
     intrinsics: &[f64],
     size_px: [u32; 2],
-    board: &Checkerboard,
+    board: &Board,
     views: &[SolvedView<'_>],
 ) -> Option<String> {
     let (columns, rows) = (board.columns(), board.rows());

@@ -3,8 +3,7 @@
 use crate::named_covariance::LensCovariance;
 use boresight_calibrate::Verdict;
 use boresight_geometry::{
-    BoardOutline, Camera, LENS_PARAMETERS, LensKind, LensParameter, board::Checkerboard,
-    frame::ImageSize,
+    BoardOutline, Camera, LENS_PARAMETERS, LensKind, LensParameter, boards::Board, frame::ImageSize,
 };
 
 /// A calibration read from a file.
@@ -26,7 +25,7 @@ pub struct OldCalibration {
     /// The verdict, if stated.
     pub verdict: Option<Verdict>,
     /// The board, if stated.
-    pub board: Option<Checkerboard>,
+    pub board: Option<Board>,
     /// Name of the camera, if stated: boresight's `source`, ROS's `camera_name`, Kalibr's topic.
     pub source: Option<String>,
     /// Locked values of focus and zoom, if stated.

@@ -19,7 +19,7 @@ mod layout;
 pub use board_id::{BoardId, NotAnId};
 pub use layout::{Edge, FAR, NEAR, bars, place_in_cell};
 
-use crate::board::Checkerboard;
+use crate::boards::Board;
 
 const START: [bool; 3] = [true, true, false];
 const END: [bool; 3] = [true, false, true];
@@ -42,7 +42,7 @@ pub struct BoardCode {
 
 impl BoardCode {
     /// Code of a board. `None` if its squares are a metre or larger, or smaller than a micrometre.
-    pub fn new(board: &Checkerboard, id: BoardId) -> Option<Self> {
+    pub fn new(board: &Board, id: BoardId) -> Option<Self> {
         let square_um = (board.square_m() * 1e6).round();
         let fits = (1.0..f64::from(1_u32 << SQUARE_BITS)).contains(&square_um);
         fits.then_some(Self {
@@ -55,8 +55,8 @@ impl BoardCode {
     }
 
     /// Board with the printed squares.
-    pub fn board(&self) -> Option<Checkerboard> {
-        Checkerboard::new(self.columns, self.rows, f64::from(self.square_um) * 1e-6).ok()
+    pub fn board(&self) -> Option<Board> {
+        Board::new(self.columns, self.rows, f64::from(self.square_um) * 1e-6).ok()
     }
 
     /// Identity of the print.
@@ -122,14 +122,14 @@ mod tests {
     use super::*;
 
     fn code() -> BoardCode {
-        let board = Checkerboard::new(9, 6, 0.025).expect("a board");
+        let board = Board::new(9, 6, 0.025).expect("a board");
         BoardCode::new(&board, "K7Q2".parse().expect("an ID")).expect("fits")
     }
 
     #[test]
     fn a_strip_says_what_was_put_in() {
         for (columns, rows, square_m) in [(9, 6, 0.025), (3, 99, 0.000_5), (11, 8, 0.025_124)] {
-            let board = Checkerboard::new(columns, rows, square_m).expect("a board");
+            let board = Board::new(columns, rows, square_m).expect("a board");
             let code = BoardCode::new(&board, "0Z9A".parse().expect("an ID")).expect("fits");
             let read = BoardCode::read(&code.cells()).expect("read");
             assert_eq!(read, code);
@@ -137,7 +137,7 @@ mod tests {
             assert_eq!((again.columns(), again.rows()), (board.columns(), board.rows()));
             assert!((again.square_m() - square_m).abs() < 1e-12);
         }
-        let large = Checkerboard::new(9, 6, 2.0).expect("a board");
+        let large = Board::new(9, 6, 2.0).expect("a board");
         assert_eq!(BoardCode::new(&large, code().id()), None);
     }
 

@@ -17,7 +17,7 @@ use super::{
     wanted_pose::planned_poses,
 };
 use boresight_calibrate::solve::common_error::places_on_board;
-use boresight_geometry::{Corner, board::Checkerboard, fit_pose};
+use boresight_geometry::{Corner, boards::Board, fit_pose};
 
 /// Share of the best pose's gain needed by a frame at first …
 const FIRST_SHARE: f64 = 0.6;
@@ -116,7 +116,7 @@ impl Knowledge {
     /// Information of the seen corners in the `accepted` views.
     pub fn new(
         accepted: &[View],
-        board: &Checkerboard,
+        board: &Board,
         lens_estimate: &LensEstimate,
         params: &GuidanceParams,
     ) -> Self {

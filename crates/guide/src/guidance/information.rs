@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 use super::{params::width_scale, view::LensEstimate};
 use boresight_calibrate::solve::common_error::{COLUMNS as COMMON, error_by_numbers};
 use boresight_geometry::{
-    BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, board::Checkerboard,
+    BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, boards::Board,
     cell_centres_px,
 };
 
@@ -132,7 +132,7 @@ pub fn information_in_picture(
 /// Fisher information of a view about the lens from all corners, wherever they appear.
 pub fn view_information(
     pose: &Isometry3<f64>,
-    board: &Checkerboard,
+    board: &Board,
     camera: &Camera,
     sigma_px: f64,
 ) -> Option<LensMatrix> {

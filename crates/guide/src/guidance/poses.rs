@@ -14,7 +14,7 @@ use super::{
     view::{LensEstimate, View},
     wanted_pose::{WantedPose, place_board, placed, rotation},
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// A pose, with its intended appearance.
 pub(super) type Pose = (WantedPose, Isometry3<f64>);
@@ -65,7 +65,7 @@ const FARTHEST_WIDTHS: f64 = 2.0;
 pub(super) fn best_pair(
     accepted: &[View],
     tried_rad: &[f64],
-    board: &Checkerboard,
+    board: &Board,
     knowledge: &Knowledge,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
@@ -116,7 +116,7 @@ fn clear_directions_rad(
 /// identified, beyond the picture's edge.
 fn poses(
     tilt_azimuth_rad: f64,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Vec<Pose> {

@@ -11,7 +11,7 @@ use super::{
     poses::best_pair,
     view::{LensEstimate, View},
 };
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Number of pairs in the forecast.
 const PAIRS: usize = 4;
@@ -42,7 +42,7 @@ impl Reach {
 /// the board fits nowhere.
 pub fn reach(
     accepted: &[View],
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     noise_px: Option<f64>,
     params: &GuidanceParams,

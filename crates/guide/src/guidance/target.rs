@@ -13,7 +13,7 @@ use super::{
     view::{LensEstimate, View, bounds_px},
     wanted_pose::{WantedPose, place_board, seen_px},
 };
-use boresight_geometry::{Corner, Homography, board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{Corner, Homography, boards::Board, frame::ImageSize};
 
 /// Error of a person in a place near the picture's edge, as a share of the picture's shorter side.
 const LEEWAY: f64 = 0.05;
@@ -73,7 +73,7 @@ impl Target {
 pub fn next_target(
     accepted: &[View],
     tried_rad: &[f64],
-    board: &Checkerboard,
+    board: &Board,
     knowledge: &Knowledge,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
@@ -94,7 +94,7 @@ pub fn next_target(
 fn partner_target(
     of: usize,
     view: &View,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Target {
@@ -143,7 +143,7 @@ fn partner_target(
 }
 
 /// Pixels of the points of a view's board, turned upside down in its plane.
-fn half_turned_px(view: &View, board: &Checkerboard) -> Vec<Point2<f64>> {
+fn half_turned_px(view: &View, board: &Board) -> Vec<Point2<f64>> {
     let turn = |index| view.corners.get(board.target().half_turn(index)?).map(|corner| corner.px);
     let points_m = board.corners_in_board_m();
     let turned: Option<Vec<Point2<f64>>> = (0..points_m.len()).map(turn).collect();
@@ -161,7 +161,7 @@ fn half_turned_px(view: &View, board: &Checkerboard) -> Vec<Point2<f64>> {
 fn partner_of_part(
     of: usize,
     view: &View,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
 ) -> Option<Target> {
     if view.corners.iter().all(Corner::is_seen) {
@@ -208,7 +208,7 @@ fn leaves(ghost_px: &[Point2<f64>], image_size: ImageSize) -> bool {
 fn target(
     wanted: &WantedPose,
     cam_from_board: &Isometry3<f64>,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
 ) -> Target {
     let WantedPose { tilt_azimuth_rad, tilt_rad, leaves_picture, .. } = *wanted;

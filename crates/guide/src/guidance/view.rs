@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, Point2};
 use super::{params::width_scale, refusal::Refusal};
 use boresight_geometry::{
     BoardOutline, Camera, Corner, Homography, LensMatrix, LensParameter, LensParts, PrincipalLine,
-    board::Checkerboard,
+    boards::Board,
     frame::{CaptureTime, FrameId, ImageSize},
     mean_px,
 };
@@ -103,7 +103,7 @@ impl View {
     }
 
     /// Outline of the seen part of `board`.
-    pub fn outline(&self, board: &Checkerboard) -> Option<BoardOutline> {
+    pub fn outline(&self, board: &Board) -> Option<BoardOutline> {
         let px: Vec<_> = self.corners.iter().map(|corner| corner.px).collect();
         board.target().outline(&px, &|index| self.corners[index].is_seen())
     }
@@ -125,7 +125,7 @@ pub fn measure(
     (frame_id, captured_at): (FrameId, CaptureTime),
     corners: &[Corner],
     blur_px: f64,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
 ) -> Result<View, Refusal> {
     let camera = &lens_estimate.camera;

@@ -7,7 +7,7 @@ use super::{
     slots::slots_deg,
     view::{LensEstimate, bounds_px},
 };
-use boresight_geometry::{board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{boards::Board, frame::ImageSize};
 
 /// Least share of the picture spanned by a requested board.
 const LEAST_SPAN_FRACTION: f64 = 0.05;
@@ -31,7 +31,7 @@ pub(super) struct WantedPose {
 /// Inner corners in the picture, in numbering order, without those behind the camera.
 pub fn seen_px(
     cam_from_board: &Isometry3<f64>,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
 ) -> Vec<Point2<f64>> {
     board
@@ -48,7 +48,7 @@ pub fn seen_px(
 /// `None` if the result spans less than a twentieth.
 pub(super) fn place_board(
     wanted: &WantedPose,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<Isometry3<f64>> {
@@ -84,7 +84,7 @@ pub(super) fn place_board(
 
 /// Poses of the plan's first four views.
 pub(super) fn planned_poses(
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> impl Iterator<Item = Isometry3<f64>> {
@@ -103,7 +103,7 @@ pub(super) fn planned_poses(
 
 /// Places on the board's rim, evenly around its middle, in metres: the extremes of the board in the
 /// picture.
-fn rim_m(board: &Checkerboard) -> Vec<Point2<f64>> {
+fn rim_m(board: &Board) -> Vec<Point2<f64>> {
     let [x, y] = board.target().needed_m();
     let shares = [-1.0, 0.0, 1.0];
     let places = shares.into_iter().flat_map(|down| shares.map(|across| (across, down)));

@@ -1,6 +1,6 @@
 use super::seen::Seen;
 use crate::guidance::{GuidanceParams, LensEstimate, Reach, View, reach};
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 
 /// Limits of a board small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ impl FarBoard {
     /// Computes the limits; `None` if the board fits nowhere.
     pub(super) fn of(
         accepted: &[View],
-        board: &Checkerboard,
+        board: &Board,
         lens_estimate: &LensEstimate,
         seen: &Seen,
         limits: &GuidanceParams,

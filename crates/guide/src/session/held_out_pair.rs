@@ -1,6 +1,6 @@
 use crate::guidance::{View, partner_of};
 use boresight_calibrate::{CalibrationParams, calibrate};
-use boresight_geometry::{Corner, board::Checkerboard, fit_pose, frame::ImageSize};
+use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize};
 
 /// Minimum number of views beside the pair for a lens.
 const VIEWS_NEEDED: usize = 2;
@@ -19,7 +19,7 @@ pub struct HeldOutPair {
 /// or the others give no lens.
 pub(super) fn held_out_pair(
     views: &[View],
-    board: &Checkerboard,
+    board: &Board,
     image_size: ImageSize,
     solver: &CalibrationParams,
 ) -> Option<HeldOutPair> {

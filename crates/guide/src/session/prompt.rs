@@ -11,8 +11,8 @@ use super::{
 use crate::guidance::{Advice, Difference, Progress, Refusal, direction_difference_rad};
 use boresight_detect::{Miss, OtherBoard, Side};
 use boresight_geometry::{
+    boards::BoardChoice,
     device::{Control, Fault},
-    target::BoardChoice,
 };
 
 /// An edge or a corner of the board, as seen in the picture.

@@ -6,7 +6,7 @@ use crate::guidance::{
     params::FAR_SPAN_FRACTION,
 };
 use boresight_detect::Track;
-use boresight_geometry::{Corner, board::Checkerboard, frame::ImageSize, target::PartTells};
+use boresight_geometry::{Corner, boards::Board, boards::PartTells, frame::ImageSize};
 
 /// Degrees of freedom at which the measured noise is known to 3 %.
 const NOISE_FREEDOM: f64 = 600.0;
@@ -73,7 +73,7 @@ impl Seen {
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,
-        board: &Checkerboard,
+        board: &Board,
         accepted: &[AcceptedView],
         noise_px: Option<f64>,
     ) -> GuidanceParams {
@@ -237,10 +237,10 @@ mod tests {
 
     #[test]
     fn boards_leave_the_picture_only_where_a_part_can_be_told() {
-        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let board = Board::new(9, 6, 0.025).expect("valid");
         let dictionary = "4x4_50".parse().expect("known");
         let marked = board.with_markers(Markers::sized(dictionary, None)).expect("enough markers");
-        let may_leave = |seen: &Seen, board: &Checkerboard| {
+        let may_leave = |seen: &Seen, board: &Board| {
             seen.limits(&GuidanceParams::default(), board, &[], None).stop_corner_sigma_px.is_some()
         };
         let corner = Corner::isotropic(Point2::origin(), 0.1);

@@ -1,12 +1,12 @@
 use crate::guidance::GuidanceParams;
 use boresight_calibrate::CalibrationParams;
-use boresight_geometry::{board::Checkerboard, frame::ImageSize};
+use boresight_geometry::{boards::Board, frame::ImageSize};
 
 /// Setup of a session. Fixed from its first input to its last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SessionSetup {
     /// Board in front of the camera.
-    pub board: Checkerboard,
+    pub board: Board,
     /// Size of the pictures.
     pub image_size: ImageSize,
     /// Settings of the planner.

@@ -12,7 +12,7 @@ use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
     BoardOutline, Camera, FocalLength, PrincipalLine,
-    board::Checkerboard,
+    boards::Board,
     frame::{CaptureTime, FrameId},
 };
 
@@ -204,7 +204,7 @@ impl LiveView {
 pub(super) fn summaries(
     accepted: &[AcceptedView],
     measured: &[View],
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
     calibration: Option<&Calibration>,
 ) -> (Arc<[ViewSummary]>, Arc<[PairSummary]>) {

@@ -26,7 +26,7 @@ use crate::guidance::{
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
     Camera, Corner,
-    board::Checkerboard,
+    boards::Board,
     frame::{CaptureTime, FrameId},
 };
 
@@ -241,7 +241,7 @@ impl Derived {
 
 fn pose_asked_for(
     target: Option<&Target>,
-    board: &Checkerboard,
+    board: &Board,
     lens_estimate: &LensEstimate,
 ) -> Option<Isometry3<f64>> {
     let ghost: Vec<Corner> =

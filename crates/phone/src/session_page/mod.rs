@@ -1,7 +1,6 @@
 //! The phone's page beside a session, or beside a watched camera being pushed back: links, and
 //! result.
 
-mod adjust;
 mod head;
 mod result;
 
@@ -15,20 +14,18 @@ use std::{
     time::Duration,
 };
 
-use adjust::adjust_page;
 pub use head::Head;
 pub use result::ended_page;
 
-use crate::{EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
+use crate::{AdjustPage, EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
 use boresight_app::{
     Announcer, Opening,
     run::{Concluded, Run},
-    watch::Step,
 };
+use boresight_geometry::frame::Frame;
 use boresight_guide::session::Session;
 use boresight_present::text::phone as words;
 use boresight_run::pipeline::Onlookers;
-use boresight_watch::Lens;
 
 /// Serving time of the result after the last page has left.
 const LINGER_SECS: f64 = 30.0;
@@ -86,8 +83,8 @@ impl Phone {
     }
 
     /// Shows the action to push a watched camera with `lens` back.
-    pub fn adjusting(&self, step: &Step<'_>, lens: &Lens) {
-        self.hub.adjusting(step.frame, adjust_page(step, lens));
+    pub fn adjusting(&self, frame: &Arc<Frame>, page: AdjustPage) {
+        self.hub.adjusting(frame, page);
     }
 
     /// Announces the pictures of a session being opened.

@@ -13,13 +13,11 @@
 //! `<data value="…">` with all its digits. Missing corners, pictures, refusals or checks are stated
 //! as missing. Text from outside, such as a file name, is escaped. Nothing here opens a file.
 //!
-//! [`history_page`] shows many calibrations of many cameras over time.
 
 mod certificate;
 mod drift;
 mod estimates;
 mod fit;
-mod history;
 mod lens_curve;
 mod line;
 mod logo;
@@ -34,14 +32,11 @@ mod summary;
 mod thumbnail;
 mod unknown_sd;
 mod views;
-mod watched;
 
-pub use history::{CameraCurve, CurvePoint, HistoryPage, ModelLine, history_page};
 pub use logo::Logo;
 pub use page::page;
 pub use stated::Certificate;
 pub use thumbnail::Thumbnail;
-pub use watched::{WatchedCurve, WatchedEvent, WatchedPoint, watched_chart};
 
 use boresight_formats::{CalibrationFile, CheckFile};
 use boresight_geometry::Corner;

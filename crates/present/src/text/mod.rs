@@ -11,7 +11,6 @@ mod controls;
 pub mod demo;
 pub mod doctor;
 mod drift;
-pub mod explore;
 mod finding_meaning;
 mod findings;
 mod gauge;
@@ -32,7 +31,6 @@ mod target;
 pub mod terminal;
 mod trouble;
 mod uncertainty;
-pub mod watch;
 pub mod weighed;
 pub mod window;
 

@@ -56,7 +56,7 @@ pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
 }
 
-/// Kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::target::BOARD_KINDS), each
+/// Kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::boards::BOARD_KINDS), each
 /// with an explanation.
 pub const KINDS: [(&str, &str); 5] = [
     ("Checkerboard", "Dark and light squares, nothing else."),
@@ -313,9 +313,21 @@ pub fn assumed_square(square_m: f64) -> String {
 /// Request to confirm the usual square size.
 pub const ASK_SQUARE: &str = "Measure a square of your board, and type its side above.";
 
+/// Length typed in millimetres, in metres; `None` if no number.
+pub fn parsed_millimetres(text: &str) -> Option<f64> {
+    text.trim().trim_end_matches("mm").trim().parse::<f64>().ok().map(|length| 1e-3 * length)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_length_is_read_with_and_without_its_unit() {
+        assert_eq!(parsed_millimetres("50 mm"), Some(0.05));
+        assert_eq!(parsed_millimetres("50"), Some(0.05));
+        assert_eq!(parsed_millimetres("wide"), None);
+    }
 
     #[test]
     fn more_views_take_longer() {

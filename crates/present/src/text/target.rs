@@ -1,13 +1,13 @@
 //! Words on a printed board, and instructions for use.
 
-use crate::target::{DoesNotFit, LINES, Plan};
+use crate::sheet::{DoesNotFit, LINES, Plan};
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     markers::{CircleRows, Markers, Tags},
 };
 
 /// Board named by a code in its margin.
-pub fn board_from_code(board: &Checkerboard, id: &str, square_mm: f64) -> String {
+pub fn board_from_code(board: &Board, id: &str, square_mm: f64) -> String {
     let (columns, rows) = (board.columns(), board.rows());
     let printed_mm = board.square_m() * 1e3;
     let measured = if (square_mm - printed_mm).abs() > 5e-4 {

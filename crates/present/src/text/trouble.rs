@@ -5,7 +5,7 @@ use super::{
     camera::{self, printable},
     window as words,
 };
-use boresight_geometry::{device::Fault, target::BoardChoice};
+use boresight_geometry::{boards::BoardChoice, device::Fault};
 use boresight_guide::session::{Snapshot, Stream};
 
 /// Trouble with an action.

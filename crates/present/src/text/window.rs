@@ -2,8 +2,8 @@
 
 use boresight_detect::OtherBoard;
 use boresight_geometry::{
+    boards::{Board, BoardChoice},
     device::{Adjustable, Control},
-    target::{Board, BoardChoice},
 };
 use boresight_guide::{
     guidance::{Plan, Refusal},
@@ -146,7 +146,7 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     };
     let [columns, rows] = chosen.target().grid();
     let chosen = match chosen {
-        Board::Checkerboard(_) => format!("{columns} × {rows}"),
+        Board::Plain(_) => format!("{columns} × {rows}"),
         Board::Charuco(_) => format!("ChArUco, {} × {} squares", columns + 1, rows + 1),
         Board::AprilGrid(_) => format!("an AprilGrid of {} × {} tags", columns / 2, rows / 2),
         Board::Circles(_) => format!("{columns} × {rows} circles"),

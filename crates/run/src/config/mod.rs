@@ -16,10 +16,10 @@ use boresight_calibrate::{
 };
 use boresight_files::{FileError, Links, TEXT_LIMIT, plain_words, read_text};
 use boresight_geometry::{
-    board::{Checkerboard, InvalidBoard},
+    boards::{Board, InvalidBoard},
+    boards::{BoardChoice, millimetres},
     frame::ImageSize,
     markers::{CircleRows, Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags},
-    target::{BoardChoice, millimetres},
 };
 use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
@@ -474,9 +474,9 @@ impl Config {
     /// # Errors
     ///
     /// [`ConfigError::Board`].
-    pub fn board(&self) -> Result<Checkerboard, ConfigError> {
+    pub fn board(&self) -> Result<Board, ConfigError> {
         let BoardConfig { columns, rows, square_mm, marker_mm, .. } = self.board;
-        let board = Checkerboard::new(columns, rows, square_mm * 1e-3)?;
+        let board = Board::new(columns, rows, square_mm * 1e-3)?;
         let Some(MarkerChoice { dictionary, tags, circles, .. }) = self.board.markers() else {
             return Ok(board);
         };

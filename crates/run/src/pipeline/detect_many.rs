@@ -6,7 +6,7 @@ use std::{
 };
 
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, Prediction, Search};
-use boresight_geometry::board::Checkerboard;
+use boresight_geometry::boards::Board;
 use image::GrayImage;
 
 use super::error::PipelineError;
@@ -30,7 +30,7 @@ pub const LOOKS_FOR_OTHERS: usize = 5;
 pub fn detect_many<E: Send>(
     count: usize,
     threads: usize,
-    board: &Checkerboard,
+    board: &Board,
     load: impl Fn(usize) -> Result<GrayImage, E> + Sync,
     near: impl Fn(usize) -> Option<Prediction> + Sync,
     done: impl Fn(usize) + Sync,

@@ -11,7 +11,7 @@ use image::GrayImage;
 use super::{latest::LatestReceiver, rest::Rest};
 use boresight_detect::{Detection, Detector, DetectorParams, Miss, Search, Track};
 use boresight_geometry::{
-    board::Checkerboard,
+    boards::Board,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
 };
 use boresight_guide::session::{Input, Observation};
@@ -30,7 +30,7 @@ pub trait BoardFinder: Send {
     fn find(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss>;
 }
@@ -39,7 +39,7 @@ impl BoardFinder for Detector {
     fn find(
         &mut self,
         image: &GrayImage,
-        board: &Checkerboard,
+        board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         self.search(image, board, search)
@@ -54,7 +54,7 @@ pub(super) fn default_finder() -> Box<dyn BoardFinder> {
 /// The state of the detector thread.
 pub(super) struct DetectorStage {
     pub(super) finder: Box<dyn BoardFinder>,
-    pub(super) board: Checkerboard,
+    pub(super) board: Board,
     /// True if a search may take any time: results then don't depend on the machine's speed.
     pub(super) unhurried: bool,
     /// Frames to the recorder, sent before the observations.

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 use super::time::after;
-use boresight_geometry::{board::Checkerboard, frame::CaptureTime};
+use boresight_geometry::{boards::Board, frame::CaptureTime};
 
 /// Range of durations of a cover, in seconds.
 const STAYS_SECS: std::ops::Range<f64> = 1.0..2.0;
@@ -53,7 +53,7 @@ pub(super) struct Covers {
 }
 
 impl Covers {
-    pub(super) fn new(rng: ChaCha8Rng, board: &Checkerboard, every_secs: f64) -> Self {
+    pub(super) fn new(rng: ChaCha8Rng, board: &Board, every_secs: f64) -> Self {
         // The paper reaches almost two squares beyond the corners.
         let half = |corners: usize| 0.5 * (corners as f64 + 2.6) * board.square_m();
         let half_m = Vector2::new(half(board.columns()), half(board.rows()));

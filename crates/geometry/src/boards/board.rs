@@ -1,0 +1,196 @@
+//! Board of any kind, as a value.
+
+use nalgebra::Point2;
+
+use super::{AprilGrid, Charuco, Circles, InvalidBoard, Squares, Target};
+use crate::markers::{CircleRows, InvalidMarkers, Markers};
+
+/// Board of any kind, in the frame of [`target`](super). Also known as
+/// [`Board`](crate::boards::Board).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Board {
+    /// A plain checkerboard.
+    Plain(Squares),
+    /// A checkerboard with markers in the light squares.
+    Charuco(Charuco),
+    /// Rows of tags with dark squares at the tags' corners.
+    AprilGrid(AprilGrid),
+    /// Rows of circles.
+    Circles(Circles),
+}
+
+impl Board {
+    /// Plain board of `columns` × `rows` *inner* corners with squares of `square_m` metres.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidBoard`] if a count is outside 3..=99 or the length is not in (0, 10) m.
+    pub fn new(columns: u16, rows: u16, square_m: f64) -> Result<Self, InvalidBoard> {
+        if !(3..=99).contains(&columns) || !(3..=99).contains(&rows) {
+            return Err(InvalidBoard::Count { columns, rows });
+        }
+        if !(square_m > 0.0 && square_m < 10.0) {
+            return Err(InvalidBoard::Square { square_m });
+        }
+        Ok(Self::Plain(Squares { columns, rows, square_m }))
+    }
+
+    /// Board of the same squares with `markers` in the light squares. For tags, an AprilGrid with
+    /// as many points, its tags as large as the squares; for circles, as many circles, as far apart
+    /// as the squares are wide.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags
+    /// outside 0.1..=0.6, or if the dictionary has too few.
+    pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
+        let Squares { columns, rows, .. } = self.as_squares();
+        markers.check([columns, rows])?;
+        Ok(self.drawn_with(markers))
+    }
+
+    /// Board with markers unchecked, only to draw a pending choice: markers missing from the
+    /// dictionary are left out.
+    #[must_use]
+    pub fn drawn_with(self, markers: Markers) -> Self {
+        let squares = self.as_squares();
+        if let Some(layout) = markers.circles {
+            return Self::Circles(Circles { squares, layout });
+        }
+        let Some(tags) = markers.tags else { return Self::Charuco(Charuco { squares, markers }) };
+        let Squares { columns, rows, square_m: tag_m } = squares;
+        let markers = Markers { side_squares: 1.0, ..markers };
+        Self::AprilGrid(AprilGrid { columns, rows, tag_m, markers, tags })
+    }
+
+    /// Plain board with as many points and as large squares.
+    fn as_squares(self) -> Squares {
+        match self {
+            Self::Plain(squares)
+            | Self::Charuco(Charuco { squares, .. })
+            | Self::Circles(Circles { squares, .. }) => squares,
+            Self::AprilGrid(AprilGrid { columns, rows, tag_m: square_m, .. }) => {
+                Squares { columns, rows, square_m }
+            }
+        }
+    }
+
+    /// Common interface of all kinds.
+    pub fn target(&self) -> &dyn Target {
+        match self {
+            Self::Plain(squares) => squares,
+            Self::Charuco(charuco) => charuco,
+            Self::AprilGrid(grid) => grid,
+            Self::Circles(circles) => circles,
+        }
+    }
+
+    /// Markers in the light squares, or tags; `None` on a plain board and on circles.
+    pub fn markers(&self) -> Option<Markers> {
+        match self {
+            Self::Plain(_) | Self::Circles(_) => None,
+            Self::Charuco(charuco) => Some(charuco.markers),
+            Self::AprilGrid(grid) => Some(grid.markers),
+        }
+    }
+
+    /// Layout of the rows of circles; `None` on other boards.
+    pub fn circles(&self) -> Option<CircleRows> {
+        match self {
+            Self::Circles(circles) => Some(circles.layout),
+            Self::Plain(_) | Self::Charuco(_) | Self::AprilGrid(_) => None,
+        }
+    }
+
+    /// Numbers of squares in a row and in a column.
+    pub fn squares(&self) -> [usize; 2] {
+        self.target().grid().map(|corners| corners + 1)
+    }
+
+    /// Number of points in a row.
+    pub fn columns(&self) -> usize {
+        self.target().grid()[0]
+    }
+
+    /// Number of points in a column.
+    pub fn rows(&self) -> usize {
+        self.target().grid()[1]
+    }
+
+    /// Side of a square, in metres. For an AprilGrid, the mean distance of neighbouring points.
+    pub fn square_m(&self) -> f64 {
+        self.target().pitch_m()
+    }
+
+    /// Length to measure with a ruler, in metres: side of a square, or of a tag; for circles, the
+    /// distance of rows.
+    pub fn measured_m(&self) -> f64 {
+        self.target().steps_m()[0]
+    }
+
+    /// Largest distance of the points from the middle along both axes, in metres.
+    pub fn reach_m(&self) -> [f64; 2] {
+        self.target().reach_m()
+    }
+
+    /// Number of points.
+    pub fn corner_count(&self) -> usize {
+        self.target().point_count()
+    }
+
+    /// True if a half turn leaves the pattern unchanged.
+    pub fn looks_the_same_upside_down(&self) -> bool {
+        self.target().looks_the_same_upside_down()
+    }
+
+    /// Positions of all points in the board frame, in metres and in numbering order.
+    pub fn corners_in_board_m(&self) -> Vec<Point2<f64>> {
+        self.target().points_m()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corners_are_centred_and_row_major() {
+        let board = Board::new(9, 6, 0.025).expect("valid");
+        let corners = board.corners_in_board_m();
+        assert_eq!(corners.len(), board.corner_count());
+        assert_eq!(corners[0], Point2::new(-4.0 * 0.025, -2.5 * 0.025));
+        assert!((corners[1] - corners[0]).norm() - 0.025 < 1e-15);
+        assert!((corners[9] - corners[0]).y - 0.025 < 1e-15);
+        let sum = corners.iter().fold(nalgebra::Vector2::zeros(), |sum, c| sum + c.coords);
+        assert!(sum.norm() < 1e-12);
+    }
+
+    #[test]
+    fn nonsense_is_refused() {
+        assert!(matches!(Board::new(2, 6, 0.025), Err(InvalidBoard::Count { .. })));
+        for square_m in [0.0, -1.0, f64::NAN, f64::INFINITY, 10.0] {
+            assert!(matches!(Board::new(9, 6, square_m), Err(InvalidBoard::Square { .. })));
+        }
+    }
+
+    #[test]
+    fn markers_must_fit_and_suffice() {
+        let board = Board::new(7, 10, 0.02).expect("valid");
+        let with = |name: &str, side_squares| {
+            let dictionary = name.parse().expect("a dictionary");
+            board.with_markers(Markers::sized(dictionary, Some(side_squares)))
+        };
+        assert!(with("DICT_4X4_50", 0.75).is_ok_and(|board| board.squares() == [8, 11]));
+        assert!(matches!(with("DICT_4X4_50", 1.0), Err(InvalidMarkers::Side { .. })));
+        let few = with("DICT_APRILTAG_16h5", 0.75);
+        assert!(matches!(few, Err(InvalidMarkers::Count { needed: 44, count: 30, .. })));
+    }
+
+    #[test]
+    fn mixed_parity_tells_up_from_down() {
+        let same = |columns, rows| {
+            Board::new(columns, rows, 0.02).expect("valid").looks_the_same_upside_down()
+        };
+        assert!(!same(9, 6) && !same(6, 7) && same(8, 6) && same(9, 7));
+    }
+}

@@ -1,0 +1,164 @@
+//! Companions of a session in the terminal: a phone's page, a voice.
+
+#[cfg(feature = "serve")]
+use std::path::{Path, PathBuf};
+
+#[cfg(feature = "serve")]
+use anyhow::Context;
+use clap::Args;
+
+#[cfg(feature = "serve")]
+use crate::announcer;
+use crate::say;
+use boresight_app::{Announcer, NoVoice, Voice};
+#[cfg(feature = "serve")]
+use boresight_files::{Links, read, read_or_make_private};
+#[cfg(feature = "serve")]
+use boresight_phone::{Certificate, Secret, ServeAddress, Setup, session_page::Phone};
+
+/// Maximum bytes of a certificate or key.
+#[cfg(feature = "serve")]
+const LARGEST_PEM: u64 = 1 << 20;
+
+/// Phone and voice beside a session.
+#[derive(Debug, Args)]
+pub struct BesideArguments {
+    /// Serve a page for a phone on the local network, with the live picture, the next pose, a
+    /// voice, and buttons. Prints a link with a secret key and a QR code; only who has it is let
+    /// in. ADDRESS: an address of this computer, a port (:8000), or both [default: every address,
+    /// port 8417].
+    #[cfg(feature = "serve")]
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = "")]
+    serve: Option<String>,
+    #[cfg(feature = "serve")]
+    #[command(flatten)]
+    names: NameArguments,
+    #[command(flatten)]
+    voice: VoiceArguments,
+}
+
+/// Names of this computer.
+#[cfg(feature = "serve")]
+#[derive(Debug, Args)]
+pub struct NameArguments {
+    /// A name of this computer by which a phone may open the page; repeat for several. Addresses
+    /// need no name.
+    #[arg(long, value_name = "NAME")]
+    serve_name: Vec<String>,
+    /// Serve HTTPS with this certificate (PEM, with those that it rests on) for one of the names.
+    #[arg(long, value_name = "FILE", requires = "tls_key", requires = "serve_name")]
+    tls_cert: Option<PathBuf>,
+    /// The certificate's private key (PEM).
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// Keep the secret of the links in this file: phones then stay connected when boresight is
+    /// started again, and the QR code stays the same. The file is made if it isn't there, readable
+    /// by you only. Delete it to shut everybody out. Without this option, links are new at each
+    /// start.
+    #[arg(long, value_name = "FILE")]
+    serve_key: Option<PathBuf>,
+}
+
+/// The computer's voice.
+#[derive(Debug, Args)]
+pub struct VoiceArguments {
+    /// Say aloud what to do, through spd-say or espeak-ng. With WHERE, as --stand WHERE.
+    #[arg(long, value_name = "WHERE", num_args = 0..=1)]
+    speak: Option<Option<Stands>>,
+    /// Where the person stands: facing the camera, or behind it. Left and right are then theirs, in
+    /// the terminal and in the voice [default: facing].
+    #[arg(long, value_name = "WHERE")]
+    stand: Option<Stands>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Stands {
+    Facing,
+    Behind,
+}
+
+impl BesideArguments {
+    /// True if the requested voice addresses someone facing the camera; `None` without a voice.
+    #[cfg(feature = "window")]
+    pub fn speaks_to_facing(&self) -> Option<bool> {
+        self.voice.speak.map(|_| self.voice.faces())
+    }
+
+    /// `announcer` with the person's left and right.
+    pub fn for_person(&self, announcer: Announcer) -> Announcer {
+        self.voice.for_person(announcer)
+    }
+
+    /// Requested voice.
+    pub fn voice(&self) -> anyhow::Result<Option<Voice>> {
+        self.voice.start()
+    }
+
+    /// Requested phone page, being served.
+    #[cfg(feature = "serve")]
+    pub fn phone(&self) -> anyhow::Result<Option<Phone>> {
+        self.serve.as_deref().map(|address| self.names.phone(address)).transpose()
+    }
+}
+
+impl VoiceArguments {
+    /// True if the person faces the camera.
+    fn faces(&self) -> bool {
+        self.speak.flatten().or(self.stand) != Some(Stands::Behind)
+    }
+
+    /// `announcer` with the person's left and right.
+    pub fn for_person(&self, announcer: Announcer) -> Announcer {
+        if self.faces() { announcer } else { announcer.from_behind() }
+    }
+
+    /// Starts the requested voice.
+    pub fn start(&self) -> anyhow::Result<Option<Voice>> {
+        if self.speak.is_none() {
+            return Ok(None);
+        }
+        let mut voice = Voice::new();
+        match voice.switch(true, self.faces()) {
+            Ok(()) => Ok(Some(voice)),
+            // A session works without a voice, too.
+            Err(err @ NoVoice::NoProgram) => {
+                say(&err.to_string());
+                Ok(None)
+            }
+            Err(err) => Err(err.into()),
+        }
+    }
+}
+
+#[cfg(feature = "serve")]
+impl NameArguments {
+    /// Serves the page at `address`; empty for the default.
+    pub fn phone(&self, address: &str) -> anyhow::Result<Phone> {
+        let address = match address {
+            "" => ServeAddress::default(),
+            given => given.parse().with_context(|| format!("could not serve at {given:?}"))?,
+        };
+        let read = |path: &PathBuf| read(path, LARGEST_PEM, Links::Followed);
+        let certificate = match (&self.tls_cert, &self.tls_key) {
+            (Some(chain), Some(key)) => {
+                Some(Certificate { chain_pem: read(chain)?, key_pem: read(key)? })
+            }
+            _ => None,
+        };
+        let names = self.serve_name.clone();
+        let kept = self.serve_key.as_deref().map(kept_secret).transpose()?;
+        let phone = Phone::start(&Setup { address, names, certificate, kept })?;
+        phone.announce(&announcer());
+        Ok(phone)
+    }
+}
+
+/// Secret in the file at `path`; a new secret if there is no file.
+#[cfg(feature = "serve")]
+fn kept_secret(path: &Path) -> anyhow::Result<Secret> {
+    const LARGEST_SECRET: u64 = 256;
+    let fresh = Secret::random()?;
+    let text = read_or_make_private(path, LARGEST_SECRET, || fresh.text() + "\n")?;
+    Secret::parse(text.trim().as_bytes())
+        .with_context(|| format!("not a file that --serve-key made: {path:?}"))
+}

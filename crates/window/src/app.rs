@@ -1,0 +1,765 @@
+//! The window's frame: pages, keys, and the session behind them.
+
+mod bar;
+mod phone;
+mod sessions;
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
+
+use egui::{Context, Ui, ViewportCommand};
+
+use super::{
+    aloud, guide,
+    keys::{self, UiAction},
+    replay::RecordingBrowser,
+    result,
+    screen::{Preferences, Screen},
+    session_state::{Running, SessionState},
+    settings,
+    sound::{Sound, Tone},
+    start::{self, Choices, StartPage},
+    theme::{self, LARGEST, SMALLEST, background, switch},
+    user_error,
+};
+use boresight_app::{
+    BoardFromCode,
+    host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake},
+};
+use boresight_geometry::{boards::BoardChoice, device::Control};
+use boresight_guide::session::Command;
+use boresight_present::text::{self, Act, window as words};
+
+/// Time between two paintings during a motion without a new picture, such as a fading flash. Equals
+/// a usual camera's frame interval, to paint both together.
+const MOVING: Duration = Duration::from_millis(33);
+/// Time within which wakes paint once: for a picture, and its detections.
+const MOMENT: Duration = Duration::from_millis(15);
+/// Time between two looks of the window in a session without news.
+const IDLE: Duration = Duration::from_millis(500);
+/// Time between two looks while paused or without a session. Without a graphics card, a look costs
+/// the processor 30 ms.
+const REST: Duration = Duration::from_secs(2);
+/// Time without mouse or keys before a session is shown in big letters.
+const UNTOUCHED_SECS: f64 = 2.0;
+/// Time of continuous detection of another board, before the first view, until it's used.
+const OTHER_BOARD_SECS: f64 = 1.5;
+/// Maximum number of switches, against two boards in view taking turns for ever.
+const MOST_SWITCHES: u32 = 3;
+
+/// Page of the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Page {
+    /// Camera, board and plan of the next session.
+    Start,
+    /// The live picture and the next action.
+    Guide,
+    /// The calibration and charts.
+    Result,
+    /// Settings of the next session, and of looks and sounds.
+    Settings,
+    /// A recording, decision by decision.
+    Replay,
+}
+
+/// The whole window.
+pub struct App {
+    host: Box<dyn AppHost>,
+    wish: SessionRequest,
+    start: StartPage,
+    choices: Choices,
+    /// Source of the offered modes.
+    offered_of: String,
+    /// Camera with the counted board.
+    counted: Option<String>,
+    /// True while the cameras are previewed.
+    looks: bool,
+    memory: Memory,
+    /// Another board in view, with the time of appearance.
+    other_board: Option<(BoardChoice, f64)>,
+    /// Number of automatic switches of the board since the person started.
+    switches: u32,
+    /// True if the window fills the screen only while the person is away.
+    fills_screen: bool,
+    phone: phone::PhoneCard,
+    stage: SessionState,
+    screen: Screen,
+    page: Page,
+    result: result::ResultPage,
+    /// Values of the camera's controls set by the person.
+    adjusted: BTreeMap<Control, i64>,
+    shelf: RecordingBrowser,
+    /// A stored session being read.
+    storing: Option<(PathBuf, Storing)>,
+    /// Calibration to compare the next result with.
+    compare_later: Option<PathBuf>,
+    sound: Sound,
+    /// True for big letters even while the person is at the computer.
+    wants_distance: bool,
+    /// Time of the last use of mouse or keys, by the window's clock.
+    touched_secs: f64,
+    help: bool,
+    /// Scale on top of the person's choice, to fit everything into the window and stay readable.
+    fitted: f32,
+    note: Option<String>,
+    /// Reason for silence at the last attempt to speak.
+    no_voice: Option<String>,
+    exported: Option<Result<PathBuf, UserError>>,
+    wake: Wake,
+    /// True while paused: new pictures are then painted rarely.
+    rests: Arc<AtomicBool>,
+}
+
+impl App {
+    /// Starts the first session.
+    pub fn new(ctx: &Context, host: Box<dyn AppHost>) -> Self {
+        let rests = Arc::new(AtomicBool::new(false));
+        let wake: Wake = {
+            let (ctx, rests) = (ctx.clone(), Arc::clone(&rests));
+            Arc::new(move || {
+                let rests = rests.load(Ordering::Relaxed);
+                ctx.request_repaint_after(if rests { REST } else { MOMENT });
+            })
+        };
+        theme::apply(ctx);
+        let (wish, memory) = (host.first_wish(), host.remembered());
+        let at_once = host.starts_at_once();
+        theme::choose(ctx, memory.theme.as_deref().unwrap_or_default());
+        if let Some(zoom) = memory.zoom {
+            ctx.set_zoom_factor(zoom);
+        }
+        let usual = Preferences::default();
+        let preferences = Preferences {
+            mirrored: memory.mirrored.unwrap_or(usual.mirrored),
+            tone: memory.tone.unwrap_or(usual.tone),
+            speech: memory.speech.unwrap_or(usual.speech),
+            panels: memory.panels.unwrap_or(usual.panels),
+            full_screen: memory.full_screen.unwrap_or(usual.full_screen),
+            hint: memory.knows_guide != Some(true),
+            ..usual
+        };
+        let mut start = StartPage::new(wish.clone());
+        start.paper = memory.paper.unwrap_or_default();
+        start.knows_square = memory.square_m.is_some();
+        let choices = Choices {
+            streams: memory.streams.clone(),
+            papers: host.papers(),
+            mirrored: memory.mirrored,
+            full_screen: preferences.full_screen,
+            ..Choices::default()
+        };
+        let phone = phone::PhoneCard::of(&*host);
+        let mut app = Self {
+            host,
+            wish: wish.clone(),
+            start,
+            choices,
+            offered_of: String::new(),
+            counted: None,
+            looks: false,
+            memory,
+            other_board: None,
+            switches: 0,
+            fills_screen: false,
+            phone,
+            stage: SessionState::Idle,
+            screen: Screen { preferences, ..Screen::default() },
+            page: Page::Start,
+            result: result::ResultPage::default(),
+            adjusted: BTreeMap::new(),
+            shelf: RecordingBrowser::default(),
+            storing: None,
+            compare_later: None,
+            sound: Sound::new(),
+            wants_distance: false,
+            touched_secs: 0.0,
+            help: false,
+            fitted: 1.0,
+            note: None,
+            no_voice: None,
+            exported: None,
+            wake,
+            rests,
+        };
+        if at_once {
+            app.open(ctx, wish);
+        }
+        app
+    }
+
+    /// State that the panels show now.
+    pub fn screen(&self) -> &Screen {
+        &self.screen
+    }
+
+    /// Shows a running session in big letters while the person is away.
+    fn notice_hands(&mut self, ctx: &Context) {
+        let touched = ctx.input(|input| {
+            // A window without a person, as in a test, has no focus to gain or lose.
+            input.viewport().focused.is_none()
+                || input.pointer.delta() != egui::Vec2::ZERO
+                || input.pointer.any_down()
+                || !input.keys_down.is_empty()
+                || input.smooth_scroll_delta() != egui::Vec2::ZERO
+        });
+        let now_secs = self.screen.now_secs;
+        if touched {
+            self.touched_secs = now_secs;
+        }
+        let runs = matches!(self.stage, SessionState::Running(_)) && self.page == Page::Guide;
+        let rests = now_secs - self.touched_secs > UNTOUCHED_SECS;
+        self.screen.distance = runs && (self.wants_distance || rests);
+        let fills = self.screen.distance && self.screen.preferences.full_screen;
+        if fills != self.fills_screen {
+            self.fills_screen = fills;
+            ctx.send_viewport_cmd(ViewportCommand::Fullscreen(fills));
+        }
+    }
+
+    /// Shows everything smaller in a too small window, as on a laptop with doubled pixels, and
+    /// larger in a very large window, as on a screen of 3840×2160 undoubled pixels.
+    fn fit(&mut self, ctx: &Context) {
+        let zoom = ctx.zoom_factor();
+        let size = ctx.content_rect().size() * zoom;
+        let times = |other: egui::Vec2| (size / other).min_elem();
+        let fitted = times(SMALLEST).min(1.0).max(times(LARGEST));
+        if (fitted - self.fitted).abs() > 1e-3 {
+            ctx.set_zoom_factor(zoom / self.fitted * fitted);
+            self.fitted = fitted;
+        }
+    }
+
+    /// Scale chosen by the person; 1 is the usual size.
+    fn zoom(&self, ctx: &Context) -> f32 {
+        ctx.zoom_factor() / self.fitted
+    }
+
+    /// Previews the cameras on the start page, if free.
+    fn look_around(&mut self) {
+        let has_session = matches!(self.stage, SessionState::Running(_) | SessionState::Ending(_));
+        if self.page != Page::Start || has_session {
+            self.stop_looking();
+            return;
+        }
+        self.looks = true;
+        self.choices.cameras = self.host.cameras(&self.wake);
+        self.start.see(&self.choices);
+        if self.offered_of != self.start.draft.source {
+            self.offered_of.clone_from(&self.start.draft.source);
+            self.choices.modes = self.host.modes(&self.offered_of);
+        }
+        let counted = self.start.counted(&self.choices);
+        if counted != self.counted {
+            self.host.count_board(counted.as_deref());
+            self.counted = counted;
+        }
+    }
+
+    fn stop_looking(&mut self) {
+        if std::mem::take(&mut self.looks) {
+            self.host.stop_looking();
+            self.start.leave();
+            self.counted = None;
+        }
+    }
+
+    /// Replaces the chosen board by a plain board in view before the first view. Circles may be
+    /// something else: they're offered.
+    fn notice_other_board(&mut self, ctx: &Context) {
+        let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
+            snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended
+        });
+        let other = seen.and_then(|snapshot| snapshot.shown.prompt.other_board());
+        let other = other.filter(|board| board.markers.is_none());
+        let now_secs = self.screen.now_secs;
+        self.other_board = match (other, self.other_board) {
+            (Some(board), Some((before, since))) if board == before => Some((board, since)),
+            (other, _) => other.map(|board| (board, now_secs)),
+        };
+        if let Some((board, since)) = self.other_board
+            && now_secs - since > OTHER_BOARD_SECS
+            && self.switches < MOST_SWITCHES
+        {
+            self.switches += 1;
+            self.use_board(ctx, board);
+        }
+    }
+
+    /// Starts the session again with another board, before the first view.
+    fn use_board(&mut self, ctx: &Context, board: BoardChoice) {
+        let BoardChoice { columns, rows, markers } = board;
+        let board = [columns, rows];
+        let image = self.screen.picture.grey().filter(|_| markers.is_none());
+        let code = image.and_then(|image| self.host.read_code(image, board));
+        // Without a code, only the number of corners or circles identifies the board in view.
+        let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
+        let (go_on_with, first) = (None, None);
+        let wish =
+            SessionRequest { board, square_m, markers, go_on_with, first, ..self.wish.clone() };
+        let draft = &mut self.start.draft;
+        (draft.board, draft.square_m, draft.markers) = (board, square_m, markers);
+        if self.memory.board.is_some() {
+            let (board, square_m) = (Some(board), Some(square_m));
+            self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
+        }
+        // Dropping an ending session waits for it. A session without a view remains only where
+        // there's no bin.
+        self.end();
+        self.stage = SessionState::Idle;
+        if let Some(empty) = &self.screen.folder {
+            let _ = self.host.delete(empty);
+        }
+        self.open(ctx, wish);
+        let id = code.as_ref().map(|code| code.id.as_str());
+        self.note = Some(text::start::switched(id, board, markers, square_m));
+    }
+
+    /// Switches the voice as chosen; off without a program to speak.
+    fn voice(&mut self) {
+        let Preferences { speech, mirrored, .. } = self.screen.preferences;
+        if let Err(trouble) = self.host.speak(speech, mirrored) {
+            self.stay_silent(trouble);
+        }
+    }
+
+    fn stay_silent(&mut self, trouble: UserError) {
+        self.screen.preferences.speech = false;
+        self.no_voice = Some(trouble.what.clone());
+        self.note = Some(trouble.what);
+    }
+
+    /// Keeps the person's choices for the next window.
+    fn keep(&mut self, ctx: &Context) {
+        let preferences = self.screen.preferences;
+        let usual = Preferences::default();
+        let changed = |now: bool, usual: bool, before: Option<bool>| {
+            before.map(|_| now).or_else(|| (now != usual).then_some(now))
+        };
+        let before = &self.memory;
+        let memory = Memory {
+            paper: Some(self.start.paper).filter(|paper| *paper > 0),
+            mirrored: changed(preferences.mirrored, usual.mirrored, before.mirrored),
+            tone: changed(preferences.tone, usual.tone, before.tone),
+            speech: changed(preferences.speech, usual.speech, before.speech),
+            panels: changed(preferences.panels, usual.panels, before.panels),
+            full_screen: changed(preferences.full_screen, usual.full_screen, before.full_screen),
+            knows_guide: (!preferences.hint).then_some(true),
+            zoom: Some(self.zoom(ctx)).filter(|zoom| (zoom - 1.0).abs() > 1e-3),
+            ..before.clone()
+        };
+        self.memorise(memory);
+    }
+
+    fn memorise(&mut self, memory: Memory) {
+        if memory != self.memory {
+            if let Err(trouble) = self.host.remember(&memory) {
+                self.note = Some(trouble.what);
+            }
+            self.choices.mirrored = memory.mirrored;
+            self.choices.streams.clone_from(&memory.streams);
+            self.memory = memory;
+        }
+        self.choices.full_screen = self.screen.preferences.full_screen;
+    }
+
+    /// Keeps the session choices of the start page.
+    fn keep_wish(&mut self, wish: &SessionRequest) {
+        let mut memory = Memory {
+            board: Some(wish.board),
+            markers: wish.markers,
+            square_m: Some(wish.square_m),
+            plan: Some(wish.plan),
+            ..self.memory.clone()
+        };
+        // The next time, a camera is more likely than the simulation.
+        if !wish.source.starts_with(start::SIMULATION) {
+            let is_camera = self.start.camera(&self.choices).is_some();
+            memory.source = is_camera.then(|| wish.source.clone()).or(memory.source);
+            memory.mode = is_camera.then(|| wish.mode.clone()).or(memory.mode);
+            if !is_camera {
+                memory.note_stream(&wish.source);
+            }
+        }
+        self.memorise(memory);
+    }
+
+    /// The page on show.
+    pub fn page(&self) -> Page {
+        self.page
+    }
+
+    /// The ended session, once stored.
+    pub fn ended(&self) -> Option<&Ended> {
+        match &self.stage {
+            SessionState::Ended(ended) => Some(ended),
+            _ => None,
+        }
+    }
+
+    /// Does the work without painting, also while the window is hidden: the session continues and
+    /// ends unattended.
+    pub fn look(&mut self, ctx: &Context) {
+        self.screen.now_secs = ctx.time();
+        self.fit(ctx);
+        self.notice_hands(ctx);
+        self.voice();
+        if self.host.interrupted() {
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+        match &mut self.stage {
+            SessionState::Running(running) => {
+                let news = running.look(ctx, &mut self.screen);
+                if news.taken && self.screen.preferences.tone {
+                    self.sound.play(Tone::Taken);
+                }
+                if news.taken && self.screen.preferences.hint {
+                    self.screen.preferences.hint = false;
+                    self.keep(ctx);
+                }
+                if news.over || self.host.phone_ends_session() {
+                    self.end();
+                } else {
+                    self.notice_other_board(ctx);
+                }
+            }
+            SessionState::Ending(ending) => {
+                if let Some(ended) = ending.outcome() {
+                    let tone =
+                        if ended.trouble.is_some() { Tone::UserError } else { Tone::Complete };
+                    if self.screen.preferences.tone {
+                        self.sound.play(tone);
+                    }
+                    self.result.begin(&ended, self.host.older(&ended.folder));
+                    self.stage = SessionState::Ended(ended);
+                    if let Some(old) = self.compare_later.take() {
+                        self.compare(&old);
+                    }
+                    // On another page, the person sees a notice and stays there.
+                    if matches!(self.page, Page::Guide | Page::Start) {
+                        self.page = Page::Result;
+                    } else if self.page != Page::Result {
+                        self.note = Some(words::FINISHED.into());
+                    }
+                } else if ending.is_over() {
+                    self.stage = SessionState::NotStarted(UserError {
+                        what: words::ENDING_FAILED.into(),
+                        action: Some(words::FAILED_ACTION.into()),
+                    });
+                }
+            }
+            SessionState::Ended(_) if self.host.phone_wants_more() => {
+                self.command(ctx, Command::TakeMore);
+            }
+            SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ended(_) => {}
+        }
+        let phones = self.host.phones();
+        self.phone.notice(&*self.host, phones);
+        let paused = self.screen.snapshot.as_ref().is_some_and(|snapshot| snapshot.paused);
+        self.rests.store(paused, Ordering::Relaxed);
+        self.look_around();
+        self.result.look();
+        self.shelf.look(ctx);
+        self.look_at_stored(ctx);
+        for file in ctx.input(|input| input.raw.dropped_files.clone()) {
+            self.dropped(file.path());
+        }
+    }
+
+    fn compare(&mut self, old: &Path) {
+        let SessionState::Ended(ended) = &self.stage else { return };
+        let wake = Arc::clone(&self.wake);
+        self.result.comparison.begin(&mut *self.host, (&ended.folder, old), wake);
+    }
+
+    /// Paints the page and carries out requests.
+    pub fn paint(&mut self, ui: &mut Ui) {
+        aloud::name_window(ui.ctx(), &self.title());
+        // A recording has its own keys.
+        let replaying = self.page == Page::Replay;
+        let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
+            .into_iter()
+            .filter(|act| !(replaying && keys::is_of_session(*act)))
+            .map(UiAction::Act)
+            .collect();
+        if !self.screen.distance {
+            self.bar(ui, &mut asks);
+        }
+        let mut typed = None;
+        match (&self.stage, self.page) {
+            (SessionState::Running(_) | SessionState::Ending(_), Page::Start) => {
+                start::show_running(ui, &mut asks);
+            }
+            (_, Page::Start) | (SessionState::Idle, Page::Guide) => {
+                start::show(ui, &mut self.start, &self.choices, &mut asks);
+            }
+            (SessionState::NotStarted(trouble), Page::Guide) => {
+                user_error::show(ui, trouble, &self.wish, &mut asks);
+            }
+            (_, Page::Settings) => {
+                let no_voice = self.no_voice.as_deref();
+                let mut memory = self.memory.clone();
+                let preferences = &self.screen.preferences;
+                let looks = (preferences, self.zoom(ui.ctx()));
+                settings::show(ui, looks, no_voice, &mut memory, &mut asks);
+                typed = Some(memory);
+            }
+            (stage, Page::Replay) => {
+                let busy = matches!(stage, SessionState::Running(_) | SessionState::Ending(_));
+                self.shelf.note_busy(busy);
+                self.shelf.show(ui, self.screen.preferences, &mut asks);
+            }
+            (_, Page::Guide) => guide::show(ui, &self.screen, &mut asks),
+            (stage, Page::Result) => {
+                let state = match stage {
+                    SessionState::Idle | SessionState::NotStarted(_) => result::State::Nothing,
+                    SessionState::Running(_) => result::State::Running,
+                    SessionState::Ending(_) => result::State::Ending,
+                    SessionState::Ended(ended) => result::State::Ended(ended),
+                };
+                let formats = self.host.formats();
+                let exported = self.exported.as_ref();
+                let context = result::Context { state, formats: &formats, exported };
+                result::show(ui, &self.screen, &context, &mut self.result, &mut asks);
+            }
+        }
+        self.help(ui);
+        self.phone.show(ui.ctx(), self.host.phones());
+        if self.start.shows_board {
+            let StartPage { draft, .. } = &self.start;
+            self.start.shows_board = start::show_board(ui.ctx(), draft.board, self.start.markers());
+        }
+        if let Some(memory) = typed {
+            self.memorise(memory);
+        }
+        let asked = !asks.is_empty();
+        for ask in asks {
+            self.obey(ui.ctx(), ask);
+        }
+        if asked {
+            self.keep(ui.ctx());
+        }
+        let moving =
+            self.screen.since_taken_secs().is_some_and(|since| since < guide::overlay::FLASH_SECS);
+        let runs = matches!(self.stage, SessionState::Running(_));
+        let next = match (moving, runs && !self.rests.load(Ordering::Relaxed)) {
+            (true, _) => MOVING,
+            (false, true) => IDLE,
+            (false, false) => REST,
+        };
+        ui.ctx().request_repaint_after(next);
+    }
+
+    /// Stores everything before the window closes.
+    pub fn close(&mut self) {
+        self.stop_looking();
+        self.end();
+        // Dropping an ending session waits for it.
+        self.stage = SessionState::Idle;
+    }
+
+    /// Title of the window: the session's camera, if any.
+    fn title(&self) -> String {
+        let source = self.screen.source.as_str();
+        if source.is_empty() { words::TITLE.into() } else { words::title(source) }
+    }
+
+    fn open(&mut self, ctx: &Context, wish: SessionRequest) {
+        self.stop_looking();
+        self.end();
+        self.other_board = None;
+        let preferences = self.screen.preferences;
+        self.screen = Screen { preferences, now_secs: ctx.time(), ..Screen::default() };
+        (self.exported, self.note, self.page) = (None, None, Page::Guide);
+        self.result = result::ResultPage::default();
+        self.stage = match self.host.open(&wish, Arc::clone(&self.wake)) {
+            Ok(opened) => {
+                self.screen.source.clone_from(&opened.source);
+                ctx.send_viewport_cmd(ViewportCommand::Title(self.title()));
+                self.screen.folder = Some(opened.folder.clone());
+                self.note.clone_from(&opened.note);
+                self.screen.opening_note.clone_from(&opened.note);
+                for (view, picture) in &opened.pictures {
+                    self.screen.add_thumbnail(ctx, *view, picture);
+                }
+                self.screen.adjustables.clone_from(&opened.adjustables);
+                let running = Running::new(opened, wish.first);
+                // A camera forgets the person's settings between sessions.
+                if wish.source != self.wish.source {
+                    self.adjusted.clear();
+                }
+                for (control, value) in &self.adjusted {
+                    running.adjust(*control, *value);
+                }
+                SessionState::Running(Box::new(running))
+            }
+            Err(trouble) => SessionState::NotStarted(trouble),
+        };
+        self.wish = SessionRequest { first: None, board_code: BoardFromCode::Nothing, ..wish };
+    }
+
+    /// Ends the running session, if any.
+    fn end(&mut self) {
+        self.stage = match std::mem::replace(&mut self.stage, SessionState::Idle) {
+            SessionState::Running(running) => running.end(Arc::clone(&self.wake)),
+            other => other,
+        };
+    }
+
+    fn command(&mut self, ctx: &Context, command: Command) {
+        match &mut self.stage {
+            SessionState::Running(running) => running.command(command),
+            // An ended session changes by resuming it.
+            SessionState::Ended(ended) => {
+                let folder = ended.folder.clone();
+                let wish = SessionRequest {
+                    go_on_with: Some(folder),
+                    first: Some(command),
+                    ..self.wish.clone()
+                };
+                self.open(ctx, wish);
+            }
+            SessionState::Idle | SessionState::NotStarted(_) | SessionState::Ending(_) => {}
+        }
+    }
+
+    fn obey(&mut self, ctx: &Context, ask: UiAction) {
+        let preferences = &mut self.screen.preferences;
+        match ask {
+            UiAction::Act(act) => match act {
+                Act::Force => self.command(ctx, Command::ForceNext),
+                Act::Undo => self.command(ctx, Command::UndoLast),
+                Act::Restore => self.command(ctx, Command::Restore),
+                Act::Pause => {
+                    let paused = self.screen.snapshot.as_ref().is_some_and(|s| s.paused);
+                    self.rests.store(false, Ordering::Relaxed);
+                    self.command(ctx, if paused { Command::Resume } else { Command::Pause });
+                }
+                Act::Finish => self.end(),
+                Act::New => {
+                    let wish =
+                        SessionRequest { go_on_with: None, first: None, ..self.wish.clone() };
+                    self.open(ctx, wish);
+                }
+                Act::GoOn => {
+                    if let SessionState::Ended(ended) = &self.stage {
+                        let folder = Some(ended.folder.clone());
+                        self.open(ctx, SessionRequest { go_on_with: folder, ..self.wish.clone() });
+                    }
+                }
+                Act::Mirror => preferences.mirrored ^= true,
+                Act::Tone => preferences.tone ^= true,
+                Act::Speech => preferences.speech ^= true,
+                Act::Panels => preferences.panels ^= true,
+                Act::Lines => preferences.lines ^= true,
+                Act::Distance => self.wants_distance ^= true,
+                Act::FullScreen => {
+                    let full = ctx.input(|input| input.viewport().fullscreen.unwrap_or(false));
+                    ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!full));
+                }
+                Act::Theme => {
+                    switch(ctx);
+                    let theme = Some(theme::name(ctx).to_owned());
+                    self.memorise(Memory { theme, ..self.memory.clone() });
+                }
+                Act::Help => self.help ^= true,
+                Act::StartPage => self.page = Page::Start,
+                Act::GuidePage if matches!(self.stage, SessionState::Idle) => {
+                    self.page = Page::Start;
+                }
+                Act::GuidePage => self.page = Page::Guide,
+                Act::ResultPage => self.page = Page::Result,
+                Act::ReplayPage => {
+                    self.page = Page::Replay;
+                    self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+                }
+                Act::SettingsPage => self.page = Page::Settings,
+            },
+            UiAction::Mirror(mirrored) => {
+                preferences.mirrored = mirrored;
+                self.memorise(Memory { mirrored: Some(mirrored), ..self.memory.clone() });
+            }
+            UiAction::TestVoice => {
+                preferences.speech = true;
+                self.no_voice = None;
+                if let Err(trouble) = self.host.test_voice() {
+                    self.stay_silent(trouble);
+                }
+            }
+            UiAction::Zoom(zoom) => ctx.set_zoom_factor(zoom * self.fitted),
+            UiAction::FullScreenAfar(full) => preferences.full_screen = full,
+            UiAction::Start(wish) => {
+                self.keep_wish(&wish);
+                self.switches = 0;
+                self.open(ctx, *wish);
+            }
+            UiAction::UseBoard(board) => self.use_board(ctx, board),
+            UiAction::Print { board, markers, paper } => {
+                let printed = self.host.print_board(board, markers, paper);
+                if let Ok(printed) = &printed {
+                    self.start.note_printed(printed.square_m);
+                }
+                self.start.printed = Some(printed);
+            }
+            UiAction::TakeMore => self.command(ctx, Command::TakeMore),
+            UiAction::Remove(view) => self.command(ctx, Command::Remove { view }),
+            UiAction::Open(wish) => self.open(ctx, *wish),
+            UiAction::Adjust { control, value } => {
+                if let SessionState::Running(running) = &self.stage {
+                    running.adjust(control, value);
+                    self.adjusted.insert(control, value);
+                    self.screen.adjust(control, value);
+                }
+            }
+            UiAction::Replay(folder) => {
+                self.shelf.open(&mut *self.host, &folder, Arc::clone(&self.wake));
+            }
+            UiAction::CloseRecording => {
+                self.shelf.close();
+                self.shelf.browse(&*self.host, Arc::clone(&self.wake));
+            }
+            UiAction::Compare(old) => self.compare(&old),
+            UiAction::ShowResult(folder) => self.show_stored(folder),
+            UiAction::GoOnWith(folder) => self.go_on_with(ctx, folder),
+            UiAction::ExportOf(folder, format) => self.export_of(&folder, format),
+            UiAction::Delete(folder) => self.delete(&folder),
+            UiAction::Show(file) => {
+                if let Err(trouble) = self.host.show(&file) {
+                    self.note = Some(trouble.what.clone());
+                    self.exported = Some(Err(trouble));
+                }
+            }
+            UiAction::Export(format) => {
+                if let SessionState::Ended(ended) = &self.stage {
+                    let folder = ended.folder.clone();
+                    self.exported = Some(self.host.export(&folder, format));
+                }
+            }
+        }
+    }
+}
+
+/// Inner corners, if valid for a board.
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        self.look(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.paint(ui);
+    }
+
+    fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
+        background(visuals)
+    }
+
+    fn on_exit(&mut self, _gl: Option<&eframe::glow::Context>) {
+        self.close();
+    }
+}

@@ -1,0 +1,223 @@
+//! Many cameras in a process, each at an interval, on a few threads.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use super::{
+    feed::{Feed, Moment, Taken, read_moment},
+    places::{Hear, Places},
+    times::now_secs,
+};
+use boresight_app::{Announcer, explain};
+use boresight_geometry::frame::ImageSize;
+use boresight_watch::NoAnswer;
+
+/// Time between two checks for a due camera or a request to stop.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// A camera with pictures and interval.
+#[derive(Debug)]
+pub struct Round {
+    /// Name of the camera.
+    pub name: String,
+    /// Places seen by the camera.
+    pub places: Places,
+    /// Pictures of the camera.
+    pub feed: Feed,
+    /// Time between two looks.
+    pub every: Duration,
+}
+
+impl Round {
+    /// Looks once: at every new file, however late, or at a burst. Missing pictures are noted and
+    /// announced.
+    ///
+    /// # Errors
+    ///
+    /// If nothing can be recorded.
+    pub fn look(
+        &mut self,
+        stop: &AtomicBool,
+        hear: Hear<'_>,
+        announcer: &Announcer,
+    ) -> anyhow::Result<()> {
+        if let Feed::Away(name, config) = &self.feed {
+            match Feed::parse(std::slice::from_ref(name), config, announcer) {
+                Ok(feed) => self.feed = feed,
+                Err(err) => return self.take(Err(err), Taken::at(now_secs()), hear, announcer),
+            }
+        }
+        if let Feed::Live(_) = &self.feed {
+            let moment = self.feed.burst();
+            return self.take(moment, Taken::at(now_secs()), hear, announcer);
+        }
+        if let Feed::Recorded(_) = &self.feed {
+            let (feed, every) = (self.feed.clone(), self.every.as_secs_f64());
+            let began =
+                self.places.newest_picture_secs().map_or_else(now_secs, |newest| newest + every);
+            return feed.play(began, every, |moment| {
+                let taken = moment.taken;
+                self.take(Ok(moment), taken, hear, announcer)?;
+                Ok(!stop.load(Ordering::Relaxed))
+            });
+        }
+        if let Feed::Street(street) = &self.feed {
+            let (street, every) = (street.clone(), self.every.as_secs_f64());
+            let end = street.began_secs + street.days * 86_400.0;
+            let mut at = self
+                .places
+                .newest_picture_secs()
+                .map_or(street.began_secs, |newest| newest + every);
+            while at < end && !stop.load(Ordering::Relaxed) {
+                let taken = Taken::at(at);
+                let moment = Moment { taken, burst: vec![street.picture(at)] };
+                self.take(Ok(moment), taken, hear, announcer)?;
+                at += every;
+            }
+            return Ok(());
+        }
+        let files = self.feed.new_files(|at| self.places.knows(at));
+        if files.is_empty() && self.is_overdue() {
+            self.places.no_picture(NoAnswer::NoPicture, Taken::at(now_secs()), hear)?;
+        }
+        let newest = self.places.newest_picture_secs();
+        for file in files {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let is_late = newest.is_some_and(|newest| file.at_secs.round() < newest);
+            let taken = Taken { at_secs: file.at_secs, is_late };
+            self.take(read_moment(taken, &file), taken, hear, announcer)?;
+        }
+        Ok(())
+    }
+
+    /// True for a folder never filled, or not for two intervals.
+    fn is_overdue(&self) -> bool {
+        let is_filled = matches!(self.feed, Feed::Folder(_)) && !self.every.is_zero();
+        let newest = self.places.newest_picture_secs();
+        is_filled
+            && newest.is_none_or(|newest| now_secs() - newest > 2.0 * self.every.as_secs_f64())
+    }
+
+    fn take(
+        &mut self,
+        moment: anyhow::Result<Moment>,
+        taken: Taken,
+        hear: Hear<'_>,
+        announcer: &Announcer,
+    ) -> anyhow::Result<()> {
+        let (reason, err) = match moment {
+            Ok(Moment { taken, burst }) => {
+                let size = burst.first().map(ImageSize::of);
+                match size.map_or(Ok(()), |size| self.places.check_size(size)) {
+                    Ok(()) => return self.places.look(burst, taken, hear),
+                    Err(err) => (NoAnswer::OtherSize, err),
+                }
+            }
+            Err(err) => (NoAnswer::NoPicture, err),
+        };
+        announcer.say(&format!("{}: {err:#}", self.name));
+        self.places.no_picture(reason, taken, hear)
+    }
+}
+
+/// Announces an unwatched camera with the reason and the next action.
+pub fn say_left_out(name: &str, err: &anyhow::Error, announcer: &Announcer) {
+    announcer.say(&format!("{name} isn't watched: {err:#}"));
+    if let Some(action) = explain(err) {
+        announcer.say(&action);
+    }
+}
+
+/// Half of the machine's threads.
+fn polite_threads() -> usize {
+    thread::available_parallelism().map_or(1, |n| (n.get() / 2).max(1))
+}
+
+/// Looks at every camera once, or at the camera's interval until `stop` is set. A camera with a
+/// failing store is announced and left out; the others continue. Returns the remaining cameras.
+///
+/// # Errors
+///
+/// If the system refuses threads.
+pub fn run(
+    rounds: Vec<Round>,
+    is_once: bool,
+    stop: &AtomicBool,
+    hear: Hear<'_>,
+    announcer: &Announcer,
+) -> std::io::Result<Vec<Round>> {
+    let threads = polite_threads().min(rounds.len()).max(1);
+    let now = Instant::now();
+    let waiting: Mutex<Vec<(Instant, Round)>> =
+        Mutex::new(rounds.into_iter().map(|r| (now, r)).collect());
+    let done = Mutex::new(Vec::new());
+    let at_work = Mutex::new(0_usize);
+    let lock = || waiting.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = || {
+        while !stop.load(Ordering::Relaxed) {
+            let due = {
+                let mut waiting = lock();
+                let first = waiting
+                    .iter()
+                    .enumerate()
+                    .min_by_key(|(_, (due, _))| *due)
+                    .map(|(i, (due, _))| (i, *due));
+                let mut at_work = at_work.lock().unwrap_or_else(PoisonError::into_inner);
+                match first {
+                    Some((i, due)) if due <= Instant::now() => {
+                        *at_work += 1;
+                        Some(waiting.swap_remove(i))
+                    }
+                    None if *at_work == 0 => return,
+                    _ => None,
+                }
+            };
+            let Some((due, mut round)) = due else {
+                thread::sleep(LOOK);
+                continue;
+            };
+            let looked = round.look(stop, hear, announcer);
+            let is_over = is_once
+                || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
+            match looked {
+                Err(err) => {
+                    say_left_out(&round.name, &err, announcer);
+                }
+                Ok(()) if is_over => {
+                    done.lock().unwrap_or_else(PoisonError::into_inner).push(round);
+                }
+                Ok(()) => {
+                    // Looks longer than the interval aren't made up for.
+                    let next = (due + round.every).max(Instant::now());
+                    lock().push((next, round));
+                }
+            }
+            *at_work.lock().unwrap_or_else(PoisonError::into_inner) -= 1;
+        }
+    };
+    thread::scope(|scope| -> std::io::Result<()> {
+        for n in 1..threads {
+            thread::Builder::new().name(format!("watch {n}")).spawn_scoped(scope, work)?;
+        }
+        work();
+        Ok(())
+    })?;
+    let mut left = done.into_inner().unwrap_or_else(PoisonError::into_inner);
+    left.extend(
+        waiting
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner)
+            .into_iter()
+            .map(|(_, round)| round),
+    );
+    left.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(left)
+}
