@@ -30,7 +30,7 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 # Every crate but the Python package, which maturin builds, and the page in a browser, which `make web` builds.
 CRATES = --workspace --exclude boresight-python --exclude boresight-web
 # What the tests compile: with the cameras and recordings that aren't in the default features. One build serves all of them.
-TESTED = $(CRATES) --features boresight-capture/gige,boresight-capture/bags
+TESTED = $(CRATES) --features boresight-sources/gige,boresight-sources/bags
 # Those that are for others to build on.
 CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
@@ -165,8 +165,8 @@ test-sources: setup-test-sources
 	cargo build --release --no-default-features --features live,bags,gige,ros2
 	$(PYTHON) -m venv $(SOURCES_TEST)
 	$(SOURCES_TEST)/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" "cyclonedds>=11" "viva-genicam>=0.10" numpy opencv-python-headless
-	g++ -std=c++17 -O1 crates/capture/tests/fastdds_camera.cpp -lfastrtps -lfastcdr -o $(SOURCES_TEST)/fastdds_camera
-	BORESIGHT_PYTHON=$(SOURCES_TEST)/bin/python BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera cargo test -p boresight-capture --features ros2 --test ros2
+	g++ -std=c++17 -O1 wings/sources/tests/fastdds_camera.cpp -lfastrtps -lfastcdr -o $(SOURCES_TEST)/fastdds_camera
+	BORESIGHT_PYTHON=$(SOURCES_TEST)/bin/python BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera cargo test -p boresight-sources --features ros2 --test ros2
 	for source in bags ros2 gige; do BORESIGHT_FASTDDS=$(SOURCES_TEST)/fastdds_camera $(SOURCES_TEST)/bin/python tests/sources/$$source.py --boresight $(TARGET)/release/boresight || exit 1; done
 	$(SOURCES_TEST)/bin/python tests/sources/latency.py
 

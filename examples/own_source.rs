@@ -10,7 +10,7 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use boresight::{
-    app::{Announcer, Opening, source::OpenSource},
+    app::{Announcer, Opening, session::source::OpenSource},
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use boresight::{
-    app::{SavedSession, result::calibration_file},
+    app::{SavedSession, session::result::calibration_file},
     calibration::export::{CameraFormat, ExportedCamera},
 };
 

@@ -3,8 +3,11 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, generate::SchemaSettings};
 
 use boresight_app::{
-    board_sheet::TargetFile, devices_file::DevicesFile, doctor::DoctorFile, json::DetectedLine,
-    paths::PathsFile, plan_board::BoardPlan, report::ReportFile, truth::TruthFile,
+    commands::{
+        board_sheet::TargetFile, doctor::DoctorFile, json::DetectedLine, paths::PathsFile,
+        plan_board::BoardPlan,
+    },
+    session::{devices_file::DevicesFile, report::ReportFile, truth::TruthFile},
 };
 use boresight_fleet::{
     batch::{Item, Job, Row},

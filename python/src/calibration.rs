@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use boresight::{
     app::{
         Announcer, RESULT_FILE, SavedSession,
-        calibration_views::{
+        commands::calibration_views::{
             CalibrationViews, GivenView, SessionViews, from_pictures, from_session,
         },
-        comparison,
-        export::{Format, export as export_result, export_text, read_any},
+        session::{
+            comparison,
+            export::{Format, export as export_result, export_text, read_any},
+        },
     },
     calibration::{
         CalibrationParams, OldLens, drift,

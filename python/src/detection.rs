@@ -1,7 +1,7 @@
 //! Pictures to corners.
 
 use boresight::{
-    app::json::DetectedLine,
+    app::commands::json::DetectedLine,
     detection::{Detector as Finder, DetectorParams},
 };
 use numpy::{

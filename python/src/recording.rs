@@ -3,7 +3,11 @@
 use std::path::PathBuf;
 
 use boresight::{
-    app::{JournalReading, SavedSession, comparison, redetect::redetect, result::calibration_file},
+    app::{
+        JournalReading, SavedSession,
+        commands::redetect::redetect,
+        session::{comparison, result::calibration_file},
+    },
     recording::SessionFolder,
 };
 use pyo3::prelude::*;

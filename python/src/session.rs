@@ -6,7 +6,7 @@ use std::{
 };
 
 use boresight::{
-    app::result::{calibration_file, save_result},
+    app::session::result::{calibration_file, save_result},
     detection::{Detector, DetectorParams, Search, Track},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     ghost::Card,

@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 
 use boresight::{
     app::{
-        board_sheet::{BoardSheet, SheetKind, paper},
-        plan_board::{self, Place},
-        printed_board::new_id,
-        report, session_report,
+        commands::{
+            board_sheet::{BoardSheet, SheetKind, paper},
+            plan_board::{self, Place},
+        },
+        session::{report, session_report},
+        window::printed_board::new_id,
     },
     config::Config,
     fleet::{

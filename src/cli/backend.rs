@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
-use boresight_app::camera::BACKENDS;
+use boresight_app::session::camera::BACKENDS;
 use boresight_present::text::camera::capital;
 use boresight_run::config::Backend;
 

@@ -11,17 +11,19 @@ use clap::Args;
 #[cfg(feature = "report")]
 use super::report::this_command;
 use super::{accept_args::AcceptArguments, lens_args::LensArguments};
-use boresight_app::{
-    Exit, announce_result,
-    calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
-    run::say_how_to_leave_out,
-    source::{is_recording, is_session},
-};
 #[cfg(feature = "report")]
-use boresight_app::{
+use boresight_app::session::{
     certificate::{Circumstances, certificate},
     report::versions,
     session_report,
+};
+use boresight_app::{
+    Exit, announce_result,
+    commands::calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
+    session::{
+        run::say_how_to_leave_out,
+        source::{is_recording, is_session},
+    },
 };
 use boresight_calibrate::CalibrationParams;
 use boresight_files::{Overwrite, may_save, save};

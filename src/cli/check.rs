@@ -11,8 +11,10 @@ use clap::Args;
 use super::{backend, guide, stream_args::StreamArguments};
 use boresight_app::{
     Exit, Opening,
-    comparison::{self, Checked, NoVerdict},
-    source::SourceName,
+    session::{
+        comparison::{self, Checked, NoVerdict},
+        source::SourceName,
+    },
 };
 use boresight_calibrate::{DriftVerdict, NoDrift};
 use boresight_capture::without_secrets;
@@ -122,7 +124,11 @@ impl Arguments {
         let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
         #[cfg(feature = "report")]
-        boresight_app::session_report::write_and_announce(&ran.path, &ran.session, &announcer);
+        boresight_app::session::session_report::write_and_announce(
+            &ran.path,
+            &ran.session,
+            &announcer,
+        );
         if changed && self.goes_on(&config)? {
             return self.full_calibration(asked);
         }

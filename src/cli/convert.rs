@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::export::{told_by, written};
-use boresight_app::{Exit, export::Format};
+use boresight_app::{Exit, session::export::Format};
 use boresight_terminal::format_name;
 
 /// Convert a calibration from one program's format to another's.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::guide;
-use boresight_app::{Exit, Opening, REPORT_FILE, desktop};
+use boresight_app::{Exit, Opening, REPORT_FILE, window::desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
 use boresight_terminal::{announcer, say};

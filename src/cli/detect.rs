@@ -12,9 +12,8 @@ use image::GrayImage;
 
 use boresight_app::{
     Exit,
-    json::DetectedLine,
-    source::{SourceName, is_recording},
-    weighed_picture,
+    commands::{json::DetectedLine, weighed_picture},
+    session::source::{SourceName, is_recording},
 };
 use boresight_capture::{Arrival, FrameSource, read_picture_turned};
 use boresight_detect::{Detector, DetectorParams, Miss, WeighedGrid};

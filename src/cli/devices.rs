@@ -5,8 +5,10 @@ use clap::Args;
 
 use boresight_app::{
     Exit, MissingFeature,
-    camera::{self, Backend, Devices},
-    devices_file::{BackendEntry, DEVICES_SCHEMA, DevicesFile},
+    session::{
+        camera::{self, Backend, Devices},
+        devices_file::{BackendEntry, DEVICES_SCHEMA, DevicesFile},
+    },
 };
 use boresight_geometry::device::Fault;
 use boresight_present::text::camera as words;

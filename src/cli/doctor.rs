@@ -6,8 +6,11 @@ use clap::Args;
 
 use super::version;
 use boresight_app::{
-    Exit, bundle,
-    doctor::{Diagnosis, DoctorFile, verify},
+    Exit,
+    commands::{
+        bundle,
+        doctor::{Diagnosis, DoctorFile, verify},
+    },
 };
 use boresight_present::text;
 use boresight_run::recording::{Recovered, recover};

@@ -7,7 +7,7 @@ use clap::Args;
 
 use boresight_app::{
     BagCopy, Exit,
-    export::{Format, export},
+    session::export::{Format, export},
     set_camera_info,
 };
 use boresight_files::{Overwrite, save};

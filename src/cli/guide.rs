@@ -8,7 +8,9 @@ use super::{
     accept_args::AcceptArguments, backend, lens_args::LensArguments, status::Status,
     stream_args::StreamArguments,
 };
-use boresight_app::{Announcer, BoardFromCode, Exit, FinishedRun, Opening, Voice, run::Concluded};
+use boresight_app::{
+    Announcer, BoardFromCode, Exit, FinishedRun, Opening, Voice, session::run::Concluded,
+};
 #[cfg(feature = "serve")]
 use boresight_phone::session_page::{Phone, going_on};
 use boresight_present::text::window as words;

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use clap::Args;
 
-use boresight_app::{Exit, paths::paths};
+use boresight_app::{Exit, commands::paths::paths};
 use boresight_present::text::paths as words;
 use boresight_terminal::print;
 

@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args};
 
 use boresight_app::{
     Exit,
-    plan_board::{Place, plan_board},
+    commands::plan_board::{Place, plan_board},
 };
 use boresight_geometry::boards::{BoardChoice, InvalidChoice, length_m};
 use boresight_guide::guidance::GuidanceParams;

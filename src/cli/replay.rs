@@ -11,8 +11,8 @@ use clap::Args;
 use boresight_app::MissingFeature;
 use boresight_app::{
     Exit, JournalReading,
-    redetect::{change, redetect},
-    result::{Conclusion, conclude},
+    commands::redetect::{change, redetect},
+    session::result::{Conclusion, conclude},
 };
 use boresight_guide::guidance::RULES;
 use boresight_present::text;
@@ -131,7 +131,7 @@ impl Arguments {
         }
         if self.gui {
             #[cfg(feature = "window")]
-            boresight_window::open::replay(boresight_app::recordings::decided(
+            boresight_window::open::replay(boresight_app::window::recordings::decided(
                 path,
                 steps,
                 &again.replayed,

@@ -11,10 +11,12 @@ use clap::Args;
 use super::accept_args::AcceptArguments;
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
-    calibration_views::{SessionViews, from_session},
-    report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
-    session_report,
-    source::is_session,
+    commands::calibration_views::{SessionViews, from_session},
+    session::{
+        report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
+        session_report,
+        source::is_session,
+    },
 };
 use boresight_calibrate::{BOARD_SCALE_SD, CalibrationParams};
 use boresight_capture::without_secrets;

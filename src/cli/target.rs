@@ -7,8 +7,8 @@ use clap::{Args, ValueEnum};
 
 use boresight_app::{
     Exit,
-    board_sheet::{BoardSheet, SheetKind},
-    printed_board::new_id,
+    commands::board_sheet::{BoardSheet, SheetKind},
+    window::printed_board::new_id,
 };
 use boresight_files::{Overwrite, save};
 use boresight_geometry::{board_code::BoardId, boards::BoardChoice};

@@ -21,7 +21,7 @@ use anyhow::Context;
 use boresight::{
     app::{
         Announcer, Opening,
-        source::{OpenSource, SourceName},
+        session::source::{OpenSource, SourceName},
     },
     capture::v4l2::{LiveCamera, discover, find},
     config::Config,

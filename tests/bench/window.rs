@@ -16,12 +16,17 @@ use std::{
 };
 
 use boresight::{
-    app::BoardFromCode,
-    app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
-        UserError, Wake,
+    app::{
+        BoardFromCode,
+        explain::UserError,
+        window::{
+            host::{
+                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+                Wake,
+            },
+            recordings::{Dropped, Recording},
+        },
     },
-    app::recordings::{Dropped, Recording},
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},

@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use boresight::{
-    app::recordings,
+    app::window::recordings,
     frame::CaptureTime,
     guidance::Progress,
     session::{Across, Input, Prompt, Session, Snapshot, Upright},

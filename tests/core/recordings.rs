@@ -9,7 +9,11 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, SavedSession, comparison, doctor, result::calibration_file},
+    app::{
+        Announcer, SavedSession,
+        commands::doctor,
+        session::{comparison, result::calibration_file},
+    },
     calibration::files::{CalibrationFile, CheckFile},
     guidance::RULES,
     text,

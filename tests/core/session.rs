@@ -2,7 +2,7 @@
 //! new run starts without old wishes, and every board size, picture size and frame rate works.
 
 use boresight::{
-    app::result::calibration_file,
+    app::session::result::calibration_file,
     boards::Board,
     calibration::files::CalibrationFile,
     config::Config,

@@ -102,11 +102,12 @@ fn sentences_read_as_if_written_in_english() {
         "crates/present/src/chart",
         "crates/capture/src",
         "crates/app/src",
-        "crates/fleet/src",
+        "crates/terminal/src",
+        "crates/window/src",
         "crates/phone/src/session_page",
         "lab/src",
         "src/cli",
-        "src/ui",
+        "wings",
     ] {
         for path in sources(&checkout.join(folder)) {
             let text = std::fs::read_to_string(&path).expect("readable");
@@ -117,6 +118,89 @@ fn sentences_read_as_if_written_in_english() {
         }
     }
     assert!(count > 300, "{count} sentences found");
+}
+
+/// Relative words of a doc comment: each makes the reader wait for its noun.
+const RELATIVE: [&str; 9] =
+    ["what", "which", "who", "whose", "whom", "whatever", "whichever", "whoever", "that"];
+/// Pronouns of a first sentence: the reader doesn't know the noun yet.
+const PRONOUNS: [&str; 19] = [
+    "it",
+    "its",
+    "they",
+    "them",
+    "their",
+    "theirs",
+    "one",
+    "ones",
+    "this",
+    "these",
+    "those",
+    "he",
+    "she",
+    "him",
+    "her",
+    "his",
+    "itself",
+    "themselves",
+    "himself",
+];
+
+/// Doc comments of a source file, each as its lines without fenced blocks.
+fn doc_comments(source: &str) -> Vec<Vec<&str>> {
+    let (mut found, mut current, mut in_fence) = (Vec::new(), Vec::new(), false);
+    for line in source.lines().map(str::trim_start) {
+        match line.strip_prefix("///").or_else(|| line.strip_prefix("//!")) {
+            Some(text) if text.trim_start().starts_with("```") => in_fence = !in_fence,
+            Some(_) if in_fence => {}
+            Some(text) => current.push(text.trim()),
+            None if current.is_empty() => {}
+            None => found.push(std::mem::take(&mut current)),
+        }
+    }
+    found
+}
+
+/// Lower-case words of `text` without code.
+fn plain_words(text: &str) -> Vec<String> {
+    let outside = text.split('`').step_by(2).collect::<Vec<_>>().join(" code ");
+    outside
+        .split(|letter: char| !letter.is_ascii_alphabetic() && letter != '\'')
+        .filter(|word| !word.is_empty())
+        .map(str::to_lowercase)
+        .collect()
+}
+
+#[test]
+fn doc_comments_name_things_by_their_nouns() {
+    let checkout = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (mut words, mut relative, mut comments, mut with_pronoun) = (0, 0, 0, 0);
+    let mut long = Vec::new();
+    for folder in ["crates", "wings", "src", "lab", "python/src"] {
+        for path in sources(&checkout.join(folder)) {
+            let text = std::fs::read_to_string(&path).expect("readable");
+            let is_comment = |line: &&str| line.trim_start().starts_with("//");
+            let is_long = |line: &&str| is_comment(line) && line.chars().count() > 100;
+            long.extend(text.lines().filter(is_long).map(|_| path.display().to_string()));
+            for comment in doc_comments(&text) {
+                let comment = comment.join(" ");
+                let first = comment.split_inclusive(['.', ':', ';']).next().unwrap_or_default();
+                let is_in = |list: &[&str], word: &String| list.contains(&word.as_str());
+                let all = plain_words(&comment);
+                words += all.len();
+                relative += all.iter().filter(|word| is_in(&RELATIVE, word)).count();
+                comments += 1;
+                let pronouns = plain_words(first).iter().any(|word| is_in(&PRONOUNS, word));
+                with_pronoun += usize::from(pronouns);
+            }
+        }
+    }
+    assert!(comments > 5000, "{comments} comments found");
+    let per_hundred = 100.0 * relative as f64 / words as f64;
+    assert!(per_hundred < 1.5, "{per_hundred:.2} relative words in 100");
+    let share = 100.0 * with_pronoun as f64 / comments as f64;
+    assert!(share < 15.0, "a pronoun in {share:.1} % of first sentences");
+    assert!(long.len() < 40, "{} comment lines over 100 columns: {long:?}", long.len());
 }
 
 #[test]

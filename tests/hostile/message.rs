@@ -1,6 +1,7 @@
 //! Messages of ROS 2 and pictures in memory, as from pipes: accepted input has its stated size.
 
-use boresight::capture::{Decompressor, RosImageType, RosImages};
+use boresight::capture::Decompressor;
+use boresight_sources::{RosImageType, RosImages};
 
 use crate::{
     harness::{Outcome, run},

@@ -3,7 +3,7 @@
 use std::fs;
 
 use boresight::{
-    app::report::of_file,
+    app::session::report::of_file,
     calibration::{
         CalibrationParams, calibrate,
         files::{CalibrationFile, ViewName},

@@ -229,7 +229,7 @@ fn a_whole_session_is_taken_from_slow_and_fast_network_cameras() {
 #[test]
 fn a_whole_session_is_taken_from_a_machine_vision_camera() {
     let place = TempDir::new().expect("folder");
-    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/capture/tests/gige_camera.py");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/wings/sources/tests/gige_camera.py");
     let mut camera = Command::new("python3");
     camera.args([script, "--address", "127.0.0.31", "--serial", "SESSION", "--size", "640x480"]);
     camera.args(["--loss", "0.01", "--each", "4"]);

@@ -14,7 +14,7 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, source::OpenSource},
+    app::{Announcer, Opening, session::source::OpenSource},
     config::Config,
     frame::{Frame, FrameId},
     pipeline::{Onlooker, Onlookers, Pipeline},

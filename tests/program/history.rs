@@ -223,13 +223,10 @@ fn a_file_of_another_program_is_refused_and_stays_as_it_is() {
     let place = TempDir::new().expect("folder");
     let place = place.path();
     fleet(place, 1, 1, 0);
-    let mut database = old_index();
-    database[60..64].fill(0);
-    let files: [(&str, Vec<u8>); 4] = [
+    let files: [(&str, Vec<u8>); 3] = [
         ("text.txt", b"not an index, by far not\n".repeat(50)),
         ("other.jsonl", b"{\"schema\":\"boresight.calibration/1\",\"session\":\"s\"}\n".to_vec()),
-        ("other.sqlite", database),
-        ("empty-database.sqlite", b"SQLite format 3\0".to_vec()),
+        ("other.sqlite", b"SQLite format 3\0\x10\0\x01\x01".repeat(50)),
     ];
     for (name, bytes) in files {
         let file = place.join(name);
@@ -240,38 +237,6 @@ fn a_file_of_another_program_is_refused_and_stays_as_it_is() {
         assert!(name.ends_with("jsonl") || !file.with_extension("jsonl").exists(), "{name}");
         fs::remove_file(&file).expect("removed");
     }
-}
-
-/// Index written by an earlier version.
-fn old_index() -> Vec<u8> {
-    fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/history/index.sqlite"))
-        .expect("readable")
-}
-
-#[test]
-fn an_index_in_sqlite_is_taken_over_and_stays_as_it_is() {
-    let place = TempDir::new().expect("folder");
-    let place = place.path();
-    fs::write(place.join("history.sqlite"), old_index()).expect("written");
-    let imported = "Imported 36 calibrations from history.sqlite into history.jsonl";
-    let listed = boresight(place, &["history", "--json"]);
-    says(&listed, 0, &[imported]);
-    assert_eq!(lines(&listed.stdout).len(), 5);
-    let again = boresight(place, &["history", "--json"]);
-    assert!(again.stdout == listed.stdout && !again.stderr.contains("Imported"));
-    // New calibrations go into the new file, under either name.
-    fleet(place, 1, 1, 0);
-    let named = ["history", "add", "sessions", "--index", "history.sqlite"];
-    says(&boresight(place, &named), 0, &["1 of 1", "history.jsonl"]);
-    assert!(fs::read(place.join("history.sqlite")).expect("readable") == old_index());
-    assert_eq!(fs::read_to_string(place.join("history.jsonl")).expect("there").lines().count(), 37);
-    fs::write(place.join("cameras.sqlite"), old_index()).expect("written");
-    let named = boresight(
-        place,
-        &["history", "usb:0000:0001:00001", "--index", "cameras.sqlite", "--json"],
-    );
-    says(&named, 0, &["Imported 36", "cameras.jsonl"]);
-    assert_eq!(lines(&named.stdout)[0]["calibrations"].as_array().map(Vec::len), Some(7));
 }
 
 /// The same table from any program.

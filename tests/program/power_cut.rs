@@ -15,7 +15,7 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, SavedSession, doctor::verify},
+    app::{Announcer, Opening, SavedSession, commands::doctor::verify},
     config::Config,
     files::{DiskLog, LoggedChange},
     recording::{Header, SessionFolder, recover, stored_frame},
@@ -514,7 +514,11 @@ fn no_power_cut_costs_a_view_or_a_session() {
     // A report is written again.
     let start = Disk::holding(place.path());
     let before = log.changes().len();
-    boresight::app::session_report::write_and_announce(&session, &state, &Announcer::silent());
+    boresight::app::session::session_report::write_and_announce(
+        &session,
+        &state,
+        &Announcer::silent(),
+    );
     let promises = Promises(vec![(0, Promise::Exactly(views))]);
     let mut checks = Checks::of("session");
     checks.try_all(start, &log.changes()[before..], &promises, 20 + chances());

@@ -65,7 +65,7 @@ def send(how, files):
 
         aravis_camera.main(["127.0.0.1", "TIMED", 0, EACH, f"{WIDTH}x{HEIGHT}", *files], stamped)
     elif how == "ros2":
-        sys.path.append(str(ROOT / "crates/capture/tests"))
+        sys.path.append(str(ROOT / "wings/sources/tests"))
         from cyclonedds.core import Policy, Qos
         from cyclonedds.domain import DomainParticipant
         from cyclonedds.pub import DataWriter

@@ -25,7 +25,7 @@ from cyclonedds.util import duration
 from scene import Program, all_as_sent, both, poses, save, verdict, wait_for
 
 WIDTH, HEIGHT = 640, 480
-DRIVER = Path(__file__).resolve().parents[2] / "crates/capture/tests/ros2_camera.py"
+DRIVER = Path(__file__).resolve().parents[2] / "wings/sources/tests/ros2_camera.py"
 DOMAIN = "77"
 
 

@@ -6,7 +6,7 @@ use std::sync::{
 };
 
 use boresight::{
-    app::{Announcer, host::Memory},
+    app::{Announcer, window::host::Memory},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     geometry::Camera,

@@ -6,12 +6,17 @@ use std::{
 };
 
 use boresight::{
-    app::BoardFromCode,
-    app::host::{
-        AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
-        UserError, Wake,
+    app::{
+        BoardFromCode,
+        explain::UserError,
+        window::{
+            host::{
+                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
+                Wake,
+            },
+            recordings::{Dropped, Recording},
+        },
     },
-    app::recordings::{Dropped, Recording},
     capture::{FrameSource, v4l2::LiveCamera},
     config::Config,
     device::{Adjustable, CameraEvent, Control},

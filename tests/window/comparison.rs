@@ -1,7 +1,7 @@
 //! A result held against an older calibration.
 
 use boresight::{
-    app::host::{Compared, UserError},
+    app::{explain::UserError, session::comparison::Compared},
     calibration::{Drift, OldLens, drift},
     geometry::Corner,
     pipeline::Background,

@@ -28,8 +28,11 @@ mod world;
 use boresight::{
     app::{
         BoardFromCode,
-        host::{Ended, Memory, SessionRequest, UserError},
-        recordings::DecidedRecording,
+        explain::UserError,
+        window::{
+            host::{Ended, Memory, SessionRequest},
+            recordings::DecidedRecording,
+        },
     },
     device::{Adjustable, Control, Fault},
     frame::{CaptureTime, Frame, FrameId, FrameKind},

@@ -1,7 +1,7 @@
 //! Choosing a recording.
 
 use boresight::{
-    app::{host::UserError, recordings::Recording},
+    app::{explain::UserError, window::recordings::Recording},
     calibration::Verdict,
     ui::{
         SMALLEST, UiAction,

@@ -5,7 +5,7 @@
 use std::{path::Path, sync::Arc};
 
 use boresight::{
-    app::recordings::{self, DecidedRecording},
+    app::window::recordings::{self, DecidedRecording},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Advice,
     session::{Outcome, Prompt, Snapshot},

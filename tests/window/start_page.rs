@@ -8,11 +8,14 @@ use std::{
 use boresight::{
     app::{
         AppHost, BoardFromCode,
-        host::{
-            CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenCode,
-            SessionRequest, Storing, UserError, Wake,
+        explain::UserError,
+        window::{
+            host::{
+                CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenCode,
+                SessionRequest, Storing, Wake,
+            },
+            recordings::{Dropped, Recording},
         },
-        recordings::{Dropped, Recording},
     },
     cli::app_host,
     detection::OtherBoard,

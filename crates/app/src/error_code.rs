@@ -1,6 +1,6 @@
 //! Stable names of errors.
 
-use super::comparison::NoKnownLens;
+use crate::session::comparison::NoKnownLens;
 use boresight_capture::CaptureError;
 use boresight_files::FileError;
 use boresight_formats::import::NotImported;

@@ -1,6 +1,5 @@
 //! Next action for an error.
 
-use super::host::UserError;
 use boresight_capture::{BagFlaw, CaptureError};
 use boresight_files::FileError;
 use boresight_formats::import::NotImported;
@@ -185,4 +184,13 @@ fn imported(err: &NotImported) -> Option<&'static str> {
         | NotImported::UnknownFormat
         | NotImported::Malformed { .. } => None,
     }
+}
+
+/// A failure, and the next action.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserError {
+    /// The error in words.
+    pub what: String,
+    /// The next action, if known.
+    pub action: Option<String>,
 }

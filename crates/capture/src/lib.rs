@@ -19,36 +19,29 @@
 //! | module | holds |
 //! |---|---|
 //! | `v4l2` | cameras of Linux (feature `live`); the program's only unsafe code |
-//! | `gige` | machine-vision cameras on the network (feature `gige`), on Linux |
 //! | `pipe` | pictures of another program, or standard input (feature `live`), on Unix |
 //! | `ffmpeg` | network streams and video files (feature `live`), on Unix |
-//! | `ros2` | image topics of ROS 2 (feature `ros2`), on Linux |
-//! | `bag` | recorded bags of ROS 2 and MCAP files (feature `bags`) |
+//! | `bag_flaw` | recorded bags by name, and their flaws; the wing `boresight-sources` reads them |
 //! | `nokhwa` | cameras of other systems (feature `nokhwa`) |
 //! | `image_folder`, `recorded` | pictures from files and memory |
 //! | `adapted` | adapters of sources |
 //! | [`integrity`] | check for whole frames |
 //! | `pixel_format`, `camera_mode` | brightness from cameras; choice of the mode |
-//! | `pixels`, `ros_image` | brightness from other programs' formats, and ROS 2 messages |
+//! | `pixels` | brightness from other programs' formats |
 //! | `compressed`, `decoded` | brightness from JPEG and PNG in memory and in files |
 //! | `address` | names of network streams, with and without secrets |
 //! | `health` | appearance of pictures |
 //! | `stream_report` | events of a stream without camera controls |
-//! | `camera_time` | a camera's clock on this computer's |
 //! | `reader_words` | messages of ffmpeg |
 
 mod adapted;
 mod address;
-mod bag;
+mod bag_flaw;
 mod camera_mode;
-#[cfg(all(target_os = "linux", any(feature = "gige", feature = "ros2")))]
-mod camera_time;
 mod compressed;
 mod decoded;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
-#[cfg(all(target_os = "linux", feature = "gige"))]
-pub mod gige;
 #[cfg(any(all(unix, feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;
@@ -63,9 +56,6 @@ mod raw_form;
 #[cfg(all(unix, feature = "live"))]
 mod reader_words;
 mod recorded;
-#[cfg(all(target_os = "linux", feature = "ros2"))]
-pub mod ros2;
-mod ros_image;
 #[cfg(all(unix, feature = "live"))]
 mod stream_report;
 #[cfg(all(target_os = "linux", feature = "live"))]
@@ -73,9 +63,7 @@ pub mod v4l2;
 
 pub use adapted::{preceded, renumbered};
 pub use address::{is_address, is_command, is_topic, without_secrets};
-#[cfg(feature = "bags")]
-pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
-pub use bag::{BagFlaw, bag_files, is_bag};
+pub use bag_flaw::{BagFlaw, RosFlaw, bag_files, is_bag};
 pub use camera_mode::{CameraMode, choose, layout, not_offered};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
@@ -90,7 +78,6 @@ pub use pixel_format::Unpacker;
 pub use pixels::Pixels;
 pub use raw_form::{NoRawForm, RawForm};
 pub use recorded::Recorded;
-pub use ros_image::{RosFlaw, RosHeader, RosImageType, RosImages};
 
 use std::{sync::Arc, time::Duration};
 

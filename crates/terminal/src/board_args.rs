@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use clap::{Args, Command};
 
 use crate::{announcer, say};
-use boresight_app::{BoardFromCode, board_from_code::board_from_pictures};
+use boresight_app::{BoardFromCode, session::board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{
     boards::{BoardChoice, InvalidChoice, length_m, millimetres},

@@ -1,6 +1,6 @@
 //! Names of export formats as arguments.
 
-use boresight_app::export::Format;
+use boresight_app::session::export::Format;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 /// Reads the name of a format; help lists them all.

@@ -14,7 +14,9 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use crate::{announcer, is_json, log, log_as_json, log_to, say};
-use boresight_app::{RESULT_FILE, SessionMetrics, run::Concluded, state_topic, verdict_name};
+use boresight_app::{
+    RESULT_FILE, SessionMetrics, session::run::Concluded, state_topic, verdict_name,
+};
 use boresight_files::{Links, Overwrite, Scratch, TEXT_LIMIT, may_save, read};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::{Outcome, Snapshot};

@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, bail};
 
 use crate::say;
-use boresight_app::source::is_session;
+use boresight_app::session::source::is_session;
 use boresight_capture::{pictures_in, unread_pictures_in};
 use boresight_files::Scratch;
 use boresight_present::text;

@@ -15,9 +15,11 @@ use crate::{
 };
 use boresight_app::{
     Announcer, REPORT_FILE, RESULT_FILE,
-    export::{self, FORMATS, Format},
-    result::calibration_file,
-    session_report::{Recorded, of_recorded},
+    session::{
+        export::{self, FORMATS, Format},
+        result::calibration_file,
+        session_report::{Recorded, of_recorded},
+    },
 };
 use boresight_capture::{Upright, decoded};
 use boresight_detect::{Detector, DetectorParams, Search, Track};

@@ -31,7 +31,8 @@ use super::{
 };
 use boresight_app::{
     BoardFromCode,
-    host::{AppHost, Ended, Memory, SessionRequest, Storing, UserError, Wake},
+    explain::UserError,
+    window::host::{AppHost, Ended, Memory, SessionRequest, Storing, Wake},
 };
 use boresight_geometry::{boards::BoardChoice, device::Control};
 use boresight_guide::session::Command;

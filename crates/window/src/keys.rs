@@ -16,7 +16,7 @@ pub enum UiAction {
     /// Take back a view.
     Remove(ViewNumber),
     /// Start the session chosen on the start page.
-    Start(Box<boresight_app::host::SessionRequest>),
+    Start(Box<boresight_app::window::host::SessionRequest>),
     /// Take two more views in uncovered areas.
     TakeMore,
     /// Restart with a board of the given size.
@@ -37,7 +37,7 @@ pub enum UiAction {
     /// Fill the screen during a session, if true, while the person is away.
     FullScreenAfar(bool),
     /// Start with the settings.
-    Open(Box<boresight_app::host::SessionRequest>),
+    Open(Box<boresight_app::window::host::SessionRequest>),
     /// Write the result in the format by number.
     Export(usize),
     /// Compare the result with the calibration in the file.

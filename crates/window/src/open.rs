@@ -8,7 +8,7 @@ use std::{
 use anyhow::bail;
 
 use crate::{NoWindow, run as run_window, run_replay, window_host::WindowHost};
-use boresight_app::{AppHost, Exit, Opening, recordings::DecidedRecording, usual_memory};
+use boresight_app::{AppHost, Exit, Opening, usual_memory, window::recordings::DecidedRecording};
 use boresight_formats::CalibrationFile;
 use boresight_present::text::window as words;
 use boresight_terminal::{

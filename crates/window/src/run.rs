@@ -11,7 +11,10 @@ use super::{
     theme,
     window_icon::window_icon,
 };
-use boresight_app::{AppHost, desktop::has_display, recordings::DecidedRecording};
+use boresight_app::{
+    AppHost,
+    window::{desktop::has_display, recordings::DecidedRecording},
+};
 use boresight_geometry::panic_message;
 use boresight_present::text::window as words;
 

@@ -5,7 +5,10 @@ use std::collections::VecDeque;
 use egui::Context;
 
 use super::screen::Screen;
-use boresight_app::host::{Ended, Opened, UserError, Wake};
+use boresight_app::{
+    explain::UserError,
+    window::host::{Ended, Opened, Wake},
+};
 use boresight_geometry::device::Control;
 use boresight_guide::{
     guidance::Progress,

@@ -13,21 +13,25 @@ use std::{
 use image::GrayImage;
 
 #[cfg(feature = "serve")]
-use boresight_app::host::PhoneLink;
+use boresight_app::window::host::PhoneLink;
 use boresight_app::{
-    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice, camera, comparison, desktop,
-    explain::user_error,
-    export,
-    host::{
-        AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, SeenCode,
-        SessionRequest, SmallPictures, Storing, UserError, Wake,
+    Announcer, Exit, Opening, REPORT_FILE, RESULT_FILE, Voice,
+    explain::{UserError, user_error},
+    session::{
+        camera, comparison, export,
+        opening::new_session_path,
+        run::{Concluded, announcing},
     },
-    lookout::{Connected, Lookout, read_code_beside},
-    memory,
-    opening::new_session_path,
-    printed_board,
-    recordings::{self, Dropped, Recording},
-    run::{Concluded, announcing},
+    window::{
+        desktop,
+        host::{
+            AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, SeenCode,
+            SessionRequest, SmallPictures, Storing, Wake,
+        },
+        lookout::{Connected, Lookout, read_code_beside},
+        memory, printed_board,
+        recordings::{self, Dropped, Recording},
+    },
 };
 use boresight_capture::{is_address, without_secrets};
 use boresight_formats::CalibrationFile;

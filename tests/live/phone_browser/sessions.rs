@@ -14,7 +14,7 @@ use std::{
 };
 
 use boresight::{
-    app::{Announcer, Opening, source::OpenSource},
+    app::{Announcer, Opening, session::source::OpenSource},
     calibration::Calibration,
     config::Config,
     frame::CaptureTime,

@@ -14,7 +14,7 @@ use super::{
     feed::Taken,
     store::{Named, Store, inputs},
 };
-use boresight_app::{RESULT_FILE, comparison};
+use boresight_app::{RESULT_FILE, session::comparison};
 use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Answer, Decision, Input, Lens, NoAnswer, Picture, Station, Watch};

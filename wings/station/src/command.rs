@@ -18,7 +18,7 @@ use crate::phone_page::adjust_page;
 use crate::{
     self as watch, CameraMetrics, Feed, Places, Round, StateLine, Store, WatchedCamera, words,
 };
-use boresight_app::{Exit, paths::WATCH, prometheus::Page};
+use boresight_app::{Exit, commands::paths::WATCH, prometheus::Page};
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, may_save, read_text};
 use boresight_run::config::Config;
 use boresight_terminal::{
@@ -447,7 +447,7 @@ fn adjust(
         }
     };
     #[cfg(feature = "window")]
-    if !headless && !json && boresight_app::desktop::has_display() {
+    if !headless && !json && boresight_app::window::desktop::has_display() {
         let faces = beside.speaks_to_facing() == Some(true);
         let is_right = crate::window_page::adjust((&camera, &feed), faces, &stop, &mut hear)?;
         return Ok(if is_right { Exit::Good } else { Exit::Moved });

@@ -10,7 +10,7 @@ use image::GrayImage;
 
 use super::times::{now_secs, picture_secs};
 use crate::street::Street;
-use boresight_app::{Announcer, source::SourceName};
+use boresight_app::{Announcer, session::source::SourceName};
 use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
 use boresight_files::{entries, is_same_file};
 use boresight_run::config::Config;

@@ -20,7 +20,10 @@ use crate::{
     Feed, Step, WatchedCamera, with_scale,
     words::{self as watch_words, Cue},
 };
-use boresight_app::{host::Memory, memory, usual_memory};
+use boresight_app::{
+    usual_memory,
+    window::{host::Memory, memory},
+};
 use boresight_geometry::frame;
 use boresight_guide::session::Gravity;
 use boresight_present::{instruction::Movement, text::window as words};

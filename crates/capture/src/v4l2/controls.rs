@@ -20,18 +20,27 @@ use ids::{
 type Automatic = (u32, i64);
 
 /// Numbers of the controls in V4L2.
-pub(crate) mod ids {
-    pub(crate) const FOCUS: u32 = 0x009a_090a;
-    pub(crate) const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
-    pub(crate) const ZOOM: u32 = 0x009a_090d;
-    pub(crate) const EXPOSURE: u32 = 0x009a_0902;
-    pub(crate) const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
+pub mod ids {
+    /// V4L2 number of focus.
+    pub const FOCUS: u32 = 0x009a_090a;
+    /// V4L2 number of the automatic of focus.
+    pub const FOCUS_AUTOMATIC: u32 = 0x009a_090c;
+    /// V4L2 number of zoom.
+    pub const ZOOM: u32 = 0x009a_090d;
+    /// V4L2 number of exposure.
+    pub const EXPOSURE: u32 = 0x009a_0902;
+    /// V4L2 number of the automatic of exposure.
+    pub const EXPOSURE_AUTOMATIC: u32 = 0x009a_0901;
     /// Lets the exposure lengthen the time from picture to picture.
-    pub(crate) const EXPOSURE_SLOWS: u32 = 0x009a_0903;
-    pub(crate) const GAIN: u32 = 0x0098_0913;
-    pub(crate) const GAIN_AUTOMATIC: u32 = 0x0098_0912;
-    pub(crate) const WHITE_BALANCE: u32 = 0x0098_091a;
-    pub(crate) const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
+    pub const EXPOSURE_SLOWS: u32 = 0x009a_0903;
+    /// V4L2 number of gain.
+    pub const GAIN: u32 = 0x0098_0913;
+    /// V4L2 number of the automatic of gain.
+    pub const GAIN_AUTOMATIC: u32 = 0x0098_0912;
+    /// V4L2 number of white balance.
+    pub const WHITE_BALANCE: u32 = 0x0098_091a;
+    /// V4L2 number of the automatic of white balance.
+    pub const WHITE_BALANCE_AUTOMATIC: u32 = 0x0098_090c;
 }
 
 /// Number of a control, and the automatics behind it.

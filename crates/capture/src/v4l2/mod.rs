@@ -25,12 +25,10 @@ pub mod source;
 mod stream;
 mod system_files;
 
-#[cfg(feature = "gige")]
-pub(crate) use controls::ids;
+pub use controls::ids;
 pub use controls::{ControlState, control_states};
 pub use discovery::{Camera, Found, discover, find};
 pub use linux::Linux;
-#[cfg(feature = "gige")]
-pub(crate) use queue::BUFFERS;
+pub use queue::BUFFERS;
 pub use source::LiveCamera;
 pub use source::found_again;

@@ -13,7 +13,7 @@
 use super::kernel::{Errno, FLAG_ERROR, Filled, Handle, Kernel};
 
 /// Number of buffers. More would only hold older pictures.
-pub(crate) const BUFFERS: u32 = 4;
+pub const BUFFERS: u32 = 4;
 /// Number of consecutive signals after which a call is given up.
 const MOST_INTERRUPTIONS: u32 = 64;
 /// Consecutive EIO results tolerated before the stream is given up.

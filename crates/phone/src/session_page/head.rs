@@ -13,9 +13,11 @@ use crate::{Offer, OfferedCamera, Request, Stage};
 use anyhow::bail;
 use boresight_app::{
     Announcer, BoardFromCode, Exit, Opening,
-    camera::{self, Near, NearCamera},
     explain::user_error,
-    opening::new_session_path,
+    session::{
+        camera::{self, Near, NearCamera},
+        opening::new_session_path,
+    },
 };
 
 use boresight_capture::{is_command, without_secrets};

@@ -20,7 +20,7 @@ pub use result::ended_page;
 use crate::{AdjustPage, EndedPage, Hub, Links, QrCode, Server, Setup, Stage};
 use boresight_app::{
     Announcer, Opening,
-    run::{Concluded, Run},
+    session::run::{Concluded, Run},
 };
 use boresight_geometry::frame::Frame;
 use boresight_guide::session::Session;

@@ -5,8 +5,10 @@ use std::path::Path;
 use crate::{EndedPage, PageFile};
 use boresight_app::{
     Announcer, REPORT_FILE,
-    export::{self, FORMATS},
-    run::Concluded,
+    session::{
+        export::{self, FORMATS},
+        run::Concluded,
+    },
 };
 use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_guide::session::Session;

@@ -11,7 +11,6 @@ mod controls;
 pub mod demo;
 pub mod doctor;
 mod drift;
-mod finding_meaning;
 mod findings;
 mod gauge;
 mod numbers;
@@ -40,7 +39,6 @@ pub use drift::{
     drift_numbers, first_of_cameras, focal_is_a_mean, focal_varied, imported, lock_differs,
     maybe_other_camera, no_drift, other_camera,
 };
-pub use finding_meaning::{FindingMeaning, finding_meaning};
 pub use findings::{
     FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, leaving_out,
     not_calibrated, of_source, verdict, verdict_on,

@@ -5,7 +5,7 @@ use egui::{
     vec2,
 };
 
-use boresight_app::host::{AppHost, PhoneLink};
+use boresight_app::window::host::{AppHost, PhoneLink};
 use boresight_present::text::phone as words;
 
 /// Side of a module.

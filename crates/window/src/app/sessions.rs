@@ -11,7 +11,7 @@ use super::{
     super::{result, screen::Screen, session_state::SessionState},
     App, Page,
 };
-use boresight_app::{
+use boresight_app::window::{
     host::{Ended, SessionRequest},
     recordings::{Dropped, StoredSession},
 };

@@ -11,7 +11,7 @@ use super::super::{
     keys::{UiAction, button},
     theme,
 };
-use boresight_app::{host::UserError, recordings::Recording};
+use boresight_app::{explain::UserError, window::recordings::Recording};
 use boresight_calibrate::Verdict;
 use boresight_present::text::{Act, replay as words, sessions};
 

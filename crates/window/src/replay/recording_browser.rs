@@ -9,8 +9,11 @@ use super::{
     Picker, Replayed, pick, show,
 };
 use boresight_app::{
-    host::{AppHost, Loading, SmallPictures, UserError, Wake},
-    recordings::DecidedRecording,
+    explain::UserError,
+    window::{
+        host::{AppHost, Loading, SmallPictures, Wake},
+        recordings::DecidedRecording,
+    },
 };
 use boresight_present::text::replay as words;
 

@@ -6,7 +6,7 @@ use super::super::{
     picture::Picture,
     screen::{Preferences, Screen},
 };
-use boresight_app::recordings::{DecidedRecording, LoadPicture};
+use boresight_app::window::recordings::{DecidedRecording, LoadPicture};
 use boresight_guide::session::{Outcome, Snapshot};
 
 /// A recording with decisions made again.

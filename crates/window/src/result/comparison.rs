@@ -6,7 +6,11 @@ use egui::{ComboBox, RichText, TextEdit, Ui};
 
 use super::super::{keys::UiAction, theme};
 use super::error_lines::error_lines;
-use boresight_app::host::{AppHost, Compared, Comparing, UserError, Wake};
+use boresight_app::{
+    explain::UserError,
+    session::comparison::Compared,
+    window::host::{AppHost, Comparing, Wake},
+};
 use boresight_calibrate::DriftVerdict;
 use boresight_present::text::{self, result as words};
 

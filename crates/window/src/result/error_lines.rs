@@ -1,7 +1,7 @@
 use egui::{RichText, Ui};
 
 use super::super::theme;
-use boresight_app::host::UserError;
+use boresight_app::explain::UserError;
 
 /// An error with next action.
 pub(super) fn error_lines(ui: &mut Ui, error: &UserError) {

@@ -23,7 +23,7 @@ use egui::{CentralPanel, Panel, RichText, ScrollArea, Ui};
 use error_lines::error_lines;
 
 use super::{keys::UiAction, screen::Screen, theme};
-use boresight_app::host::{Ended, UserError};
+use boresight_app::{explain::UserError, window::host::Ended};
 use boresight_present::text::window as words;
 
 /// Inputs of the page in addition to the screen.

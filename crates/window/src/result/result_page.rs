@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 
 use super::comparison::{Comparison, Outcome};
-use boresight_app::host::Ended;
+use boresight_app::window::host::Ended;
 use boresight_present::text::charts::Chart;
 
 /// The person's choices on the page.

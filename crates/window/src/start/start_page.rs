@@ -5,9 +5,8 @@ use egui::{Context, TextureHandle, TextureOptions};
 use crate::picture::grey;
 use boresight_app::{
     BoardFromCode,
-    host::{
-        CameraView, OtherKind, PrintedBoard, SeenCode, SessionRequest, UserError, is_camera_name,
-    },
+    explain::UserError,
+    window::host::{CameraView, OtherKind, PrintedBoard, SeenCode, SessionRequest, is_camera_name},
 };
 use boresight_geometry::{
     boards::Board,

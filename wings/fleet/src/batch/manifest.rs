@@ -7,7 +7,7 @@ use super::{
     buckets::Prefix,
     item::Item,
 };
-use boresight_app::session_folders::sessions_and_bags;
+use boresight_app::session::session_folders::sessions_and_bags;
 use boresight_files::{FileError, LineReader, Links, Scratch};
 
 /// Longest line of a manifest, in bytes.

@@ -20,10 +20,14 @@ use super::{
 #[cfg(not(feature = "report"))]
 use boresight_app::MissingFeature;
 use boresight_app::{
-    Announcer, JournalReading, RESULT_FILE, SavedSession, comparison, error_code,
-    export::{Format, export},
-    redetect::{kind, redetect},
-    result::calibration_file,
+    Announcer, JournalReading, RESULT_FILE, SavedSession,
+    commands::redetect::{kind, redetect},
+    error_code,
+    session::{
+        comparison,
+        export::{Format, export},
+        result::calibration_file,
+    },
 };
 use boresight_capture::is_bag;
 use boresight_files::{Links, read_text};
@@ -190,7 +194,7 @@ fn check(row: &mut Row, job: &Job, saved: &SavedSession) -> anyhow::Result<()> {
 #[cfg(feature = "report")]
 fn report(job: &Job, store: &Store, session: &Path, id: &str) -> anyhow::Result<String> {
     let stated = boresight_run::config::Config::load(None, &job.settings)?.certificate;
-    let report = boresight_app::session_report::of_folder(session, &stated)?;
+    let report = boresight_app::session::session_report::of_folder(session, &stated)?;
     store.save_file(id, &format!("{id}.html"), boresight_present::report::page(&report).as_bytes())
 }
 

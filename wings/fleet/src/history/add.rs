@@ -6,7 +6,7 @@ use anyhow::bail;
 
 use super::index::Index;
 use crate::batch::{Row, recorded};
-use boresight_app::session_folders::session_folders;
+use boresight_app::session::session_folders::session_folders;
 
 /// Counts of [`add`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -12,7 +12,7 @@ use serde_json::json;
 use super::{
     self as fleet, Added, CameraHistory, HistoryFile, Index, Step, days_ago, histories, name, trend,
 };
-use boresight_app::{Exit, paths::HISTORY};
+use boresight_app::{Exit, commands::paths::HISTORY};
 use boresight_files::{Overwrite, save};
 use boresight_present::text::of_source;
 use boresight_station::{

@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
-use boresight_app::{Exit, export::Format};
+use boresight_app::{Exit, session::export::Format};
 use boresight_files::{Overwrite, may_save};
 use boresight_terminal::{
     board_args::{loaded, setting},

@@ -1,0 +1,340 @@
+//! A result in the formats of other programs.
+
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, bail};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use serde_json::Value;
+
+use crate::{Announcer, SavedSession, session::source::result_named_by};
+use boresight_calibrate::Verdict;
+use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
+use boresight_formats::{
+    CalibrationFile, corner_table,
+    export::{
+        CameraFormat, ExportedCamera, SolvedView, colmap_cameras_with_sd,
+        mrcal_cameramodel_with_views, views_csv,
+    },
+    import,
+};
+use boresight_geometry::{Corner, LensMatrix};
+use boresight_guide::session::Session;
+use boresight_present::text;
+
+/// A file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// The lens in the format of another program.
+    Camera(CameraFormat),
+    /// Everything, in boresight's schema.
+    Json,
+    /// Each view with numbers, as comma-separated values.
+    ViewsCsv,
+    /// The corners of the accepted views; needs the session folder.
+    Vnl,
+}
+
+/// Formats offered by the window, in order. [`Format::all`] has all.
+pub const FORMATS: [Format; 9] = [
+    Format::Camera(CameraFormat::OpencvYaml),
+    Format::Camera(CameraFormat::RosYaml),
+    Format::Camera(CameraFormat::Kalibr),
+    Format::Camera(CameraFormat::Colmap),
+    Format::Camera(CameraFormat::Mrcal),
+    Format::Camera(CameraFormat::Matlab),
+    Format::Json,
+    Format::ViewsCsv,
+    Format::Vnl,
+];
+
+impl Format {
+    /// Every format.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let cameras = CameraFormat::ALL.into_iter().map(Self::Camera);
+        cameras.chain([Self::Json, Self::ViewsCsv, Self::Vnl])
+    }
+
+    /// Format by [`code`](Self::code).
+    pub fn by_code(code: &str) -> Option<Self> {
+        Self::all().find(|format| format.code() == code)
+    }
+
+    /// Format by file name: its usual name, or a unique extension.
+    pub fn of_file(path: &Path) -> Option<Self> {
+        let named = path.file_name()?.to_str()?;
+        if let Some(usual) = Self::all().find(|format| format.file() == named) {
+            return Some(usual);
+        }
+        let ending = path.extension()?;
+        let mut same = Self::all().filter(|f| Path::new(f.file()).extension() == Some(ending));
+        same.next().filter(|_| same.next().is_none())
+    }
+
+    /// Short name, for buttons.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::Camera(format) => format.label(),
+            Self::Json => "JSON",
+            Self::ViewsCsv => "Photos (CSV)",
+            Self::Vnl => "Corners (VNL)",
+        }
+    }
+
+    /// Stable name, for files and programs.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Camera(format) => format.code(),
+            Self::Json => "json",
+            Self::ViewsCsv => "views-csv",
+            Self::Vnl => "vnl",
+        }
+    }
+
+    /// Usual file name.
+    pub fn file(self) -> &'static str {
+        match self {
+            Self::Camera(format) => format.file(),
+            Self::Json => "camera.json",
+            Self::ViewsCsv => "views.csv",
+            Self::Vnl => "corners.vnl",
+        }
+    }
+
+    /// Purpose of the format.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Camera(format) => format.about(),
+            Self::Json => "Everything, in boresight's schema",
+            Self::ViewsCsv => "The result for each view, as comma-separated values",
+            Self::Vnl => {
+                "The corners of the accepted views, `filename x y level`; needs the session folder"
+            }
+        }
+    }
+}
+
+/// An exported result.
+#[derive(Clone, Debug)]
+pub struct Exported {
+    /// The file's text.
+    pub text: String,
+    /// True if the calibration must not be used; its findings give the reason.
+    pub untrustworthy: bool,
+}
+
+/// Reads the calibration in the file `path`, of any supported program, into boresight's schema: as
+/// text and parsed. Files of other programs give only the lens, and a finding to say so.
+///
+/// # Errors
+///
+/// If the file can't be read, or is in no known format.
+pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, CalibrationFile)> {
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let tree = serde_json::from_str::<Value>(&text).ok();
+    let is_ours =
+        |tree: &Value| tree["schema"].as_str().is_some_and(|s| s.starts_with("boresight."));
+    if let Some(tree) = tree.filter(is_ours) {
+        let file = CalibrationFile::read(&tree);
+        return Ok((text, file.with_context(|| format!("not a calibration: {path:?}"))?));
+    }
+    let mut old = import::read(&text).with_context(|| format!("could not use {path:?}"))?;
+    if old.camera_count > 1 {
+        announcer.say(&text::first_of_cameras(old.camera_count));
+    }
+    // Kalibr names a camera by its topic, such as /cam0/image_raw.
+    let plain = |source: String| source.trim_matches('/').split('/').next().map(Into::into);
+    old.source = old.source.and_then(plain);
+    let file = CalibrationFile::of_imported(&old, text::imported(old.format.name()));
+    Ok((serde_json::to_string_pretty(&file.to_json()?)?, file))
+}
+
+/// Converts the result in `input`, a session folder or a calibration in any readable format, into
+/// `format`. Calls the camera `name`; without it, by the name in another program's file, or by the
+/// name of the folder or file.
+///
+/// # Errors
+///
+/// If the result can't be read, or if the format can't hold the lens.
+pub fn export(
+    input: &Path,
+    format: Format,
+    name: Option<&str>,
+    announcer: &Announcer,
+) -> anyhow::Result<Exported> {
+    if format == Format::Vnl {
+        return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
+    }
+    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
+    let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+    // A file of another program has no board, and may name its camera.
+    let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
+    let name = name.unwrap_or(own_name);
+    if format == Format::Camera(CameraFormat::Mrcal) && input.is_dir() {
+        let saved = SavedSession::open(input)?;
+        let text = mrcal_with_views(&saved.session, &text, &file, name, announcer)?;
+        return Ok(Exported { text, untrustworthy });
+    }
+    let text = export_text(&text, format, Some(name), announcer)?;
+    Ok(Exported { text, untrustworthy })
+}
+
+/// Converts as [`export`], for a session outside a folder with the calibration file `text`.
+///
+/// # Errors
+///
+/// If the format can't hold the lens.
+pub fn of_session(
+    session: &Session,
+    text: &str,
+    format: Format,
+    name: &str,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    match format {
+        Format::Vnl => Ok(corners_of(session)),
+        Format::Camera(CameraFormat::Mrcal) => {
+            let file = CalibrationFile::read(&serde_json::from_str(text)?)?;
+            mrcal_with_views(session, text, &file, name, announcer)
+        }
+        format => export_text(text, format, Some(name), announcer),
+    }
+}
+
+/// Calibration in `text`, parsed as `file`, for mrcal, with the corners of the views of `session`:
+/// mrcal computes its own uncertainty. Without the corners if the calibration has others.
+fn mrcal_with_views(
+    session: &Session,
+    text: &str,
+    file: &CalibrationFile,
+    name: &str,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    let taken: BTreeMap<String, &[Corner]> = named_corners(session).collect();
+    let solved = file.used().map(|(_, view)| {
+        let pose = view.cam_from_board?;
+        let [w, x, y, z] = pose.rotation_wxyz;
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let cam_from_board = Isometry3::from_parts(Translation3::from(pose.translation_m), turn);
+        Some(SolvedView { name: &view.name, corners: taken.get(&view.name)?, cam_from_board })
+    });
+    let views: Option<Vec<SolvedView<'_>>> = solved.collect();
+    let (exported, _) = camera_of(text, name, announcer)?;
+    let board = &session.setup().board;
+    let written =
+        mrcal_cameramodel_with_views(&exported, board, views.as_deref().unwrap_or_default());
+    written.with_context(|| cannot_hold(CameraFormat::Mrcal))
+}
+
+/// Lens of the result in `input`, read as by [`export`], and true if unusable.
+///
+/// # Errors
+///
+/// If the result can't be read.
+#[cfg(any(feature = "bags", all(target_os = "linux", feature = "ros2")))]
+pub(crate) fn result_of(
+    input: &Path,
+    announcer: &Announcer,
+) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
+    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
+    let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
+}
+
+/// Converts the calibration in `text` into `format`. Calls the camera `name`, or `camera` without a
+/// name.
+///
+/// # Errors
+///
+/// If the text is no calibration, or if the format can't hold the lens.
+pub fn export_text(
+    text: &str,
+    format: Format,
+    name: Option<&str>,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    match format {
+        Format::Json => Ok(text.into()),
+        Format::ViewsCsv => {
+            Ok(views_csv(&CalibrationFile::read(&serde_json::from_str(text)?)?.views))
+        }
+        Format::Camera(format) => camera(format, text, name.unwrap_or("camera"), announcer),
+        Format::Vnl => bail!("a corner table is written from a session folder"),
+    }
+}
+
+/// Writes the result of the session in `folder` beside the session, in format `number` of
+/// [`FORMATS`], under a free name. Returns the file.
+///
+/// # Errors
+///
+/// As [`export`], and if the file can't be written.
+pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Result<PathBuf> {
+    let format = *FORMATS.get(number).context("there is no such format")?;
+    let file = format.file();
+    let (stem, ending) = file.split_once('.').unwrap_or((file, ""));
+    let out = (2..1000)
+        .map(|n| folder.join(format!("{stem}-{n}.{ending}")))
+        .fold(folder.join(file), |free, next| if free.exists() { next } else { free });
+    let exported = export(folder, format, None, announcer)?;
+    save(&out, exported.text.as_bytes(), Overwrite::Never)?;
+    announcer.say(&format!("Written: {}", out.display()));
+    Ok(out)
+}
+
+fn camera(
+    format: CameraFormat,
+    text: &str,
+    name: &str,
+    announcer: &Announcer,
+) -> anyhow::Result<String> {
+    let (exported, covariance) = camera_of(text, name, announcer)?;
+    match covariance {
+        Some(covariance) if format == CameraFormat::Colmap => {
+            Ok(colmap_cameras_with_sd(&exported, &covariance))
+        }
+        _ => format.write(&exported).with_context(|| cannot_hold(format)),
+    }
+}
+
+fn cannot_hold(format: CameraFormat) -> String {
+    format!("{} can't hold this lens", format.label())
+}
+
+/// Calibration in `text` of the camera `name`, and the covariance of the parameters, if stated.
+fn camera_of<'a>(
+    text: &str,
+    name: &'a str,
+    announcer: &Announcer,
+) -> anyhow::Result<(ExportedCamera<'a>, Option<LensMatrix>)> {
+    let old = import::read(text).context("could not use the calibration")?;
+    if old.focal_varies {
+        announcer.say(text::focal_is_a_mean());
+    }
+    let (camera, image_size) = (old.camera, old.image_size);
+    let rms_px = old.rms_px.unwrap_or(0.0);
+    Ok((ExportedCamera { name, camera, image_size, rms_px }, old.covariance))
+}
+
+/// Corners of the accepted views, from the session's journal.
+fn corners(session: &Path, announcer: &Announcer) -> anyhow::Result<String> {
+    let saved =
+        SavedSession::open(session).context("a corner table is written from a session folder")?;
+    saved.announce(announcer);
+    Ok(corners_of(&saved.session))
+}
+
+/// Corners of the accepted views of `session`.
+pub(crate) fn corners_of(session: &Session) -> String {
+    let views: Vec<(String, &[Corner])> = named_corners(session).collect();
+    corner_table::write(views.iter().map(|(name, corners)| (name.as_str(), Some(*corners))))
+}
+
+/// Name and corners of each accepted view, as in the calibration.
+fn named_corners(session: &Session) -> impl Iterator<Item = (String, &[Corner])> {
+    let taken = session.accepted().iter().zip(session.corners_at_one_instant());
+    taken.map(|(taken, corners)| (taken.picture_name(), corners.as_slice()))
+}

@@ -1,0 +1,268 @@
+//! Recorded sessions: list entries, results, and decisions to step through.
+
+use std::{
+    collections::BTreeSet,
+    path::{Path, PathBuf},
+};
+
+use anyhow::bail;
+use image::GrayImage;
+use jiff::{Timestamp, tz::TimeZone};
+use serde_json::Value;
+
+use crate::{JournalReading, REPORT_FILE, RESULT_FILE, SavedSession};
+use boresight_calibrate::Verdict;
+use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
+use boresight_formats::CalibrationFile;
+use boresight_guide::session::{Input, Snapshot, ViewNumber};
+use boresight_present::text;
+use boresight_run::recording::{
+    CameraTable, Header, Replayed, SessionFolder, Stored, stored_frame,
+};
+
+/// Most recordings offered.
+const MOST_OFFERED: usize = 50;
+/// Folder of a session's pictures.
+const FRAMES: &str = "frames";
+/// Largest picture read for a list, in bytes.
+const PICTURE_LIMIT: u64 = 64 << 20;
+
+/// Loads the stored picture of a frame; `None` if missing or unreadable.
+pub type LoadPicture = Box<dyn Fn(u64) -> Option<GrayImage> + Send>;
+
+/// Largest side of the picture in a list.
+const SMALL_PX: u32 = 192;
+
+/// A recorded session in a list.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recording {
+    /// Folder of the recording.
+    pub folder: PathBuf,
+    /// Start in local time.
+    pub when: String,
+    /// Name of the camera, and picture size.
+    pub camera: String,
+    /// Verdict in words, or a note of a missing verdict.
+    pub verdict: String,
+    /// Gravity of the verdict; `None` without one.
+    pub judged: Option<Verdict>,
+    /// Views used by the calibration; `None` without one.
+    pub views: Option<usize>,
+    /// Report, if written.
+    pub report: Option<PathBuf>,
+}
+
+/// Kind of a path dropped onto the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dropped {
+    /// A session's folder.
+    Session,
+    /// A folder of pictures, or a video.
+    Source,
+    /// Another file: perhaps a calibration.
+    File,
+}
+
+/// Final state of a stored session.
+pub struct StoredSession {
+    /// The last state.
+    pub snapshot: Snapshot,
+    /// Pictures of the views.
+    pub pictures: Vec<(ViewNumber, GrayImage)>,
+    /// Name of the source.
+    pub source: String,
+    /// Files with the result.
+    pub files: Vec<PathBuf>,
+}
+
+/// A recording with decisions made again.
+pub struct DecidedRecording {
+    /// The state after each input; at least one.
+    pub steps: Vec<Snapshot>,
+    /// Steps decided differently by the build, from 0.
+    pub different: Vec<usize>,
+    /// Folder as named by the person.
+    pub name: String,
+    /// Loader of stored pictures.
+    pub load: LoadPicture,
+}
+
+/// The recordings in `folders`, newest first.
+pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
+    let folders = folders.iter().flat_map(|folder| entries(folder));
+    let mut found: Vec<(String, Recording)> = folders
+        .filter_map(|folder| {
+            let header = SessionFolder::header(&folder).ok()?;
+            Some((header.created.clone(), listed(folder, &header)))
+        })
+        .collect();
+    found.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| other.folder.cmp(&one.folder)));
+    found.into_iter().map(|(_, recording)| recording).take(MOST_OFFERED).collect()
+}
+
+/// List entry of the session in `folder`.
+fn listed(folder: PathBuf, header: &Header) -> Recording {
+    let result = read_text(&folder.join(RESULT_FILE), TEXT_LIMIT, Links::Refused).ok();
+    let result = result.and_then(|text| serde_json::from_str::<Value>(&text).ok());
+    let result = result.and_then(|tree| CalibrationFile::read(&tree).ok());
+    let calibrated = result.filter(|file| file.result.is_some());
+    let judged = calibrated.as_ref().and_then(|file| {
+        let all = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy];
+        all.into_iter().find(|verdict| verdict.code() == file.verdict)
+    });
+    let unfinished = calibrated.as_ref().is_some_and(CalibrationFile::is_unfinished);
+    let verdict = judged
+        .map_or(text::sessions::NO_RESULT, |verdict| text::sessions::verdict(verdict, unfinished));
+    let name = header.camera.as_ref().map_or(header.source.as_str(), CameraTable::name);
+    let report = folder.join(REPORT_FILE);
+    Recording {
+        when: local(&header.created),
+        camera: text::sessions::camera(name, header.image_size()),
+        verdict: text::of_source(&header.source, verdict),
+        judged,
+        views: calibrated.map(|file| file.views.iter().filter(|view| view.used).count()),
+        report: report.is_file().then_some(report),
+        folder,
+    }
+}
+
+/// A time stamp in local time; unchanged if unparsable.
+fn local(stamp: &str) -> String {
+    let zoned = |stamp: Timestamp| stamp.to_zoned(TimeZone::system());
+    stamp.parse::<Timestamp>().map_or_else(
+        |_| stamp.to_owned(),
+        |stamp| zoned(stamp).strftime("%-d %B %Y, %H:%M").to_string(),
+    )
+}
+
+/// Thumbnail of the newest stored picture of the session in `folder`; `None` without a readable
+/// picture.
+pub fn small_picture(folder: &Path) -> Option<GrayImage> {
+    let newest = entries(&folder.join(FRAMES)).into_iter().filter(|file| is_picture(file)).max()?;
+    let bytes = read(&newest, PICTURE_LIMIT, Links::Refused).ok()?;
+    let image = image::load_from_memory(&bytes).ok()?.into_luma8();
+    let factor = f64::from(SMALL_PX) / f64::from(image.width().max(image.height()).max(1));
+    let side = |px: u32| ((f64::from(px) * factor).round() as u32).max(1);
+    let (width, height) = image.dimensions();
+    Some(image::imageops::thumbnail(&image, side(width), side(height)))
+}
+
+fn is_picture(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending == "png")
+}
+
+/// Kind of `path`: a session, pictures to calibrate from, or another file.
+pub fn dropped(path: &Path) -> Dropped {
+    const VIDEOS: [&str; 9] = ["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ts"];
+    let is_video = path
+        .extension()
+        .is_some_and(|ending| VIDEOS.iter().any(|video| ending.eq_ignore_ascii_case(video)));
+    if SessionFolder::header(path).is_ok() {
+        Dropped::Session
+    } else if path.is_dir() || is_video {
+        Dropped::Source
+    } else {
+        Dropped::File
+    }
+}
+
+/// Final state of the session in `folder`, with the recorded views.
+///
+/// # Errors
+///
+/// As [`SavedSession::open`].
+pub fn stored(folder: &Path) -> anyhow::Result<StoredSession> {
+    let SavedSession { header, mut session, contents, .. } = SavedSession::open(folder)?;
+    let decision = session.handle(&Input::Resumed);
+    let picture = |frame: u64| {
+        let stored = contents.stored.iter().find(|stored| stored.frame == frame)?;
+        stored_frame(folder, stored).ok()
+    };
+    let pictures = session
+        .accepted()
+        .iter()
+        .filter_map(|view| Some((view.number, picture(view.view.frame_id.0)?)))
+        .collect();
+    let files = [REPORT_FILE, RESULT_FILE].map(|name| folder.join(name));
+    Ok(StoredSession {
+        snapshot: session.snapshot(decision),
+        pictures,
+        source: header.source,
+        files: files.into_iter().filter(|file| file.is_file()).collect(),
+    })
+}
+
+/// Decides the recording in `folder` again.
+///
+/// # Errors
+///
+/// If the folder can't be read, or its journal is empty.
+pub fn open(folder: &Path) -> anyhow::Result<DecidedRecording> {
+    let journal = JournalReading::of(folder)?;
+    let mut steps = Vec::new();
+    let again = journal.decide_again(&journal.header.config, |session, decision| {
+        steps.push(session.snapshot(*decision));
+    })?;
+    decided(folder, steps, &again.replayed, journal.contents.stored)
+}
+
+/// A recording to step through: the state after each input, and the steps decided differently by
+/// this build.
+///
+/// # Errors
+///
+/// If there is no step.
+pub fn decided(
+    folder: &Path,
+    steps: Vec<Snapshot>,
+    replayed: &Replayed,
+    stored: Vec<Stored>,
+) -> anyhow::Result<DecidedRecording> {
+    if steps.is_empty() {
+        bail!("this recording is empty");
+    }
+    let different = replayed.different_lines.iter().map(|line| line - 1).collect();
+    let name = folder.display().to_string();
+    let folder = folder.to_path_buf();
+    let load = move |frame: u64| {
+        let stored = stored.iter().find(|stored| stored.frame == frame)?;
+        stored_frame(&folder, stored).ok()
+    };
+    Ok(DecidedRecording { steps, different, name, load: Box::new(load) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Announcer, Opening};
+    use boresight_run::config::Config;
+
+    #[test]
+    fn a_list_tells_when_of_what_and_how_it_ended() -> anyhow::Result<()> {
+        let place = tempfile::tempdir()?;
+        let folder = place.path().join("one");
+        let config = Config::load(None, &["guidance.plan=\"quick\"".into()])?;
+        let opening = Opening { out: Some(folder.clone()), ..Opening::new("sim", config) };
+        let silent = Announcer::silent();
+        let run = opening.open(&silent)?;
+        let never = std::sync::atomic::AtomicBool::new(false);
+        let finished = run.carry_out(&never, &silent)?;
+        let views = finished.session.accepted().len();
+        let open = within(&BTreeSet::from([place.path().into()]));
+        assert_eq!((open[0].judged, open[0].views), (None, None), "it isn't concluded");
+        finished.conclude(&silent)?;
+        let listed = within(&BTreeSet::from([place.path().into()]));
+        let [one] = listed.as_slice() else { anyhow::bail!("{listed:?}") };
+        assert_eq!(one.folder, folder);
+        assert!(one.verdict.contains("SIMULATED"), "{}", one.verdict);
+        assert!(one.camera.starts_with("sim, 1280 × 720"), "{}", one.camera);
+        assert!(one.when.contains(':') && !one.when.contains('Z'), "{}", one.when);
+        assert_eq!(one.views, Some(views));
+        let picture = small_picture(&folder).ok_or_else(|| anyhow::anyhow!("a picture"))?;
+        assert_eq!(picture.dimensions(), (192, 108));
+        let stored = stored(&folder)?;
+        assert_eq!((stored.pictures.len(), stored.snapshot.views.len()), (views, views));
+        assert!(stored.snapshot.calibration.is_some());
+        Ok(())
+    }
+}
