@@ -30,7 +30,7 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 # Every crate but the Python package, which maturin builds, and the page in a browser, which `make web` builds.
 CRATES = --workspace --exclude boresight-python --exclude boresight-web
 # What the tests compile: with the cameras and recordings that aren't in the default features. One build serves all of them.
-TESTED = $(CRATES) --features boresight-sources/gige,boresight-sources/bags
+TESTED = $(CRATES) --exclude boresight-lab --features boresight-sources/gige,boresight-sources/bags
 # Those that are for others to build on.
 CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
@@ -210,6 +210,7 @@ release-check: features-each long-tests test-hostile test-python test-cloud test
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
 long-tests: setup-long-tests
 	cargo test $(TESTED) -- --ignored long_
+	cargo test -p boresight-lab
 
 doc: setup-doc
 	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --all-features --no-deps --quiet

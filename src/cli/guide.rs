@@ -25,7 +25,7 @@ use boresight_terminal::{
 };
 #[cfg(feature = "window")]
 use {
-    boresight_app::{AppHost, desktop::has_display},
+    boresight_app::{AppHost, window::desktop::has_display},
     boresight_window::open as window,
 };
 

@@ -80,3 +80,44 @@ pub(super) fn plan<'a>(
     };
     Some(PlanOfBoard { plan, board: &state.board })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind};
+    use boresight_guide::session::Gravity;
+    use image::GrayImage;
+    use serde_json::{json, to_value};
+
+    use super::*;
+
+    #[test]
+    fn a_camera_that_is_pushed_back_has_arrow_amount_and_outline() {
+        let page = AdjustPage {
+            arrow: ["→", "←"],
+            number: "14 px".into(),
+            sentence: ["Push it to the right.".into(), "Push it to the left.".into()],
+            gravity: Gravity::Plain,
+            close: Some(0.25),
+            aloud: None,
+            image_size_px: [64, 48],
+            outline: vec![[10, 21]],
+        };
+        let frame = Arc::new(Frame {
+            id: FrameId(1),
+            captured_at: CaptureTime { nanos: 0 },
+            kind: FrameKind::Video,
+            name: String::new(),
+            image: GrayImage::new(64, 48),
+        });
+        let hub = Hub::new();
+        hub.adjusting(&frame, page);
+        let state = hub.states().borrow().clone();
+        let live = to_value(live(&state)).expect("JSON");
+        assert_eq!((&live["stage"], &live["close"]), (&json!("adjusting"), &json!(0.25)));
+        assert_eq!(live["push"], json!([["→", "←"], "14 px"]));
+        let plan = to_value(plan(&state, None)).expect("JSON");
+        assert_eq!((&plan["outline"], &plan["size"]), (&json!([[10, 21]]), &json!([64, 48])));
+    }
+}

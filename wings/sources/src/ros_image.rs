@@ -237,7 +237,10 @@ mod tests {
             assert_eq!(reader.read(&whole[..end]), Err(RosFlaw::Message), "{end}");
         }
         let short = message("mono8", false, 4, &[9; 7]);
-        assert_eq!(reader.read(&short), Err(RosFlaw::Picture(Flaw::Short)));
+        assert_eq!(
+            reader.read(&short),
+            Err(RosFlaw::Picture(boresight_capture::integrity::Flaw::Short))
+        );
         let depth = message("32FC1", false, 16, &[9; 32]);
         assert_eq!(reader.read(&depth), Err(RosFlaw::Encoding("32FC1".into())));
         let mut compressed = RosImages::new(RosImageType::Compressed);

@@ -165,7 +165,7 @@ fn a_copy_has_the_calibration_beside_each_picture() {
     for name in BAGS.into_iter().filter(|name| !name.ends_with("zstd")) {
         let copy = place.path().join(name);
         let mut stamps = Vec::new();
-        let mut info = |header: boresight_capture::RosHeader<'_>| {
+        let mut info = |header: boresight_sources::RosHeader<'_>| {
             assert_eq!(header.frame_id, "optical");
             stamps.push(header.stamp_nanos.expect("stamped"));
             vec![0, 1, 0, 0]

@@ -41,12 +41,10 @@ mod tests {
     use boresight_watch::{Advice, Axis, NoAnswer};
     use image::GrayImage;
     use nalgebra::Point2;
-    use serde_json::{Value, to_value};
 
     use super::*;
-    use boresight_phone::{Hub, view};
 
-    fn shown(advice: Advice, closeness: Option<f64>) -> (Value, Value) {
+    fn shown(advice: Advice, closeness: Option<f64>) -> AdjustPage {
         let frame = Arc::new(Frame {
             id: FrameId(1),
             captured_at: CaptureTime { nanos: 0 },
@@ -57,38 +55,27 @@ mod tests {
         let size = ImageSize::of(&frame.image);
         let lens = Lens::new(Camera::pinhole(60.0, size.centre_px()), None, size);
         let outline = vec![Point2::new(10.4, 20.6)];
-        let step = Step { advice, closeness, frame: &frame, outline };
-        let hub = Hub::new();
-        hub.adjusting(&frame, adjust_page(&step, &lens));
-        let state = hub.states().borrow().clone();
-        let json = |value: Option<serde_json::Value>| value.expect("JSON");
-        (json(to_value(view::live(&state)).ok()), json(to_value(view::plan(&state, None)).ok()))
+        adjust_page(&Step { advice, closeness, frame: &frame, outline }, &lens)
     }
 
     #[test]
     fn who_faces_the_camera_pushes_to_the_other_side() {
-        let push = Advice::Push { axis: Axis::Pan, off_px: 14.0 };
-        let (live, plan) = shown(push, Some(0.25));
-        assert_eq!(live["stage"], "adjusting");
-        assert_eq!(live["push"], serde_json::json!([["→", "←"], "14 px"]));
-        assert_eq!(live["sentence"][0], "Push it to the right.");
-        assert_eq!(live["sentence"][1], "Push it to the left.");
-        assert_eq!(
-            (&live["say"]["text"], &live["say"]["mirrored"]),
-            (&"Push it right".into(), &"Push it left".into())
-        );
-        assert_eq!(live["close"], 0.25);
-        assert_eq!(plan["outline"], serde_json::json!([[10, 21]]));
-        assert_eq!(plan["size"], serde_json::json!([64, 48]));
+        let page = shown(Advice::Push { axis: Axis::Pan, off_px: 14.0 }, Some(0.25));
+        assert_eq!((page.arrow, page.number.as_str()), (["→", "←"], "14 px"));
+        assert_eq!(page.sentence, ["Push it to the right.", "Push it to the left."]);
+        let aloud = page.aloud.expect("words");
+        assert_eq!((&*aloud.text, &*aloud.mirrored), ("Push it right", "Push it left"));
+        assert_eq!(page.close, Some(0.25));
+        assert_eq!((page.outline, page.image_size_px), (vec![[10, 21]], [64, 48]));
         // Up is up for both.
-        let (live, _) = shown(Advice::Push { axis: Axis::Tilt, off_px: 3.0 }, Some(0.6));
-        assert_eq!(live["push"][0], serde_json::json!(["↑", "↑"]));
+        let page = shown(Advice::Push { axis: Axis::Tilt, off_px: 3.0 }, Some(0.6));
+        assert_eq!(page.arrow, ["↑", "↑"]);
     }
 
     #[test]
     fn a_camera_that_is_lost_has_no_tone_and_no_words() {
-        let (live, _) = shown(Advice::Lost(NoAnswer::TooDark), None);
-        assert!(live["close"].is_null() && live["say"].is_null());
-        assert_eq!(live["tone"], "careful");
+        let page = shown(Advice::Lost(NoAnswer::TooDark), None);
+        assert!(page.close.is_none() && page.aloud.is_none());
+        assert_eq!(page.gravity, Gravity::Careful);
     }
 }

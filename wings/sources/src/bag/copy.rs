@@ -14,7 +14,6 @@ use mcap::{
 };
 
 use super::{
-    BagFlaw, bag_files,
     files::{Storage, is_packed, plain_message},
     mcap::{Records, words},
     source::chosen,

@@ -10,7 +10,6 @@ use std::{
 use image::GrayImage;
 
 use super::{
-    BagFlaw, bag_files,
     files::{Storage, plain_message},
     message::Message,
 };
