@@ -30,7 +30,8 @@ TARGET = $(or $(CARGO_TARGET_DIR),target)
 # Every crate but the Python package, which maturin builds, and the page in a browser, which `make web` builds.
 CRATES = --workspace --exclude boresight-python --exclude boresight-web
 # What the tests compile: with the cameras and recordings that aren't in the default features. One build serves all of them.
-TESTED = $(CRATES) --exclude boresight-lab --features boresight-sources/gige,boresight-sources/bags
+LINTED = $(CRATES) --features boresight-sources/gige,boresight-sources/bags
+TESTED = $(LINTED) --exclude boresight-lab
 # Those that are for others to build on.
 CORE = $(foreach crate,geometry detect calibrate formats guide,-p boresight-$(crate))
 
@@ -40,7 +41,7 @@ PYTHON ?= python3
 # A virtual environment in which the Python package is built and tested.
 VENV = $(TARGET)/python-venv
 
-.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm lint surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
+.PHONY: compare gallery stopwatch web wheel test-python test-cloud test-sources test-consumers test-fleet test-hostile release-check long-tests run study test test-vm lint lint-all surface surface-check wasm features features-each windows doc msrv package packages test-web test-packages book bench dist dist-check
 
 run: PACKAGES := $(RUN_PACKAGES)
 run: setup-run
@@ -54,18 +55,24 @@ study: setup-study
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
 test: setup-test msrv lint surface-check features wasm doc
 	cargo test $(TESTED)
-	tests/vm/run.sh $(TESTED)
+	tests/vm/if_changed.sh $(TESTED)
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
 test-vm: PACKAGES += $(VM_PACKAGES)
 test-vm: setup-test-vm
 	tests/vm/run.sh $(TESTED)
+	tests/vm/if_changed.sh --note
 
 lint: PACKAGES += python3
 lint: setup-lint
 	cargo fmt --check
+	cargo clippy $(LINTED) --all-targets --quiet -- -D warnings
+
+# With every feature, and what other targets build.
+lint-all: setup-lint-all lint
 	cargo clippy $(CRATES) --all-targets --all-features --quiet -- -D warnings
 	cargo clippy -p boresight-python --quiet -- -D warnings
+	cargo clippy --quiet --target $(WASM) -p boresight-web -- -D warnings
 
 # The public items of the core, listed in docs/surface: the check fails if the sources have others.
 surface surface-check: PACKAGES += python3
@@ -80,7 +87,6 @@ WASM = wasm32-unknown-unknown
 wasm: setup-wasm
 	@[ -d "$$(rustc --print sysroot)/lib/rustlib/$(WASM)" ] || rustup target add $(WASM)
 	cargo check --quiet --target $(WASM) $(CORE) -p boresight-watch
-	cargo clippy --quiet --target $(WASM) -p boresight-web -- -D warnings
 
 # The page that calibrates in a browser, as one file: $(TARGET)/web/boresight.html. wasm-bindgen's program must have the
 # version of the library.
@@ -147,7 +153,7 @@ SQUARE ?= 30mm
 SETS ?= fixtures/recordings/v1/good/frames
 compare: PACKAGES += $(PYTHON_PACKAGES) mrcal
 compare: setup-compare
-	cargo build --release --no-default-features --features report
+	cargo build --release --no-default-features --features report,batch
 	$(PYTHON) -m venv $(TARGET)/compare
 	$(TARGET)/compare/bin/pip install --quiet numpy "opencv-python-headless>=5"
 	cargo build --release --locked --manifest-path tests/compare/peers/Cargo.toml --target-dir $(TARGET)/compare-peers
@@ -162,7 +168,7 @@ windows:
 SOURCES_TEST = $(abspath $(TARGET))/sources-test
 test-sources: PACKAGES += $(PYTHON_PACKAGES) aravis-tools g++ libfastrtps-dev $(VIDEO_PACKAGES)
 test-sources: setup-test-sources
-	cargo build --release --no-default-features --features live,bags,gige,ros2
+	cargo build --release --no-default-features --features live,batch,bags,gige,ros2
 	$(PYTHON) -m venv $(SOURCES_TEST)
 	$(SOURCES_TEST)/bin/pip install --quiet "rosbags>=0.11" "mcap>=1.3" "mcap-ros2-support>=0.5" "cyclonedds>=11" "viva-genicam>=0.10" numpy opencv-python-headless
 	g++ -std=c++17 -O1 wings/sources/tests/fastdds_camera.cpp -lfastrtps -lfastcdr -o $(SOURCES_TEST)/fastdds_camera
@@ -190,7 +196,7 @@ test-consumers: setup-test-consumers
 FLEET_PACKAGES = slurmctld slurmd slurm-client munge
 test-fleet: PACKAGES += $(FLEET_PACKAGES)
 test-fleet: setup-test-fleet wheel
-	cargo build --release --no-default-features --features report
+	cargo build --release --no-default-features --features report,batch
 	$(PYTHON) tests/fleet/two_runners.py --boresight $(TARGET)/release/boresight
 	$(PYTHON) -m venv $(TARGET)/fleet-test
 	$(TARGET)/fleet-test/bin/pip install --quiet "dask[distributed]" ray opencv-python-headless python/dist/boresight-*.whl
@@ -200,11 +206,11 @@ test-fleet: setup-test-fleet wheel
 # 10,000 runs of the whole program on mutated input. Not part of `make test`: it takes long; tests/hostile/*.rs is.
 test-hostile: PACKAGES += python3
 test-hostile: setup-test-hostile
-	cargo build --release --no-default-features --features live,report,history
+	cargo build --release --no-default-features --features live,report,history,watch
 	$(PYTHON) tests/hostile/whole_program.py --boresight $(TARGET)/release/boresight --keep $(TARGET)/hostile-failures
 
 # What has to hold before a release and takes long, or needs more than Debian.
-release-check: features-each long-tests test-hostile test-python test-cloud test-sources test-consumers test-fleet test-web test-packages stopwatch book
+release-check: lint-all test-vm features-each long-tests test-hostile test-python test-cloud test-sources test-consumers test-fleet test-web test-packages stopwatch book
 
 # Statistics over many simulated cameras and people, and other tests of minutes.
 long-tests: PACKAGES += $(VIDEO_PACKAGES)
@@ -213,7 +219,7 @@ long-tests: setup-long-tests
 	cargo test -p boresight-lab
 
 doc: setup-doc
-	RUSTDOCFLAGS="-D warnings" cargo doc $(CRATES) --all-features --no-deps --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc $(LINTED) --no-deps --quiet
 
 # The oldest toolchain that Cargo.toml promises compiles everything.
 msrv: setup-msrv

@@ -13,7 +13,7 @@ version=$(sed -n '/^\[workspace.package\]/,/^\[/ s/^version = "\(.*\)"/\1/p' Car
 SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
 BORESIGHT_COMMIT=${BORESIGHT_COMMIT:-$(git rev-parse --short=12 HEAD)}
 export OUT SOURCE_DATE_EPOCH BORESIGHT_COMMIT
-HEADLESS="--no-default-features --features live,report,manual,serve,history"
+HEADLESS="--no-default-features --features live,report,manual,serve,watch,history"
 parts=" ${*:-deb tar static oci arm64 windows wheel source manifests} "
 mkdir -p "$OUT"
 

@@ -11,7 +11,7 @@ trap 'rm -rf "$work"' EXIT
 
 if [ -z "${PROGRAM:-}" ]; then
 	built=$(cargo build --profile "$profile" --locked -p boresight --no-default-features \
-		--features live,report,manual,serve,history --message-format json |
+		--features live,report,manual,serve,watch,history --message-format json |
 		sed -n 's/.*"executable":"\([^"]*\)".*/\1/p')
 	PROGRAM=${built##*$'\n'}
 fi

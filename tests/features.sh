@@ -52,7 +52,7 @@ if cargo tree --quiet --workspace -e normal,features -i nalgebra | grep -q 'nalg
 fi
 
 [ "${1:-}" = --each ] || exit $failed
-for features in "" live gige ros2 bags window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
+for features in "" live gige ros2 bags watch batch window window,accessibility nokhwa report manual serve history parquet cloud live,report; do
     echo "compiling: ${features:-no features}"
     cargo clippy --quiet --no-default-features --features "$features" -- -D warnings || failed=1
 done

@@ -1,45 +1,180 @@
-//! Next action for an error.
+//! Stable name of an error and its next action: one row an error in one table.
 
+use std::error::Error;
+
+use crate::session::comparison::NoKnownLens;
 use boresight_capture::{BagFlaw, CaptureError};
 use boresight_files::FileError;
 use boresight_formats::import::NotImported;
+use boresight_geometry::{boards::InvalidBoard, markers::InvalidMarkers};
 use boresight_present::text;
 use boresight_run::{config::ConfigError, pipeline::PipelineError, recording::RecordingError};
 use boresight_sim::SceneError;
 
-/// Next action for an error, if known. The error itself says what happened.
+/// Error with a stable name, and perhaps a next action.
+pub trait Explained: Error {
+    /// Stable name for programs; `None` leaves it to the cause.
+    fn code(&self) -> Option<&'static str>;
+
+    /// Next action of the person; `None` leaves it to the cause.
+    fn next(&self) -> Option<String> {
+        None
+    }
+}
+
+/// Row of a table of errors: the cause as an explained error, if it is of the row's type.
+pub type Row = for<'a> fn(&'a (dyn Error + 'static)) -> Option<&'a dyn Explained>;
+
+/// The row of errors of the type `E`.
+pub fn row<'a, E: Explained + 'static>(
+    cause: &'a (dyn Error + 'static),
+) -> Option<&'a dyn Explained> {
+    cause.downcast_ref::<E>().map(|err| err as &dyn Explained)
+}
+
+/// Errors of the program without its wings.
+pub const ERRORS: [Row; 10] = [
+    row::<RecordingError>,
+    row::<PipelineError>,
+    row::<FileError>,
+    row::<CaptureError>,
+    row::<SceneError>,
+    row::<NotImported>,
+    row::<NoKnownLens>,
+    row::<InvalidBoard>,
+    row::<InvalidMarkers>,
+    row::<ConfigError>,
+];
+
+/// Stable name of an error by `tables`, for programs; `FAILED` if unnamed.
+pub fn code_by(tables: &[&[Row]], err: &anyhow::Error) -> &'static str {
+    explained(tables, err).find_map(Explained::code).unwrap_or("FAILED")
+}
+
+/// Next action for an error by `tables`, if known. The error itself says what happened.
+pub fn next_by(tables: &[&[Row]], err: &anyhow::Error) -> Option<String> {
+    explained(tables, err).find_map(Explained::next)
+}
+
+/// Causes of `err` with a row in `tables`, the outermost first.
+fn explained<'a>(
+    tables: &'a [&[Row]],
+    err: &'a anyhow::Error,
+) -> impl Iterator<Item = &'a dyn Explained> {
+    err.chain().filter_map(|cause| tables.iter().copied().flatten().find_map(|row| row(cause)))
+}
+
+/// Stable name of an error of the program without its wings; `FAILED` if unnamed.
+pub fn error_code(err: &anyhow::Error) -> &'static str {
+    code_by(&[&ERRORS], err)
+}
+
+/// Next action for an error of the program without its wings, if known.
 pub fn explain(err: &anyhow::Error) -> Option<String> {
-    err.chain().find_map(|cause| {
-        if let Some(err) = cause.downcast_ref::<RecordingError>() {
-            return recording(err);
-        }
-        if let Some(PipelineError::Recording(err)) = cause.downcast_ref::<PipelineError>() {
-            return recording(err);
-        }
-        if let Some(err) = cause.downcast_ref::<FileError>() {
-            return file(err);
-        }
-        if let Some(err) = cause.downcast_ref::<CaptureError>() {
-            return Some(capture(err));
-        }
-        if let Some(err) = cause.downcast_ref::<SceneError>() {
-            return match err {
-                SceneError::File(err) => file(err),
-                SceneError::Invalid { .. } => {
-                    Some("docs/schemas.md lists what a scene file may hold.".into())
-                }
-            };
-        }
-        if let Some(err) = cause.downcast_ref::<NotImported>() {
-            return imported(err).map(Into::into);
-        }
-        cause.downcast_ref::<ConfigError>().map(|err| match err {
-            ConfigError::File(err) => file(err).unwrap_or_default(),
-            ConfigError::Markers(_) => "Name a ChArUco board by its squares, dictionary and marker size, and give the square's side, for example --board charuco:8x11:DICT_4X4_50:15mm --square 20mm.".into(),
-            ConfigError::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
-            ConfigError::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),
+    next_by(&[&ERRORS], err)
+}
+
+impl Explained for RecordingError {
+    fn code(&self) -> Option<&'static str> {
+        Some(Self::code(self))
+    }
+
+    fn next(&self) -> Option<String> {
+        recording(self)
+    }
+}
+
+impl Explained for PipelineError {
+    fn code(&self) -> Option<&'static str> {
+        None
+    }
+
+    fn next(&self) -> Option<String> {
+        if let Self::Recording(err) = self { recording(err) } else { None }
+    }
+}
+
+impl Explained for FileError {
+    fn code(&self) -> Option<&'static str> {
+        Some(Self::code(self))
+    }
+
+    fn next(&self) -> Option<String> {
+        file(self)
+    }
+}
+
+impl Explained for CaptureError {
+    fn code(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Camera { fault, .. } => fault.code(),
+            Self::Read { .. } | Self::Decode { .. } => "PICTURE-UNREADABLE",
+            Self::Bag { .. } => "BAG",
+            Self::NoPictures { .. } => "NO-PICTURES",
         })
-    })
+    }
+
+    fn next(&self) -> Option<String> {
+        Some(capture(self))
+    }
+}
+
+impl Explained for SceneError {
+    fn code(&self) -> Option<&'static str> {
+        Some("SETTINGS")
+    }
+
+    fn next(&self) -> Option<String> {
+        match self {
+            Self::File(err) => file(err),
+            Self::Invalid { .. } => {
+                Some("docs/schemas.md lists what a scene file may hold.".into())
+            }
+        }
+    }
+}
+
+impl Explained for NotImported {
+    fn code(&self) -> Option<&'static str> {
+        Some("OLD-CALIBRATION")
+    }
+
+    fn next(&self) -> Option<String> {
+        imported(self).map(Into::into)
+    }
+}
+
+impl Explained for NoKnownLens {
+    fn code(&self) -> Option<&'static str> {
+        Some("OLD-CALIBRATION")
+    }
+}
+
+impl Explained for InvalidBoard {
+    fn code(&self) -> Option<&'static str> {
+        Some("BOARD")
+    }
+}
+
+impl Explained for InvalidMarkers {
+    fn code(&self) -> Option<&'static str> {
+        Some("BOARD")
+    }
+}
+
+impl Explained for ConfigError {
+    fn code(&self) -> Option<&'static str> {
+        Some("SETTINGS")
+    }
+
+    fn next(&self) -> Option<String> {
+        Some(match self {
+            Self::File(err) => file(err).unwrap_or_default(),
+            Self::Markers(_) => "Name a ChArUco board by its squares, dictionary and marker size, and give the square's side, for example --board charuco:8x11:DICT_4X4_50:15mm --square 20mm.".into(),
+            Self::Board(_) => "Name the board by its inner corners and a square's side, for example --board 9x6 --square 25mm.".into(),
+            Self::Invalid { .. } => "config/default.toml lists all settings and their values; `boresight guide --help` shows how to set them.".into(),
+        })
+    }
 }
 
 /// An error and the next action, for a window: camera faults in words, without their codes.

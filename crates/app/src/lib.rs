@@ -10,7 +10,7 @@
 //! | [`commands`] | work of commands without a session |
 //! | [`window`] | the back room of the window |
 //! | [`prometheus`], `voice`, `announcer` | metrics; the computer's voice; sentences for the person |
-//! | [`explain`], `error_code` | the next action, and the stable name of an error |
+//! | [`explain`] | the next action, and the stable name of an error |
 //! | `missing_feature` | parts left out of a build |
 //!
 //! Errors are [`anyhow::Error`]s with a typed cause; [`explain()`] turns an error into the next
@@ -20,7 +20,6 @@
 
 mod announcer;
 pub mod commands;
-mod error_code;
 pub mod explain;
 mod missing_feature;
 pub mod prometheus;
@@ -30,8 +29,7 @@ pub mod window;
 
 pub use announcer::Announcer;
 pub use commands::{BagCopy, Lines, set_camera_info, state_topic, weighed_picture};
-pub use error_code::error_code;
-pub use explain::explain;
+pub use explain::{error_code, explain};
 pub use missing_feature::MissingFeature;
 pub use session::{
     BoardFromCode, DecidedAgain, Exit, FinishedRun, JournalReading, Opening, PersonCues, Run,

@@ -18,6 +18,7 @@
 //! | `recorded` | the row of a session's own result, without a batch |
 //! | `work` | an item, from its session to its row |
 //! | `taken` | a session taken from a bag |
+//! | `not_worked` | failures of items |
 //! | `shard` | a worker's part of the manifest, from an argument or a scheduler's variables |
 //! | `store` | the results of a batch |
 //! | `child` | the worker process, which may crash or hang |
@@ -42,6 +43,7 @@ mod manifest;
 mod metrics;
 #[cfg(not(feature = "cloud"))]
 mod no_cloud;
+mod not_worked;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod place;
@@ -66,6 +68,7 @@ pub use item::Item;
 pub use job::{Action, Id, JOB_SCHEMA, Job};
 pub use manifest::{Manifest, ManifestError, plan};
 pub use metrics::write as write_metrics;
+pub use not_worked::NotWorked;
 #[cfg(feature = "parquet")]
 pub use parquet_table::gather_parquet;
 pub use recorded::recorded;

@@ -12,17 +12,18 @@ use serde::Deserialize;
 use super::{
     item::Item,
     job::{Action, Job},
+    not_worked::NotWorked,
     recorded::{describe, recorded},
     row::{DecisionsEntry, Row},
     store::Store,
     taken::TakenSession,
 };
+use crate::explained::{error_code, explain};
 #[cfg(not(feature = "report"))]
 use boresight_app::MissingFeature;
 use boresight_app::{
     Announcer, JournalReading, RESULT_FILE, SavedSession,
     commands::redetect::{kind, redetect},
-    error_code,
     session::{
         comparison,
         export::{Format, export},
@@ -37,17 +38,6 @@ use boresight_run::recording::{Replayed, SessionFolder};
 /// Largest result read for the verdict, in bytes.
 const RESULT_LIMIT: u64 = 16 << 20;
 
-/// Reason for a failed item, beside the errors of the session.
-#[derive(Debug, thiserror::Error)]
-enum NotWorked {
-    #[error("the session has changed since the manifest was written")]
-    Changed,
-    #[error("the session names no older calibration to be compared with")]
-    NoOldCalibration,
-    #[error("{0}")]
-    BrokenBag(String),
-}
-
 /// Does the work of `job` on the session of `item`. Files beside the row go into `store`. Every
 /// error becomes a row: nothing in a session stops a batch.
 pub fn work(job: &Job, store: &Store, item: &Item) -> Row {
@@ -58,37 +48,13 @@ pub fn work(job: &Job, store: &Store, item: &Item) -> Row {
         let worked = fill(&mut row, job, store, item);
         match worked {
             Ok(()) => row,
-            Err(err) => {
-                let next = next_action(&err).or_else(|| crate::explain(&err));
-                row.failed(code(&err), format!("{err:#}"), next)
-            }
+            Err(err) => row.failed(error_code(&err), format!("{err:#}"), explain(&err)),
         }
     }));
     worked.unwrap_or_else(|payload| {
         let message = panic_message(&*payload).unwrap_or_else(|| "no message".into());
         blank.failed("PROGRAM-ERROR", message, Some("Please report it with the session.".into()))
     })
-}
-
-/// Stable name of an error.
-fn code(err: &anyhow::Error) -> &'static str {
-    match err.downcast_ref::<NotWorked>() {
-        Some(NotWorked::Changed) => "SESSION-CHANGED",
-        Some(NotWorked::NoOldCalibration) => "NO-OLD-CALIBRATION",
-        Some(NotWorked::BrokenBag(_)) => "BAG",
-        None => error_code(err),
-    }
-}
-
-fn next_action(err: &anyhow::Error) -> Option<String> {
-    let action = match err.downcast_ref::<NotWorked>()? {
-        NotWorked::Changed => "Plan again: boresight batch plan",
-        NotWorked::NoOldCalibration => "Name the older calibration: --against FILE",
-        NotWorked::BrokenBag(_) => {
-            "The row holds what comes of the pictures before; record the bag again for more."
-        }
-    };
-    Some(action.into())
 }
 
 fn fill(row: &mut Row, job: &Job, store: &Store, item: &Item) -> anyhow::Result<()> {
