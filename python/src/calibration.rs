@@ -27,30 +27,28 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::{
-    error::{raised, warn, wrong},
+    error::{raised, wrong},
     picture::{Named, View, board, corners, markers},
 };
 
-/// Board and settings of a calibration. Warns of settings that aren't used any more.
-pub(crate) fn config(py: Python<'_>, named: &Named, settings: &[String]) -> PyResult<Config> {
+/// Board and settings of a calibration.
+pub(crate) fn config(named: &Named, settings: &[String]) -> PyResult<Config> {
     // The same error for a wrong board wherever it's named.
     board(named)?;
     let markers = markers(named)?;
-    let (config, notes) = checked(named, markers, settings).map_err(|err| raised(&err))?;
-    warn(py, &notes)?;
-    Ok(config)
+    checked(named, markers, settings).map_err(|err| raised(&err))
 }
 
 fn checked(
     (columns, rows, square_mm, ..): &Named,
     markers: Option<MarkerChoice>,
     settings: &[String],
-) -> anyhow::Result<(Config, Vec<String>)> {
-    let (mut config, notes) = Config::load_with_notes(None, settings)?;
+) -> anyhow::Result<Config> {
+    let mut config = Config::load(None, settings)?;
     config.board = config.board.chosen([*columns, *rows], markers);
     config.board.square_mm = *square_mm;
     config.check()?;
-    Ok((config, notes))
+    Ok(config)
 }
 
 fn calibrated(
@@ -73,7 +71,7 @@ pub(crate) fn calibrate_files(
     board: Named,
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let config = config(py, &board, &settings)?;
+    let config = config(&board, &settings)?;
     let work = || {
         let board = config.board()?;
         let pictures = (files.as_slice(), config.camera.upright());
@@ -93,8 +91,7 @@ pub(crate) fn calibrate_session(
     let work = || {
         let SessionViews { views, noise_floor_px, saved } =
             from_session(&session, &Announcer::silent())?;
-        let (config, notes) = saved.header.config.with_notes(&settings)?;
-        Python::attach(|py| warn(py, &notes))?;
+        let config = saved.header.config.with(&settings)?;
         calibrated(views, &config, noise_floor_px, Some(&saved))
     };
     py.detach(work).map_err(|err| raised(&err))
@@ -126,7 +123,7 @@ pub(crate) fn calibrate_corners(
     image_size: (u32, u32),
     settings: Vec<String>,
 ) -> PyResult<String> {
-    let config = config(py, &board, &settings)?;
+    let config = config(&board, &settings)?;
     let image_size = size(image_size)?;
     let views = views_of(views)?;
     let work = || {

@@ -55,8 +55,7 @@ pub(crate) fn replay(
 ) -> PyResult<String> {
     let work = || {
         let mut journal = JournalReading::of(&session)?;
-        let (config, notes) = journal.header.config.with_notes(&settings)?;
-        Python::attach(|py| warn(py, &notes))?;
+        let config = journal.header.config.with(&settings)?;
         if again {
             redetect(&mut journal, &config.board()?, threads.max(1), || ())?;
         }

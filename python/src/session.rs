@@ -67,7 +67,7 @@ impl Session {
         source: &str,
     ) -> PyResult<Self> {
         let image_size = ImageSize { width_px: image_size.0, height_px: image_size.1 };
-        let config = config(py, &board, &settings)?;
+        let config = config(&board, &settings)?;
         let setup = config.session(image_size).map_err(|err| raised(&err.into()))?;
         let header = Header::new(source, image_size, config);
         let folder = record.as_deref().map(|path| SessionFolder::create(path, &header));

@@ -61,9 +61,9 @@ pub(super) struct Arguments {
     /// Folder for the check's session [default: a new one in ./sessions].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Stop after this many pictures.
-    #[arg(long, value_name = "N", default_value_t = 18_000)]
-    max_frames: u64,
+    /// Stop after this many pictures [default: 18000 of a simulation, all of any other source].
+    #[arg(long, value_name = "N")]
+    max_frames: Option<u64>,
     /// Print the verdict as JSON on the last line of stdout.
     #[arg(long)]
     json: bool,

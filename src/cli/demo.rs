@@ -49,7 +49,7 @@ impl Arguments {
         say(text::demo::BEGINNING);
         let opening = Opening {
             out: self.out,
-            max_frames: MOST_FRAMES,
+            max_frames: Some(MOST_FRAMES),
             ..Opening::new(&format!("sim:demo:{}", self.seed), Config::load(None, &[])?)
         };
         let finished = guide::in_terminal(&opening, !self.fast, Onlookers::new(), announcer())?;

@@ -121,7 +121,7 @@ impl Arguments {
             let name = given.name(path);
             let read = if recordings.contains(path) {
                 let source = SourceName::parse(&name, &config, &announcer());
-                let source = source.and_then(|source| source.open(u64::MAX));
+                let source = source.and_then(|source| source.open(None));
                 source.and_then(|open| in_turn(open.source, path, &mut look))
             } else {
                 match read_picture_turned(path, config.camera.upright()) {

@@ -79,9 +79,9 @@ pub(super) struct Arguments {
     /// Save every picture, not only those of accepted views.
     #[arg(long)]
     record_stream: bool,
-    /// Stop after this many pictures.
-    #[arg(long, value_name = "N", default_value_t = 18_000)]
-    max_frames: u64,
+    /// Stop after this many pictures [default: 18000 of a simulation, all of any other source].
+    #[arg(long, value_name = "N")]
+    max_frames: Option<u64>,
     /// Give the result to the driver of a ROS 2 camera at the end: its service set_camera_info
     /// keeps and publishes it. A result that's untrustworthy is kept back.
     #[arg(long, conflicts_with = "session")]

@@ -77,11 +77,8 @@ impl Arguments {
 
     fn replay(&self, path: &Path) -> anyhow::Result<Exit> {
         let mut journal = JournalReading::of(path)?;
-        let (config, notes) = journal.header.config.with_notes(&self.settings)?;
+        let config = journal.header.config.with(&self.settings)?;
         let other_rules = text::replay::other_rules(journal.header.guidance_rules, RULES);
-        if self.sessions.first().is_some_and(|first| first == path) {
-            notes.iter().for_each(|note| say(note));
-        }
         if journal.contents.cut {
             say(text::replay::CUT);
         }

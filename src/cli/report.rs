@@ -26,11 +26,8 @@ use boresight_present::{
     report::page,
     text::{acceptance::acceptance, of_source, report as words},
 };
-use boresight_terminal::{
-    board_args::{loaded, setting},
-    print, say,
-    usage::WrongUsage,
-};
+use boresight_run::config::Config;
+use boresight_terminal::{board_args::setting, print, say, usage::WrongUsage};
 
 /// Write a certificate and report of a calibration, to read and print.
 ///
@@ -74,7 +71,7 @@ impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let session = self.session();
         self.says_what_it_states()?;
-        let stated = loaded(self.config.as_deref(), &self.settings)?.certificate;
+        let stated = Config::load(self.config.as_deref(), &self.settings)?.certificate;
         let mut report = match &session {
             Some(path) => session_report::of_folder(path, &stated)?,
             None => of_file(&self.input, this_command(), &stated)?,

@@ -78,7 +78,7 @@ impl Arguments {
         let opening = Opening {
             out: Some(self.out),
             record_stream: !self.accepted_only,
-            max_frames: self.max_frames,
+            max_frames: Some(self.max_frames),
             ..Opening::new(&source, config)
         };
         let progress = Arc::new(Progress::new("views", 1));

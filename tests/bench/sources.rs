@@ -210,7 +210,7 @@ fn main() -> anyhow::Result<()> {
     for name in names {
         let open = match name.strip_prefix("v4l2:") {
             Some(folder) => kernels_camera(read(folder)?),
-            None => SourceName::parse(&name, &config, &Announcer::silent())?.open(u64::MAX)?,
+            None => SourceName::parse(&name, &config, &Announcer::silent())?.open(None)?,
         };
         println!("{}", measure(&name, open, config.clone())?);
     }

@@ -10,6 +10,7 @@ use boresight::{
     },
     frame::ImageSize,
     geometry::{BoardOutline, Camera, Corner, Distortion, LensParameter, cell_centres_px},
+    text,
 };
 use nalgebra::{Isometry3, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -18,6 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::{
     asked_for,
     trust::{SIZE, Scene, board},
+    varying_focal::views_with,
 };
 
 /// A camera calibrated some time ago, with frame-filling boards.
@@ -243,6 +245,19 @@ fn what_cannot_be_compared_gets_no_verdict() {
         drift(&views, &board(), SIZE, &left).map(|_| ()),
         Err(NoDrift::FewViews { different: 0, outside: 4 })
     );
+}
+
+#[test]
+fn a_focus_that_moved_between_the_views_is_no_lack_of_tilt() {
+    let mut installed = Installed::new(9003);
+    let factors = [1.0, 1.0, 1.0, 1.0, 1.03, 1.03, 1.03, 1.03];
+    let views = views_with(&mut installed.scene, &factors);
+    let found = drift(&views, &board(), SIZE, &OldLens { outlines: &[], ..installed.lens() });
+    let reason = found.expect_err("no common focal length");
+    assert_eq!(reason.code(), "FOCUS-MOVED");
+    let (what, action) = text::no_drift(&reason);
+    assert!(what.contains("the focal length varies by 1."), "{what}");
+    assert!(action.contains("focus") && !action.contains("Tip"), "{action}");
 }
 
 #[test]

@@ -11,19 +11,22 @@ use boresight::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     geometry::{Camera, Corner},
     guidance::{
-        Advice, GuidanceParams, Knowledge, Lack, LensEstimate, Progress, Purpose, Refusal, Role,
-        Target, measure, next_target,
+        Advice, GuidanceParams, Knowledge, Lack, LensEstimate, Precision, Progress, Purpose,
+        Refusal, Role, Target, measure, next_target,
     },
     recording::Header,
-    session::{Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewSummary},
+    session::{
+        Command, Decision, Input, Observation, Outcome, Session, SessionSetup, ViewSummary,
+        precision_of,
+    },
     text,
 };
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 
-use crate::world::{SIZE, World, guided, setup};
+use crate::world::{SIZE, World, guided, guided_from, setup};
 
 /// Shows the board until another view is taken.
 fn take_one(world: &mut World, session: &mut Session) -> Decision {
@@ -469,6 +472,107 @@ fn every_view_that_a_moved_lens_costs_is_named() {
     let change = ControlChange { control: Control::Focus, from: 30, to: 45, good_until };
     let decision = session.handle(&Input::Camera(CameraEvent::ControlChanged(change)));
     assert_eq!(said(&session, decision), "Removed: views 1, 2 and 3");
+}
+
+/// `seen` as the picture that came `count` pictures later.
+fn later(seen: &Observation, count: u64) -> Observation {
+    let FrameId(id) = seen.frame_id;
+    let nanos = seen.captured_at.nanos + 33_000_000 * count;
+    let captured_at = CaptureTime { nanos };
+    Observation { frame_id: FrameId(id + count), captured_at, ..seen.clone() }
+}
+
+/// The board tipped by 40° towards `direction_rad` at `distance_m`.
+fn tipped(world: &mut World, direction_rad: f64, distance_m: f64) -> Observation {
+    let (sin, cos) = direction_rad.sin_cos();
+    let turn = Vector3::new(sin, -cos, 0.0) * 40_f64.to_radians();
+    world.observe(&Isometry3::new(Vector3::new(0.0, 0.0, distance_m), turn))
+}
+
+#[test]
+fn a_picture_that_tells_nothing_is_never_taken() {
+    let mut world = World::new(5);
+    let mut session = Session::new(setup(world.board));
+    let opposed = [0.3, 0.3 + std::f64::consts::PI];
+    let [first, second] = opposed.map(|direction| tipped(&mut world, direction, 0.35));
+    // Views that were forced have no partners yet.
+    for forced in [&first, &second] {
+        session.handle(&Input::Command(Command::ForceNext));
+        session.handle(&Input::Observed(forced.clone()));
+    }
+    assert_eq!(session.accepted().len(), 2);
+    // The first one's picture once more, which would be the second one's partner.
+    let outcomes: Vec<Outcome> = (2..400)
+        .map(|count| session.handle(&Input::Observed(later(&first, count))).outcome)
+        .collect();
+    let told = Outcome::Refused { refusal: Refusal::TellsLittle { worth: 0.0, wanted: 0.0 } };
+    assert!(outcomes.contains(&told), "{:?}", outcomes.last());
+    assert_eq!(session.accepted().len(), 2);
+}
+
+#[test]
+fn a_view_that_is_undone_does_not_lower_what_the_next_one_must_tell() {
+    let mut world = World::new(6);
+    let mut session = Session::new(setup(world.board));
+    let near = Observation { kind: FrameKind::Photograph, ..tipped(&mut world, 0.4, 0.35) };
+    session.handle(&Input::Observed(near));
+    let poor = tipped(&mut world, 1.2, 1.1);
+    let wanted = |session: &mut Session, count| match session
+        .handle(&Input::Observed(later(&poor, count)))
+        .outcome
+    {
+        Outcome::Refused { refusal: Refusal::TellsLittle { wanted, .. } } => Some(wanted),
+        _ => None,
+    };
+    let before = wanted(&mut session, 10).expect("a small board tells little");
+    // A photograph is taken whatever it tells.
+    let photograph = Observation { kind: FrameKind::Photograph, ..later(&poor, 11) };
+    let taken = session.handle(&Input::Observed(photograph)).outcome;
+    assert!(matches!(taken, Outcome::Accepted { .. }), "{taken:?}");
+    session.handle(&Input::Command(Command::UndoLast));
+    assert_eq!(wanted(&mut session, 12), Some(before));
+    session.handle(&Input::Command(Command::Restore));
+    let other = tipped(&mut world, 2.2, 1.1);
+    let outcome = session.handle(&Input::Observed(later(&other, 20))).outcome;
+    let Outcome::Refused { refusal: Refusal::TellsLittle { wanted, .. } } = outcome else {
+        unreachable!("{outcome:?}")
+    };
+    assert!(wanted < before, "the poor view is back: {wanted}");
+}
+
+/// Corners of this camera let the default goal yield to 2 px.
+#[test]
+fn a_goal_that_a_person_set_is_reached_or_the_result_says_by_how_much_not() {
+    let ended = |settings: &[&str]| {
+        let settings: Vec<String> = settings.iter().map(|&setting| setting.into()).collect();
+        let config = Config::load(None, &settings).expect("settings");
+        let mut world = World::new(2);
+        world.noise_px = 0.1;
+        let session = Session::new(config.session(SIZE).expect("a board"));
+        let (_, session, _) = guided_from(world, session, |_, _| ());
+        let reached = precision_of(session.calibration().expect("calibrates"), SIZE);
+        println!("{settings:?}: {} views, {reached:?}", session.accepted().len());
+        (session, reached)
+    };
+    // Noise fixes the point less well the longer the lens.
+    let long = |reached: &Precision| reached.f_to_width.powi(2).max(1.0);
+    let (yields, reached) = ended(&[]);
+    assert_eq!(yields.progress(), Progress::Complete);
+    assert!(reached.pp_sigma_px > 0.5 * long(&reached), "{reached:?}");
+    let (stays, reached) = ended(&["guidance.stop_pp_sigma_px=0.5"]);
+    assert_eq!(stays.progress(), Progress::Complete);
+    assert!(reached.pp_sigma_px <= 0.5 * long(&reached), "{reached:?}");
+    assert_eq!(text::session_news::ending(&stays), "Finished: the goal is reached");
+    // Out of reach within the plan's views.
+    let (missed, reached) = ended(&["guidance.stop_pp_sigma_px=0.05"]);
+    assert_eq!(missed.progress(), Progress::Exhausted);
+    let said = text::session_news::ending(&missed);
+    let by = format!(
+        "The principal point is known to {:.2} px; the goal is {:.2} px",
+        reached.pp_sigma_px,
+        0.05 * long(&reached)
+    );
+    assert!(said.starts_with("Stopped") && said.contains(&by), "{said}");
 }
 
 /// A session requesting a new direction after ten views, if the lines allow.

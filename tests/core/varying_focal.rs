@@ -9,9 +9,8 @@ use boresight::{
 
 use crate::trust::{SIZE, Scene, board, px};
 
-/// Eight views of `scene`, each with the focal length times a factor, and distortion fixed in
-/// pixels.
-fn views_with(scene: &mut Scene, factors: &[f64]) -> Vec<Vec<Corner>> {
+/// Eight views of `scene`, each with the focal length times its factor, and distortion fixed in pixels.
+pub(crate) fn views_with(scene: &mut Scene, factors: &[f64]) -> Vec<Vec<Corner>> {
     let plan = scene.plan(factors.len());
     let poses = scene.poses(&plan);
     let camera = scene.camera;

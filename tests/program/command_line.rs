@@ -396,14 +396,44 @@ fn wrong_words_are_usage_errors_that_teach() {
     says(&boresight(folder.path(), &["--headless", "--source", "nowhere"]), 1, &["nowhere"]);
 }
 
-#[test]
-fn photographs_are_guided_replayed_and_verified() {
+/// A folder that holds the named views in a folder called `pictures`.
+fn views_below(pictures: &str) -> TempDir {
     let folder = views(&good());
-    fs::create_dir(folder.path().join("pictures")).expect("made");
+    fs::create_dir(folder.path().join(pictures)).expect("made");
     for name in names(&good()) {
-        fs::rename(folder.path().join(&name), folder.path().join("pictures").join(&name))
+        fs::rename(folder.path().join(&name), folder.path().join(pictures).join(&name))
             .expect("moved");
     }
+    folder
+}
+
+#[test]
+fn a_folder_whose_name_begins_like_the_simulations_is_a_folder() {
+    let folder = views_below("simulation_2026");
+    let guide = ["guide", "--headless", "--source", "simulation_2026", "--out", "session"];
+    says(&boresight(folder.path(), &guide), 0, &["5.png"]);
+    let nowhere = ["guide", "--headless", "--source", "simpics"];
+    says(&boresight(folder.path(), &nowhere), 1, &["no source \"simpics\""]);
+}
+
+#[test]
+fn every_source_ends_after_as_many_pictures_as_were_asked_for() {
+    let folder = views_below("pictures");
+    let guide = ["guide", "--headless", "--source", "pictures", "--out", "session", "--json"];
+    let guide = [&guide[..], &["--max-frames", "3"]].concat();
+    let ended = boresight(folder.path(), &guide);
+    let journal = fs::read_to_string(folder.path().join("session/journal.jsonl")).expect("written");
+    assert_eq!(journal.matches("\"observed\"").count(), 3, "{}", ended.stderr);
+    // Going on takes as many again.
+    let more = ["guide", "--headless", "--session", "session", "--max-frames", "2"];
+    let ended = boresight(folder.path(), &more);
+    let journal = fs::read_to_string(folder.path().join("session/journal.jsonl")).expect("written");
+    assert_eq!(journal.matches("\"observed\"").count(), 5, "{}", ended.stderr);
+}
+
+#[test]
+fn photographs_are_guided_replayed_and_verified() {
+    let folder = views_below("pictures");
     let guide = ["guide", "--headless", "--source", "pictures", "--out", "session", "--json"];
     let ended = boresight(folder.path(), &guide);
     let report: Value =

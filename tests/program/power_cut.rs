@@ -432,7 +432,11 @@ fn opening(place: &Path) -> Opening {
     let settings = ["guidance.hold_secs=0.1", "guidance.plan=quick"].map(str::to_owned);
     let source = format!("sim:{}", place.join("scene.toml").display());
     let config = Config::load(None, &settings).expect("valid");
-    Opening { out: Some(place.join("session")), max_frames: 1000, ..Opening::new(&source, config) }
+    Opening {
+        out: Some(place.join("session")),
+        max_frames: Some(1000),
+        ..Opening::new(&source, config)
+    }
 }
 
 #[test]

@@ -34,10 +34,12 @@ use boresight::{
             recordings::DecidedRecording,
         },
     },
+    detection::OtherBoard,
     device::{Adjustable, Control, Fault},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
+    geometry::target::BoardChoice,
     guidance::Plan,
-    session::{Outcome, Snapshot},
+    session::{Outcome, Prompt, Shown, Snapshot},
     text::{Act, charts::Chart},
     ui::{
         SMALLEST, Screen, UiAction, apply_theme, guide,
@@ -333,6 +335,27 @@ fn a_view_is_removed_by_its_own_button() {
     guide.run();
     let id = done.snapshot.views[1].number;
     assert_eq!(guide.state().asks, [UiAction::Remove(id)]);
+}
+
+#[test]
+fn another_board_is_used_only_while_no_view_would_be_lost() {
+    let moments = moments();
+    let with_board = |name: &str| {
+        let moment = moments.iter().find(|moment| moment.name == name).expect("there");
+        let mut snapshot = moment.snapshot.clone();
+        let other = OtherBoard::Plain { columns: 7, rows: 5 };
+        snapshot.shown = Shown { prompt: Prompt::OtherBoard(other), advice: None };
+        let moment = Moment { snapshot, sentence: String::new(), name: name.into(), taken: false };
+        harness(Page::Guide, &moment, Theme::Dark, 1.0)
+    };
+    let mut without_views = with_board("searching");
+    without_views.get_by_role_and_label(Role::Button, "Use 7 × 5").click();
+    without_views.run();
+    let board = BoardChoice { columns: 7, rows: 5, markers: None };
+    assert_eq!(without_views.state().asks, [UiAction::UseBoard(board)]);
+    let with_views = with_board("partner wanted");
+    with_views.get_by_label_contains("Your views are safe");
+    assert!(with_views.query_by_role_and_label(Role::Button, "Use 7 × 5").is_none());
 }
 
 #[test]

@@ -505,6 +505,33 @@ fn a_window_speaks_from_the_beginning_if_it_is_asked_to() {
 }
 
 #[test]
+fn a_recorded_stream_stays_when_another_board_is_used() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    let first = folder.path().join("one");
+    let opened = Arc::new(Mutex::new(Vec::new()));
+    let out = first.display().to_string();
+    let host = WithCamera {
+        inner: app_host(&["--record-stream", "--out", &out], false).expect("arguments"),
+        source: format!("sim:{}", scene.display()),
+        remembered: Arc::default(),
+        opened: Arc::clone(&opened),
+    };
+    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    until(&mut window, "the camera", |window| {
+        window.query_by_role_and_label(Role::Button, "Webcam, 1280 × 720").is_some()
+    });
+    click(&mut window, Role::Button, words::GO);
+    until(&mut window, "another board", |_| {
+        opened.lock().unwrap_or_else(PoisonError::into_inner).len() > 1
+    });
+    assert!(first.join("journal.jsonl").is_file(), "the stream was to be kept");
+    let second = app(&window).screen().folder.clone().expect("a folder");
+    assert_eq!(second, folder.path().join("one-7x5"), "beside the first");
+}
+
+#[test]
 fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("scene.toml");

@@ -143,6 +143,12 @@ pub enum NoDrift {
         /// Number of views of the camera with fewer views.
         odd_views: usize,
     },
+    /// The focal length differs from view to view: focus or zoom moved between them.
+    #[error("the focal length varies by {:.2} % between the views", 100.0 * relative_sd)]
+    FocusMoved {
+        /// Sample standard deviation of the views' focal lengths, relative to their mean.
+        relative_sd: f64,
+    },
     /// The views don't determine focal length and principal point.
     #[error("the views do not determine focal length and principal point")]
     Undetermined,
@@ -156,6 +162,7 @@ impl NoDrift {
             Self::FewViews { outside: 0, .. } => "VIEWS-FEW",
             Self::FewViews { .. } => "OUTSIDE-OLD-COVERAGE",
             Self::Mixed { .. } => "VIEWS-MIXED",
+            Self::FocusMoved { .. } => "FOCUS-MOVED",
             Self::Undetermined => "UNDETERMINED",
         }
     }
@@ -195,7 +202,7 @@ impl DriftVerdict {
 /// # Errors
 ///
 /// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] usable views differ, if
-/// they are of two cameras, or if they don't determine the three parameters.
+/// they are of two cameras or focal lengths, or if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Board,
@@ -231,8 +238,8 @@ pub fn drift(
     let old_covariance = scaled_covariance(&old_covariance, aspect);
     let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
     let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
-    if new.focal != Focal::Common {
-        return Err(NoDrift::Undetermined);
+    if let Focal::Varying { scatter_px } = new.focal {
+        return Err(NoDrift::FocusMoved { relative_sd: scatter_px / new.camera.f_px.x });
     }
     let odd_views = new.findings.iter().find_map(|finding| match finding.code {
         FindingCode::ViewsMixed { odd_views, .. } => Some(odd_views),

@@ -25,6 +25,20 @@ pub fn renumbered(source: Box<dyn FrameSource>, first: u64) -> impl FrameSource 
     Adapted { source, next }
 }
 
+/// The first `most` frames of `source`, with its events.
+pub fn limited(source: Box<dyn FrameSource>, most: u64) -> impl FrameSource {
+    let mut left = most;
+    let next = move |source: &mut dyn FrameSource, patience| {
+        if left == 0 {
+            return Ok(Arrival::End);
+        }
+        let arrival = source.next_frame(patience)?;
+        left -= u64::from(matches!(arrival, Arrival::Frame(_)));
+        Ok(arrival)
+    };
+    Adapted { source, next }
+}
+
 /// `first`, already taken from `source`, followed by the rest of `source`.
 pub fn preceded(
     mut first: VecDeque<Result<Arrival, CaptureError>>,
@@ -80,15 +94,38 @@ mod tests {
     use crate::Recorded;
     use boresight_geometry::frame::{CaptureTime, Frame, FrameKind};
 
-    #[test]
-    fn numbers_continue_and_nothing_else_changes() {
-        let frame = |id: u64| Frame {
+    fn frame(id: u64) -> Frame {
+        Frame {
             id: FrameId(id),
             captured_at: CaptureTime { nanos: id * 5_000_000 },
             kind: FrameKind::Video,
             name: format!("{id}.png"),
             image: image::GrayImage::new(4, 4),
+        }
+    }
+
+    #[test]
+    fn a_limited_source_ends_after_its_frames_whatever_lies_between() {
+        let identity = SourceIdentity { name: "recorded".into(), image_size: None };
+        let frames = || [0, 1, 2].map(|id| Arrival::Frame(frame(id).into()));
+        let kinds = |most| {
+            let [first, second, third] = frames();
+            let arrivals = [first, Arrival::NothingYet, second, third].map(Ok).into();
+            let empty = Recorded::new(identity.clone(), std::iter::empty());
+            let mut source = limited(Box::new(preceded(arrivals, Box::new(empty))), most);
+            let mut next = || match source.next_frame(Duration::ZERO).expect("in memory") {
+                Arrival::Frame(_) => 'f',
+                Arrival::NothingYet => '-',
+                Arrival::Event(_) => 'e',
+                Arrival::End => '.',
+            };
+            (0..6).map(|_| next()).collect::<String>()
         };
+        assert_eq!([0, 1, 2, 9].map(kinds), ["......", "f.....", "f-f...", "f-ff.."]);
+    }
+
+    #[test]
+    fn numbers_continue_and_nothing_else_changes() {
         let identity = SourceIdentity { name: "recorded".into(), image_size: None };
         let recorded =
             Recorded::new(identity.clone(), [0, 1, 5].map(|id| Ok(frame(id))).into_iter());

@@ -61,7 +61,7 @@ mod stream_report;
 #[cfg(all(target_os = "linux", feature = "live"))]
 pub mod v4l2;
 
-pub use adapted::{preceded, renumbered};
+pub use adapted::{limited, preceded, renumbered};
 pub use address::{is_address, is_command, is_topic, without_secrets};
 pub use bag_flaw::{BagFlaw, RosFlaw, bag_files, is_bag};
 pub use camera_mode::{CameraMode, choose, layout, not_offered};

@@ -49,13 +49,6 @@ pub fn setting(text: &str) -> Result<String, String> {
     }
 }
 
-/// Merges `file` and `settings` into the defaults. Names obsolete settings on stderr.
-pub fn loaded(file: Option<&Path>, settings: &[String]) -> anyhow::Result<Config> {
-    let (config, notes) = Config::load_with_notes(file, settings)?;
-    notes.iter().for_each(|note| say(note));
-    Ok(config)
-}
-
 /// Commands without reading of codes in a board's margin, with the default square.
 const WITHOUT_CODE: [(&str, &str); 4] = [
     ("serve", "25mm"),
@@ -110,7 +103,7 @@ pub struct Length {
 impl BoardArguments {
     /// Configuration from the arguments. Names obsolete settings on stderr.
     pub fn config(&self) -> anyhow::Result<Config> {
-        let mut config = loaded(self.config.as_deref(), &self.settings)?;
+        let mut config = Config::load(self.config.as_deref(), &self.settings)?;
         if let Some(BoardChoice { columns, rows, markers }) = self.board {
             config.board = config.board.chosen([columns, rows], markers);
         }
@@ -128,12 +121,9 @@ impl BoardArguments {
                 "a session knows its board and settings: leave out --board and --config; --square and --set correct them"
             );
         }
-        let (mut config, notes) = taken_with.with_notes(&self.settings)?;
+        let mut config = taken_with.with(&self.settings)?;
         if let Some(Length { millimetres }) = self.square {
             config.board.square_mm = millimetres;
-        }
-        for note in &notes {
-            say(note);
         }
         Ok(config)
     }

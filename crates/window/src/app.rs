@@ -35,7 +35,7 @@ use boresight_app::{
     window::host::{AppHost, Ended, Memory, SessionRequest, Storing, Wake},
 };
 use boresight_geometry::{boards::BoardChoice, device::Control};
-use boresight_guide::session::Command;
+use boresight_guide::session::{Command, Snapshot};
 use boresight_present::text::{self, Act, window as words};
 
 /// Time between two paintings during a motion without a new picture, such as a fading flash. Equals
@@ -274,9 +274,8 @@ impl App {
     /// Replaces the chosen board by a plain board in view before the first view. Circles may be
     /// something else: they're offered.
     fn notice_other_board(&mut self, ctx: &Context) {
-        let seen = self.screen.snapshot.as_ref().filter(|snapshot| {
-            snapshot.views.is_empty() && snapshot.removed.is_none() && !snapshot.source_ended
-        });
+        let seen = self.screen.snapshot.as_ref();
+        let seen = seen.filter(|snapshot| !snapshot.keeps_views() && !snapshot.source_ended);
         let other = seen.and_then(|snapshot| snapshot.shown.prompt.other_board());
         let other = other.filter(|board| board.markers.is_none());
         let now_secs = self.screen.now_secs;
@@ -295,6 +294,10 @@ impl App {
 
     /// Starts the session again with another board, before the first view.
     fn use_board(&mut self, ctx: &Context, board: BoardChoice) {
+        if self.screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views) {
+            self.note = Some(text::sessions::FINISH_FIRST.into());
+            return;
+        }
         let BoardChoice { columns, rows, markers } = board;
         let board = [columns, rows];
         let image = self.screen.picture.grey().filter(|_| markers.is_none());
@@ -310,12 +313,12 @@ impl App {
             let (board, square_m) = (Some(board), Some(square_m));
             self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
         }
-        // Dropping an ending session waits for it. A session without a view remains only where
-        // there's no bin.
+        // Dropping what is being ended waits for it: a view may have been taken meanwhile. An empty
+        // session stays only where there's no bin.
         self.end();
         self.stage = SessionState::Idle;
-        if let Some(empty) = &self.screen.folder {
-            let _ = self.host.delete(empty);
+        if let Some(ended) = &self.screen.folder {
+            let _ = self.host.discard(ended);
         }
         self.open(ctx, wish);
         let id = code.as_ref().map(|code| code.id.as_str());
@@ -379,8 +382,8 @@ impl App {
             plan: Some(wish.plan),
             ..self.memory.clone()
         };
-        // The next time, a camera is more likely than the simulation.
-        if !wish.source.starts_with(start::SIMULATION) {
+        // The next time, a camera is more likely wanted than the simulation.
+        if !text::is_simulated(&wish.source) {
             let is_camera = self.start.camera(&self.choices).is_some();
             memory.source = is_camera.then(|| wish.source.clone()).or(memory.source);
             memory.mode = is_camera.then(|| wish.mode.clone()).or(memory.mode);

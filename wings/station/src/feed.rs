@@ -13,6 +13,7 @@ use crate::street::Street;
 use boresight_app::{Announcer, session::source::SourceName};
 use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
 use boresight_files::{entries, is_same_file};
+use boresight_present::text::is_simulated;
 use boresight_run::config::Config;
 use boresight_watch::Lens;
 
@@ -118,7 +119,7 @@ impl Feed {
         announcer: &Announcer,
     ) -> anyhow::Result<Self> {
         match (Self::parse(names, config, announcer), names) {
-            (Err(_), [name]) if !name.starts_with("sim") => {
+            (Err(_), [name]) if !is_simulated(name) => {
                 Ok(Self::Away(name.clone(), Box::new(config.clone())))
             }
             (parsed, _) => parsed,
@@ -144,7 +145,7 @@ impl Feed {
     /// If the source can't be opened.
     pub(super) fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
         match self {
-            Self::Live(name) | Self::Recorded(name) => Ok(name.open(u64::MAX)?.source),
+            Self::Live(name) | Self::Recorded(name) => Ok(name.open(Some(u64::MAX))?.source),
             Self::Files(_) | Self::Folder(_) | Self::Street(_) | Self::Away(..) => {
                 bail!("name a camera or a stream: a camera is pushed back while it's watched")
             }
@@ -195,7 +196,7 @@ impl Feed {
         mut take: impl FnMut(Moment) -> anyhow::Result<bool>,
     ) -> anyhow::Result<()> {
         let Self::Recorded(name) = self else { return Ok(()) };
-        let mut source = name.open(u64::MAX)?.source;
+        let mut source = name.open(Some(u64::MAX))?.source;
         let (mut first, mut last) = (None, f64::NEG_INFINITY);
         loop {
             let frame = match source.next_frame(FIRST_PICTURE)? {
@@ -224,7 +225,7 @@ impl Feed {
     /// If no picture comes.
     pub fn burst(&self) -> anyhow::Result<Moment> {
         let Self::Live(name) = self else { bail!("this source isn't live") };
-        let mut source = name.open(u64::MAX)?.source;
+        let mut source = name.open(Some(u64::MAX))?.source;
         let began = Instant::now();
         let first = next(&mut *source, began + FIRST_PICTURE)?;
         let settled = Instant::now() + SETTLES;

@@ -214,7 +214,7 @@ mod tests {
             let mut config = Config::load(None, &[])?;
             let announcer = Announcer::silent();
             let name = format!("sim:{}", file.display());
-            let open = SourceName::parse(&name, &config, &announcer)?.open(2)?;
+            let open = SourceName::parse(&name, &config, &announcer)?.open(Some(2))?;
             let decides = BoardFromCode::All;
             let mut open = board_from_source(open, &mut config, decides, &announcer)?;
             let Arrival::Frame(first) = open.source.next_frame(PATIENCE)? else {

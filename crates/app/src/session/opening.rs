@@ -21,9 +21,6 @@ use boresight_run::{
     recording::{Header, SessionFolder},
 };
 
-/// Default limit of a simulated camera's frames: ten minutes at 30 per second.
-pub const MAX_FRAMES: u64 = 18_000;
-
 /// Settings to open a session with.
 #[derive(Clone, Debug)]
 pub struct Opening {
@@ -45,8 +42,8 @@ pub struct Opening {
     pub out: Option<PathBuf>,
     /// True to store every picture, not only of accepted views.
     pub record_stream: bool,
-    /// Maximum number of frames from a simulated camera.
-    pub max_frames: u64,
+    /// Most frames that the source delivers. By default only a simulated camera has a limit.
+    pub max_frames: Option<u64>,
     /// Properties of the board to take from a margin code in a new session.
     pub board_code: BoardFromCode,
 }
@@ -64,7 +61,7 @@ impl Opening {
             hold: false,
             out: None,
             record_stream: false,
-            max_frames: MAX_FRAMES,
+            max_frames: None,
             board_code: BoardFromCode::Nothing,
         }
     }

@@ -24,7 +24,7 @@ pub struct Conclusion {
 
 /// Announces the result of `session`, with `header` in the session's folder.
 pub fn conclude(session: &Session, header: &Header, announcer: &Announcer) -> Conclusion {
-    announcer.say(text::ending(session.ending(), session.lack()));
+    announcer.say(&text::session_news::ending(session));
     let result = calibration_file(session, header);
     let exit = announce_result(result_of(session), &result, announcer);
     for (worker, reason) in session.failures() {

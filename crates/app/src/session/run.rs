@@ -404,8 +404,11 @@ mod tests {
         let place = tempfile::tempdir().expect("a folder");
         let folder = place.path().join("session");
         let config = Config::load(None, &[]).expect("settings");
-        let opening =
-            Opening { out: Some(folder.clone()), max_frames: 3, ..Opening::new("sim", config) };
+        let opening = Opening {
+            out: Some(folder.clone()),
+            max_frames: Some(3),
+            ..Opening::new("sim", config)
+        };
         let silent = Announcer::silent();
         let run = opening.open(&silent).expect("a session");
         let finished = run.carry_out(&AtomicBool::new(false), &silent).expect("it runs");

@@ -34,7 +34,7 @@ use boresight_present::{
     text::{self, report as words},
 };
 use boresight_run::{
-    config::{CertificateConfig, Config, PlanName},
+    config::{CertificateConfig, Config, PlanName, SET_GOALS},
     recording::{Header, JournalContents, Line, SessionFolder, Stored, stored_frame},
 };
 
@@ -189,7 +189,7 @@ pub fn of_recorded<E>(
     let accepted = session.accepted();
     let mut notes = Vec::new();
     if session.ending() != Ending::Finished {
-        notes.push(text::ending(session.ending(), session.lack()).into());
+        notes.push(text::session_news::ending(session));
     }
     let History { frames, refused, changes } = history(recorded.lines)?;
     let mut rows = versions(&[&header.schema]);
@@ -309,8 +309,8 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
     rows
 }
 
-/// Settings other than the defaults, in the format of `--set`; board and certificate are shown
-/// elsewhere.
+/// Settings that are not the default ones, as `--set` takes them; the board and the certificate are
+/// shown elsewhere. Whose a goal is follows from the setting itself.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
     let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
@@ -320,6 +320,9 @@ fn changed_settings(config: &Config) -> Vec<String> {
         .filter(|(group, _)| !["board", "certificate"].contains(&group.as_str()))
     {
         for (name, value) in values.as_table().into_iter().flatten() {
+            if SET_GOALS.iter().any(|(_, is_set)| name == is_set) {
+                continue;
+            }
             if default.get(group).and_then(|values| values.get(name)) != Some(value) {
                 changed.push(format!("{group}.{name}={value}"));
             }

@@ -20,7 +20,7 @@ use crate::{
 use boresight_capture::Ffmpeg;
 use boresight_capture::{
     CaptureError, FrameSource, ImageFolder, Recorded, SourceIdentity, Upright, is_address, is_bag,
-    unread_pictures_in, without_secrets,
+    limited, unread_pictures_in, without_secrets,
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 use boresight_guide::session::Input;
@@ -33,6 +33,9 @@ use boresight_run::{
 use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 #[cfg(feature = "bags")]
 use boresight_sources::Bag;
+
+/// Default limit of a simulated camera's frames: ten minutes at 30 per second.
+const SIMULATED_FRAMES: u64 = 18_000;
 
 /// Maximum number of frames in flight from the simulated camera.
 const IN_FLIGHT: usize = 24;
@@ -70,6 +73,19 @@ pub enum SourceName {
     Folder(PathBuf, Upright),
 }
 
+/// Kind of a file or folder that holds pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PathKind {
+    /// The folder of a session.
+    Session,
+    /// A recorded bag: a file, or the folder that ROS 2 makes.
+    Bag,
+    /// A file of moving pictures.
+    Video,
+    /// Any other folder.
+    Folder,
+}
+
 impl OpenSource {
     /// Size of the source's pictures.
     ///
@@ -94,24 +110,23 @@ impl SourceName {
     /// backend in `config` doesn't exist.
     pub fn parse(name: &str, config: &Config, announcer: &Announcer) -> anyhow::Result<Self> {
         camera::Backend::asked(&config.camera.backend)?;
-        if let Some(simulated) = name.strip_prefix("sim") {
+        if text::is_simulated(name) {
             let board = config.board()?;
             let usual = |scene: Scene| Scene { board, ..scene };
-            let scene = match simulated.strip_prefix(':') {
-                None if simulated.is_empty() => usual(Scene::ordinary_webcam(1)),
+            let scene = match name.strip_prefix("sim:") {
+                None => usual(Scene::ordinary_webcam(1)),
                 Some(rest) => match rest.split_once(':') {
                     Some(("random", seed)) => usual(Scene::random(parsed_seed(seed)?)),
                     Some(("demo", seed)) => usual(Scene::demo(parsed_seed(seed)?)),
                     _ => SceneFile::load_with(Path::new(rest), board)?,
                 },
-                None => {
-                    bail!("no source {name:?}: {SOURCES}")
-                }
             };
             return Ok(Self::Simulated(Box::new(scene)));
         }
         let name = if name == "-" { STDIN } else { name };
-        if is_address(name) || is_video(Path::new(name)) {
+        let path = PathBuf::from(name);
+        let kind = kind_of(&path);
+        if is_address(name) || kind == Some(PathKind::Video) {
             return Ok(Self::Video(name.into()));
         }
         if camera::is_name(name) {
@@ -126,22 +141,21 @@ impl SourceName {
             scene.board = config.board()?;
             return Ok(Self::Simulated(Box::new(scene)));
         }
-        let path = PathBuf::from(name);
-        if is_session(&path) {
-            return Ok(Self::Session(path));
-        }
-        if is_bag(&path) {
-            let topic = &config.camera.topic;
-            return Ok(Self::Bag(path, (!topic.is_empty()).then(|| topic.clone())));
-        }
-        if path.is_dir() {
-            let left_out = unread_pictures_in(&path);
-            if !left_out.is_empty() {
-                announcer.say(&text::source::pictures_left_out(&left_out));
+        match kind {
+            Some(PathKind::Session) => Ok(Self::Session(path)),
+            Some(PathKind::Bag) => {
+                let topic = &config.camera.topic;
+                Ok(Self::Bag(path, (!topic.is_empty()).then(|| topic.clone())))
             }
-            return Ok(Self::Folder(path, config.camera.upright()));
+            Some(PathKind::Folder) => {
+                let left_out = unread_pictures_in(&path);
+                if !left_out.is_empty() {
+                    announcer.say(&text::source::pictures_left_out(&left_out));
+                }
+                Ok(Self::Folder(path, config.camera.upright()))
+            }
+            Some(PathKind::Video) | None => bail!("no source {name:?}: {SOURCES}"),
         }
-        bail!("no source {name:?}: {SOURCES}")
     }
 
     /// Stable name to open the same source again; `given` is the typed name.
@@ -154,14 +168,17 @@ impl SourceName {
         }
     }
 
-    /// Opens the source. A simulated camera ends after `max_frames`.
+    /// Opens the source, which ends after `max_frames`. By default only a simulated camera has a
+    /// limit.
     ///
     /// # Errors
     ///
     /// [`CaptureError`], or [`boresight_run::recording::RecordingError`] for a session folder.
-    pub fn open(&self, max_frames: u64) -> anyhow::Result<OpenSource> {
+    pub fn open(&self, max_frames: Option<u64>) -> anyhow::Result<OpenSource> {
         let source: Box<dyn FrameSource> = match self {
-            Self::Simulated(scene) => return Ok(open_simulated(scene, max_frames)),
+            Self::Simulated(scene) => {
+                return Ok(open_simulated(scene, max_frames.unwrap_or(SIMULATED_FRAMES)));
+            }
             Self::Camera(camera) => camera.open()?,
             #[cfg(all(unix, feature = "live"))]
             Self::Video(name) => Box::new(Ffmpeg::open(name)?),
@@ -173,6 +190,10 @@ impl SourceName {
             Self::Bag(..) => bail!(MissingFeature::BAGS),
             Self::Session(path) => open_session(path)?,
             Self::Folder(path, upright) => Box::new(ImageFolder::open(path, *upright)?),
+        };
+        let source = match max_frames {
+            Some(most) => Box::new(limited(source, most)),
+            None => source,
         };
         Ok(OpenSource { source, on_frame: Box::new(|_| ()), truth: None })
     }
@@ -203,9 +224,22 @@ fn unreadable(name: &str) -> anyhow::Result<Box<dyn FrameSource>> {
     bail!("network streams and video files are read on Linux and macOS only: {name:?}")
 }
 
+/// Kind of the pictures at `path`; `None` if it's neither a folder nor a recording.
+pub fn kind_of(path: &Path) -> Option<PathKind> {
+    if is_session(path) {
+        Some(PathKind::Session)
+    } else if is_bag(path) {
+        Some(PathKind::Bag)
+    } else if is_video(path) {
+        Some(PathKind::Video)
+    } else {
+        path.is_dir().then_some(PathKind::Folder)
+    }
+}
+
 /// True if `path` is a recording of a camera: a video file or a bag.
 pub fn is_recording(path: &Path) -> bool {
-    is_video(path) || is_bag(path)
+    matches!(kind_of(path), Some(PathKind::Video | PathKind::Bag))
 }
 
 /// True if `folder` is a session folder.

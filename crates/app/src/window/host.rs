@@ -12,7 +12,7 @@ use crate::{
     BoardFromCode,
     explain::UserError,
     session::{camera, comparison::Compared},
-    window::recordings::{DecidedRecording, Dropped, Recording, StoredSession},
+    window::recordings::{self, DecidedRecording, Dropped, Recording, StoredSession},
 };
 use boresight_calibrate::BOARD_SCALE_SD;
 use boresight_geometry::{
@@ -151,6 +151,15 @@ pub trait AppHost {
     ///
     /// [`UserError`]; the session is then unchanged.
     fn delete(&mut self, folder: &Path) -> Result<(), UserError>;
+
+    /// Moves the session in `folder` to the bin if it holds neither a view nor a recorded stream.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::delete`].
+    fn discard(&mut self, folder: &Path) -> Result<(), UserError> {
+        if recordings::keeps_pictures(folder) { Ok(()) } else { self.delete(folder) }
+    }
 
     /// Starts opening the recording in `folder`.
     ///

@@ -10,7 +10,10 @@ use image::GrayImage;
 use jiff::{Timestamp, tz::TimeZone};
 use serde_json::Value;
 
-use crate::{JournalReading, REPORT_FILE, RESULT_FILE, SavedSession};
+use crate::{
+    JournalReading, REPORT_FILE, RESULT_FILE, SavedSession,
+    session::source::{PathKind, kind_of},
+};
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
 use boresight_formats::CalibrationFile;
@@ -57,7 +60,7 @@ pub struct Recording {
 pub enum Dropped {
     /// A session's folder.
     Session,
-    /// A folder of pictures, or a video.
+    /// A folder of pictures, a video, or a recorded bag.
     Source,
     /// Another file: perhaps a calibration.
     File,
@@ -147,22 +150,21 @@ pub fn small_picture(folder: &Path) -> Option<GrayImage> {
     Some(image::imageops::thumbnail(&image, side(width), side(height)))
 }
 
+/// True if the session in `folder` has stored a picture: that of a view, or of a recorded stream.
+pub fn keeps_pictures(folder: &Path) -> bool {
+    entries(&folder.join(FRAMES)).iter().any(|file| is_picture(file))
+}
+
 fn is_picture(file: &Path) -> bool {
     file.extension().is_some_and(|ending| ending == "png")
 }
 
 /// Kind of `path`: a session, pictures to calibrate from, or another file.
 pub fn dropped(path: &Path) -> Dropped {
-    const VIDEOS: [&str; 9] = ["mp4", "m4v", "mov", "avi", "mkv", "webm", "mpg", "mpeg", "ts"];
-    let is_video = path
-        .extension()
-        .is_some_and(|ending| VIDEOS.iter().any(|video| ending.eq_ignore_ascii_case(video)));
-    if SessionFolder::header(path).is_ok() {
-        Dropped::Session
-    } else if path.is_dir() || is_video {
-        Dropped::Source
-    } else {
-        Dropped::File
+    match kind_of(path) {
+        Some(PathKind::Session) => Dropped::Session,
+        Some(PathKind::Bag | PathKind::Video | PathKind::Folder) => Dropped::Source,
+        None => Dropped::File,
     }
 }
 
@@ -236,6 +238,22 @@ mod tests {
     use super::*;
     use crate::{Announcer, Opening};
     use boresight_run::config::Config;
+
+    #[test]
+    fn whatever_can_be_a_source_is_one_when_it_is_dropped() -> anyhow::Result<()> {
+        let place = tempfile::tempdir()?;
+        let at = |name: &str| place.path().join(name);
+        let sources = ["a.mp4", "a.wmv", "a.MTS", "a.gif", "a.3gp", "a.flv", "a.mcap", "a.db3"];
+        for name in sources.into_iter().chain(["calibration.json", "camera.yaml"]) {
+            std::fs::write(at(name), b"")?;
+            let wanted = if sources.contains(&name) { Dropped::Source } else { Dropped::File };
+            assert_eq!(dropped(&at(name)), wanted, "{name}");
+        }
+        assert_eq!(dropped(place.path()), Dropped::Source);
+        std::fs::write(at("session.toml"), b"")?;
+        assert_eq!(dropped(place.path()), Dropped::Session, "opening it says what is wrong");
+        Ok(())
+    }
 
     #[test]
     fn a_list_tells_when_of_what_and_how_it_ended() -> anyhow::Result<()> {

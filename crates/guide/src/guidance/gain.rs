@@ -25,6 +25,8 @@ const FIRST_SHARE: f64 = 0.6;
 const TIMES_SHOWN: f64 = 4.0;
 /// … and time with a board in the picture after which any positive gain is accepted.
 const SERVED_AFTER_SECS: f64 = 5.0;
+/// Views in [`Knowledge::ahead`].
+const PLANNED_VIEWS: f64 = 4.0;
 /// Error of a corner beside its stated covariance: prints, lens models and compression aren't
 /// perfect.
 const UNSTATED_PX: f64 = 0.05;
@@ -34,6 +36,11 @@ const UNSTATED_PX: f64 = 0.05;
 pub fn wanted_share(waited_secs: f64, shown: Option<f64>) -> f64 {
     let first = shown.map_or(FIRST_SHARE, |shown| (TIMES_SHOWN * shown).min(FIRST_SHARE));
     first * (1.0 - waited_secs / SERVED_AFTER_SECS).clamp(0.0, 1.0).powi(4)
+}
+
+/// True if a view of that `worth` meets the share `wanted`. A view that tells nothing never does.
+pub(crate) fn is_enough(worth: f64, wanted: f64) -> bool {
+    worth > 0.0 && worth >= wanted
 }
 
 /// Distance of corners from an accepted view's, in picture widths, above which most of their
@@ -210,6 +217,11 @@ impl Knowledge {
         (1.0 / after - 1.0 / self.variance_ahead).max(0.0)
     }
 
+    /// Gain of the plan's first four views, per view.
+    pub(crate) fn planned_gain(&self) -> f64 {
+        self.gain_by_the_end(&(self.ahead / PLANNED_VIEWS))
+    }
+
     /// Information of the seen `corners`, as moved or as if still; zero if the corners fit no
     /// board.
     pub fn seen(&self, corners: &[Corner], as_moved: bool) -> LensMatrix {
@@ -305,6 +317,7 @@ mod tests {
         assert_eq!(wanted_share(0.0, None), FIRST_SHARE);
         assert!(wanted_share(2.5, Some(1.0)) <= 0.25 * FIRST_SHARE);
         assert_eq!(wanted_share(SERVED_AFTER_SECS, None), 0.0);
+        assert!(is_enough(1e-6, 0.0) && !is_enough(0.0, 0.0), "whatever tells something");
         assert_eq!(wanted_share(0.0, Some(0.001)), 0.004);
     }
 }

@@ -40,8 +40,8 @@ pub mod wanted_pose;
 
 pub use advice::{Advice, Hand};
 pub(crate) use advice::{Difference, advise};
-pub(crate) use gain::newness;
 pub use gain::{Knowledge, UsualError, wanted_share};
+pub(crate) use gain::{is_enough, newness};
 pub use hand_motion::Velocity;
 pub use hold::{HeldFrame, Hold};
 pub(crate) use independence::partner_of;

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::guidance::{
     Advice, Difference, HOLD_WIDTHS_PER_SEC, Hand, HeldFrame, Hold, Motion, Progress, Purpose,
-    Refusal, Role, Velocity, View, advise, measure, newness, role_of, wanted_share,
+    Refusal, Role, Velocity, View, advise, is_enough, measure, newness, role_of, wanted_share,
 };
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -291,13 +291,13 @@ impl Session {
         if kind == FrameKind::Photograph {
             return Ok((role, gain));
         }
-        let wanted = wanted_share(self.tracking.waited_secs, self.tracking.shown);
+        let wanted = wanted_share(self.tracking.waited_secs, self.shown());
         let worth_of = self.worth_of(view);
         let worth = worth_of(gain);
-        if worth >= wanted {
+        if is_enough(worth, wanted) {
             return Ok((role, gain));
         }
-        if worth_of(self.gain(view, false)) >= wanted {
+        if is_enough(worth_of(self.gain(view, false)), wanted) {
             let wanted_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
             return Err(Refusal::Moving { speed_px_per_s, wanted_px_per_s });
         }
@@ -310,14 +310,28 @@ impl Session {
         knowledge.gain_by_the_end(&knowledge.seen(&view.corners, as_moved))
     }
 
-    /// Function from a gain to the share of the requested pose's gain; 1 without such a pose.
+    /// Worth of the last view of this run when it was taken; `None` if the person forced it, or
+    /// without such a view. A removed view doesn't count.
+    fn shown(&self) -> Option<f64> {
+        let is_kept = |of| self.ground.accepted.iter().any(|taken| taken.number == of);
+        let (_, share) = self.tracking.shares.iter().rfind(|(of, _)| is_kept(*of))?;
+        *share
+    }
+
+    /// Turns a gain of `view` into its worth: its share of what the pose asked for would tell now,
+    /// or of what a planned view tells if no pose fits the ghost.
     fn worth_of(&self, view: &View) -> impl Fn(f64) -> f64 + use<> {
         let knowledge = &self.derived.knowledge;
         let usual = knowledge.usual(Some(view));
         let pose = self.derived.target_pose.as_ref();
-        let best = pose.map_or(0.0, |pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)));
+        let asked = pose.map(|pose| knowledge.gain_by_the_end(&knowledge.at(pose, usual)));
+        let best = asked.filter(|gain| *gain > 0.0).unwrap_or_else(|| knowledge.planned_gain());
         let newness = newness(view, &self.derived.measured, self.width_px());
-        move |gain| if best > 0.0 { gain * newness / best } else { 1.0 }
+        move |gain| match (gain > 0.0, best > 0.0) {
+            (true, true) => gain * newness / best,
+            (true, false) => newness,
+            (false, _) => 0.0,
+        }
     }
 
     /// Adds a good frame to the hold; takes the best once the hold is complete.
@@ -338,7 +352,8 @@ impl Session {
             return None;
         }
         let HeldFrame { view, seen, velocity, role, name, gain, .. } = hold.best;
-        self.tracking.shown = (role != Role::Forced).then(|| self.worth_of(&view)(gain));
+        let share = (role != Role::Forced).then(|| self.worth_of(&view)(gain));
+        self.tracking.shares.push((self.ground.next_number, share));
         let (number, frame) = (self.ground.next_number, view.frame_id.0);
         let was_beyond_edge = false;
         let taken = AcceptedView { number, name, role, was_beyond_edge, view, seen, velocity };
@@ -379,5 +394,46 @@ impl Session {
         self.ground.accepted.push(taken);
         self.replan();
         self.tracking.start_over();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, Vector3};
+
+    use super::*;
+    use crate::{guidance::GuidanceParams, session::SessionSetup};
+    use boresight_calibrate::CalibrationParams;
+    use boresight_geometry::{
+        board::Checkerboard,
+        frame::{CaptureTime, FrameId},
+    };
+
+    #[test]
+    fn a_ghost_that_no_pose_fits_makes_no_view_worth_everything() {
+        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let image_size = ImageSize { width_px: 1280, height_px: 720 };
+        let mut session = Session::new(SessionSetup {
+            board,
+            image_size,
+            guidance: GuidanceParams::default(),
+            calibration: CalibrationParams::default(),
+        });
+        let lens_estimate = session.derived.lens_estimate.clone();
+        let turned = Vector3::new(0.5, -0.3, 0.0);
+        // A small board tells little.
+        let pose = Isometry3::new(Vector3::new(0.0, 0.0, 1.5), turned);
+        let px = |point| lens_estimate.camera.px_from_board(&pose, point).expect("in front");
+        let points_m = board.corners_in_board_m();
+        let corners: Vec<Corner> =
+            points_m.iter().map(|point| Corner::isotropic(px(point), 0.05)).collect();
+        let frame = (FrameId(0), CaptureTime { nanos: 0 });
+        let view = measure(frame, &corners, 0.8, &board, &lens_estimate).expect("a board");
+        let gain = session.gain(&view, true);
+        let fitted = session.worth_of(&view)(gain);
+        session.derived.target_pose = None;
+        let (nothing, little) = (session.worth_of(&view)(0.0), session.worth_of(&view)(gain));
+        assert_eq!(nothing, 0.0);
+        assert!(0.0 < little && little < 0.1 && fitted < 0.1, "{little} {fitted}");
     }
 }

@@ -16,10 +16,9 @@ const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const FOCAL_SIGMA: f64 = 0.12;
 /// … and minimum relative difference from the guess.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Best goal for projection in the picture's corners, as a multiple of the error of a measured
-/// corner …
+/// Least default goal for projection in the picture's corners, in errors of a measured corner …
 const CORNER_TO_NOISE: f64 = 5.0;
-/// … and best goal for the principal point, as a multiple of the same error.
+/// … and for the principal point. A goal that a person set has no such floor.
 const PP_TO_NOISE: f64 = 20.0;
 /// Size of a ghost after receding, relative to before, and the maximum number of such steps before
 /// a view is taken.
@@ -216,14 +215,18 @@ impl Seen {
     }
 }
 
-/// Goals within reach of a camera with corner errors of `noise_px`; unchanged while the noise is
-/// unknown.
+/// Goals for a camera whose corners are measured with errors of `noise_px`. Default goals yield to
+/// the noise once it is known; a person's goals don't.
 fn within_reach(guidance: &GuidanceParams, noise_px: Option<f64>) -> GuidanceParams {
     let noise_px = noise_px.unwrap_or(0.0);
-    let coarse = |limit_px: f64| limit_px.max(CORNER_TO_NOISE * noise_px);
+    let yielding = |goal_px: f64, is_set: bool, to_noise: f64| {
+        if is_set { goal_px } else { goal_px.max(to_noise * noise_px) }
+    };
+    let GuidanceParams { pp_goal_is_set, corner_goal_is_set, .. } = *guidance;
+    let corner = |goal_px| yielding(goal_px, corner_goal_is_set, CORNER_TO_NOISE);
     GuidanceParams {
-        stop_pp_sigma_px: guidance.stop_pp_sigma_px.max(PP_TO_NOISE * noise_px),
-        stop_corner_sigma_px: guidance.stop_corner_sigma_px.map(coarse),
+        stop_pp_sigma_px: yielding(guidance.stop_pp_sigma_px, pp_goal_is_set, PP_TO_NOISE),
+        stop_corner_sigma_px: guidance.stop_corner_sigma_px.map(corner),
         ..*guidance
     }
 }

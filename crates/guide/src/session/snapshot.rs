@@ -74,6 +74,13 @@ pub struct Snapshot {
     pub failures: Vec<(String, String)>,
 }
 
+impl Snapshot {
+    /// True if the session has a view, or one that can be restored.
+    pub fn keeps_views(&self) -> bool {
+        !self.views.is_empty() || self.removed.is_some()
+    }
+}
+
 /// Corners and measurements of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveView {

@@ -110,9 +110,8 @@ pub(super) struct Tracking {
     pub(super) newest_at: Option<CaptureTime>,
     /// Largest share of the picture spanned by the board since then.
     pub(super) largest_span_fraction: f64,
-    /// Gain of the last view as a share of the requested pose's gain; `None` without a view, or if
-    /// the person forced it.
-    pub(super) shown: Option<f64>,
+    /// Worth of each view of this run when it was taken; `None` if the person forced it.
+    pub(super) shares: Vec<(ViewNumber, Option<f64>)>,
     /// Views removed by the newest input.
     pub(super) just_removed: Vec<ViewNumber>,
     /// Take the next frame with a board, without any check.
@@ -372,6 +371,11 @@ impl Session {
     /// The requested pose; `None` if the session is over.
     pub fn target(&self) -> Option<&Target> {
         self.derived.target.as_ref()
+    }
+
+    /// Limits and goals that apply now: those of the setup, as far as the frames allow.
+    pub fn limits(&self) -> &GuidanceParams {
+        &self.derived.limits
     }
 
     /// Noise of a corner per axis, measured while the board was held: the standard deviation of the

@@ -96,7 +96,7 @@ impl EndedPage {
             what: text::of_source(source, text::verdict_on(calibration)),
             action: {
                 let action = findings.first().map_or(words::USE_IT, |(_, action)| action);
-                format!("{}. {action}", text::ending(session.ending(), session.lack()))
+                format!("{}. {action}", text::session_news::ending(session))
             },
             findings,
             lines: text::result::result_lines(calibration)

@@ -109,6 +109,13 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             format!("NO VERDICT: {odd_views} of the views are from another camera or mode"),
             "Switch off automatic rotation, zoom and framing, and check again.",
         ),
+        NoDrift::FocusMoved { relative_sd } => (
+            format!(
+                "NO VERDICT: focus or zoom moved; the focal length varies by {:.2} % (sd)",
+                100.0 * relative_sd
+            ),
+            "Lock focus and zoom, and check again.",
+        ),
         NoDrift::Undetermined => (
             "NO VERDICT: the views aren't enough to measure focal length and principal point"
                 .into(),

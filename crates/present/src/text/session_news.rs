@@ -1,7 +1,10 @@
 //! News of a running session, one sentence each.
 
-use super::percent;
-use boresight_guide::session::{FarBoard, HeldOutPair, Snapshot};
+use super::{apart, camera::capital, knows_sd, percent};
+use boresight_guide::{
+    guidance::{Lack, Plan},
+    session::{Ending, FarBoard, HeldOutPair, Session, Snapshot, precision_of},
+};
 
 /// Attainable precision of a board that stays small: "The board fills 28 % of the picture. …".
 pub fn far_board(far: &FarBoard) -> String {
@@ -41,6 +44,56 @@ pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     };
     let noise_px = snapshot.calibration.as_ref()?.noise_px;
     Some(format!("{} From now on, {goals}.", why_coarse(noise_px, snapshot.moved_px)))
+}
+
+/// End of a session, with every goal that was missed: "Stopped: …. The principal point is known to
+/// 0.94 px; the goal is 0.50 px".
+pub fn ending(session: &Session) -> String {
+    let said = super::ending(session.ending(), session.lack());
+    match missed_goals(session) {
+        Some(missed) => format!("{said}. {missed}"),
+        None => said.into(),
+    }
+}
+
+/// Goals that the session's calibration misses, each with what was reached; `None` without such a
+/// goal, or if something else is lacking.
+fn missed_goals(session: &Session) -> Option<String> {
+    let calibration = session.calibration().filter(|calibration| knows_sd(calibration))?;
+    let (set, limits) = (&session.setup().guidance, session.limits());
+    let lacks_precision = match session.ending() {
+        Ending::Finished => false,
+        Ending::WithoutCorners | Ending::Stopped => true,
+        Ending::Early => matches!(session.lack(), Some(Lack::Precision | Lack::Corners)),
+    };
+    if !lacks_precision || calibration.acceptance.is_some() || limits.plan != Plan::Adaptive {
+        return None;
+    }
+    let reached = precision_of(calibration, session.setup().image_size);
+    let pp_goal_px = Some(limits.pp_goal_px(reached.f_to_width)).filter(|_| !limits.is_far());
+    let own_corner_goal_px = set.stop_corner_sigma_px.filter(|_| set.corner_goal_is_set);
+    let corner_goal_px = own_corner_goal_px.or(limits.stop_corner_sigma_px);
+    let missed: Vec<String> = [
+        ("the principal point is known to", reached.pp_sigma_px, pp_goal_px),
+        (
+            "the typical error in the picture is",
+            reached.projection_sigma_px,
+            Some(limits.stop_projection_sigma_px),
+        ),
+        (
+            "the largest error in the picture's corners is",
+            reached.corner_sigma_px,
+            corner_goal_px.filter(|_| !limits.is_far()),
+        ),
+    ]
+    .into_iter()
+    .filter_map(|(what, reached_px, goal_px)| {
+        let goal_px = goal_px.filter(|goal_px| reached_px > *goal_px)?;
+        let (reached, goal) = apart(reached_px, goal_px, 2);
+        Some(format!("{what} {reached} px; the goal is {goal} px"))
+    })
+    .collect();
+    (!missed.is_empty()).then(|| capital(&missed.join(", and ")))
 }
 
 /// Larger cause of coarse corners: the camera's `noise_px`, or moving boards.

@@ -17,7 +17,7 @@ pub struct Trouble {
     pub action: String,
     /// Words of a device or program about it; may be empty.
     pub detail: String,
-    /// Board to use instead.
+    /// A board that could be used instead, as long as the session keeps no views.
     pub board: Option<BoardChoice>,
     /// True for a doubt about the camera: views can still be taken, and the result states it.
     pub is_doubt: bool,

@@ -152,8 +152,8 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
         Board::Circles(_) => format!("{columns} × {rows} circles"),
     };
     let action = match other.choice() {
-        _ if !snapshot.views.is_empty() => {
-            "Show the first board, or start a new session with this one. Your views are safe."
+        _ if snapshot.keeps_views() => {
+            "Show the first board, or finish this session and start another one. Your views are safe."
                 .into()
         }
         Some(board) if board.markers.is_none() => {

@@ -2,7 +2,6 @@
 
 mod camera;
 mod certificate;
-pub(crate) mod retired;
 
 pub use camera::{Backend, CameraConfig};
 pub use certificate::CertificateConfig;
@@ -25,7 +24,6 @@ use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
     session::SessionSetup,
 };
-use retired::{RETIRED, Retired};
 
 /// The defaults, with explanations.
 pub const DEFAULT_TOML: &str = include_str!("../../../../config/default.toml");
@@ -147,10 +145,26 @@ pub struct GuidanceConfig {
     /// `None` in recordings from before boards beyond the picture's edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_corner_sigma_px: Option<f64>,
+    /// True if a person set `stop_pp_sigma_px`. Recordings made before don't say so.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub stop_pp_is_set: bool,
+    /// True if a person set `stop_corner_sigma_px`. Recordings made before don't say so.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub stop_corner_is_set: bool,
     pub min_views: usize,
     pub max_views: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept: Option<AcceptanceGoal>,
+}
+
+/// Goals of the guidance, each with the key that records whether a person set it.
+pub const SET_GOALS: [(&str, &str); 2] =
+    [("stop_pp_sigma_px", "stop_pp_is_set"), ("stop_corner_sigma_px", "stop_corner_is_set")];
+
+// By reference, as serde asks.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
+fn is_false(flag: &bool) -> bool {
+    !flag
 }
 
 // A session's settings may be older than a setting.
@@ -303,73 +317,31 @@ pub enum ConfigError {
 
 impl Config {
     /// The defaults, overridden by the settings of `file` and then by each `key=value` of
-    /// `settings`. Settings no longer in use are ignored; [`Self::load_with_notes`] reports them.
+    /// `settings`.
     ///
     /// # Errors
     ///
     /// [`ConfigError`] if a file cannot be read, or names or values are not known.
     pub fn load(file: Option<&Path>, settings: &[String]) -> Result<Self, ConfigError> {
-        Self::load_with_notes(file, settings).map(|(config, _)| config)
-    }
-
-    /// Loads like [`Self::load`], with a sentence for each setting no longer in use.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::load`].
-    pub fn load_with_notes(
-        file: Option<&Path>,
-        settings: &[String],
-    ) -> Result<(Self, Vec<String>), ConfigError> {
-        Self::load_without(file, settings, RETIRED)
-    }
-
-    fn load_without(
-        file: Option<&Path>,
-        settings: &[String],
-        retired: &[Retired],
-    ) -> Result<(Self, Vec<String>), ConfigError> {
-        let mut notes = Vec::new();
         let mut table = defaults();
         if let Some(path) = file {
             let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
             let origin = path.display().to_string();
             let mut over =
                 toml::from_str(&text).map_err(|err| invalid(&err.to_string(), &origin))?;
-            retired::ignore(&mut over, retired, &mut notes);
+            note_goals(&mut over);
             merge(&mut table, over);
         }
         let origin = file.map_or("the defaults".into(), |file| file.display().to_string());
-        let config = Self::from_table(table, &origin)?.changed(settings, retired, &mut notes)?;
-        Ok((config, notes))
+        Self::from_table(table, &origin)?.with(settings)
     }
 
-    /// The configuration, overridden by each `key=value` of `settings`. Settings no longer in use
-    /// are ignored; [`Self::with_notes`] reports them.
+    /// The configuration, overridden by each `key=value` of `settings`.
     ///
     /// # Errors
     ///
     /// [`ConfigError::Invalid`] if a key is not known or its value does not fit.
     pub fn with(&self, settings: &[String]) -> Result<Self, ConfigError> {
-        self.with_notes(settings).map(|(config, _)| config)
-    }
-
-    /// Overrides like [`Self::with`], with a sentence for each setting no longer in use.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::with`].
-    pub fn with_notes(&self, settings: &[String]) -> Result<(Self, Vec<String>), ConfigError> {
-        let mut notes = Vec::new();
-        Ok((self.changed(settings, RETIRED, &mut notes)?, notes))
-    }
-
-    fn changed(
-        &self,
-        settings: &[String],
-        retired: &[Retired],
-        notes: &mut Vec<String>,
-    ) -> Result<Self, ConfigError> {
         let mut table =
             toml::Table::try_from(self).map_err(|err| invalid(&err.to_string(), "memory"))?;
         for setting in settings {
@@ -380,7 +352,7 @@ impl Config {
                     None => toml::from_str(setting),
                 })
                 .map_err(|err| invalid(err.message(), setting))?;
-            retired::ignore(&mut over, retired, notes);
+            note_goals(&mut over);
             merge(&mut table, over);
         }
         Self::from_table(table, &settings.join(" "))
@@ -506,6 +478,8 @@ impl Config {
             stop_pp_sigma_px: g.stop_pp_sigma_px,
             stop_projection_sigma_px: g.stop_projection_sigma_px,
             stop_corner_sigma_px: g.stop_corner_sigma_px,
+            pp_goal_is_set: g.stop_pp_is_set,
+            corner_goal_is_set: g.stop_corner_is_set,
             pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: g.min_views,
             max_views: g.max_views,
@@ -548,6 +522,16 @@ fn invalid(message: &str, origin: &str) -> ConfigError {
 #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
 fn defaults() -> toml::Table {
     toml::from_str(DEFAULT_TOML).expect("the default configuration is valid TOML")
+}
+
+/// Records in `over`, the settings of a person, which goals they set.
+fn note_goals(over: &mut toml::Table) {
+    let Some(toml::Value::Table(guidance)) = over.get_mut("guidance") else { return };
+    for (goal, is_set) in SET_GOALS {
+        if guidance.contains_key(goal) && !guidance.contains_key(is_set) {
+            guidance.insert(is_set.into(), true.into());
+        }
+    }
 }
 
 /// Merges `over` into `table`, table by table.
@@ -594,6 +578,27 @@ mod tests {
     }
 
     #[test]
+    fn a_goal_that_a_person_sets_is_recorded_as_theirs() {
+        let set = |config: &Config| {
+            let GuidanceParams { pp_goal_is_set, corner_goal_is_set, .. } = config.guidance();
+            (pp_goal_is_set, corner_goal_is_set)
+        };
+        let plain = Config::load(None, &["guidance.hold_secs=0.5".into()]).expect("valid");
+        assert_eq!(set(&plain), (false, false));
+        let text = toml::to_string(&plain).expect("written");
+        assert!(!text.contains("is_set"), "{text}");
+        // The default's own value is a person's, too.
+        let pp = plain.with(&["guidance.stop_pp_sigma_px=1.0".into()]).expect("valid");
+        assert_eq!(set(&pp), (true, false));
+        let again: Config = toml::from_str(&toml::to_string(&pp).expect("written")).expect("read");
+        assert_eq!((set(&again), &again), ((true, false), &pp));
+        let place = tempfile::tempdir().expect("a folder");
+        let file = place.path().join("settings.toml");
+        std::fs::write(&file, "[guidance]\nstop_corner_sigma_px = 0.02\n").expect("written");
+        assert_eq!(set(&Config::load(Some(&file), &[]).expect("valid")), (false, true));
+    }
+
+    #[test]
     fn what_a_certificate_says_needs_no_quotes() {
         let settings = [
             "certificate.camera_serial=0012",
@@ -616,52 +621,6 @@ mod tests {
         assert!(set("boards.K7Q2.square_mm=25").is_ok());
         assert!(set("boards.K7Q2.square_mm=-1").is_err());
         assert!(set("boards.K7Q2.size=25").is_err());
-    }
-
-    const TWO: [Retired; 2] = [
-        Retired { key: "guidance.swing_deg", instead: "since 0.2 the plan knows it" },
-        Retired { key: "speech", instead: "since 0.2 it's an option, --voice" },
-    ];
-
-    #[test]
-    fn a_setting_that_is_not_used_any_more_is_ignored_with_one_sentence() {
-        let place = tempfile::tempdir().expect("a folder");
-        let file = place.path().join("old.toml");
-        let text = "[guidance]\nswing_deg = { of = [\"any\", 1] }\ntarget_tilt_deg = 35\n[speech]\nloud = true\n";
-        std::fs::write(&file, text).expect("written");
-        let again = ["guidance.swing_deg=never".to_owned(), "guidance.plan=quick".to_owned()];
-        let (config, notes) = Config::load_without(Some(&file), &again, &TWO).expect("read");
-        assert_eq!(
-            (config.guidance.target_tilt_deg, config.guidance.plan),
-            (35.0, PlanName::Quick)
-        );
-        assert_eq!(
-            notes,
-            [
-                "The setting guidance.swing_deg isn't used any more: since 0.2 the plan knows it.",
-                "The setting speech isn't used any more: since 0.2 it's an option, --voice.",
-            ]
-        );
-        // Without retired settings there are no notes, and their keys are unknown.
-        let (plain, notes) = Config::load_without(None, &again[1..], &TWO).expect("read");
-        assert_eq!((plain.guidance.plan, notes.len()), (PlanName::Quick, 0));
-        assert!(Config::load_without(Some(&file), &[], &[]).is_err());
-        for wrong in ["guidance.swing_rad=1", "guidance=7", "speech.loud"] {
-            assert!(Config::load_without(None, &[wrong.to_owned()], &TWO).is_err(), "{wrong}");
-        }
-    }
-
-    #[test]
-    fn no_setting_is_both_used_and_retired() {
-        assert!(!RETIRED.is_empty());
-        for Retired { key, instead } in RETIRED {
-            let mut config = toml::Table::try_from(Config::load(None, &[]).expect("valid"))
-                .expect("a configuration is a table");
-            let mut notes = Vec::new();
-            retired::ignore(&mut config, RETIRED, &mut notes);
-            assert!(notes.is_empty(), "{notes:?}");
-            assert!(!instead.is_empty() && !instead.ends_with('.'), "{key}: {instead}");
-        }
     }
 
     #[test]

@@ -16,10 +16,7 @@ use super::{
     CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
     envelope::checksum,
 };
-use crate::config::{
-    CertificateConfig, Config,
-    retired::{self, Retired},
-};
+use crate::config::{CertificateConfig, Config};
 use boresight_capture::{PICTURE_LIMIT_PX, Upright, decoded};
 use boresight_files::{
     FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, is_still_at, make_folder,
@@ -71,6 +68,21 @@ fn first_rules() -> u32 {
     1
 }
 
+/// Settings of the guidance in recordings from before the first release: they have no effect.
+const BEFORE_RELEASE: [&str; 11] = [
+    "min_tilt_deg",
+    "max_tilt_deg",
+    "max_direction_sigma_deg",
+    "min_fill",
+    "margin_px",
+    "max_blur_px",
+    "max_smear_px",
+    "still_widths_per_sec",
+    "partner_offset_px",
+    "max_slot_error_deg",
+    "independent_deg",
+];
+
 impl Header {
     /// The header of a new session.
     pub fn new(source: &str, image_size: ImageSize, config: Config) -> Self {
@@ -118,9 +130,8 @@ impl Header {
         ImageSize { width_px: self.image_size_px[0], height_px: self.image_size_px[1] }
     }
 
-    /// The header in `text`, from `path`. Settings no longer in use are ignored without a note,
-    /// because a session's settings are history.
-    fn parsed(text: &str, path: PathBuf, retired: &[Retired]) -> Result<Self, RecordingError> {
+    /// The header in `text`, from `path`.
+    fn parsed(text: &str, path: PathBuf) -> Result<Self, RecordingError> {
         let bad =
             |reason: String| RecordingError::Header { reason, newer: false, path: path.clone() };
         let mut table: toml::Table =
@@ -133,8 +144,9 @@ impl Header {
                 format!("its schema is {schema:?}, this version reads {SCHEMA:?}{by_newer}");
             return Err(RecordingError::Header { reason, newer, path });
         }
-        if let Some(config) = table.get_mut("config").and_then(toml::Value::as_table_mut) {
-            retired::ignore(config, retired, &mut Vec::new());
+        let guidance = table.get_mut("config").and_then(|config| config.get_mut("guidance"));
+        if let Some(guidance) = guidance.and_then(toml::Value::as_table_mut) {
+            guidance.retain(|key, _| !BEFORE_RELEASE.contains(&key));
         }
         let header: Self = table.try_into().map_err(|err: toml::de::Error| {
             bad(err.to_string().trim_end().replace("\nin ", " in "))
@@ -247,7 +259,7 @@ impl SessionFolder {
     pub(super) fn header_with_checksum(path: &Path) -> Result<(Header, String), RecordingError> {
         let path = path.join(HEADER);
         let text = read_text(&path, HEADER_LIMIT, Links::Refused)?;
-        Ok((Header::parsed(&text, path, retired::RETIRED)?, checksum(text.as_bytes())))
+        Ok((Header::parsed(&text, path)?, checksum(text.as_bytes())))
     }
 
     /// Reads the journal of the session at `path`.
@@ -407,16 +419,16 @@ mod tests {
     }
 
     #[test]
-    fn a_session_with_a_setting_that_is_not_used_any_more_opens() {
+    fn a_session_from_before_the_first_release_opens() {
         let size = ImageSize { width_px: 1280, height_px: 720 };
         let header = Header::new("sim", size, Config::load(None, &[]).expect("defaults"));
-        let mut table = toml::Table::try_from(&header).expect("a table");
-        let guidance = table["config"]["guidance"].as_table_mut().expect("a table");
-        guidance.insert("swing_deg".into(), "any".into());
-        let text = table.to_string();
-        let parsed = |retired: &[Retired]| Header::parsed(&text, HEADER.into(), retired);
-        let retired = Retired { key: "guidance.swing_deg", instead: "the plan knows it" };
-        assert_eq!(parsed(&[retired]).expect("read"), header);
-        assert!(parsed(&[]).is_err());
+        let with = |key: &str| {
+            let mut table = toml::Table::try_from(&header).expect("a table");
+            let guidance = table["config"]["guidance"].as_table_mut().expect("a table");
+            guidance.insert(key.into(), 0.2.into());
+            Header::parsed(&table.to_string(), HEADER.into())
+        };
+        assert_eq!(with("min_fill").expect("read"), header);
+        assert!(with("minimum_fill").is_err());
     }
 }

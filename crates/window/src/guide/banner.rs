@@ -32,7 +32,8 @@ pub(super) fn show(
                 let action = RichText::new(action).size(larger * theme::BODY);
                 aloud::read_next(&ui.label(action.color(Color32::WHITE)));
             }
-            if let Some(board) = board.filter(|_| !screen.is_recorded) {
+            let keeps_views = screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views);
+            if let Some(board) = board.filter(|_| !screen.is_recorded && !keeps_views) {
                 use_other_board(ui, board, asks);
             }
             if !detail.is_empty() {

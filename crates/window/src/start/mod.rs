@@ -14,7 +14,6 @@ use egui::{
 pub use start_page::{Choices, StartPage};
 
 pub use shown_board::show as show_board;
-pub(super) use start_page::SIMULATION;
 
 use super::{
     keys::{UiAction, button},

@@ -14,8 +14,9 @@ use serde_json::json;
 use crate::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
 use boresight_app::{Exit, session::export::Format};
 use boresight_files::{Overwrite, may_save};
+use boresight_run::config::Config;
 use boresight_terminal::{
-    board_args::{loaded, setting},
+    board_args::setting,
     format_name, log,
     operation::{LogForm, OnFinish},
     progress::Progress,
@@ -219,7 +220,7 @@ impl Arguments {
             anyhow::bail!("--format is for --action export");
         }
         // Fail now rather than in every row.
-        loaded(None, &self.settings)?;
+        Config::load(None, &self.settings)?;
         let mut job = Job { settings: self.settings.clone(), ..Job::new(action, build) };
         if action == Action::Export {
             job.format = Some(self.format.map_or("opencv-yaml", Format::code).into());
