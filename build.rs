@@ -25,8 +25,8 @@ fn main() -> io::Result<()> {
 }
 
 /// What the program is made from, below the folder with `Cargo.lock`. The defaults in `config` are compiled in.
-pub(crate) const SOURCES: [&str; 6] =
-    ["Cargo.lock", "Cargo.toml", "config", "crates", "docs/schemas", "src"];
+pub(crate) const SOURCES: [&str; 7] =
+    ["Cargo.lock", "Cargo.toml", "config", "crates", "docs/schemas", "src", "wings"];
 
 /// Libraries that a bug report asks for first, with the feature that brings each; none for those of every build.
 const LIBRARIES: [(&str, &str); 12] = [
