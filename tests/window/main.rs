@@ -37,7 +37,7 @@ use boresight::{
     detection::OtherBoard,
     device::{Adjustable, Control, Fault},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    geometry::target::BoardChoice,
+    geometry::boards::BoardChoice,
     guidance::Plan,
     session::{Outcome, Prompt, Shown, Snapshot},
     text::{Act, charts::Chart},

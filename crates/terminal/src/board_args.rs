@@ -1,14 +1,11 @@
 //! Arguments for board and settings.
 
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::{path::PathBuf, str::FromStr};
 
 use anyhow::{Context, bail};
 use clap::{Args, Command};
 
-use crate::{announcer, say};
+use crate::announcer;
 use boresight_app::{BoardFromCode, session::board_from_code::board_from_pictures};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_geometry::{

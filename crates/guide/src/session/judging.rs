@@ -405,13 +405,13 @@ mod tests {
     use crate::{guidance::GuidanceParams, session::SessionSetup};
     use boresight_calibrate::CalibrationParams;
     use boresight_geometry::{
-        board::Checkerboard,
+        boards::Board,
         frame::{CaptureTime, FrameId},
     };
 
     #[test]
     fn a_ghost_that_no_pose_fits_makes_no_view_worth_everything() {
-        let board = Checkerboard::new(9, 6, 0.025).expect("valid");
+        let board = Board::new(9, 6, 0.025).expect("valid");
         let image_size = ImageSize { width_px: 1280, height_px: 720 };
         let mut session = Session::new(SessionSetup {
             board,
