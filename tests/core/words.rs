@@ -174,7 +174,7 @@ fn plain_words(text: &str) -> Vec<String> {
 #[test]
 fn doc_comments_name_things_by_their_nouns() {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let (mut words, mut relative, mut comments, mut with_pronoun) = (0, 0, 0, 0);
+    let (mut words, mut relative, mut comments, mut with_pronoun) = (0, 0, 0_u32, 0_u32);
     let mut long = Vec::new();
     for folder in ["crates", "wings", "src", "lab", "python/src"] {
         for path in sources(&checkout.join(folder)) {
@@ -191,14 +191,14 @@ fn doc_comments_name_things_by_their_nouns() {
                 relative += all.iter().filter(|word| is_in(&RELATIVE, word)).count();
                 comments += 1;
                 let pronouns = plain_words(first).iter().any(|word| is_in(&PRONOUNS, word));
-                with_pronoun += usize::from(pronouns);
+                with_pronoun += u32::from(pronouns);
             }
         }
     }
     assert!(comments > 5000, "{comments} comments found");
     let per_hundred = 100.0 * relative as f64 / words as f64;
     assert!(per_hundred < 1.5, "{per_hundred:.2} relative words in 100");
-    let share = 100.0 * with_pronoun as f64 / comments as f64;
+    let share = 100.0 * f64::from(with_pronoun) / f64::from(comments);
     assert!(share < 15.0, "a pronoun in {share:.1} % of first sentences");
     assert!(long.len() < 40, "{} comment lines over 100 columns: {long:?}", long.len());
 }

@@ -178,7 +178,7 @@ impl App {
             shelf: RecordingBrowser::default(),
             storing: None,
             compare_later: None,
-            sound: Sound::new(),
+            sound: Sound::found(),
             wants_distance: false,
             touched_secs: 0.0,
             help: false,

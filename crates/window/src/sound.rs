@@ -38,7 +38,7 @@ pub struct Sound {
 
 impl Sound {
     /// Looks for a player.
-    pub fn new() -> Self {
+    pub fn found() -> Self {
         Self { player: first_of(&PLAYERS), playing: Vec::new() }
     }
 

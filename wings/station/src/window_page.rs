@@ -102,7 +102,7 @@ impl AdjustPage {
     /// camera, with the choices in `memory`.
     pub fn new(link: Arc<Link>, faces: bool, memory: &Memory) -> Self {
         let has_tone = memory.tone.unwrap_or(Preferences::default().tone);
-        let (shown, picture, sound) = (None, Picture::default(), has_tone.then(Sound::new));
+        let (shown, picture, sound) = (None, Picture::default(), has_tone.then(Sound::found));
         Self { link, shown, picture, faces, sound, sounded_secs: 0.0 }
     }
 

@@ -2,7 +2,7 @@
 //! told, by the stated number, and does nothing else. The camera is a body in space here; its
 //! pictures follow.
 
-#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::{collections::BTreeMap, sync::OnceLock};
 
