@@ -26,7 +26,7 @@
 //! | module | crate | holds |
 //! |---|---|---|
 //! | [`geometry`] | `boresight-geometry` | homography, principal line and point, lens, pose |
-//! | [`board`], [`markers`], [`board_code`] | `boresight-geometry` | boards |
+//! | [`boards`], [`markers`], [`board_code`] | `boresight-geometry` | boards |
 //! | [`frame`], [`device`] | `boresight-geometry` | pictures; state of a live camera |
 //! | [`files`] | `boresight-files` | the only place to open and write files |
 //! | [`detection`] | `boresight-detect` | picture → corners, or the reason for a miss |
@@ -34,13 +34,12 @@
 //! | [`calibration::files`] | `boresight-formats` | calibration files |
 //! | [`guidance`] | `boresight-guide` | worth of a view, next target, stop rule |
 //! | [`session`] | `boresight-guide` | state of a session |
-//! | [`watch`] | `boresight-watch` | an installed camera without a board: pictures → state |
 //! | [`capture`] | `boresight-capture` | frames in: folders, videos, recordings, live cameras |
 //! | [`config`], [`recording`] | `boresight-run` | TOML → parameters; sessions as bytes |
 //! | [`pipeline`] | `boresight-run` | the threads |
 //! | [`simulation`] | `boresight-sim` | a camera and a technician with known truth |
 //! | [`text`], [`speech`], [`ghost`] | `boresight-present` | sentences, voice and card |
-//! | [`target`], `report` | `boresight-present` | printed boards; reports |
+//! | [`sheet`], `report` | `boresight-present` | printed boards; reports |
 //! | [`app`] | `boresight-app` | the program without command line and window |
 //! | `serve` | `boresight-phone` | the page for a phone |
 //! | [`terminal`] | `boresight-terminal` | lines, progress and arguments that commands share |
@@ -55,6 +54,7 @@
 //! |---|---|---|
 //! | `watch`, `station` | `boresight-watch`, `boresight-station` | an installed camera watched without a board |
 //! | `fleet` | `boresight-fleet` | many sessions at once, many cameras over time |
+//! | | `boresight-sources` | GigE Vision, topics of ROS 2 and recorded bags, below `app` |
 //!
 //! # Invariants
 //!
