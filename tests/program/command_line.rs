@@ -505,4 +505,3 @@ fn photographs_of_real_boards() {
         }
     }
 }
-
