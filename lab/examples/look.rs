@@ -83,11 +83,7 @@ fn main() -> Result<(), Failed> {
 
 fn board(name: &str) -> Result<Board, Failed> {
     let choice: BoardChoice = name.parse()?;
-    let plain = Board::new(choice.columns, choice.rows, 0.025)?;
-    Ok(match choice.markers {
-        None => plain,
-        Some(markers) => plain.with_markers(markers.in_squares_of(0.025))?,
-    })
+    Ok(choice.board(0.025)?)
 }
 
 /// Processor time of the current thread if reported by the system, else the clock's.

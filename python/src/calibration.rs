@@ -20,33 +20,27 @@ use boresight::{
     config::Config,
     files::{Overwrite, save},
     frame::ImageSize,
-    geometry::{LensParameter, LensValues},
-    markers::MarkerChoice,
+    geometry::{LensParameter, LensValues, boards::BoardChoice},
 };
 use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::{
     error::{raised, wrong},
-    picture::{Named, View, board, corners, markers},
+    picture::{Named, View, board, choice, corners},
 };
 
 /// Board and settings of a calibration.
 pub(crate) fn config(named: &Named, settings: &[String]) -> PyResult<Config> {
     // The same error for a wrong board wherever it's named.
     board(named)?;
-    let markers = markers(named)?;
-    checked(named, markers, settings).map_err(|err| raised(&err))
+    checked(choice(named)?, named.2, settings).map_err(|err| raised(&err))
 }
 
-fn checked(
-    (columns, rows, square_mm, ..): &Named,
-    markers: Option<MarkerChoice>,
-    settings: &[String],
-) -> anyhow::Result<Config> {
+fn checked(board: BoardChoice, square_mm: f64, settings: &[String]) -> anyhow::Result<Config> {
     let mut config = Config::load(None, settings)?;
-    config.board = config.board.chosen([*columns, *rows], markers);
-    config.board.square_mm = *square_mm;
+    config.board = config.board.chosen(board);
+    config.board.square_mm = square_mm;
     config.check()?;
     Ok(config)
 }

@@ -1,9 +1,9 @@
 //! Arrays as pictures.
 
 use boresight::{
-    boards::Board,
+    boards::{Board, BoardChoice, MarkerSide, Pattern},
     geometry::Corner,
-    markers::{CircleRows, MarkerChoice, Tags},
+    markers::{CircleRows, Tags},
 };
 use image::GrayImage;
 use nalgebra::{Matrix2, Point2};
@@ -27,34 +27,29 @@ pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
 pub(crate) type Named =
     (u16, u16, f64, Option<String>, Option<f64>, Option<(f64, u16)>, Option<String>);
 
-/// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
-pub(crate) fn markers(
-    (.., dictionary, marker_mm, tags, circles): &Named,
-) -> PyResult<Option<MarkerChoice>> {
-    if let Some(name) = circles {
-        let rows = CircleRows::named(name)
-            .ok_or_else(|| wrong(format!("circles are symmetric or asymmetric, not {name:?}")))?;
-        return Ok(Some(MarkerChoice::circles(rows)));
-    }
-    if let Some((spacing, first)) = *tags {
-        return Ok(Some(MarkerChoice::tags(Tags { spacing, first })));
-    }
-    let Some(name) = dictionary else { return Ok(None) };
-    let dictionary = name.parse().map_err(|err| wrong(format!("{err}")))?;
-    Ok(Some(MarkerChoice::in_squares(dictionary, marker_mm.map(|mm| mm * 1e-3))))
+/// The board of that name, for squares of any side.
+pub(crate) fn choice(
+    (columns, rows, _, dictionary, marker_mm, tags, circles): &Named,
+) -> PyResult<BoardChoice> {
+    let pattern = if let Some(name) = circles {
+        let rows = CircleRows::named(name);
+        let wrong = || wrong(format!("circles are symmetric or asymmetric, not {name:?}"));
+        Pattern::Circles(rows.ok_or_else(wrong)?)
+    } else if let Some((spacing, first)) = *tags {
+        Pattern::AprilGrid(Tags { spacing, first })
+    } else if let Some(name) = dictionary {
+        let dictionary = name.parse().map_err(|err| wrong(format!("{err}")))?;
+        let side = marker_mm.map_or(MarkerSide::Usual, |mm| MarkerSide::Metres(mm * 1e-3));
+        Pattern::Charuco { dictionary, side }
+    } else {
+        Pattern::Plain
+    };
+    Ok(BoardChoice { columns: *columns, rows: *rows, pattern })
 }
 
 /// The board of that name.
 pub(crate) fn board(named: &Named) -> PyResult<Board> {
-    let (columns, rows, square_mm, ..) = *named;
-    let square_m = square_mm * 1e-3;
-    let plain = Board::new(columns, rows, square_m).map_err(|err| wrong(err.to_string()))?;
-    match markers(named)? {
-        None => Ok(plain),
-        Some(chosen) => {
-            plain.with_markers(chosen.in_squares_of(square_m)).map_err(|err| wrong(err.to_string()))
-        }
-    }
+    choice(named)?.board(named.2 * 1e-3).map_err(|err| wrong(err.to_string()))
 }
 
 /// The corners of one view: N×2 positions, N×2×2 covariances, infinite for a corner that isn't seen.

@@ -17,7 +17,6 @@ use boresight::{
         history::{self, HistoryFile, Index, days_ago, histories},
     },
     frame::ImageSize,
-    geometry::boards::BoardChoice,
     guidance::GuidanceParams,
     report::page,
 };
@@ -26,7 +25,7 @@ use serde_json::json;
 
 use crate::{
     error::{raised, wrong},
-    picture::{Named, board, markers},
+    picture::{self, Named, board},
 };
 
 /// Rows differ from those of other versions.
@@ -34,8 +33,7 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), "+python");
 
 fn choice(named: &Named) -> PyResult<BoardChoice> {
     board(named)?;
-    let markers = markers(named)?;
-    Ok(BoardChoice { columns: named.0, rows: named.1, markers })
+    picture::choice(named)
 }
 
 /// A board on paper, as a file's bytes, and `boresight.target/1`. Without `exact`, the squares are as large as fits.
@@ -74,7 +72,7 @@ pub(crate) fn board_plan(
     distance_m: f64,
 ) -> PyResult<String> {
     let choice = choice(&named)?;
-    if choice.markers.is_some_and(|markers| !markers.are_in_squares()) {
+    if !choice.pattern.is_squares() {
         return Err(wrong("checkerboards and ChArUco boards are planned, other boards aren't"));
     }
     let (width_px, height_px) = image_size;

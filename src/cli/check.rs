@@ -188,7 +188,7 @@ impl Arguments {
         if self.recalibrate || agreed("Continue to a full calibration now?")? {
             return Ok(true);
         }
-        let (board, square_mm) = (config.board.argument(), config.board.square_mm);
+        let (board, square_mm) = (config.board.choice(), config.board.square_mm);
         say(&format!(
             "To recalibrate: boresight guide --source {} --board {board} --square {square_mm}mm --against {}",
             without_secrets(&self.source),

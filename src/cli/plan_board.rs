@@ -89,7 +89,7 @@ fn focal_length(text: &str) -> Result<f64, String> {
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        if self.board.markers.is_some_and(|markers| !markers.are_in_squares()) {
+        if !self.board.pattern.is_squares() {
             return Err(WrongUsage(NO_SQUARES.into()).into());
         }
         let Size(image_size) = self.image_size;

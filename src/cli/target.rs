@@ -11,7 +11,7 @@ use boresight_app::{
     window::printed_board::new_id,
 };
 use boresight_files::{Overwrite, save};
-use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
+use boresight_geometry::board_code::BoardId;
 use boresight_present::{
     sheet::{Page, Paper, Plan, Resolution},
     text,
@@ -146,14 +146,12 @@ impl Arguments {
                 vec![Page::screen(size.width_px, size.height_px, resolution)]
             }
         };
-        let (columns, rows, markers) = (config.columns, config.rows, config.markers());
-        let choice = BoardChoice { columns, rows, markers };
-        let sheet = BoardSheet::new(choice, asked_mm, &pages)?;
+        let sheet = BoardSheet::new(config.choice(), asked_mm, &pages)?;
         if let Some(other) = asked_mm.and_then(|mm| text::other_square(&sheet.plan, mm)) {
             say(&other);
         }
         // Markers name their board.
-        if self.no_code || sheet.plan.markers.is_some() {
+        if self.no_code || !sheet.plan.pattern.is_plain() {
             return Ok(sheet);
         }
         let sheet = sheet.with_code(self.id.unwrap_or_else(new_id));

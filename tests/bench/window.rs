@@ -27,12 +27,12 @@ use boresight::{
             recordings::{Dropped, Recording},
         },
     },
+    boards::{BoardChoice, Pattern},
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
     frame::{CaptureTime, Frame, FrameId, ImageSize},
     geometry::Camera,
     guidance::Plan,
-    markers::Markers,
     pipeline::{FrameReport, Pipeline, Setup},
     session::Session,
     simulation::{NoCues, Scene, SyntheticSource},
@@ -116,7 +116,7 @@ impl AppHost for Bench {
             source: String::new(),
             mode: "auto".into(),
             board: [9, 6],
-            markers: None,
+            pattern: Pattern::Plain,
             square_m: 0.025,
             board_code: BoardFromCode::Nothing,
             plan: Plan::Adaptive,
@@ -167,12 +167,7 @@ impl AppHost for Bench {
         Vec::new()
     }
 
-    fn print_board(
-        &mut self,
-        _: [u16; 2],
-        _: Option<Markers>,
-        _: usize,
-    ) -> Result<PrintedBoard, UserError> {
+    fn print_board(&mut self, _: BoardChoice, _: usize) -> Result<PrintedBoard, UserError> {
         unreachable!("there is no paper")
     }
 

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use boresight::{
-    boards::Board,
+    boards::{Board, Pattern},
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
     geometry::{Corner, seen_count},
-    markers::{MarkerChoice, Tags},
+    markers::Tags,
     simulation::{Scene, render_view},
     text,
 };
@@ -23,9 +23,8 @@ const TAG_M: f64 = 0.03;
 
 /// A board with a number of tags.
 fn board([across, down]: [u16; 2], spacing: f64, first: u16) -> Board {
-    let tags = MarkerChoice::tags(Tags { spacing, first }).in_squares_of(TAG_M);
     let points = Board::new(2 * across, 2 * down, TAG_M).expect("valid");
-    points.with_markers(tags).expect("enough tags")
+    points.with(Pattern::AprilGrid(Tags { spacing, first })).expect("enough tags")
 }
 
 /// Boards drawn with OpenCV 5.0's tags (`generateImageMarker` with a frame of two cells), 60 px

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use boresight::{
-    boards::Board,
+    boards::{Board, MarkerSide, Pattern},
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detector, DetectorParams, Miss},
     frame::ImageSize,
     geometry::{Corner, seen_count},
-    markers::{Dictionary, Markers},
+    markers::Dictionary,
     sheet::{LINES, Page, Rectangle, Resolution, Square, plan, sheet},
     simulation::{Scene, render_view},
     text,
@@ -70,11 +70,13 @@ impl Named {
 
 /// A board with a number of *squares*.
 fn board([across, down]: [u16; 2], dictionary: &str, side_squares: f64) -> Board {
+    let plain = Board::new(across - 1, down - 1, 0.02).expect("valid");
+    plain.with(markers(dictionary, side_squares)).expect("enough markers")
+}
+
+fn markers(dictionary: &str, side_squares: f64) -> Pattern {
     let dictionary = dictionary.parse().expect("a dictionary");
-    Board::new(across - 1, down - 1, 0.02)
-        .expect("valid")
-        .with_markers(Markers::sized(dictionary, Some(side_squares)))
-        .expect("enough markers")
+    Pattern::Charuco { dictionary, side: MarkerSide::Squares(side_squares) }
 }
 
 /// Boards drawn by OpenCV 5.0, `CharucoBoard::generateImage`, with squares of 40 px and white
@@ -223,7 +225,7 @@ fn a_printed_board_is_the_one_that_opencv_draws() {
         let mut plan =
             plan(across - 1, down - 1, Square::Largest, &[page]).expect("fits on the screen");
         let dictionary: Dictionary = dictionary.parse().expect("a dictionary");
-        plan.markers = Some(Markers::sized(dictionary, Some(side_squares)));
+        plan.pattern = Pattern::Charuco { dictionary, side: MarkerSide::Squares(side_squares) };
         let sheet = sheet(&plan, &[const { String::new() }; LINES]);
         let is_black = |x_mm: f64, y_mm: f64| {
             let covers = |it: &Rectangle| {

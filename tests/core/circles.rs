@@ -1,12 +1,12 @@
 //! Grids of circles: detections are the images of the circles' centres, not the ellipses' centres.
 
 use boresight::{
-    boards::Board,
+    boards::{Board, Pattern},
     calibration::{CalibrationParams, NotCalibrated, calibrate, files::CalibrationFile},
     detection::{Detection, Detector, DetectorParams, GridOutcome, Miss, OtherBoard, WeighedGrid},
     frame::ImageSize,
     geometry::Corner,
-    markers::{CircleRows, MarkerChoice},
+    markers::CircleRows,
     simulation::{Scene, render_view},
     text,
 };
@@ -16,9 +16,8 @@ use nalgebra::{Isometry3, Matrix3, Point2, Point3, UnitQuaternion, Vector2, Vect
 const STEP_M: f64 = 0.03;
 
 fn board(columns: u16, rows: u16, layout: CircleRows) -> Board {
-    let circles = MarkerChoice::circles(layout).in_squares_of(STEP_M);
     let plain = Board::new(columns, rows, STEP_M).expect("valid");
-    plain.with_markers(circles).expect("circles need nothing else")
+    plain.with(Pattern::Circles(layout)).expect("circles need nothing else")
 }
 
 fn detect(picture: &GrayImage, board: &Board) -> Result<Detection, Miss> {

@@ -12,10 +12,8 @@ use nalgebra::{Isometry3, Vector3};
 
 /// A board by argument, as wide as a hand's spread.
 fn board(name: &str) -> Board {
-    let BoardChoice { columns, rows, markers } = name.parse().expect("a board");
-    let square_m = 0.24 / f64::from(columns.max(rows));
-    let squares = Board::new(columns, rows, square_m).expect("valid");
-    markers.map_or(squares, |it| squares.with_markers(it.in_squares_of(square_m)).expect("fits"))
+    let choice: BoardChoice = name.parse().expect("a board");
+    choice.board(0.24 / f64::from(choice.columns.max(choice.rows))).expect("fits")
 }
 
 fn family(name: &str) -> OtherBoard {

@@ -17,12 +17,12 @@ use boresight::{
             recordings::{Dropped, Recording},
         },
     },
+    boards::{BoardChoice, Pattern},
     capture::{FrameSource, v4l2::LiveCamera},
     config::Config,
     device::{Adjustable, CameraEvent, Control},
     frame::ImageSize,
     guidance::Plan,
-    markers::Markers,
     pipeline::{Pipeline, Setup},
     recording::{Header, SessionFolder},
     session::{Input, Session},
@@ -95,7 +95,7 @@ impl AppHost for OneCamera {
             source: "/dev/video0".into(),
             mode: "auto".into(),
             board: [9, 6],
-            markers: None,
+            pattern: Pattern::Plain,
             square_m: 0.025,
             board_code: BoardFromCode::Nothing,
             plan: Plan::Quick,
@@ -144,8 +144,7 @@ impl AppHost for OneCamera {
 
     fn print_board(
         &mut self,
-        _board: [u16; 2],
-        _markers: Option<Markers>,
+        _board: BoardChoice,
         _paper: usize,
     ) -> Result<PrintedBoard, UserError> {
         Err(UserError { what: "no printer".into(), action: None })

@@ -37,7 +37,7 @@ use boresight::{
     detection::OtherBoard,
     device::{Adjustable, Control, Fault},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
-    geometry::boards::BoardChoice,
+    geometry::boards::{BoardChoice, Pattern},
     guidance::Plan,
     session::{Outcome, Prompt, Shown, Snapshot},
     text::{Act, charts::Chart},
@@ -92,7 +92,7 @@ fn draft() -> SessionRequest {
         source: "sim".into(),
         mode: "auto".into(),
         board: [9, 6],
-        markers: None,
+        pattern: Pattern::Plain,
         square_m: 0.025,
         board_code: BoardFromCode::Nothing,
         plan: Plan::Adaptive,
@@ -351,7 +351,7 @@ fn another_board_is_used_only_while_no_view_would_be_lost() {
     let mut without_views = with_board("searching");
     without_views.get_by_role_and_label(Role::Button, "Use 7 × 5").click();
     without_views.run();
-    let board = BoardChoice { columns: 7, rows: 5, markers: None };
+    let board = BoardChoice::of([7, 5], Pattern::Plain);
     assert_eq!(without_views.state().asks, [UiAction::UseBoard(board)]);
     let with_views = with_board("partner wanted");
     with_views.get_by_label_contains("Your views are safe");
@@ -379,7 +379,7 @@ fn a_session_that_cannot_start_says_what_to_do() {
         source: "/dev/video0".into(),
         mode: "auto".into(),
         board: [9, 6],
-        markers: None,
+        pattern: Pattern::Plain,
         square_m: 0.025,
         board_code: BoardFromCode::Nothing,
         plan: Plan::Adaptive,

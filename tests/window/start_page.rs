@@ -17,10 +17,11 @@ use boresight::{
             recordings::{Dropped, Recording},
         },
     },
+    boards::{BoardChoice, MarkerSide, Pattern},
     cli::app_host,
     detection::OtherBoard,
     guidance::Plan,
-    markers::{CircleRows, Dictionary, MarkerChoice, Markers},
+    markers::{CircleRows, Dictionary},
     text::{NO_VOICE, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
@@ -186,7 +187,10 @@ fn a_board_in_view_is_counted_and_used() {
     assert_eq!(page.state().0.draft.board, [7, 5]);
     page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
     press(&mut page, Role::Button, words::PRINT);
-    assert_eq!(page.state().2, [UiAction::Print { board: [7, 5], markers: None, paper: 0 }]);
+    assert_eq!(
+        page.state().2,
+        [UiAction::Print { board: BoardChoice::of([7, 5], Pattern::Plain), paper: 0 }]
+    );
 }
 
 #[test]
@@ -197,25 +201,23 @@ fn a_board_of_another_kind_in_view_is_named_and_used() {
     let family = "DICT_5X5_1000".parse().expect("known");
     let said =
         words::detected_other(OtherBoard::Charuco { dictionary: family, is_usual_side: true });
-    let markers = MarkerChoice::in_squares(family, None);
+    let pattern = Pattern::Charuco { dictionary: family, side: MarkerSide::Usual };
     page.state_mut().1.cameras[0].other =
-        Some(OtherKind { said: said.clone(), markers, board: None });
+        Some(OtherKind { said: said.clone(), pattern, board: None });
     page.run();
     page.get_by_label(&said);
     press(&mut page, Role::Button, words::TAKE_OTHER);
-    let markers = page.state().0.draft.markers.expect("markers");
-    assert!(markers.are_in_squares() && markers.dictionary == family, "{markers:?}");
+    assert_eq!(page.state().0.draft.pattern.dictionary(), Some(family));
     // Circles are counted, too.
     press(&mut page, Role::RadioButton, "Checkerboard");
     press(&mut page, Role::Button, words::DETECT);
-    let layout = CircleRows::Asymmetric;
-    let markers = MarkerChoice::circles(layout);
-    let circles = OtherKind { said: "Asymmetric circles".into(), markers, board: Some([4, 11]) };
+    let pattern = Pattern::Circles(CircleRows::Asymmetric);
+    let circles = OtherKind { said: "Asymmetric circles".into(), pattern, board: Some([4, 11]) };
     page.state_mut().1.cameras[0].other = Some(circles);
     page.run();
     press(&mut page, Role::Button, words::TAKE_OTHER);
     let draft = &page.state().0.draft;
-    assert_eq!((draft.board, draft.markers), ([4, 11], Some(MarkerChoice::circles(layout))));
+    assert_eq!((draft.board, draft.pattern), ([4, 11], pattern));
 }
 
 #[test]
@@ -247,36 +249,37 @@ fn a_board_with_markers_is_chosen_by_its_squares() {
     press(&mut page, Role::Button, "5X5_100");
     press(&mut page, Role::Button, words::PRINT);
     let dictionary = "DICT_5X5_100".parse().expect("known");
-    let usual = Markers::sized(dictionary, None);
-    let print = UiAction::Print { board: [9, 6], markers: Some(usual), paper: 0 };
+    let chosen = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
+    let board = BoardChoice::of([9, 6], chosen.in_squares_of(1.0));
+    let print = UiAction::Print { board, paper: 0 };
     assert_eq!(page.state().2, [print]);
     press(&mut page, Role::Button, words::GO);
     let wish = |page: &Harness<'_, Table>| match page.state().2.last() {
-        Some(UiAction::Start(wish)) => wish.markers,
+        Some(UiAction::Start(wish)) => wish.pattern,
         other => panic!("{other:?}"),
     };
-    assert_eq!(wish(&page), Some(MarkerChoice::in_squares(dictionary, None)));
+    assert_eq!(wish(&page), chosen);
     press(&mut page, Role::RadioButton, "Checkerboard");
     press(&mut page, Role::Button, words::GO);
-    assert_eq!(wish(&page), None);
+    assert_eq!(wish(&page), Pattern::Plain);
     press(&mut page, Role::RadioButton, "ChArUco");
     press(&mut page, Role::Button, words::GO);
-    assert_eq!(wish(&page), Some(MarkerChoice::in_squares(dictionary, None)), "as it was");
+    assert_eq!(wish(&page), chosen, "as it was");
 }
 
 #[test]
 fn a_board_that_cant_be_is_told_before_it_starts() {
     let dictionary = "APRILTAG_16h5".parse().expect("known");
-    let markers = Some(MarkerChoice::in_squares(dictionary, None));
-    let mut page = page(SessionRequest { markers, ..chosen() }, choices());
+    let pattern = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
+    let mut page = page(SessionRequest { pattern, ..chosen() }, choices());
     page.get_by_label("This board has 35 markers, and DICT_APRILTAG_16h5 has 30");
     page.get_by_label("Choose a larger dictionary, or fewer squares.");
     page.get_by_label(words::NO_BOARD);
     press(&mut page, Role::Button, words::GO);
     press(&mut page, Role::Button, words::PRINT);
     assert_eq!(page.state().2, [], "neither started nor printed");
-    let large = MarkerChoice::in_squares(Dictionary::default(), Some(0.025));
-    page.state_mut().0.draft.markers = Some(large);
+    let (dictionary, side) = (Dictionary::default(), MarkerSide::Metres(0.025));
+    page.state_mut().0.draft.pattern = Pattern::Charuco { dictionary, side };
     page.run();
     page.get_by_label("Markers in these squares have sides of 7.5 mm to 23.75 mm");
     press(&mut page, Role::RadioButton, "Checkerboard");
@@ -287,11 +290,11 @@ fn a_board_that_cant_be_is_told_before_it_starts() {
 #[test]
 fn a_board_with_markers_looks_as_it_did() {
     let dictionary = Dictionary::default();
-    let markers = Some(MarkerChoice::in_squares(dictionary, Some(0.015)));
-    let fits = SessionRequest { board: [7, 10], markers, square_m: 0.02, ..chosen() };
+    let pattern = Pattern::Charuco { dictionary, side: MarkerSide::Metres(0.015) };
+    let fits = SessionRequest { board: [7, 10], pattern, square_m: 0.02, ..chosen() };
     let small = "APRILTAG_16h5".parse().expect("known");
-    let too_small = Some(MarkerChoice::in_squares(small, None));
-    let cannot_be = SessionRequest { markers: too_small, ..fits.clone() };
+    let pattern = Pattern::Charuco { dictionary: small, side: MarkerSide::Usual };
+    let cannot_be = SessionRequest { pattern, ..fits.clone() };
     let mut results = SnapshotResults::new();
     for (file, draft, size, scale, theme) in [
         ("start_charuco", fits.clone(), SMALLEST, 1.0, Theme::Dark),
@@ -326,7 +329,7 @@ fn beyond_the_sides(page: &Harness<'_, Table>, size: egui::Vec2) -> Vec<String> 
 fn the_board_is_shown_in_a_window_of_its_own() {
     let mut page =
         Harness::builder().with_size(SMALLEST).renderer(Painter::default()).build_ui(|ui| {
-            start::show_board(ui.ctx(), [7, 5], None);
+            start::show_board(ui.ctx(), BoardChoice::of([7, 5], Pattern::Plain));
         });
     page.run();
     let picture = page.render().expect("painted");
@@ -378,13 +381,8 @@ impl AppHost for WithCamera {
         self.inner.papers()
     }
 
-    fn print_board(
-        &mut self,
-        board: [u16; 2],
-        markers: Option<Markers>,
-        paper: usize,
-    ) -> Result<PrintedBoard, UserError> {
-        self.inner.print_board(board, markers, paper)
+    fn print_board(&mut self, board: BoardChoice, paper: usize) -> Result<PrintedBoard, UserError> {
+        self.inner.print_board(board, paper)
     }
 
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {

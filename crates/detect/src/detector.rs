@@ -209,7 +209,7 @@ impl Detector {
         let mut best_miss = Miss::NoBoard;
         // Around tags there's room for the ring, as on a plain board; far tags are read in the
         // finer picture only, and the better of two counts.
-        let is_tags = board.markers().is_some_and(|markers| markers.tags.is_some());
+        let is_tags = matches!(board, Board::AprilGrid(_));
         let ([primary, coarser, finer], takes_first) = match (is_marked, is_tags) {
             (_, true) => {
                 let [primary, coarser, finer] = self.search_levels(image);

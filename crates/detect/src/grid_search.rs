@@ -268,7 +268,7 @@ fn grid_limits(board: &Board) -> Limits {
 
 /// Replaces [`Miss::OtherMarkers`] by [`Miss::TooSmall`] if the markers are too small to read.
 fn or_too_small(miss: Miss, markers: Markers, square_px: f64) -> Miss {
-    let needed_px = LEAST_CELL_PX / (markers.cell_side() * markers.square_steps());
+    let needed_px = LEAST_CELL_PX / (markers.cell_side() * markers.square_steps);
     match miss {
         Miss::OtherMarkers { markers: 1.. } if square_px < needed_px => {
             Miss::TooSmall { square_px, needed_px }

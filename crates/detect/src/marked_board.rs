@@ -63,7 +63,7 @@ pub(super) fn name_corners(
         }
     };
     keep_agreeing(lattice, readings, &best, board, markers);
-    let far = (GAP_SHARE * markers.gap_steps() as f32).min(FAR_SQUARES);
+    let far = (GAP_SHARE * markers.gap_steps as f32).min(FAR_SQUARES);
     let sign = |node: Node| if best.is_light(node, board) { 1.0 } else { -1.0 };
     let typical = colours(image, lattice, far, &sign).filter(|typical| *typical > 0.0);
     let Some(typical) = typical else { return Err(partial(lattice)) };

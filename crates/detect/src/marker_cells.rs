@@ -49,12 +49,12 @@ pub(super) fn read_cells(
         sample(image, x, y)
     };
     let strips = ALONG_SIDE.iter().flat_map(|t| {
-        let near = markers.white_at() as f32;
+        let near = markers.white_at as f32;
         let far = 1.0 - near;
         [(*t, near), (*t, far), (near, *t), (far, *t)]
     });
     let white = strips.map(|(u, v)| at(u, v)).sum::<f32>() / (4 * ALONG_SIDE.len()) as f32;
-    let (all, width) = (markers.cells(), markers.frame_cells());
+    let (all, width) = (markers.cells(), markers.frame_cells);
     let (inset, cell_squares) = (markers.inset() as f32, markers.cell_side() as f32);
     let cell = |[column, row]: [usize; 2]| {
         let [u, v] = [column, row].map(|place| inset + cell_squares * (place as f32 + 0.5));

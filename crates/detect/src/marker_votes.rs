@@ -254,13 +254,12 @@ pub(super) fn votes(
 /// Placements with a vote of a reading.
 fn vote(readings: &[Reading], board: &Board, markers: Markers) -> Vec<Candidate> {
     let [columns, rows] = board.squares();
-    let layouts = markers.layouts(rows);
     let cells = markers.dictionary.side_cells().pow(2);
     let speaks = |wrong: &usize| bits_of(cells, *wrong) >= f64::from(LEAD);
     let too_many = (0..cells).take_while(speaks).count();
     let mut candidates: Vec<Candidate> = Vec::new();
     let squares = || (0..rows).flat_map(move |row| (0..columns).map(move |column| [column, row]));
-    for layout in layouts {
+    for layout in markers.layouts {
         for square in squares() {
             let Some(code) = markers.code_at(*layout, square, [columns, rows]) else { continue };
             for reading in readings {

@@ -2,8 +2,8 @@
 
 use boresight_geometry::{
     Corner,
-    boards::{Board, BoardChoice},
-    markers::{CircleRows, Dictionary, MarkerChoice},
+    boards::{Board, BoardChoice, Pattern},
+    markers::{CircleRows, Dictionary},
 };
 
 /// Board found in a picture.
@@ -86,17 +86,15 @@ pub enum OtherBoard {
 impl OtherBoard {
     /// Choice of the board; `None` if too little of it is known, or if no such board can be chosen.
     pub fn choice(self) -> Option<BoardChoice> {
-        let (columns, rows, markers) = match self {
-            Self::Plain { columns, rows } => (columns, rows, None),
-            Self::Circles { columns, rows, layout } => {
-                (columns, rows, Some(MarkerChoice::circles(layout)))
-            }
+        let (columns, rows, pattern) = match self {
+            Self::Plain { columns, rows } => (columns, rows, Pattern::Plain),
+            Self::Circles { columns, rows, layout } => (columns, rows, Pattern::Circles(layout)),
             Self::Charuco { .. } | Self::Larger { .. } | Self::AprilGrid => return None,
         };
         let side = |count: usize| u16::try_from(count).ok();
         let (columns, rows) = (side(columns)?, side(rows)?);
         let can_be_chosen = Board::new(columns, rows, 1.0).is_ok();
-        can_be_chosen.then_some(BoardChoice { columns, rows, markers })
+        can_be_chosen.then_some(BoardChoice { columns, rows, pattern })
     }
 }
 

@@ -7,8 +7,8 @@ use super::{
     outcome::{Detection, Miss, OtherBoard},
 };
 use boresight_geometry::{
-    boards::Board,
-    markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags},
+    boards::{Board, BoardChoice, MarkerSide, Pattern},
+    markers::{Dictionary, Tags},
 };
 
 /// Sides of markers tried after the usual side, in squares.
@@ -39,49 +39,46 @@ impl Detector {
         named: Option<&Board>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        let named_markers = named.and_then(Board::markers);
-        let charuco = self.charuco(image, named_markers.filter(Markers::are_in_squares), keep_on);
+        let named = named.map(Board::pattern);
+        let family = named.and_then(Pattern::dictionary).map(Dictionary::family);
+        let charuco = self.charuco(image, family, keep_on);
         if charuco.is_some() {
             return charuco;
         }
-        let usual = Tags::default();
-        let is_named = named_markers.and_then(|markers| markers.tags) == Some(usual);
-        let tags = Some(MarkerChoice::tags(usual));
-        if !is_named {
+        let usual = Pattern::AprilGrid(Tags::default());
+        if named != Some(usual) {
             // Two corners per tag.
-            match self.look(image, USUAL.map(|tags| 2 * tags), tags, keep_on) {
+            match self.look(image, BoardChoice::of(USUAL.map(|tags| 2 * tags), usual), keep_on) {
                 Ok(_) | Err(Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: 1.. }) => {
                     return Some(OtherBoard::AprilGrid);
                 }
                 Err(_) => {}
             }
         }
-        if !matches!(named, Some(Board::Plain(_)))
+        if named != Some(Pattern::Plain)
             && let Some((columns, rows)) = self.count(image)
         {
             return Some(OtherBoard::Plain { columns, rows });
         }
-        self.whole_circles(image, named.and_then(Board::circles), keep_on)
+        self.whole_circles(image, named, keep_on)
     }
 
-    /// Board with markers in the light squares, if of another family or side than the named
-    /// markers.
+    /// Board with markers in the light squares, if not of the named family or the usual side.
     fn charuco(
         &mut self,
         image: &GrayImage,
-        named: Option<Markers>,
+        named_family: Option<Dictionary>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        let named_family = named.map(|markers| markers.dictionary.family());
-        for side in std::iter::once(None).chain(OTHER_SIDES.map(Some)) {
+        for side in std::iter::once(MarkerSide::Usual).chain(OTHER_SIDES.map(MarkerSide::Squares)) {
+            let is_usual_side = side == MarkerSide::Usual;
             for dictionary in Dictionary::families() {
-                if side.is_none() && Some(dictionary) == named_family {
+                if is_usual_side && Some(dictionary) == named_family {
                     continue;
                 }
-                let markers = MarkerChoice::in_squares(dictionary, side);
-                match self.look(image, USUAL, Some(markers), keep_on) {
+                let choice = BoardChoice::of(USUAL, Pattern::Charuco { dictionary, side });
+                match self.look(image, choice, keep_on) {
                     Ok(_) | Err(Miss::OtherSquares { .. }) => {
-                        let is_usual_side = side.is_none();
                         return Some(OtherBoard::Charuco { dictionary, is_usual_side });
                     }
                     // Markers of other families have a dark frame, too.
@@ -95,22 +92,20 @@ impl Detector {
         None
     }
 
-    /// Whole grid of circles with another layout than `named`.
+    /// Whole grid of circles with another layout than a `named` one.
     fn whole_circles(
         &mut self,
         image: &GrayImage,
-        named: Option<CircleRows>,
+        named: Option<Pattern>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
         for level in self.search_levels(image).into_iter().flatten() {
             let picture = at_level(image, &self.levels, level);
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;
-                let layout = choice.markers.and_then(|markers| markers.circles);
                 // Squares can look like circles until their outlines are measured.
-                let is_other = layout != named;
-                let counts = [choice.columns, choice.rows];
-                if is_other && self.look(image, counts, choice.markers, keep_on).is_ok() {
+                let is_other = Some(choice.pattern) != named;
+                if is_other && self.look(image, choice, keep_on).is_ok() {
                     return Some(grid);
                 }
             }
@@ -118,19 +113,14 @@ impl Detector {
         None
     }
 
-    /// Searches a picture for a board of the given columns and rows.
+    /// Searches a picture for `choice`.
     fn look(
         &mut self,
         image: &GrayImage,
-        [columns, rows]: [u16; 2],
-        markers: Option<MarkerChoice>,
+        choice: BoardChoice,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
-        let squares = Board::new(columns, rows, 1.0).map_err(|_| Miss::NoBoard)?;
-        let board = match markers {
-            None => squares,
-            Some(markers) => squares.drawn_with(markers.in_squares_of(1.0)),
-        };
+        let board = choice.drawn(1.0).ok_or(Miss::NoBoard)?;
         self.search(image, &board, Search { keep_on, ..Search::FULL })
     }
 }

@@ -83,10 +83,10 @@ impl Refiner {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
         let (columns, lines) = (board.columns(), Lines::of(board));
-        let (gap_squares, share) = match board.markers() {
-            None => (f64::INFINITY, 1.0),
-            Some(markers) if markers.tags.is_none() => (markers.gap_steps(), 1.0),
-            Some(tags) => (f64::INFINITY, (2.0 * tags.gap_steps()).min(1.0)),
+        let (gap_squares, share) = match (board, board.markers()) {
+            (_, None) => (f64::INFINITY, 1.0),
+            (Board::AprilGrid(_), Some(tags)) => (f64::INFINITY, (2.0 * tags.gap_steps).min(1.0)),
+            (_, Some(markers)) => (markers.gap_steps, 1.0),
         };
         let rough = Rough { corners_px: rough, lines, gap_squares, share };
         let mut shortest_px = f64::MAX;

@@ -17,8 +17,8 @@ use super::{
 use boresight_calibrate::{LensModel, Verdict, is_unfinished};
 use boresight_geometry::{
     Camera, Corner, Distortion, LensKind,
-    boards::Board,
-    markers::{CircleRows, MarkerChoice, Markers, Tags},
+    boards::{Board, MarkerSide, Pattern},
+    markers::{CircleRows, Tags},
 };
 
 /// Name and version of the format.
@@ -562,13 +562,13 @@ impl CalibrationFile {
         let count = |count: &u32| u16::try_from(*count).ok();
         let plain = Board::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
         if let Some(rows) = circles.as_deref().and_then(CircleRows::named) {
-            let circles = MarkerChoice::circles(rows).in_squares_of(plain.square_m());
-            return plain.with_markers(circles).ok();
+            return plain.with(Pattern::Circles(rows)).ok();
         }
         let marked = markers.as_ref().and_then(|entry| {
-            let side_squares = Some(entry.side_mm / square_mm);
-            let markers = Markers::sized(entry.dictionary.parse().ok()?, side_squares);
-            plain.with_markers(Markers { tags: entry.tags(), ..markers }).ok()
+            let dictionary = entry.dictionary.parse().ok()?;
+            let side = MarkerSide::Squares(entry.side_mm / square_mm);
+            let markers = Pattern::Charuco { dictionary, side };
+            plain.with(entry.tags().map_or(markers, Pattern::AprilGrid)).ok()
         });
         Some(marked.unwrap_or(plain))
     }

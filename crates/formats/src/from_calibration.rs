@@ -102,17 +102,18 @@ impl CalibrationFile {
     }
 
     fn without_result(image_size: ImageSize, board: &Board, views: &[ViewName]) -> Self {
+        let (tags, circles) = (board.pattern().tags(), board.pattern().circles());
         let board = BoardEntry {
             columns: count(board.columns()),
             rows: count(board.rows()),
             square_mm: 1000.0 * board.measured_m(),
             markers: board.markers().map(|markers| MarkersEntry {
                 dictionary: markers.dictionary.to_string(),
-                side_mm: 1000.0 * board.measured_m() * markers.share(),
-                tag_spacing: markers.tags.map(|tags| tags.spacing),
-                first_tag: markers.tags.map(|tags| tags.first).filter(|first| *first != 0),
+                side_mm: 1000.0 * board.measured_m() * markers.side_squares,
+                tag_spacing: tags.map(|tags| tags.spacing),
+                first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
             }),
-            circles: board.circles().map(|rows| rows.name().into()),
+            circles: circles.map(|rows| rows.name().into()),
             points_mm: None,
         };
         let views = views.iter().map(unused).collect();

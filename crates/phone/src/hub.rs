@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 
 use super::keys::Role;
-use boresight_geometry::{frame::Frame, markers::MarkerChoice};
+use boresight_geometry::{boards::Pattern, frame::Frame};
 use boresight_guide::{
     guidance::Refusal,
     session::{Command, Gravity, Snapshot},
@@ -120,9 +120,9 @@ pub struct Request {
     pub source: String,
     /// Inner corners: columns, rows.
     pub board: [u16; 2],
-    /// Markers of a ChArUco board; none for a plain board.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub markers: Option<MarkerChoice>,
+    /// Print of the board.
+    #[serde(rename = "markers", default, skip_serializing_if = "Pattern::is_plain")]
+    pub pattern: Pattern,
     /// Side of a square.
     pub square_m: f64,
     /// Name of the plan.

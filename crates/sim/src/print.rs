@@ -11,7 +11,7 @@ use super::{
     printed_tags::PrintedTags,
     sheet_view::{PixelRay, SheetView, Spot},
 };
-use boresight_geometry::{board_code::BoardId, boards::Board, markers::Markers};
+use boresight_geometry::{board_code::BoardId, boards::Board};
 
 /// White paper around the squares, in squares.
 const MARGIN: f32 = 0.8;
@@ -71,7 +71,7 @@ impl Print {
             .unzip();
         let square_m = board.measured_m();
         let [across, down] = board.target().size_m().map(|side_m| (side_m / square_m) as f32);
-        let in_squares = board.markers().filter(Markers::are_in_squares);
+        let in_squares = board.markers().filter(|_| matches!(board, Board::Charuco(_)));
         Self {
             across,
             down,

@@ -49,8 +49,8 @@ impl PrintedCircles {
 #[cfg(test)]
 mod tests {
     use boresight_geometry::{
-        boards::Shape,
-        markers::{CircleRows, MarkerChoice},
+        boards::{Pattern, Shape},
+        markers::CircleRows,
     };
 
     use super::*;
@@ -59,7 +59,7 @@ mod tests {
     fn what_is_printed_are_the_dark_discs_of_the_board() {
         for rows in CircleRows::ALL {
             let plain = Board::new(4, 5, 0.02).expect("valid");
-            let board = plain.drawn_with(MarkerChoice::circles(rows).in_squares_of(0.02));
+            let board = plain.drawn_with(Pattern::Circles(rows));
             let (target, printed) = (board.target(), PrintedCircles::new(&board).expect("circles"));
             let (discs, size_m) = (target.dark_shapes().large, target.size_m());
             let mut black = 0;

@@ -18,7 +18,7 @@ impl PrintedCode {
     /// Printed code; `None` if no code has the board's square size, or the board has markers or
     /// circles.
     pub(super) fn new(board: &Board, id: BoardId) -> Option<Self> {
-        if board.markers().is_some() || matches!(board, Board::Circles(_)) {
+        if !board.pattern().is_plain() {
             return None;
         }
         let size = (board.columns(), board.rows());

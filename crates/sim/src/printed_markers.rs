@@ -120,12 +120,15 @@ impl PrintedMarkers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use boresight_geometry::boards::{MarkerSide, Pattern};
 
     #[test]
     fn the_cells_around_a_point_are_those_that_points_around_it_show() {
-        let markers = Markers::sized("DICT_5X5_100".parse().expect("known"), Some(0.7));
-        let board = Board::new(4, 6, 0.03).map(|board| board.with_markers(markers));
+        let dictionary = "DICT_5X5_100".parse().expect("known");
+        let pattern = Pattern::Charuco { dictionary, side: MarkerSide::Squares(0.7) };
+        let board = Board::new(4, 6, 0.03).map(|board| board.with(pattern));
         let board = board.expect("a board").expect("markers fit");
+        let markers = board.markers().expect("markers");
         let printed = PrintedMarkers::new(&board, &markers);
         let (mut one, mut four) = (0, 0);
         for step in 0..40_000 {

@@ -33,9 +33,9 @@ impl PrintedTags {
     /// Printed tags; `None` for other boards.
     pub(super) fn new(board: &Board) -> Option<Self> {
         let markers = board.markers()?;
-        let Tags { spacing, .. } = markers.tags?;
+        let Tags { spacing, .. } = board.pattern().tags()?;
         let size = board.squares();
-        let layout = markers.layouts(size[1])[0];
+        let layout = markers.layouts[0];
         let [across, down] = size.map(|squares| squares / 2);
         let code = |tag: usize| {
             let square = [2 * (tag % across) + 1, 2 * (tag / across) + 1];
@@ -129,16 +129,13 @@ impl PrintedTags {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use boresight_geometry::{
-        boards::{DarkShapes, Shape},
-        markers::MarkerChoice,
-    };
+    use boresight_geometry::boards::{DarkShapes, Pattern, Shape};
 
     /// The rendered sheet equals the printed sheet.
     #[test]
     fn the_sheet_is_black_where_the_board_is() {
-        let tags = MarkerChoice::tags(Tags { spacing: 0.3, first: 7 }).in_squares_of(0.02);
-        let board = Board::new(6, 4, 0.02).map(|board| board.with_markers(tags));
+        let tags = Pattern::AprilGrid(Tags { spacing: 0.3, first: 7 });
+        let board = Board::new(6, 4, 0.02).map(|board| board.with(tags));
         let board = board.expect("a board").expect("tags fit");
         let printed = PrintedTags::new(&board).expect("tags");
         let DarkShapes { large, fine } = board.target().dark_shapes();

@@ -101,8 +101,8 @@ impl BoardArguments {
     /// Configuration from the arguments. Names obsolete settings on stderr.
     pub fn config(&self) -> anyhow::Result<Config> {
         let mut config = Config::load(self.config.as_deref(), &self.settings)?;
-        if let Some(BoardChoice { columns, rows, markers }) = self.board {
-            config.board = config.board.chosen([columns, rows], markers);
+        if let Some(board) = self.board {
+            config.board = config.board.chosen(board);
         }
         if let Some(Length { millimetres }) = self.square {
             config.board.square_mm = millimetres;
@@ -149,7 +149,7 @@ impl BoardArguments {
         let says_counts =
             self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
         // Only plain boards have a code.
-        let has_markers = self.board.is_some_and(|board| board.markers.is_some())
+        let has_markers = self.board.is_some_and(|board| !board.pattern.is_plain())
             || self.sets_of_board("dictionary")?
             || self.sets_of_board("tag_spacing")?;
         Ok(BoardFromCode::unless_given(

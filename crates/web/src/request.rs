@@ -3,7 +3,7 @@
 use anyhow::{Context as _, ensure};
 use serde::Deserialize;
 
-use boresight_geometry::markers::MarkerChoice;
+use boresight_geometry::boards::{BoardChoice, Pattern};
 use boresight_guide::session::Command;
 use boresight_present::browser::Asked;
 use boresight_run::config::{Config, PlanName};
@@ -16,8 +16,8 @@ pub(crate) struct Request {
     pub(crate) source: String,
     /// Inner corners: columns, rows.
     board: [u16; 2],
-    #[serde(default)]
-    markers: Option<MarkerChoice>,
+    #[serde(rename = "markers", default)]
+    pattern: Pattern,
     /// Side of a square.
     square_m: f64,
     plan: PlanName,
@@ -27,7 +27,7 @@ impl Request {
     /// Settings, checked like a settings file.
     pub(crate) fn config(&self) -> anyhow::Result<Config> {
         let mut config = Config::load(None, &[])?;
-        config.board = config.board.chosen(self.board, self.markers);
+        config.board = config.board.chosen(BoardChoice::of(self.board, self.pattern));
         config.board.square_mm = self.square_m * 1e3;
         config.guidance.plan = self.plan;
         config.check()?;

@@ -277,7 +277,7 @@ impl App {
         let seen = self.screen.snapshot.as_ref();
         let seen = seen.filter(|snapshot| !snapshot.keeps_views() && !snapshot.source_ended);
         let other = seen.and_then(|snapshot| snapshot.shown.prompt.other_board());
-        let other = other.filter(|board| board.markers.is_none());
+        let other = other.filter(|board| board.pattern.is_plain());
         let now_secs = self.screen.now_secs;
         self.other_board = match (other, self.other_board) {
             (Some(board), Some((before, since))) if board == before => Some((board, since)),
@@ -293,25 +293,25 @@ impl App {
     }
 
     /// Starts the session again with another board, before the first view.
-    fn use_board(&mut self, ctx: &Context, board: BoardChoice) {
+    fn use_board(&mut self, ctx: &Context, choice: BoardChoice) {
         if self.screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views) {
             self.note = Some(text::sessions::FINISH_FIRST.into());
             return;
         }
-        let BoardChoice { columns, rows, markers } = board;
+        let BoardChoice { columns, rows, pattern } = choice;
         let board = [columns, rows];
-        let image = self.screen.picture.grey().filter(|_| markers.is_none());
+        let image = self.screen.picture.grey().filter(|_| pattern.is_plain());
         let code = image.and_then(|image| self.host.read_code(image, board));
         // Without a code, only the number of corners or circles identifies the board in view.
         let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
         let (go_on_with, first) = (None, None);
         let wish =
-            SessionRequest { board, square_m, markers, go_on_with, first, ..self.wish.clone() };
+            SessionRequest { board, square_m, pattern, go_on_with, first, ..self.wish.clone() };
         let draft = &mut self.start.draft;
-        (draft.board, draft.square_m, draft.markers) = (board, square_m, markers);
+        (draft.board, draft.square_m, draft.pattern) = (board, square_m, pattern);
         if self.memory.board.is_some() {
             let (board, square_m) = (Some(board), Some(square_m));
-            self.memorise(Memory { board, square_m, markers, ..self.memory.clone() });
+            self.memorise(Memory { board, square_m, pattern, ..self.memory.clone() });
         }
         // Dropping what is being ended waits for it: a view may have been taken meanwhile. An empty
         // session stays only where there's no bin.
@@ -322,7 +322,7 @@ impl App {
         }
         self.open(ctx, wish);
         let id = code.as_ref().map(|code| code.id.as_str());
-        self.note = Some(text::start::switched(id, board, markers, square_m));
+        self.note = Some(text::start::switched(id, choice, square_m));
     }
 
     /// Switches the voice as chosen; off without a program to speak.
@@ -377,7 +377,7 @@ impl App {
     fn keep_wish(&mut self, wish: &SessionRequest) {
         let mut memory = Memory {
             board: Some(wish.board),
-            markers: wish.markers,
+            pattern: wish.pattern,
             square_m: Some(wish.square_m),
             plan: Some(wish.plan),
             ..self.memory.clone()
@@ -536,8 +536,7 @@ impl App {
         self.help(ui);
         self.phone.show(ui.ctx(), self.host.phones());
         if self.start.shows_board {
-            let StartPage { draft, .. } = &self.start;
-            self.start.shows_board = start::show_board(ui.ctx(), draft.board, self.start.markers());
+            self.start.shows_board = start::show_board(ui.ctx(), self.start.in_squares());
         }
         if let Some(memory) = typed {
             self.memorise(memory);
@@ -704,8 +703,8 @@ impl App {
                 self.open(ctx, *wish);
             }
             UiAction::UseBoard(board) => self.use_board(ctx, board),
-            UiAction::Print { board, markers, paper } => {
-                let printed = self.host.print_board(board, markers, paper);
+            UiAction::Print { board, paper } => {
+                let printed = self.host.print_board(board, paper);
                 if let Ok(printed) = &printed {
                     self.start.note_printed(printed.square_m);
                 }

@@ -2,7 +2,7 @@
 
 use egui::{Button, Context, Key, Response, Ui};
 
-use boresight_geometry::{boards::BoardChoice, device::Control, markers::Markers};
+use boresight_geometry::{boards::BoardChoice, device::Control};
 use boresight_guide::session::ViewNumber;
 use boresight_present::text::Act;
 
@@ -21,12 +21,10 @@ pub enum UiAction {
     TakeMore,
     /// Restart with a board of the given size.
     UseBoard(BoardChoice),
-    /// Print a board of the given size, with markers or plain, on paper number `paper`.
+    /// Print a board on paper number `paper`.
     Print {
-        /// Columns and rows.
-        board: [u16; 2],
-        /// Markers of a ChArUco board.
-        markers: Option<Markers>,
+        /// Board, with the side of markers in squares.
+        board: BoardChoice,
         /// Number of the paper.
         paper: usize,
     },

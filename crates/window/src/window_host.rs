@@ -35,7 +35,7 @@ use boresight_app::{
 };
 use boresight_capture::{is_address, without_secrets};
 use boresight_formats::CalibrationFile;
-use boresight_geometry::{board_code::BoardId, markers::Markers};
+use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
 #[cfg(feature = "serve")]
 use boresight_phone::QrCode;
 use boresight_present::text;
@@ -81,11 +81,12 @@ pub struct WindowHost {
 impl AppHost for WindowHost {
     fn first_wish(&self) -> SessionRequest {
         let config = &self.opening.config;
+        let BoardChoice { columns, rows, pattern } = config.board.choice();
         let wish = SessionRequest {
             source: self.opening.source.clone(),
             mode: config.camera.mode.clone(),
-            board: [config.board.columns, config.board.rows],
-            markers: config.board.markers(),
+            board: [columns, rows],
+            pattern,
             square_m: config.board.square_mm * 1e-3,
             board_code: self.opening.board_code,
             plan: config.guidance.plan.into(),
@@ -95,13 +96,13 @@ impl AppHost for WindowHost {
         if self.at_once {
             return wish;
         }
-        let Memory { source, mode, board, markers, square_m, plan, .. } = self.remembered();
+        let Memory { source, mode, board, pattern, square_m, plan, .. } = self.remembered();
         let is_remembered = board.is_some();
         SessionRequest {
             source: source.unwrap_or(wish.source),
             mode: mode.unwrap_or(wish.mode),
             board: board.unwrap_or(wish.board),
-            markers: if is_remembered { markers } else { wish.markers },
+            pattern: if is_remembered { pattern } else { wish.pattern },
             square_m: square_m.unwrap_or(wish.square_m),
             plan: plan.unwrap_or(wish.plan),
             ..wish
@@ -172,14 +173,9 @@ impl AppHost for WindowHost {
         printed_board::papers()
     }
 
-    fn print_board(
-        &mut self,
-        board: [u16; 2],
-        markers: Option<Markers>,
-        paper: usize,
-    ) -> Result<PrintedBoard, UserError> {
+    fn print_board(&mut self, board: BoardChoice, paper: usize) -> Result<PrintedBoard, UserError> {
         let here = std::path::absolute(".").unwrap_or_else(|_| ".".into());
-        let printed = printed_board::print(&here, (board, markers), paper, self.board_id);
+        let printed = printed_board::print(&here, board, paper, self.board_id);
         let printed = printed.map_err(|err| user_error(&err))?;
         // Without a viewer, the person still reads the name of the file.
         self.show(&printed.file).ok();
@@ -436,7 +432,7 @@ impl WindowHost {
         // Previewed cameras must be free.
         self.stop_looking();
         let mut config = self.opening.config.clone();
-        config.board = config.board.chosen(wish.board, wish.markers);
+        config.board = config.board.chosen(BoardChoice::of(wish.board, wish.pattern));
         config.board.square_mm = wish.square_m * 1e3;
         config.camera.mode.clone_from(&wish.mode);
         self.remembered().apply(&mut config);
@@ -546,7 +542,7 @@ mod tests {
             source: "sim".into(),
             mode: String::new(),
             board: [9, 6],
-            markers: None,
+            pattern: boresight_geometry::boards::Pattern::Plain,
             square_m: 0.02,
             board_code: BoardFromCode::Nothing,
             plan: boresight_guide::guidance::Plan::Quick,

@@ -15,11 +15,11 @@ use std::{
 };
 
 use boresight::{
-    boards::Board,
+    boards::{Board, MarkerSide, Pattern},
     capture::{Arrival, FrameSource},
     frame::{CaptureTime, ImageSize},
     geometry::Camera,
-    markers::Markers,
+    markers::Dictionary,
     simulation::{Scene, SyntheticSource, technician::CueKind},
 };
 use image::codecs::jpeg::JpegEncoder;
@@ -160,12 +160,12 @@ fn scene(columns: u16, rows: u16, seed: u64) -> Scene {
 }
 
 /// Chooses a ChArUco board, or a plain board.
-fn choose_kind(browser: &Browser, markers: Option<Markers>) {
-    let kind = if markers.is_some() { "charuco" } else { "" };
+fn choose_kind(browser: &Browser, dictionary: Option<Dictionary>) {
+    let kind = if dictionary.is_some() { "charuco" } else { "" };
     browser.run(&format!(
         "el('kind').value = '{kind}'; el('kind').dispatchEvent(new Event('change'))"
     ));
-    if let Some(Markers { dictionary, .. }) = markers {
+    if let Some(dictionary) = dictionary {
         browser.run(&format!("el('dictionary').value = '{dictionary}'"));
     }
 }
@@ -191,13 +191,13 @@ fn by_the_page(
     let over = AtomicBool::new(false);
     let board = (scene.board.columns(), scene.board.rows());
     // Checkerboards are named by their inner corners, ChArUco boards by their squares.
-    let markers = scene.board.markers();
-    let counts = if markers.is_some() { scene.board.squares() } else { [board.0, board.1] };
+    let dictionary = scene.board.pattern().dictionary();
+    let counts = if dictionary.is_some() { scene.board.squares() } else { [board.0, board.1] };
     std::thread::scope(|scope| {
         let cues = Arc::clone(&read);
         let paints = || paint(scene, newest, cues, &over);
         Builder::new().spawn_scoped(scope, paints).expect("a thread");
-        choose_kind(browser, markers);
+        choose_kind(browser, dictionary);
         browser.shoot(&words.with_extension("form.png"));
         start(browser, camera, counts, 30.0);
         let reads = || read_page(browser, board, &read, &over);
@@ -271,8 +271,9 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     browser.until("shown === 'wait'");
     shoot("3-again");
     let mut second = scene(7, 5, 4);
-    let markers = Markers::sized("DICT_4X4_50".parse().expect("a dictionary"), None);
-    second.board = second.board.with_markers(markers).expect("enough markers");
+    let dictionary = "DICT_4X4_50".parse().expect("a dictionary");
+    let markers = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
+    second.board = second.board.with(markers).expect("enough markers");
     let shown = by_the_page(&browser, &newest, &named, &second, &folder.join("serve-2.txt"));
     println!("second session: {shown}");
     assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("GOOD")), "{shown}");

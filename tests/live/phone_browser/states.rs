@@ -9,7 +9,7 @@ use std::{
     time::Duration,
 };
 
-use boresight::{serve::Stage, simulation::Scene};
+use boresight::{boards::Pattern, serve::Stage, simulation::Scene};
 
 use super::{
     asked_for,
@@ -40,7 +40,7 @@ fn every_state_is_drawn() {
             last: Some(boresight::serve::Request {
                 source: "sim".into(),
                 board: [9, 6],
-                markers: None,
+                pattern: Pattern::Plain,
                 square_m: 0.025,
                 plan: "adaptive".into(),
             }),

@@ -118,18 +118,16 @@ impl BoardSheet {
     /// If the board fits on no page, or can't have these markers.
     pub fn new(board: BoardChoice, square_mm: Option<f64>, pages: &[Page]) -> anyhow::Result<Self> {
         let square = square_mm.map_or(Square::Largest, |mm| Square::Exactly { mm });
-        let mut plan = plan_of(&board, square, pages)
+        let plan = plan_of(&board, square, pages)
             .map_err(|err| anyhow!("{err}: {}", text::does_not_fit(&err)))?;
-        if let Some(markers) = board.markers {
-            plan = plan.with_markers(markers.in_squares_of(1e-3 * plan.square_mm))?;
-        }
+        plan.drawn().map_or(Ok(()), |board| board.target().check())?;
         Ok(Self { plan, code: None })
     }
 
     /// The sheet with the code for `id`, unless there is no room. Boards with markers need no code.
     #[must_use]
     pub fn with_code(mut self, id: BoardId) -> Self {
-        self.code = margin_code(&self.plan, id).filter(|_| self.plan.markers.is_none());
+        self.code = margin_code(&self.plan, id).filter(|_| self.plan.pattern.is_plain());
         self
     }
 
@@ -167,9 +165,8 @@ impl BoardSheet {
     /// Output of `target --json` for the sheet in `file` on the named paper.
     pub fn told(&self, file: &Path, paper: &str) -> TargetFile {
         let plan = &self.plan;
-        let tags = plan.markers.and_then(|markers| markers.tags);
-        let circles = plan.markers.and_then(|markers| markers.circles);
-        let markers = plan.markers.filter(|_| circles.is_none());
+        let (tags, circles) = (plan.pattern.tags(), plan.pattern.circles());
+        let markers = plan.drawn().and_then(|board| board.markers());
         TargetFile {
             schema: TARGET_SCHEMA.into(),
             file: file.display().to_string(),
@@ -179,7 +176,7 @@ impl BoardSheet {
                 rows: plan.rows,
                 square_mm: plan.square_mm,
                 dictionary: markers.map(|markers| markers.dictionary.name().into()),
-                marker_mm: markers.map(|markers| plan.square_mm * markers.share()),
+                marker_mm: markers.map(|markers| plan.square_mm * markers.side_squares),
                 tag_spacing: tags.map(|tags| tags.spacing),
                 first_tag: tags.map(|tags| tags.first),
                 circles: circles.map(|rows| rows.name().into()),

@@ -252,11 +252,12 @@ impl PlannedBoard {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use boresight_geometry::boards::Pattern;
 
     fn plan(distance_m: f64) -> BoardPlan {
         let image_size = ImageSize { width_px: 1280, height_px: 720 };
         let place = Place { image_size, f_px: 1000.0, distance_m };
-        let board = BoardChoice { columns: 9, rows: 6, markers: None };
+        let board = BoardChoice::of([9, 6], Pattern::Plain);
         plan_board(board, &place, &GuidanceParams::default())
     }
 
@@ -290,7 +291,7 @@ mod tests {
         let (image_size, f_px, distance_m) =
             (ImageSize { width_px: 1280, height_px: 720 }, 1000.0, 5.0);
         let place = Place { image_size, f_px, distance_m };
-        let board = BoardChoice { columns: 9, rows: 6, markers: None };
+        let board = BoardChoice::of([9, 6], Pattern::Plain);
         let square_mm = far.enough.expect("one").square_mm - 1.0;
         let less = planned(board, square_mm, far.seen_mm, &place, &GuidanceParams::default());
         assert!(!less.meets_goals, "{less:#?}");

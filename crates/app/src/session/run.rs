@@ -304,7 +304,7 @@ pub fn say_how_to_leave_out(
     announcer: &Announcer,
 ) {
     let board = &header.config.board;
-    let board = format!("--board {} --square {}mm", board.argument(), board.square_mm);
+    let board = format!("--board {} --square {}mm", board.choice(), board.square_mm);
     let findings = calibration.map_or(&[][..], |calibration| &calibration.findings);
     if let Some(said) = text::leaving_out(findings, &folder.join("frames"), &board) {
         announcer.say(&said);

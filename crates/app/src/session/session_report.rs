@@ -271,7 +271,7 @@ fn check(path: &Path) -> anyhow::Result<Option<CheckFile>> {
 
 /// Command to repeat a comparison: the journal alone doesn't hold the old calibration.
 fn check_command(header: &Header, against: &str) -> String {
-    let board = header.config.board.argument();
+    let board = header.config.board.choice().to_string();
     let square_mm = header.config.board.square_mm;
     let command = match header.config.guidance.plan {
         PlanName::Quick => "check",

@@ -16,8 +16,8 @@ use crate::{
 };
 use boresight_calibrate::BOARD_SCALE_SD;
 use boresight_geometry::{
+    boards::{BoardChoice, Pattern},
     device::Adjustable,
-    markers::{MarkerChoice, Markers},
 };
 use boresight_guide::{
     guidance::Plan,
@@ -84,18 +84,12 @@ pub trait AppHost {
     /// Names of the papers for printing.
     fn papers(&self) -> Vec<&'static str>;
 
-    /// Writes a board of the given inner corners, with `markers` or plain, as large as fits on
-    /// paper number `paper`, and shows the file.
+    /// Writes `board` as large as fits on paper number `paper`, and shows the file.
     ///
     /// # Errors
     ///
     /// [`UserError`] if the board doesn't fit, or can't be written.
-    fn print_board(
-        &mut self,
-        board: [u16; 2],
-        markers: Option<Markers>,
-        paper: usize,
-    ) -> Result<PrintedBoard, UserError>;
+    fn print_board(&mut self, board: BoardChoice, paper: usize) -> Result<PrintedBoard, UserError>;
 
     /// Starts or resumes a session.
     ///
@@ -242,8 +236,8 @@ pub struct SessionRequest {
     pub mode: String,
     /// Inner corners of the board: columns, rows.
     pub board: [u16; 2],
-    /// Markers of a ChArUco board; none on a plain one.
-    pub markers: Option<MarkerChoice>,
+    /// Print of the board.
+    pub pattern: Pattern,
     /// Side of a square.
     pub square_m: f64,
     /// Properties of the board to take from a code beside the board: those not given otherwise.
@@ -302,7 +296,7 @@ pub struct OtherKind {
     /// Kind in words.
     pub said: String,
     /// Markers, tags or circles.
-    pub markers: MarkerChoice,
+    pub pattern: Pattern,
     /// Points in a row and in a column, if known.
     pub board: Option<[u16; 2]>,
 }
@@ -339,8 +333,9 @@ pub struct Memory {
     pub mode: Option<String>,
     /// Inner corners of the board.
     pub board: Option<[u16; 2]>,
-    /// Markers of a ChArUco board.
-    pub markers: Option<MarkerChoice>,
+    /// Print of the board.
+    #[serde(rename = "markers")]
+    pub pattern: Pattern,
     /// Side of a square.
     pub square_m: Option<f64>,
     /// Plan, which sets the number of views.
@@ -394,7 +389,9 @@ impl Memory {
         self.board = self.board.filter(sides);
         let length = |length_m: &f64| (0.0001..=9.9).contains(length_m);
         self.square_m = self.square_m.filter(length);
-        self.markers = self.markers.filter(|it| it.side_m.as_ref().is_none_or(length));
+        if self.pattern.side_m().is_some_and(|side_m| !length(&side_m)) {
+            self.pattern = Pattern::Plain;
+        }
         self.zoom = self.zoom.filter(|zoom| (0.5..=3.0).contains(zoom));
         self.streams.truncate(MOST_STREAMS);
         self.lens = self.lens.filter(|code| code.parse::<LensName>().is_ok());

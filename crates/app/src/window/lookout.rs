@@ -21,9 +21,9 @@ use crate::{
 use boresight_capture::{Arrival, FrameSource};
 use boresight_detect::{Detector, DetectorParams, OtherBoard, read_code};
 use boresight_geometry::{
-    boards::Board,
+    boards::{Board, MarkerSide, Pattern},
     device::CameraEvent,
-    markers::{MarkerChoice, Tags},
+    markers::Tags,
 };
 use boresight_present::text;
 use boresight_run::config::Config;
@@ -300,15 +300,16 @@ impl Shared {
 /// Board with markers, tags or circles, as a choice.
 fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     let choice = seen.choice();
-    let markers = match seen {
-        OtherBoard::Charuco { dictionary, .. } => MarkerChoice::in_squares(dictionary, None),
-        OtherBoard::AprilGrid => MarkerChoice::tags(Tags::default()),
-        OtherBoard::Plain { .. } | OtherBoard::Larger { .. } | OtherBoard::Circles { .. } => {
-            choice?.markers?
+    let pattern = match seen {
+        OtherBoard::Charuco { dictionary, .. } => {
+            Pattern::Charuco { dictionary, side: MarkerSide::Usual }
         }
+        OtherBoard::AprilGrid => Pattern::AprilGrid(Tags::default()),
+        OtherBoard::Circles { .. } => choice?.pattern,
+        OtherBoard::Plain { .. } | OtherBoard::Larger { .. } => return None,
     };
     let board = choice.map(|choice| [choice.columns, choice.rows]);
-    Some(OtherKind { said: text::start::detected_other(seen), markers, board })
+    Some(OtherKind { said: text::start::detected_other(seen), pattern, board })
 }
 
 /// Reads the code beside a board of `board` inner corners in `image`.
@@ -438,8 +439,8 @@ mod tests {
 
     #[test]
     fn a_board_of_another_kind_is_named() -> Result<(), Box<dyn std::error::Error>> {
-        let markers = MarkerChoice::in_squares("DICT_6X6_250".parse()?, None);
-        let board = Board::new(8, 6, 0.025)?.with_markers(markers.in_squares_of(0.025))?;
+        let charuco = |dictionary| Pattern::Charuco { dictionary, side: MarkerSide::Usual };
+        let board = Board::new(8, 6, 0.025)?.with(charuco("DICT_6X6_250".parse()?))?;
         let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
         let picture = render_view(&Scene { board, ..Scene::default_720p(1) }, &pose);
         let sources = Arc::new(Mutex::new(vec!["one".into()]));
@@ -447,8 +448,8 @@ mod tests {
         lookout.count_board(Some("one"));
         let seen = until(&lookout, |cameras| cameras.iter().any(|camera| camera.other.is_some()));
         let other = seen[0].other.as_ref().ok_or("another kind")?;
-        let family = MarkerChoice::in_squares("DICT_6X6_1000".parse()?, None);
-        assert_eq!((other.markers, other.board, seen[0].board), (family, None, None));
+        let family = charuco("DICT_6X6_1000".parse()?);
+        assert_eq!((other.pattern, other.board, seen[0].board), (family, None, None));
         Ok(())
     }
 }

@@ -41,7 +41,7 @@ pub fn write(path: &Path, memory: &Memory) -> Result<(), FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use boresight_geometry::markers::MarkerChoice;
+    use boresight_geometry::boards::{MarkerSide, Pattern};
     use boresight_guide::guidance::Plan;
 
     #[test]
@@ -49,10 +49,11 @@ mod tests {
         let home = tempfile::tempdir()?;
         let path = home.path().join("of/nobody").join(FILE);
         assert_eq!(read(&path), Memory::default(), "an empty home");
+        let (dictionary, side) = ("5x5_100".parse()?, MarkerSide::Metres(0.021));
         let mut memory = Memory {
             source: Some("usb:046d:0825:1F3A".into()),
             board: Some([7, 5]),
-            markers: Some(MarkerChoice::in_squares("5x5_100".parse()?, Some(0.021))),
+            pattern: Pattern::Charuco { dictionary, side },
             square_m: Some(0.0305),
             plan: Some(Plan::Quick),
             mirrored: Some(true),

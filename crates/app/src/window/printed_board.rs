@@ -7,11 +7,7 @@ use crate::{
     window::host::PrintedBoard,
 };
 use boresight_files::{Links, Overwrite, read, save};
-use boresight_geometry::{
-    board_code::BoardId,
-    boards::BoardChoice,
-    markers::{MarkerChoice, Markers},
-};
+use boresight_geometry::{board_code::BoardId, boards::BoardChoice};
 use boresight_present::{sheet::Paper, text};
 
 /// Largest readable file, in bytes; a sheet with a board is far smaller.
@@ -31,9 +27,8 @@ pub fn papers() -> Vec<&'static str> {
     Paper::ALL.map(Paper::name).into()
 }
 
-/// Writes a sheet with a board of `columns` × `rows` inner corners into `folder`: with `markers`,
-/// or plain with the code for `id`. Keeps an existing file of the same sheet, and never overwrites
-/// another.
+/// Writes a sheet with `board` into `folder`, if plain with the code for `id`. Keeps an existing
+/// file of the same sheet, and never overwrites another.
 ///
 /// # Errors
 ///
@@ -41,19 +36,12 @@ pub fn papers() -> Vec<&'static str> {
 /// be written.
 pub fn print(
     folder: &Path,
-    ([columns, rows], markers): ([u16; 2], Option<Markers>),
+    board: BoardChoice,
     paper: usize,
     id: BoardId,
 ) -> anyhow::Result<PrintedBoard> {
     let paper = Paper::ALL.get(paper).copied().unwrap_or(Paper::A4);
-    // Sides of markers follow from the squares.
-    let instead = markers.filter(|markers| !markers.are_in_squares());
-    let board = BoardChoice { columns, rows, markers: instead.map(|it| MarkerChoice::of(it, 1.0)) };
-    let mut sheet = BoardSheet::new(board, None, &paper.pages())?;
-    if let Some(markers) = markers {
-        sheet.plan = sheet.plan.with_markers(markers)?;
-    }
-    let sheet = sheet.with_code(id);
+    let sheet = BoardSheet::new(board, None, &paper.pages())?.with_code(id);
     let (bytes, has_code) = (sheet.bytes(SheetKind::Pdf, None)?, sheet.id().is_some());
     let plan = sheet.plan;
     let name = format!("{}-{}", plan.file_stem(), paper.name());
@@ -83,12 +71,13 @@ fn free_or_same(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<PathB
 #[cfg(test)]
 mod tests {
     use super::*;
+    use boresight_geometry::boards::{MarkerSide, Pattern};
 
     #[test]
     fn a_sheet_is_written_once_and_nothing_is_overwritten() -> anyhow::Result<()> {
         let folder = tempfile::tempdir()?;
         let id = new_id();
-        let print = |size| print(folder.path(), (size, None), 0, id);
+        let print = |size| print(folder.path(), BoardChoice::of(size, Pattern::Plain), 0, id);
         let first = print([9, 6])?;
         assert!((first.square_m - 0.02).abs() < 0.01, "{first:?}");
         assert_eq!(print([9, 6])?.file, first.file);
@@ -103,13 +92,15 @@ mod tests {
     #[test]
     fn a_sheet_has_the_markers_that_were_chosen() -> anyhow::Result<()> {
         let folder = tempfile::tempdir()?;
-        let markers = Markers::sized("4x4_50".parse()?, Some(0.6));
-        let print = |size| print(folder.path(), (size, Some(markers)), 0, new_id());
+        let (dictionary, side) = ("4x4_50".parse()?, MarkerSide::Squares(0.6));
+        let markers = Pattern::Charuco { dictionary, side };
+        let print = |size| print(folder.path(), BoardChoice::of(size, markers), 0, new_id());
         let printed = print([7, 10])?;
         let name = printed.file.file_name().map(|name| name.to_string_lossy().into_owned());
         assert_eq!(name.as_deref(), Some("charuco-8x11-21mm-DICT_4X4_50-A4.pdf"));
         assert!(printed.steps.len() == 3 && print([7, 10])?.file == printed.file);
-        let plain = super::print(folder.path(), ([7, 10], None), 0, new_id())?;
+        let plain =
+            super::print(folder.path(), BoardChoice::of([7, 10], Pattern::Plain), 0, new_id())?;
         let size = |file: &Path| anyhow::Ok(read(file, LIMIT, Links::Refused)?.len());
         assert_ne!(size(&plain.file)?, size(&printed.file)?);
         assert!(print([12, 9]).is_err(), "65 markers of 50");

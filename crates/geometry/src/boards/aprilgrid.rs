@@ -5,16 +5,19 @@ use std::str::FromStr;
 use nalgebra::Point2;
 
 use super::{
-    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape, Target, charuco::runs,
-    choice,
+    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Pattern, Shape, Target,
+    charuco::runs, choice,
 };
-use crate::markers::{MarkerChoice, Markers, Tags};
+use crate::markers::{InvalidMarkers, Layout, Markers, Tags};
 
 /// Name and text form of an AprilGrid.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "aprilgrid",
     example: "aprilgrid:6x6",
     counted: |points| points / 2,
+    points: |tags| 2 * tags,
+    counts: [2, 49],
+    usual: || Pattern::AprilGrid(Tags::default()),
     read: |text| {
         let mut parts = text.split(':');
         let (Some(tags), spacing, first, None) =
@@ -27,14 +30,13 @@ pub(super) const KIND: BoardKind = BoardKind {
         let [columns, rows] = tags_in.map(|count| count.saturating_mul(2));
         let tags =
             Tags { spacing: number(spacing, usual.spacing)?, first: number(first, usual.first)? };
-        Ok(BoardChoice { columns, rows, markers: Some(MarkerChoice::tags(tags)) })
+        Ok(BoardChoice { columns, rows, pattern: Pattern::AprilGrid(tags) })
     },
     write: |named| {
         let [across, down] = [named.columns, named.rows].map(|points| points / 2);
         let counts = format!("aprilgrid:{across}x{down}");
         let usual = Tags::default();
-        let tags = named.markers.and_then(|markers| markers.tags).unwrap_or(usual);
-        match tags {
+        match named.pattern.tags().unwrap_or(usual) {
             tags if tags == usual => counts,
             Tags { spacing, first } if first == usual.first => format!("{counts}:{spacing}"),
             Tags { spacing, first } => format!("{counts}:{spacing}:{first}"),
@@ -59,11 +61,27 @@ pub struct AprilGrid {
     pub(super) rows: u16,
     /// Side of a tag, in metres.
     pub(super) tag_m: f64,
-    pub(super) markers: Markers,
     pub(super) tags: Tags,
 }
 
 impl AprilGrid {
+    /// Tags as markers that fill their squares.
+    fn as_markers(&self) -> Markers {
+        let Tags { spacing, first } = self.tags;
+        let markers = Markers {
+            dictionary: Tags::dictionary(),
+            side_squares: 1.0,
+            frame_cells: Tags::FRAME_CELLS,
+            first,
+            white_at: -0.5 * spacing,
+            square_steps: 1.0 / spacing,
+            gap_steps: 0.0,
+            layouts: &Layout::TAGS,
+        };
+        let frame = markers.cell_side() * Tags::FRAME_CELLS as f64;
+        Markers { gap_steps: frame * markers.square_steps, ..markers }
+    }
+
     /// Position of the line between two columns or rows of squares, from the middle of the board;
     /// −1 is the pattern's edge, and 0 the first point's line.
     fn line_m(&self, points: u16, line: i32) -> f64 {
@@ -126,13 +144,37 @@ impl Target for AprilGrid {
         PartTells::EachPoint
     }
 
+    fn markers(&self) -> Option<Markers> {
+        Some(self.as_markers())
+    }
+
+    fn check(&self) -> Result<(), InvalidMarkers> {
+        let Self { columns, rows, tags: Tags { spacing, first }, .. } = *self;
+        if [columns, rows].iter().any(|points| *points < 4 || !points.is_multiple_of(2)) {
+            return Err(InvalidMarkers::Tags { columns, rows });
+        }
+        let [least, most] = InvalidMarkers::SPACINGS;
+        if !(least..=most).contains(&spacing) {
+            return Err(InvalidMarkers::Spacing { spacing });
+        }
+        let last = usize::from(first) + usize::from(columns / 2) * usize::from(rows / 2) - 1;
+        let dictionary = Tags::dictionary();
+        let highest = dictionary.count() - 1;
+        if last > highest {
+            let dictionary = dictionary.name();
+            return Err(InvalidMarkers::Numbers { first, last, dictionary, highest });
+        }
+        Ok(())
+    }
+
     /// Shapes of the board. The squares at the corners and the tags' frames are visible from afar.
     fn dark_shapes(&self) -> DarkShapes {
         let mut large: Vec<Shape> =
             self.squares(0).map(|square| self.within(square, [0.0; 2], [1.0; 2])).collect();
         let mut fine = Vec::new();
-        let (side, cell) = (self.markers.cells(), self.markers.cell_side());
-        let frame = self.markers.frame_cells() as f64 * cell;
+        let markers = self.as_markers();
+        let (side, cell) = (markers.cells(), markers.cell_side());
+        let frame = markers.frame_cells as f64 * cell;
         let size = self.grid().map(|points| points + 1);
         for square in self.squares(1) {
             for (from, to) in [
@@ -143,16 +185,16 @@ impl Target for AprilGrid {
             ] {
                 large.push(self.within(square, from, to));
             }
-            let layout = self.markers.layouts(size[1])[0];
-            let code = self.markers.code_at(layout, square.map(|place| place as usize), size);
+            let code =
+                markers.code_at(markers.layouts[0], square.map(|place| place as usize), size);
             let Some(code) = code else { continue };
-            let is_black = |at: [usize; 2]| self.markers.is_black(code, at);
+            let is_black = |at: [usize; 2]| markers.is_black(code, at);
             let mut push = |from: [usize; 2], to: [usize; 2]| {
                 let share = |cells: [usize; 2]| cells.map(|cells| cells as f64 * cell);
                 fine.push(self.within(square, share(from), share(to)));
             };
             // Cells next to the frame continue beneath it, so that no seam shows.
-            for line in self.markers.frame_cells()..side - self.markers.frame_cells() {
+            for line in markers.frame_cells..side - markers.frame_cells {
                 for [from, to] in runs(side, |at| is_black([at, line])) {
                     push([from, line], [to, line + 1]);
                 }
@@ -173,9 +215,8 @@ mod tests {
     /// the corner at the lower left.
     #[test]
     fn points_lie_where_kalibr_has_them() {
-        let tags = Tags { spacing: 0.25, first: 0 };
-        let markers = MarkerChoice::tags(tags).in_squares_of(0.08);
-        let board = Board::new(4, 6, 0.08).expect("a board").with_markers(markers).expect("fit");
+        let tags = Pattern::AprilGrid(Tags { spacing: 0.25, first: 0 });
+        let board = Board::new(4, 6, 0.08).expect("a board").with(tags).expect("fit");
         let points_m = board.corners_in_board_m();
         for row in 0..6_usize {
             for column in 0..4_usize {

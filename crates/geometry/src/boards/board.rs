@@ -2,8 +2,8 @@
 
 use nalgebra::Point2;
 
-use super::{AprilGrid, Charuco, Circles, InvalidBoard, Squares, Target};
-use crate::markers::{CircleRows, InvalidMarkers, Markers};
+use super::{AprilGrid, Charuco, Circles, InvalidBoard, MarkerSide, Pattern, Squares, Target};
+use crate::markers::{InvalidMarkers, Markers};
 
 /// Board of any kind, in the frame of [`target`](super). Also known as
 /// [`Board`](crate::boards::Board).
@@ -35,43 +35,47 @@ impl Board {
         Ok(Self::Plain(Squares { columns, rows, square_m }))
     }
 
-    /// Board of the same squares with `markers` in the light squares. For tags, an AprilGrid with
-    /// as many points, its tags as large as the squares; for circles, as many circles, as far apart
-    /// as the squares are wide.
+    /// Board with as many points and as large squares, printed with `pattern`. The tags of an
+    /// AprilGrid are as large as the squares; circles are as far apart as the squares are wide.
     ///
     /// # Errors
     ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags
-    /// outside 0.1..=0.6, or if the dictionary has too few.
-    pub fn with_markers(self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        let Squares { columns, rows, .. } = self.as_squares();
-        markers.check([columns, rows])?;
-        Ok(self.drawn_with(markers))
+    /// [`InvalidMarkers`] if the markers' side is outside 0.3..=0.95 squares, or the spacing of
+    /// tags outside 0.1..=0.6, or if the dictionary has too few.
+    pub fn with(self, pattern: Pattern) -> Result<Self, InvalidMarkers> {
+        let board = self.drawn_with(pattern);
+        board.target().check().map(|()| board)
     }
 
-    /// Board with markers unchecked, only to draw a pending choice: markers missing from the
+    /// Board with an unchecked pattern, only to draw a pending choice: markers missing from the
     /// dictionary are left out.
     #[must_use]
-    pub fn drawn_with(self, markers: Markers) -> Self {
-        let squares = self.as_squares();
-        if let Some(layout) = markers.circles {
-            return Self::Circles(Circles { squares, layout });
+    pub fn drawn_with(self, pattern: Pattern) -> Self {
+        let ([columns, rows], square_m) = (self.target().grid(), self.measured_m());
+        let (columns, rows) = (columns as u16, rows as u16);
+        let squares = Squares { columns, rows, square_m };
+        match pattern {
+            Pattern::Plain => Self::Plain(squares),
+            Pattern::Charuco { dictionary, side } => {
+                let side_squares = side.in_squares_of(square_m);
+                Self::Charuco(Charuco { squares, dictionary, side_squares })
+            }
+            Pattern::AprilGrid(tags) => {
+                Self::AprilGrid(AprilGrid { columns, rows, tag_m: square_m, tags })
+            }
+            Pattern::Circles(layout) => Self::Circles(Circles { squares, layout }),
         }
-        let Some(tags) = markers.tags else { return Self::Charuco(Charuco { squares, markers }) };
-        let Squares { columns, rows, square_m: tag_m } = squares;
-        let markers = Markers { side_squares: 1.0, ..markers };
-        Self::AprilGrid(AprilGrid { columns, rows, tag_m, markers, tags })
     }
 
-    /// Plain board with as many points and as large squares.
-    fn as_squares(self) -> Squares {
-        match self {
-            Self::Plain(squares)
-            | Self::Charuco(Charuco { squares, .. })
-            | Self::Circles(Circles { squares, .. }) => squares,
-            Self::AprilGrid(AprilGrid { columns, rows, tag_m: square_m, .. }) => {
-                Squares { columns, rows, square_m }
+    /// Print of the board.
+    pub fn pattern(&self) -> Pattern {
+        match *self {
+            Self::Plain(_) => Pattern::Plain,
+            Self::Charuco(Charuco { dictionary, side_squares, .. }) => {
+                Pattern::Charuco { dictionary, side: MarkerSide::Squares(side_squares) }
             }
+            Self::AprilGrid(AprilGrid { tags, .. }) => Pattern::AprilGrid(tags),
+            Self::Circles(Circles { layout, .. }) => Pattern::Circles(layout),
         }
     }
 
@@ -87,19 +91,7 @@ impl Board {
 
     /// Markers in the light squares, or tags; `None` on a plain board and on circles.
     pub fn markers(&self) -> Option<Markers> {
-        match self {
-            Self::Plain(_) | Self::Circles(_) => None,
-            Self::Charuco(charuco) => Some(charuco.markers),
-            Self::AprilGrid(grid) => Some(grid.markers),
-        }
-    }
-
-    /// Layout of the rows of circles; `None` on other boards.
-    pub fn circles(&self) -> Option<CircleRows> {
-        match self {
-            Self::Circles(circles) => Some(circles.layout),
-            Self::Plain(_) | Self::Charuco(_) | Self::AprilGrid(_) => None,
-        }
+        self.target().markers()
     }
 
     /// Numbers of squares in a row and in a column.
@@ -178,7 +170,7 @@ mod tests {
         let board = Board::new(7, 10, 0.02).expect("valid");
         let with = |name: &str, side_squares| {
             let dictionary = name.parse().expect("a dictionary");
-            board.with_markers(Markers::sized(dictionary, Some(side_squares)))
+            board.with(Pattern::Charuco { dictionary, side: MarkerSide::Squares(side_squares) })
         };
         assert!(with("DICT_4X4_50", 0.75).is_ok_and(|board| board.squares() == [8, 11]));
         assert!(matches!(with("DICT_4X4_50", 1.0), Err(InvalidMarkers::Side { .. })));

@@ -3,15 +3,19 @@
 use nalgebra::Point2;
 
 use super::{
-    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape, Squares, Target, choice,
+    BoardChoice, BoardKind, DarkShapes, InvalidChoice, MarkerSide, PartTells, Pattern, Shape,
+    Squares, Target, choice,
 };
-use crate::markers::{Layout, MarkerChoice, Markers};
+use crate::markers::{Dictionary, InvalidMarkers, Layout, Markers, marker_count};
 
 /// Name and text form of a ChArUco board.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "charuco",
     example: "charuco:8x11:DICT_4X4_50:15mm",
     counted: |points| points + 1,
+    points: |squares| squares - 1,
+    counts: [4, 100],
+    usual: || Pattern::Charuco { dictionary: Dictionary::default(), side: MarkerSide::Usual },
     read: |text| {
         let mut parts = text.split(':');
         let (Some(squares), Some(dictionary), side, None) =
@@ -23,15 +27,15 @@ pub(super) const KIND: BoardKind = BoardKind {
         let [columns, rows] = squares.map(|count| count.saturating_sub(1));
         let dictionary = dictionary.parse()?;
         let side_m = side.map(choice::length_m).transpose()?;
-        let markers = Some(MarkerChoice::in_squares(dictionary, side_m));
-        Ok(BoardChoice { columns, rows, markers })
+        let side = side_m.map_or(MarkerSide::Usual, MarkerSide::Metres);
+        Ok(BoardChoice { columns, rows, pattern: Pattern::Charuco { dictionary, side } })
     },
     write: |named| {
         let squares = format!("charuco:{}x{}", named.columns + 1, named.rows + 1);
-        let Some(markers) = named.markers else { return squares };
-        let side = markers.side_m.map(|side_m| format!(":{}mm", choice::millimetres(side_m)));
-        let side = side.unwrap_or_default();
-        format!("{squares}:{}{side}", markers.dictionary)
+        let Some(dictionary) = named.pattern.dictionary() else { return squares };
+        let side = named.pattern.side_m();
+        let side = side.map(|side_m| format!(":{}mm", choice::millimetres(side_m)));
+        format!("{squares}:{dictionary}{}", side.unwrap_or_default())
     },
 };
 
@@ -39,26 +43,28 @@ pub(super) const KIND: BoardKind = BoardKind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charuco {
     pub(super) squares: Squares,
-    pub(super) markers: Markers,
+    pub(super) dictionary: Dictionary,
+    /// Side of a marker with the black frame.
+    pub(super) side_squares: f64,
 }
 
 impl Charuco {
     /// Black cells of the markers, in rows and in columns: each is covered twice, so that no seam
     /// shows between them.
     fn black_cells(&self) -> Vec<Shape> {
-        let Markers { dictionary, side_squares, .. } = self.markers;
-        let (size, side) = (self.squares.count(), dictionary.side_cells() + 2);
-        let (cell, gap) = (side_squares / side as f64, self.markers.inset());
-        let squares = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
+        let Self { squares, dictionary, side_squares } = *self;
+        let (size, side) = (squares.count(), dictionary.side_cells() + 2);
+        let (cell, gap) = (side_squares / side as f64, (1.0 - side_squares) / 2.0);
+        let places = (0..size[1]).flat_map(|row| (0..size[0]).map(move |column| [column, row]));
         let mut cells = Vec::new();
-        for square in squares {
+        for square in places {
             let Some(number) = Layout::Present.marker_at(square, size) else { continue };
             let is_black = |at: [usize; 2]| dictionary.is_black(number, at) == Some(true);
             let mut push = |from: [usize; 2], to: [usize; 2]| {
                 let place = |cells: [usize; 2]| {
                     std::array::from_fn(|k| square[k] as f64 + gap + cell * cells[k] as f64)
                 };
-                cells.push(self.squares.rectangle(place(from), place(to)));
+                cells.push(squares.rectangle(place(from), place(to)));
             };
             for line in 0..side {
                 for [from, to] in runs(side, |at| is_black([at, line])) {
@@ -96,6 +102,36 @@ impl Target for Charuco {
 
     fn part_tells(&self) -> PartTells {
         PartTells::EachPoint
+    }
+
+    fn markers(&self) -> Option<Markers> {
+        let inset = (1.0 - self.side_squares) / 2.0;
+        // With an odd number of rows, both layouts are the same.
+        let has_two = self.squares.count()[1].is_multiple_of(2);
+        Some(Markers {
+            dictionary: self.dictionary,
+            side_squares: self.side_squares,
+            frame_cells: 1,
+            first: 0,
+            white_at: 0.5 * inset,
+            square_steps: 1.0,
+            gap_steps: inset,
+            layouts: if has_two { &Layout::ALL } else { &Layout::ALL[..1] },
+        })
+    }
+
+    fn check(&self) -> Result<(), InvalidMarkers> {
+        let Self { squares, dictionary, side_squares } = *self;
+        let [least, most] = InvalidMarkers::SIDES_SQUARES;
+        if !(least..=most).contains(&side_squares) {
+            return Err(InvalidMarkers::Side { side_squares });
+        }
+        let (needed, count) = (marker_count(squares.count()), dictionary.count());
+        if needed > count {
+            let (Squares { columns, rows, .. }, dictionary) = (squares, dictionary.name());
+            return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
+        }
+        Ok(())
     }
 
     fn dark_shapes(&self) -> DarkShapes {

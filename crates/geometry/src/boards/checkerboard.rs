@@ -2,16 +2,21 @@
 
 use nalgebra::Point2;
 
-use super::{BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape, Target, choice};
+use super::{
+    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Pattern, Shape, Target, choice,
+};
 
 /// Name and text form of a checkerboard.
 pub(super) const KIND: BoardKind = BoardKind {
     name: "checkerboard",
     example: "9x6",
     counted: |points| points,
+    points: |corners| corners,
+    counts: [3, 99],
+    usual: || Pattern::Plain,
     read: |text| {
         let [columns, rows] = choice::counts(text).ok_or(InvalidChoice::NotCounts)?;
-        Ok(BoardChoice { columns, rows, markers: None })
+        Ok(BoardChoice { columns, rows, pattern: Pattern::Plain })
     },
     write: |named| format!("{}x{}", named.columns, named.rows),
 };

@@ -1,6 +1,7 @@
 //! Names of the kinds of boards, and text form of a board.
 
-use crate::markers::{InvalidMarkers, MarkerChoice, NoDictionary};
+use super::{Board, Pattern};
+use crate::markers::{InvalidMarkers, NoDictionary};
 
 /// Name and text form of a kind of board.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +13,12 @@ pub struct BoardKind {
     pub example: &'static str,
     /// Number counted by people along a side with the given points: inner corners, squares or tags.
     pub counted: fn(u16) -> u16,
+    /// Number of points along a side with the given count.
+    pub points: fn(u16) -> u16,
+    /// Least and largest count.
+    pub counts: [u16; 2],
+    /// Usual print.
+    pub usual: fn() -> Pattern,
     /// Parses the argument, without the name and the colon.
     pub(super) read: fn(&str) -> Result<BoardChoice, InvalidChoice>,
     /// Writes the argument.
@@ -26,8 +33,37 @@ pub struct BoardChoice {
     pub columns: u16,
     /// Number of points in a column.
     pub rows: u16,
-    /// Markers of a ChArUco board, tags of an AprilGrid, or circles.
-    pub markers: Option<MarkerChoice>,
+    /// Print at the points.
+    pub pattern: Pattern,
+}
+
+impl BoardKind {
+    /// Possible number of points along a side near the given number.
+    pub fn nearest(&self, points: u16) -> u16 {
+        let [least, most] = self.counts;
+        (self.points)((self.counted)(points).clamp(least, most))
+    }
+}
+
+impl BoardChoice {
+    /// Board with these numbers of points in a row and in a column.
+    pub fn of([columns, rows]: [u16; 2], pattern: Pattern) -> Self {
+        Self { columns, rows, pattern }
+    }
+
+    /// Board with squares of `square_m` metres.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidChoice::Board`] or [`InvalidChoice::Markers`].
+    pub fn board(&self, square_m: f64) -> Result<Board, InvalidChoice> {
+        Ok(Board::new(self.columns, self.rows, square_m)?.with(self.pattern)?)
+    }
+
+    /// Board with an [unchecked pattern](Board::drawn_with); `None` with invalid counts.
+    pub fn drawn(&self, square_m: f64) -> Option<Board> {
+        Some(Board::new(self.columns, self.rows, square_m).ok()?.drawn_with(self.pattern))
+    }
 }
 
 /// Reason why a text doesn't name a board.

@@ -3,31 +3,34 @@
 use nalgebra::{Point2, Vector2};
 
 use super::{
-    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Shape, Squares, Target, choice,
+    BoardChoice, BoardKind, DarkShapes, InvalidChoice, PartTells, Pattern, Shape, Squares, Target,
+    checkerboard, choice,
 };
-use crate::markers::{CircleRows, MarkerChoice};
+use crate::markers::CircleRows;
 
 /// Name and text form of a grid with rows below each other.
 pub(super) const SYMMETRIC: BoardKind = BoardKind {
     name: "circles",
     example: "circles:7x5",
-    counted: |points| points,
     read: |text| read(text, CircleRows::Symmetric),
     write: |named| format!("circles:{}x{}", named.columns, named.rows),
+    usual: || Pattern::Circles(CircleRows::Symmetric),
+    ..checkerboard::KIND
 };
 
 /// Name and text form of a grid with every second row shifted.
 pub(super) const ASYMMETRIC: BoardKind = BoardKind {
     name: "acircles",
     example: "acircles:4x11",
-    counted: |points| points,
     read: |text| read(text, CircleRows::Asymmetric),
     write: |named| format!("acircles:{}x{}", named.columns, named.rows),
+    usual: || Pattern::Circles(CircleRows::Asymmetric),
+    ..checkerboard::KIND
 };
 
 fn read(text: &str, layout: CircleRows) -> Result<BoardChoice, InvalidChoice> {
     let [columns, rows] = choice::counts(text).ok_or(InvalidChoice::NotCircles)?;
-    Ok(BoardChoice { columns, rows, markers: Some(MarkerChoice::circles(layout)) })
+    Ok(BoardChoice { columns, rows, pattern: Pattern::Circles(layout) })
 }
 
 /// Dark circles on white; the centres are the points.

@@ -3,25 +3,32 @@
 use std::{fmt, str::FromStr};
 
 use super::{
-    Board, BoardChoice, BoardKind, InvalidChoice, aprilgrid, charuco, checkerboard, circles,
+    BoardChoice, BoardKind, InvalidChoice, MarkerSide, Pattern, aprilgrid, charuco, checkerboard,
+    circles,
 };
-use crate::markers::{CircleRows, MarkerChoice};
+use crate::markers::CircleRows;
 
 /// Every kind of board, the plain kind first.
 pub static BOARD_KINDS: [BoardKind; 5] =
     [checkerboard::KIND, charuco::KIND, aprilgrid::KIND, circles::SYMMETRIC, circles::ASYMMETRIC];
 
+impl Pattern {
+    /// Place of the kind in [`BOARD_KINDS`].
+    pub fn kind_index(&self) -> usize {
+        match self {
+            Self::Plain => 0,
+            Self::Charuco { .. } => 1,
+            Self::AprilGrid(_) => 2,
+            Self::Circles(CircleRows::Symmetric) => 3,
+            Self::Circles(CircleRows::Asymmetric) => 4,
+        }
+    }
+}
+
 impl BoardChoice {
     /// Kind of the board.
     pub fn kind(&self) -> &'static BoardKind {
-        let [plain, charuco, aprilgrid, symmetric, asymmetric] = &BOARD_KINDS;
-        match self.markers {
-            None => plain,
-            Some(MarkerChoice { circles: Some(CircleRows::Symmetric), .. }) => symmetric,
-            Some(MarkerChoice { circles: Some(CircleRows::Asymmetric), .. }) => asymmetric,
-            Some(MarkerChoice { tags: Some(_), .. }) => aprilgrid,
-            Some(_) => charuco,
-        }
+        &BOARD_KINDS[self.pattern.kind_index()]
     }
 
     /// Counts named by people in a row and in a column: inner corners of a plain board, squares of
@@ -52,10 +59,13 @@ impl FromStr for BoardChoice {
         };
         let choice = (kind.ok_or(InvalidChoice::NoKind)?.read)(rest)?;
         // The counts must be possible for any squares.
-        let board = Board::new(choice.columns, choice.rows, 1.0)?;
-        if let Some(markers) = choice.markers {
-            board.with_markers(MarkerChoice { side_m: None, ..markers }.in_squares_of(1.0))?;
-        }
+        let any_side = match choice.pattern {
+            Pattern::Charuco { dictionary, .. } => {
+                Pattern::Charuco { dictionary, side: MarkerSide::Usual }
+            }
+            pattern => pattern,
+        };
+        BoardChoice { pattern: any_side, ..choice }.board(1.0)?;
         Ok(choice)
     }
 }
@@ -67,20 +77,16 @@ mod tests {
 
     #[test]
     fn boards_and_lengths_are_read_as_people_write_them() {
-        let plain = BoardChoice { columns: 9, rows: 6, markers: None };
+        let plain = BoardChoice { columns: 9, rows: 6, pattern: Pattern::Plain };
         assert_eq!("9x6".parse(), Ok(plain));
         let dictionary = "DICT_4X4_50".parse().expect("known");
-        let sized = |side_m| {
-            let markers = Some(MarkerChoice::in_squares(dictionary, side_m));
-            BoardChoice { columns: 7, rows: 10, markers }
-        };
-        assert_eq!("charuco:8x11:DICT_4X4_50:15mm".parse(), Ok(sized(Some(0.015))));
-        assert_eq!("ChArUco:8x11:4x4_50:1.5cm".parse(), Ok(sized(Some(0.015))));
-        assert_eq!("charuco:8x11:4x4_50".parse(), Ok(sized(None)));
-        assert_eq!((plain.counted(), sized(None).counted()), ([9, 6], [8, 11]));
+        let sized = |side| BoardChoice::of([7, 10], Pattern::Charuco { dictionary, side });
+        assert_eq!("charuco:8x11:DICT_4X4_50:15mm".parse(), Ok(sized(MarkerSide::Metres(0.015))));
+        assert_eq!("ChArUco:8x11:4x4_50:1.5cm".parse(), Ok(sized(MarkerSide::Metres(0.015))));
+        assert_eq!("charuco:8x11:4x4_50".parse(), Ok(sized(MarkerSide::Usual)));
+        assert_eq!((plain.counted(), sized(MarkerSide::Usual).counted()), ([9, 6], [8, 11]));
         let tags = |spacing: f64, first: u16| {
-            let markers = Some(MarkerChoice::tags(Tags { spacing, first }));
-            BoardChoice { columns: 12, rows: 14, markers }
+            BoardChoice::of([12, 14], Pattern::AprilGrid(Tags { spacing, first }))
         };
         assert_eq!("aprilgrid:6x7".parse(), Ok(tags(0.3, 0)));
         assert_eq!("AprilGrid:6x7:0.25".parse(), Ok(tags(0.25, 0)));
@@ -88,7 +94,7 @@ mod tests {
         assert_eq!(tags(0.3, 36).to_string(), "aprilgrid:6x7:0.3:36");
         assert_eq!(tags(0.25, 0).to_string(), "aprilgrid:6x7:0.25");
         assert_eq!(tags(0.3, 0).counted(), [6, 7]);
-        let circles = |rows| BoardChoice { markers: Some(MarkerChoice::circles(rows)), ..plain };
+        let circles = |rows| BoardChoice { pattern: Pattern::Circles(rows), ..plain };
         assert_eq!("circles:9x6".parse(), Ok(circles(CircleRows::Symmetric)));
         assert_eq!("ACircles:9x6".parse(), Ok(circles(CircleRows::Asymmetric)));
         for wrong in [
@@ -131,6 +137,7 @@ mod tests {
         for kind in &BOARD_KINDS {
             let choice: BoardChoice = kind.example.parse().expect("a board");
             assert_eq!(choice.kind().name, kind.name);
+            assert_eq!((kind.usual)().kind_index(), choice.pattern.kind_index());
             assert_eq!(choice.to_string(), kind.example);
         }
     }

@@ -1,7 +1,8 @@
 //! Calibration targets: the interface to a board of any kind.
 //!
 //! [`Board`] is a value for any kind of board; [`Board::target`] gives its pattern as a [`Target`].
-//! A kind of board is a file here that implements [`Target`], and a line in [`BOARD_KINDS`].
+//! A kind of board is a file here that implements [`Target`], a [`Pattern`], and a line in
+//! [`BOARD_KINDS`].
 //!
 //! The board frame has its origin midway between the outermost points, `x` along a row (towards
 //! higher columns), `y` along a column (towards higher rows) and `z = 0` on the paper, in metres.
@@ -14,6 +15,7 @@ mod checkerboard;
 mod choice;
 mod circles;
 mod kinds;
+mod pattern;
 
 pub use aprilgrid::AprilGrid;
 pub use board::Board;
@@ -22,10 +24,14 @@ pub use checkerboard::Squares;
 pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m, millimetres};
 pub use circles::Circles;
 pub use kinds::BOARD_KINDS;
+pub use pattern::{MarkerSide, Pattern};
 
 use nalgebra::Point2;
 
-use crate::coverage::BoardOutline;
+use crate::{
+    coverage::BoardOutline,
+    markers::{InvalidMarkers, Markers},
+};
 
 /// Flat board with points to be found in pictures.
 pub trait Target {
@@ -67,6 +73,20 @@ pub trait Target {
 
     /// Information in a part of the board about the numbers of the points.
     fn part_tells(&self) -> PartTells;
+
+    /// Markers that name the points beside them.
+    fn markers(&self) -> Option<Markers> {
+        None
+    }
+
+    /// Checks that the board can have its markers.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidMarkers`].
+    fn check(&self) -> Result<(), InvalidMarkers> {
+        Ok(())
+    }
 
     /// Dark shapes of the print, on white.
     fn dark_shapes(&self) -> DarkShapes;
@@ -207,25 +227,18 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::markers::{CircleRows, Dictionary, MarkerChoice, Markers, Tags};
+    use crate::markers::{CircleRows, Dictionary};
 
     /// Boards of every kind with this many points.
     fn boards(columns: u16, rows: u16, square_m: f64) -> Vec<Board> {
-        let plain = Board::new(columns, rows, square_m).expect("a board");
-        let dictionary: Dictionary = "DICT_5X5_1000".parse().expect("known");
-        let charuco = plain.with_markers(Markers::sized(dictionary, None)).expect("markers fit");
-        let even = |count: u16| (count / 2 * 2).max(4);
-        let tags = MarkerChoice::tags(Tags::default()).in_squares_of(square_m);
-        let points = Board::new(even(columns), even(rows), square_m).expect("a board");
-        let tags = points.with_markers(tags).expect("enough tags");
-        let [even, shifted] = [CircleRows::Symmetric, CircleRows::Asymmetric]
-            .map(|rows| plain.drawn_with(MarkerChoice::circles(rows).in_squares_of(square_m)));
-        vec![plain, charuco, tags, even, shifted]
-    }
-
-    #[test]
-    fn every_kind_is_among_the_boards_of_the_tests() {
-        assert_eq!(boards(9, 6, 0.025).len(), BOARD_KINDS.len());
+        let board = |kind: &BoardKind| {
+            let [columns, rows] = [columns, rows].map(|points| kind.nearest(points));
+            let (usual, side) = ((kind.usual)(), MarkerSide::Usual);
+            let large = |it: Dictionary| Pattern::Charuco { dictionary: it.family(), side };
+            let pattern = usual.dictionary().map_or(usual, large);
+            BoardChoice::of([columns, rows], pattern).board(square_m).expect("markers fit")
+        };
+        BOARD_KINDS.iter().map(board).collect()
     }
 
     proptest! {
@@ -290,7 +303,7 @@ mod tests {
                 let outline = target.outline(&px, &|_| true).expect("seen");
                 prop_assert_eq!(*outline.corners_px(), target.rim().map(|index| px[index]));
                 // Shifted rows leave a quadrilateral by less than their distance.
-                let are_shifted = board.circles() == Some(CircleRows::Asymmetric);
+                let are_shifted = board.pattern() == Pattern::Circles(CircleRows::Asymmetric);
                 let beyond_px = if are_shifted { 0.025 } else { 1e-9 };
                 prop_assert!(px.iter().all(|point| outline.reaches(point, beyond_px)));
                 prop_assert_eq!(target.outline(&px[1..], &|_| true), None);

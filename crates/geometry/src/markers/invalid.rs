@@ -1,6 +1,4 @@
-//! Checks of markers for a board.
-
-use super::{Dictionary, Markers, Tags, marker_count};
+//! Reasons against the markers of a board.
 
 /// Reason why a board can't have the given markers.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -61,54 +59,4 @@ impl InvalidMarkers {
     /// Least and largest space between tags, as a share of a tag's side: nearly equal steps can't
     /// be told apart when tilted.
     pub const SPACINGS: [f64; 2] = [0.1, 0.6];
-}
-
-impl Markers {
-    /// Checks that a board of `columns` × `rows` points can have the markers.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidMarkers`] if their side is outside 0.3..=0.95 squares, or the spacing of tags
-    /// outside 0.1..=0.6, or if the dictionary has too few.
-    pub fn check(&self, [columns, rows]: [u16; 2]) -> Result<(), InvalidMarkers> {
-        let Self { dictionary, side_squares, tags, circles } = *self;
-        if circles.is_some() {
-            return Ok(());
-        }
-        if let Some(tags) = tags {
-            return check_tags(dictionary, tags, [columns, rows]);
-        }
-        let [least, most] = InvalidMarkers::SIDES_SQUARES;
-        if !(least..=most).contains(&side_squares) {
-            return Err(InvalidMarkers::Side { side_squares });
-        }
-        let squares = [columns, rows].map(|corners| usize::from(corners) + 1);
-        let (needed, count) = (marker_count(squares), dictionary.count());
-        if needed > count {
-            let dictionary = dictionary.name();
-            return Err(InvalidMarkers::Count { columns, rows, needed, dictionary, count });
-        }
-        Ok(())
-    }
-}
-
-fn check_tags(
-    dictionary: Dictionary,
-    Tags { spacing, first }: Tags,
-    [columns, rows]: [u16; 2],
-) -> Result<(), InvalidMarkers> {
-    if [columns, rows].iter().any(|points| *points < 4 || !points.is_multiple_of(2)) {
-        return Err(InvalidMarkers::Tags { columns, rows });
-    }
-    let [least, most] = InvalidMarkers::SPACINGS;
-    if !(least..=most).contains(&spacing) {
-        return Err(InvalidMarkers::Spacing { spacing });
-    }
-    let last = usize::from(first) + usize::from(columns / 2) * usize::from(rows / 2) - 1;
-    let highest = dictionary.count() - 1;
-    if last > highest {
-        let dictionary = dictionary.name();
-        return Err(InvalidMarkers::Numbers { first, last, dictionary, highest });
-    }
-    Ok(())
 }

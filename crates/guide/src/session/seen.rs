@@ -236,13 +236,14 @@ mod tests {
     use nalgebra::Point2;
 
     use super::*;
-    use boresight_geometry::markers::Markers;
+    use boresight_geometry::boards::{MarkerSide, Pattern};
 
     #[test]
     fn boards_leave_the_picture_only_where_a_part_can_be_told() {
         let board = Board::new(9, 6, 0.025).expect("valid");
         let dictionary = "4x4_50".parse().expect("known");
-        let marked = board.with_markers(Markers::sized(dictionary, None)).expect("enough markers");
+        let markers = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
+        let marked = board.with(markers).expect("enough markers");
         let may_leave = |seen: &Seen, board: &Board| {
             seen.limits(&GuidanceParams::default(), board, &[], None).stop_corner_sigma_px.is_some()
         };

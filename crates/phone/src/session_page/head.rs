@@ -21,7 +21,7 @@ use boresight_app::{
 };
 
 use boresight_capture::{is_command, without_secrets};
-use boresight_geometry::markers::Dictionary;
+use boresight_geometry::{boards::BoardChoice, markers::Dictionary};
 use boresight_present::text::{self, phone as words};
 use boresight_run::{
     config::{Config, PlanName},
@@ -47,12 +47,12 @@ pub struct Head {
 impl Head {
     /// Serves `phone`; `onlookers` see every session.
     pub fn new(phone: Phone, opening: Opening, onlookers: Onlookers) -> Self {
-        let board = opening.config.board;
+        let board = opening.config.board.choice();
         let last = Request {
             source: without_secrets(&opening.source),
             board: [board.columns, board.rows],
-            markers: board.markers(),
-            square_m: board.square_mm * 1e-3,
+            pattern: board.pattern,
+            square_m: opening.config.board.square_mm * 1e-3,
             plan: plan_name(opening.config.guidance.plan).into(),
         };
         Self { phone, opening, onlookers, last, trouble: None }
@@ -157,7 +157,7 @@ impl Head {
     /// Opening for `request`, checked like a settings file.
     fn opening_of(&self, request: &Request) -> anyhow::Result<Opening> {
         let mut config: Config = self.opening.config.clone();
-        config.board = config.board.chosen(request.board, request.markers);
+        config.board = config.board.chosen(BoardChoice::of(request.board, request.pattern));
         config.board.square_mm = request.square_m * 1e3;
         let mut config = config.with(&[])?;
         let plans = [PlanName::Quick, PlanName::Full, PlanName::Adaptive];

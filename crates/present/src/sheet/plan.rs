@@ -5,8 +5,7 @@ use super::{
 
 use boresight_geometry::{
     board_code::{Edge, FAR},
-    boards::{Board, BoardChoice},
-    markers::{InvalidMarkers, MarkerChoice, Markers},
+    boards::{Board, BoardChoice, MarkerSide, Pattern},
 };
 
 /// Size of the squares.
@@ -31,8 +30,8 @@ pub struct Plan {
     /// Side of a square or tag, or distance between rows of circles. On a screen, a whole number of
     /// pixels.
     pub square_mm: f64,
-    /// Markers in the light squares, or tags or circles instead; `None` on a plain board.
-    pub markers: Option<Markers>,
+    /// Print of the board.
+    pub pattern: Pattern,
     /// Left edge of the board.
     pub left_mm: f64,
     /// Upper edge of the board.
@@ -75,18 +74,16 @@ pub enum DoesNotFit {
 ///
 /// [`DoesNotFit`].
 pub fn plan(columns: u16, rows: u16, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
-    plan_of(&BoardChoice { columns, rows, markers: None }, square, pages)
+    plan_of(&BoardChoice { columns, rows, pattern: Pattern::Plain }, square, pages)
 }
 
-/// Places a board on the one of `pages` with most white around it, reserving room for its markers,
-/// but without them.
+/// Places a board with unchecked markers on the one of `pages` with most white around it.
 ///
 /// # Errors
 ///
 /// [`DoesNotFit`].
 pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Plan, DoesNotFit> {
-    let markers = board.markers.map(|markers| markers.in_squares_of(1.0));
-    let squares = Squares::of([board.columns, board.rows], markers);
+    let squares = Squares::of(*board);
     let least_mm = pages.iter().map(least_mm).fold(f64::INFINITY, f64::min);
     if let Square::Exactly { mm } = square
         && mm < 0.999 * least_mm
@@ -128,42 +125,35 @@ pub fn plan_of(board: &BoardChoice, square: Square, pages: &[Page]) -> Result<Pl
 }
 
 impl Plan {
-    /// The plan with `markers` in the light squares.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidMarkers`] if the board can't have them.
-    pub fn with_markers(mut self, markers: Markers) -> Result<Self, InvalidMarkers> {
-        markers.check([self.columns, self.rows])?;
-        self.markers = Some(markers);
-        Ok(self)
-    }
-
     /// File name stem with the numbers needed to detect the board.
     pub fn file_stem(&self) -> String {
         let (choice, square_mm) = (self.choice(), (1000.0 * self.square_mm).round() / 1000.0);
         let [across, down] = choice.counted();
-        let in_squares = self.markers.filter(Markers::are_in_squares);
-        let dictionary = in_squares.map(|markers| format!("-{}", markers.dictionary));
+        let dictionary = self.pattern.dictionary().map(|dictionary| format!("-{dictionary}"));
         let dictionary = dictionary.unwrap_or_default();
         format!("{}-{across}x{down}-{square_mm}mm{dictionary}", choice.kind().name)
     }
 
     /// Board as on a command line, with the side of the markers to a micrometre.
     pub fn choice(&self) -> BoardChoice {
-        let Self { columns, rows, markers, .. } = *self;
-        let markers = markers.map(|markers| {
-            let mut chosen = MarkerChoice::of(markers, 1e-3 * self.square_mm);
-            chosen.side_m = chosen.side_m.map(|side_m| (1e6 * side_m).round() * 1e-6);
-            chosen
-        });
-        BoardChoice { columns, rows, markers }
+        let mut choice = BoardChoice::of([self.columns, self.rows], self.pattern);
+        if let Pattern::Charuco { side, .. } = &mut choice.pattern {
+            let square_m = 1e-3 * self.square_mm;
+            let side_m = side.in_squares_of(square_m) * square_m;
+            *side = MarkerSide::Metres((1e6 * side_m).round() * 1e-6);
+        }
+        choice
+    }
+
+    /// Board in metres, unchecked; `None` with invalid counts.
+    pub fn drawn(&self) -> Option<Board> {
+        let choice = BoardChoice::of([self.columns, self.rows], self.pattern);
+        choice.drawn(self.square_mm * 1e-3)
     }
 
     /// Board in metres; `None` if it's invalid.
     pub fn board(&self) -> Option<Board> {
-        let plain = Board::new(self.columns, self.rows, self.square_mm * 1e-3).ok()?;
-        self.markers.map_or(Some(plain), |markers| plain.with_markers(markers).ok())
+        self.drawn().filter(|board| board.target().check().is_ok())
     }
 
     /// Width of the whole board.
@@ -177,7 +167,7 @@ impl Plan {
     }
 
     fn squares(&self) -> Squares {
-        Squares::of([self.columns, self.rows], self.markers)
+        Squares::of(BoardChoice::of([self.columns, self.rows], self.pattern))
     }
 
     /// White margin for best detection: one square, or the space between tags.
@@ -212,8 +202,7 @@ enum White {
 
 #[derive(Clone, Copy)]
 struct Squares {
-    columns: u16,
-    rows: u16,
+    board: BoardChoice,
     /// Width and height of the pattern, in squares.
     sides: [f64; 2],
     /// Wanted white margin around the pattern, in squares.
@@ -221,14 +210,13 @@ struct Squares {
 }
 
 impl Squares {
-    fn of([columns, rows]: [u16; 2], markers: Option<Markers>) -> Self {
-        let board = Board::new(columns, rows, 1.0).ok();
-        let board = board.map(|plain| markers.map_or(plain, |markers| plain.drawn_with(markers)));
+    fn of(board: BoardChoice) -> Self {
+        let drawn = board.drawn(1.0);
         // Treat invalid counts as squares.
-        let plain = [columns, rows].map(|corners| f64::from(corners) + 1.0);
-        let sides = board.map_or(plain, |board| board.target().size_m());
-        let white = board.map_or(1.0, |board| board.target().steps_m()[1]);
-        Self { columns, rows, sides, white }
+        let plain = [board.columns, board.rows].map(|corners| f64::from(corners) + 1.0);
+        let sides = drawn.map_or(plain, |drawn| drawn.target().size_m());
+        let white = drawn.map_or(1.0, |drawn| drawn.target().steps_m()[1]);
+        Self { board, sides, white }
     }
 
     fn largest_mm(self, page: &Page, white: White) -> Option<f64> {
@@ -258,11 +246,12 @@ impl Squares {
             let start_mm = (room_mm - squares * square_mm) / 2.0;
             (start_mm > page.margin_mm - 1e-6).then(|| on_pixels(page, start_mm, f64::floor))
         };
+        let BoardChoice { columns, rows, pattern } = self.board;
         Some(Plan {
-            columns: self.columns,
-            rows: self.rows,
+            columns,
+            rows,
             square_mm,
-            markers: None,
+            pattern,
             left_mm: start(width_mm, self.sides[0])?,
             top_mm: start(height_mm, self.sides[1])?,
             page: *page,

@@ -2,7 +2,10 @@
 
 use super::target::circles;
 use boresight_detect::OtherBoard;
-use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice};
+use boresight_geometry::{
+    boards::{BOARD_KINDS, BoardChoice, Pattern},
+    markers::{Dictionary, InvalidMarkers},
+};
 use boresight_guide::guidance::Plan;
 
 /// Headings of the cards.
@@ -56,43 +59,72 @@ pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
 }
 
-/// Kinds of board, in the order of [`BOARD_KINDS`](boresight_geometry::boards::BOARD_KINDS), each
-/// with an explanation.
-pub const KINDS: [(&str, &str); 5] = [
-    ("Checkerboard", "Dark and light squares, nothing else."),
-    (
-        "ChArUco",
-        "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
-    ),
-    (
-        "AprilGrid",
-        "Kalibr's board: tags with small dark squares at their corners. A part of it is enough.",
-    ),
-    ("Circles", "Rows of circles below each other, dark on light or light on dark."),
-    ("Asymmetric circles", "Rows of circles, every second one shifted by half a step."),
+/// Words about a kind of board, each label with an explanation.
+#[derive(Clone, Copy, Debug)]
+pub struct KindWords {
+    /// Name.
+    pub name: [&'static str; 2],
+    /// Label of the counts.
+    pub counts: [&'static str; 2],
+    /// Label of the length to measure.
+    pub length: [&'static str; 2],
+}
+
+const CHECKERBOARD: KindWords = KindWords {
+    name: ["Checkerboard", "Dark and light squares, nothing else."],
+    counts: [
+        "Inner corners",
+        "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.",
+    ],
+    length: ["Square", "Measure several squares and divide. It sets distances only, not the lens."],
+};
+
+const CIRCLES: KindWords = KindWords {
+    name: ["Circles", "Rows of circles below each other, dark on light or light on dark."],
+    counts: ["Circles", "In a row, and rows."],
+    length: [
+        "Rows apart",
+        "From the centres of one row to those of the next, shifted or not: squareSize in OpenCV. Measure it over the whole board.",
+    ],
+};
+
+/// Words in the order of [`BOARD_KINDS`].
+pub const KINDS: [KindWords; BOARD_KINDS.len()] = [
+    CHECKERBOARD,
+    KindWords {
+        name: [
+            "ChArUco",
+            "A checkerboard with a marker in each light square. A part of it is enough: best for the corners of the picture and for wide lenses.",
+        ],
+        counts: ["Squares", "Dark and light ones, in each direction."],
+        ..CHECKERBOARD
+    },
+    KindWords {
+        name: [
+            "AprilGrid",
+            "Kalibr's board: tags with small dark squares at their corners. A part of it is enough.",
+        ],
+        counts: ["Tags", "The large ones with a code, in each direction."],
+        length: ["Tag", "Side of a tag with its black frame: tagSize in Kalibr. Measure it."],
+    },
+    CIRCLES,
+    KindWords {
+        name: ["Asymmetric circles", "Rows of circles, every second one shifted by half a step."],
+        ..CIRCLES
+    },
 ];
 
 /// Chosen board, with the dictionary of the markers.
-pub fn board([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> String {
+pub fn board(BoardChoice { columns, rows, pattern }: BoardChoice) -> String {
     let squares = format!("{} × {} squares", columns + 1, rows + 1);
-    match markers {
-        None => format!("{squares}, {columns} × {rows} inner corners"),
-        Some(MarkerChoice { tags: Some(_), .. }) => format!("{} × {} tags", columns / 2, rows / 2),
-        Some(MarkerChoice { circles: Some(layout), .. }) => {
-            format!("{} {columns} × {rows}", circles(layout))
-        }
-        Some(MarkerChoice { dictionary, .. }) => format!("{squares}, {dictionary}"),
+    match pattern {
+        Pattern::Plain => format!("{squares}, {columns} × {rows} inner corners"),
+        Pattern::Charuco { dictionary, .. } => format!("{squares}, {dictionary}"),
+        Pattern::AprilGrid(_) => format!("{} × {} tags", columns / 2, rows / 2),
+        Pattern::Circles(layout) => format!("{} {columns} × {rows}", circles(layout)),
     }
 }
 
-/// Label of the counts of an AprilGrid.
-pub const TAGS: &str = "Tags";
-/// See [`TAGS`].
-pub const TAGS_TIP: &str = "The large ones with a code, in each direction.";
-/// Label of the side of a tag.
-pub const TAG: &str = "Tag";
-/// See [`TAG`].
-pub const TAG_TIP: &str = "Side of a tag with its black frame: tagSize in Kalibr. Measure it.";
 /// Label of the space between tags.
 pub const SPACING: &str = "Space";
 /// See [`SPACING`].
@@ -102,19 +134,6 @@ pub const FIRST_TAG: &str = "First tag";
 /// See [`FIRST_TAG`].
 pub const FIRST_TAG_TIP: &str = "Number of the tag in the lower left corner; 0 on most boards.";
 
-/// Label of the counts of circles.
-pub const CIRCLES: &str = "Circles";
-/// See [`CIRCLES`].
-pub const CIRCLES_TIP: &str = "In a row, and rows.";
-/// Label of the distance of rows of circles.
-pub const ROW_STEP: &str = "Rows apart";
-/// See [`ROW_STEP`].
-pub const ROW_STEP_TIP: &str = "From the centres of one row to those of the next, shifted or not: squareSize in OpenCV. Measure it over the whole board.";
-
-/// Label of the counts of a ChArUco board.
-pub const SQUARES: &str = "Squares";
-/// See [`SQUARES`].
-pub const SQUARES_TIP: &str = "Dark and light ones, in each direction.";
 /// Label of the dictionary.
 pub const DICTIONARY: &str = "Dictionary";
 /// See [`DICTIONARY`].
@@ -148,18 +167,8 @@ pub fn impossible(why: &InvalidMarkers, square_m: f64) -> (String, &'static str)
     }
 }
 
-/// Label of the counts.
-pub const CORNERS: &str = "Inner corners";
-/// See [`CORNERS`].
-pub const CORNERS_TIP: &str = "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.";
 /// Labels between the counts, and for a screen reader.
 pub const SIDES: [&str; 2] = ["columns", "rows"];
-/// Label of the side of a square.
-pub const SQUARE: &str = "Square";
-/// See [`SQUARE`].
-pub const SQUARE_TIP: &str =
-    "Measure several squares and divide. It sets distances only, not the lens.";
-
 /// Side of a square, to a hundredth of a millimetre.
 pub fn square(square_m: f64) -> String {
     let text = format!("{:.2}", 1e3 * square_m);
@@ -221,7 +230,7 @@ pub const SHOW_TIP: &str = "Open a window with the board. Drag it to a flat scre
 pub const SHOWN_TITLE: &str = "boresight board";
 
 /// Line below the board on a screen.
-pub fn shown([columns, rows]: [u16; 2]) -> String {
+pub fn shown(BoardChoice { columns, rows, .. }: BoardChoice) -> String {
     format!(
         "{columns} × {rows} inner corners. Measure the {} squares of a row and divide by {}. F11: full screen. Esc: close.",
         columns + 1,
@@ -277,17 +286,16 @@ pub const BACK: &str = "Back to the session";
 /// squares.
 pub fn switched(
     id: Option<&str>,
-    [columns, rows]: [u16; 2],
-    markers: Option<MarkerChoice>,
+    BoardChoice { columns, rows, pattern }: BoardChoice,
     square_m: f64,
 ) -> String {
     if let Some(id) = id {
         let counts = [columns, rows].map(usize::from);
         return format!("{} is used now", named_board(id, counts, square_m));
     }
-    let (what, question) = match markers {
-        None => ("inner corners", "Is a square"),
-        Some(_) => ("circles", "Are rows apart by"),
+    let (what, question) = match pattern.is_plain() {
+        true => ("inner corners", "Is a square"),
+        false => ("circles", "Are rows apart by"),
     };
     let square = square(square_m);
     format!(

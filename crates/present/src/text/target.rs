@@ -2,8 +2,8 @@
 
 use crate::sheet::{DoesNotFit, LINES, Plan};
 use boresight_geometry::{
-    boards::Board,
-    markers::{CircleRows, Markers, Tags},
+    boards::{Board, Pattern},
+    markers::{CircleRows, Tags},
 };
 
 /// Board named by a code in its margin.
@@ -40,25 +40,26 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
         ]
     };
     [
-        match (id, &plan.markers) {
-            (_, Some(Markers { tags: Some(Tags { spacing, first }), .. })) => format!(
+        match (id, plan.pattern) {
+            (_, Pattern::AprilGrid(Tags { spacing, first })) => format!(
                 "AprilGrid {}x{} tags of {square}, {} apart ({spacing}), from tag {first}",
                 columns / 2,
                 rows / 2,
                 millimetres(plan.square_mm * spacing)
             ),
-            (_, Some(Markers { circles: Some(layout), .. })) => {
-                format!("{} {columns}x{rows}, rows {square} apart", circles(*layout))
+            (_, Pattern::Circles(layout)) => {
+                format!("{} {columns}x{rows}, rows {square} apart", circles(layout))
             }
-            (_, Some(markers)) => format!(
-                "ChArUco {}x{} squares of {square}, {}, markers {}",
+            (_, Pattern::Charuco { dictionary, side }) => format!(
+                "ChArUco {}x{} squares of {square}, {dictionary}, markers {}",
                 columns + 1,
                 rows + 1,
-                markers.dictionary,
-                millimetres(plan.square_mm * markers.side_squares)
+                millimetres(plan.square_mm * side.in_squares_of(1e-3 * plan.square_mm))
             ),
-            (Some(id), None) => format!("{columns}x{rows} inner corners, square {square}, ID {id}"),
-            (None, None) => {
+            (Some(id), Pattern::Plain) => {
+                format!("{columns}x{rows} inner corners, square {square}, ID {id}")
+            }
+            (None, Pattern::Plain) => {
                 format!("Checkerboard {columns}x{rows} (inner corners), square {square}")
             }
         },
@@ -73,10 +74,8 @@ pub fn target_lines(plan: &Plan, id: Option<&str>) -> [String; LINES] {
 /// typed.
 pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     let ruler = millimetres(plan.ruler_mm);
-    let tags = plan.markers.and_then(|markers| markers.tags);
-    let circles = plan.markers.and_then(|markers| markers.circles);
     let width = millimetres(plan.board_width_mm());
-    let (across, divisor) = match plan.markers.is_none_or(|markers| markers.are_in_squares()) {
+    let (across, divisor) = match plan.pattern.is_squares() {
         true => (format!("{} squares are", plan.columns + 1), f64::from(plan.columns + 1)),
         false => (String::from("pattern is"), plan.board_width_mm() / plan.square_mm),
     };
@@ -100,10 +99,10 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
         ]
     };
     if plan.white_mm() < 0.999 * plan.wanted_white_mm() {
-        let wanted = match (tags, circles) {
-            (Some(_), _) => "between tags",
-            (_, Some(_)) => "between rows",
-            _ => "a square",
+        let wanted = match plan.pattern {
+            Pattern::AprilGrid(_) => "between tags",
+            Pattern::Circles(_) => "between rows",
+            Pattern::Plain | Pattern::Charuco { .. } => "a square",
         };
         steps.push(format!(
             "The white margin is {} wide, narrower than {wanted}: keep the background light, and don't cover the squares with your fingers.",
@@ -116,7 +115,7 @@ pub fn target_steps(plan: &Plan, has_code: bool) -> Vec<String> {
     } else {
         format!("Calibrate: boresight guide {arguments}")
     });
-    if let Some(Tags { spacing, first: 0 }) = tags {
+    if let Pattern::AprilGrid(Tags { spacing, first: 0 }) = plan.pattern {
         steps.push(format!(
             "For Kalibr, in aprilgrid.yaml: target_type: 'aprilgrid', tagCols: {}, tagRows: {}, tagSize: {}, tagSpacing: {spacing}",
             plan.columns / 2,

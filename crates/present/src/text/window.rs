@@ -156,7 +156,7 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
             "Show the first board, or finish this session and start another one. Your views are safe."
                 .into()
         }
-        Some(board) if board.markers.is_none() => {
+        Some(board) if board.pattern.is_plain() => {
             format!("Hold it a moment longer to {}.", use_it(&board))
         }
         Some(_) => "Show the chosen board, or use this one.".into(),
@@ -171,7 +171,7 @@ pub fn use_board(board: &BoardChoice) -> String {
 }
 
 fn use_it(board: &BoardChoice) -> String {
-    let circles = if board.markers.is_some() { " circles" } else { "" };
+    let circles = if board.pattern.is_plain() { "" } else { " circles" };
     format!("use {} × {}{circles}", board.columns, board.rows)
 }
 

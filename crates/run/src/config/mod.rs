@@ -15,10 +15,9 @@ use boresight_calibrate::{
 };
 use boresight_files::{FileError, Links, TEXT_LIMIT, plain_words, read_text};
 use boresight_geometry::{
-    boards::{Board, InvalidBoard},
-    boards::{BoardChoice, millimetres},
+    boards::{Board, BoardChoice, InvalidBoard, MarkerSide, Pattern, millimetres},
     frame::ImageSize,
-    markers::{CircleRows, Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags},
+    markers::{CircleRows, Dictionary, InvalidMarkers, Tags},
 };
 use boresight_guide::{
     guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
@@ -83,41 +82,33 @@ pub struct BoardConfig {
 }
 
 impl BoardConfig {
-    /// A board of `columns` and `rows` points with the given markers, or with none.
+    /// These settings with the chosen board.
     #[must_use]
-    pub fn chosen(self, [columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> Self {
-        let tags = markers.and_then(|markers| markers.tags);
-        let in_squares = markers.filter(MarkerChoice::are_in_squares);
+    pub fn chosen(self, BoardChoice { columns, rows, pattern }: BoardChoice) -> Self {
         Self {
             columns,
             rows,
-            dictionary: in_squares.map(|markers| markers.dictionary),
-            marker_mm: in_squares.and_then(|markers| markers.side_m).map(millimetres),
-            tag_spacing: tags.map(|tags| tags.spacing),
-            first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
-            circles: markers.and_then(|markers| markers.circles),
+            dictionary: pattern.dictionary(),
+            marker_mm: pattern.side_m().map(millimetres),
+            tag_spacing: pattern.tags().map(|tags| tags.spacing),
+            first_tag: pattern.tags().map(|tags| tags.first).filter(|first| *first != 0),
+            circles: pattern.circles(),
             ..self
         }
     }
 
-    /// The markers of a ChArUco board, the tags of an AprilGrid, or circles.
-    pub fn markers(&self) -> Option<MarkerChoice> {
-        if let Some(rows) = self.circles {
-            return Some(MarkerChoice::circles(rows));
-        }
-        if let Some(spacing) = self.tag_spacing {
-            let first = self.first_tag.unwrap_or(0);
-            return Some(MarkerChoice::tags(Tags { spacing, first }));
-        }
-        let side_m = self.marker_mm.map(|mm| mm * 1e-3);
-        self.dictionary.map(|dictionary| MarkerChoice::in_squares(dictionary, side_m))
-    }
-
-    /// The board as an argument of `--board`: `9x6`, `charuco:8x11:DICT_4X4_50:15mm`,
-    /// `aprilgrid:6x6`, `circles:7x5`.
-    pub fn argument(&self) -> String {
+    /// The chosen board.
+    pub fn choice(&self) -> BoardChoice {
         let Self { columns, rows, .. } = *self;
-        BoardChoice { columns, rows, markers: self.markers() }.to_string()
+        let side = self.marker_mm.map_or(MarkerSide::Usual, |mm| MarkerSide::Metres(mm * 1e-3));
+        let tags = |spacing| Tags { spacing, first: self.first_tag.unwrap_or(0) };
+        let pattern = match (self.circles, self.tag_spacing, self.dictionary) {
+            (Some(rows), _, _) => Pattern::Circles(rows),
+            (_, Some(spacing), _) => Pattern::AprilGrid(tags(spacing)),
+            (_, _, Some(dictionary)) => Pattern::Charuco { dictionary, side },
+            (None, None, None) => Pattern::Plain,
+        };
+        BoardChoice { columns, rows, pattern }
     }
 }
 
@@ -449,15 +440,14 @@ impl Config {
     pub fn board(&self) -> Result<Board, ConfigError> {
         let BoardConfig { columns, rows, square_mm, marker_mm, .. } = self.board;
         let board = Board::new(columns, rows, square_mm * 1e-3)?;
-        let Some(MarkerChoice { dictionary, tags, circles, .. }) = self.board.markers() else {
-            return Ok(board);
+        let pattern = match (self.board.choice().pattern, marker_mm) {
+            // Metres would round the share.
+            (Pattern::Charuco { dictionary, .. }, Some(mm)) => {
+                Pattern::Charuco { dictionary, side: MarkerSide::Squares(mm / square_mm) }
+            }
+            (pattern, _) => pattern,
         };
-        let side_squares = marker_mm.map(|mm| mm / square_mm);
-        Ok(board.with_markers(Markers {
-            tags,
-            circles,
-            ..Markers::sized(dictionary, side_squares)
-        })?)
+        Ok(board.with(pattern)?)
     }
 
     /// The settings of the planner.

@@ -7,34 +7,26 @@ use egui::{
 
 use super::{
     super::{aloud, keys::UiAction, theme},
-    markers::{self, choice, kind},
-    start_page::{APRILGRID, ASYMMETRIC, CHARUCO, CIRCLES, Choices, StartPage},
+    markers::{choice, kind},
+    start_page::{Choices, StartPage},
 };
-use boresight_geometry::{
-    boards::{Board, DarkShapes, Shape},
-    markers::Markers,
-};
+use boresight_geometry::boards::{BOARD_KINDS, BoardChoice, DarkShapes, Shape};
 use boresight_present::text::start as words;
 
 /// Height of the drawing.
 const HIGH: f32 = 208.0;
 
 pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<UiAction>) {
-    let board = page.draft.board;
     let (rect, response) =
         ui.allocate_exact_size(Vec2::new(ui.available_width(), HIGH), Sense::hover());
-    draw(ui.painter(), rect, (board, page.markers()), true);
-    let what = words::board(board, page.draft.markers);
+    draw(ui.painter(), rect, page.in_squares(), true);
+    let what = words::board(page.choice());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &what));
     kind(ui, page);
     ui.label(&what);
     size(ui, page);
     ui.horizontal(|ui| {
-        let (name, tip) = match page.kind() {
-            APRILGRID => (words::TAG, words::TAG_TIP),
-            CIRCLES | ASYMMETRIC => (words::ROW_STEP, words::ROW_STEP_TIP),
-            _ => (words::SQUARE, words::SQUARE_TIP),
-        };
+        let [name, tip] = words::KINDS[page.draft.pattern.kind_index()].length;
         let name = ui.label(name).on_hover_text(tip);
         let square = DragValue::new(&mut page.draft.square_m)
             .range(0.0001..=9.9)
@@ -54,13 +46,13 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     choice(ui, page);
     ui.separator();
     // Only plain boards are counted.
-    if page.draft.markers.is_none() {
+    if page.draft.pattern.is_plain() {
         detect(ui, page, choices);
     }
     ui.horizontal_wrapped(|ui| {
         let print = ui.add_enabled(page.board_trouble().is_none(), Button::new(words::PRINT));
         if print.on_hover_text(words::PRINT_TIP).clicked() {
-            asks.push(markers::print(page));
+            asks.push(UiAction::Print { board: page.in_squares(), paper: page.paper });
         }
         let name = choices.papers.get(page.paper).copied().unwrap_or_default();
         let list = ComboBox::from_id_salt("paper").selected_text(name).width(56.0);
@@ -97,20 +89,17 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
 /// Number of corners of a plain board, of squares of a ChArUco board, of tags of an AprilGrid, or
 /// of circles, as in other programs.
 fn size(ui: &mut Ui, page: &mut StartPage) {
-    let (name, tip, range, each, more) = match page.kind() {
-        APRILGRID => (words::TAGS, words::TAGS_TIP, 2..=49, 2, 0),
-        CHARUCO => (words::SQUARES, words::SQUARES_TIP, 4..=100, 1, 1),
-        CIRCLES | ASYMMETRIC => (words::CIRCLES, words::CIRCLES_TIP, 3..=99, 1, 0),
-        _ => (words::CORNERS, words::CORNERS_TIP, 3..=99, 1, 0),
-    };
+    let place = page.draft.pattern.kind_index();
+    let (kind, [name, tip]) = (&BOARD_KINDS[place], words::KINDS[place].counts);
+    let [least, most] = kind.counts;
     ui.horizontal(|ui| {
         ui.label(name).on_hover_text(tip);
         for (corners, side) in page.draft.board.iter_mut().zip(words::SIDES) {
-            let mut count = *corners / each + more;
-            let value = ui.add(DragValue::new(&mut count).range(range.clone()));
+            let mut count = (kind.counted)(*corners);
+            let value = ui.add(DragValue::new(&mut count).range(least..=most));
             value.widget_info(|| WidgetInfo::labeled(Role::SpinButton, true, side));
             value.on_hover_text(format!("{side}. {tip}"));
-            *corners = (count - more) * each;
+            *corners = (kind.points)(count);
         }
     });
 }
@@ -148,15 +137,9 @@ fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
 
 /// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner
 /// corner has a dot.
-pub(super) fn draw(
-    painter: &Painter,
-    area: Rect,
-    ([columns, rows], markers): ([u16; 2], Option<Markers>),
-    corners: bool,
-) {
+pub(super) fn draw(painter: &Painter, area: Rect, board: BoardChoice, corners: bool) {
     // In squares. The page reports impossible markers.
-    let Ok(plain) = Board::new(columns, rows, 1.0) else { return };
-    let board = markers.map_or(plain, |markers| plain.drawn_with(markers));
+    let Some(board) = board.drawn(1.0) else { return };
     let [across, down] = board.target().size_m().map(|squares| squares as f32);
     let side = (area.width() / (across + 2.0)).min(area.height() / (down + 2.0));
     // Whole pixels make all squares alike.

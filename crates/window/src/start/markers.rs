@@ -2,18 +2,19 @@
 
 use egui::{ComboBox, DragValue, RichText, Ui};
 
-use super::{
-    super::{keys::UiAction, theme},
-    start_page::StartPage,
+use super::{super::theme, start_page::StartPage};
+use boresight_geometry::{
+    boards::{MarkerSide, Pattern},
+    markers::{Dictionary, InvalidMarkers, Tags},
 };
-use boresight_geometry::markers::{Dictionary, InvalidMarkers, MarkerChoice, Tags};
 use boresight_present::text::start as words;
 
 /// Choice of the kind of board.
 pub(super) fn kind(ui: &mut Ui, page: &mut StartPage) {
     ui.horizontal_wrapped(|ui| {
-        for (kind, (name, tip)) in words::KINDS.into_iter().enumerate() {
-            if ui.radio(page.kind() == kind, name).on_hover_text(tip).clicked() {
+        for (kind, words) in words::KINDS.iter().enumerate() {
+            let ([name, tip], is_chosen) = (words.name, page.draft.pattern.kind_index() == kind);
+            if ui.radio(is_chosen, name).on_hover_text(tip).clicked() {
                 page.choose_kind(kind);
             }
         }
@@ -22,15 +23,14 @@ pub(super) fn kind(ui: &mut Ui, page: &mut StartPage) {
 
 /// Dictionary and size of the markers of a ChArUco board, or spacing and first number of tags.
 pub(super) fn choice(ui: &mut Ui, page: &mut StartPage) {
-    let Some(mut chosen) = page.draft.markers else { return };
-    match &mut chosen.tags {
-        Some(tags) => tags_choice(ui, tags),
-        None if chosen.circles.is_some() => {}
-        None => markers_choice(ui, &mut chosen, page.draft.square_m),
+    let square_m = page.draft.square_m;
+    match &mut page.draft.pattern {
+        Pattern::AprilGrid(tags) => tags_choice(ui, tags),
+        Pattern::Charuco { dictionary, side } => markers_choice(ui, dictionary, side, square_m),
+        Pattern::Plain | Pattern::Circles(_) => {}
     }
-    page.draft.markers = Some(chosen);
     if let Some(trouble) = page.board_trouble() {
-        let (what, action) = words::impossible(&trouble, page.draft.square_m);
+        let (what, action) = words::impossible(&trouble, square_m);
         ui.label(RichText::new(what).color(theme::palette(ui.visuals()).bad));
         ui.label(action);
     }
@@ -50,25 +50,25 @@ fn tags_choice(ui: &mut Ui, tags: &mut Tags) {
     });
 }
 
-fn markers_choice(ui: &mut Ui, chosen: &mut MarkerChoice, square_m: f64) {
+fn markers_choice(ui: &mut Ui, chosen: &mut Dictionary, side: &mut MarkerSide, square_m: f64) {
     ui.horizontal(|ui| {
         let name = ui.label(words::DICTIONARY).on_hover_text(words::DICTIONARY_TIP);
         let list = ComboBox::from_id_salt("dictionary")
-            .selected_text(words::dictionary(chosen.dictionary))
+            .selected_text(words::dictionary(*chosen))
             .truncate()
             .width(ui.available_width());
         let list = list.show_ui(ui, |ui| {
             for dictionary in Dictionary::all() {
                 let label = words::dictionary(dictionary);
-                ui.selectable_value(&mut chosen.dictionary, dictionary, label);
+                ui.selectable_value(chosen, dictionary, label);
             }
         });
         list.response.labelled_by(name.id).on_hover_text(words::DICTIONARY_TIP);
     });
     ui.horizontal(|ui| {
         let name = ui.label(words::MARKER).on_hover_text(words::MARKER_TIP);
-        let usual_m = usual_side_m(*chosen, square_m);
-        let mut side_m = chosen.side_m.unwrap_or(usual_m);
+        let usual_m = square_m * MarkerSide::Usual.in_squares_of(square_m);
+        let mut side_m = if let MarkerSide::Metres(side_m) = *side { side_m } else { usual_m };
         let field = DragValue::new(&mut side_m)
             .range(0.0001..=9.9)
             .speed(0.0005)
@@ -77,18 +77,8 @@ fn markers_choice(ui: &mut Ui, chosen: &mut MarkerChoice, square_m: f64) {
         let response = ui.add(field).labelled_by(name.id).on_hover_text(words::MARKER_TIP);
         if response.changed() {
             // The usual size stays usual if the square changes.
-            chosen.side_m = Some(side_m).filter(|side_m| (side_m - usual_m).abs() > 1e-6);
+            let is_other = (side_m - usual_m).abs() > 1e-6;
+            *side = if is_other { MarkerSide::Metres(side_m) } else { MarkerSide::Usual };
         }
     });
-}
-
-fn usual_side_m(chosen: MarkerChoice, square_m: f64) -> f64 {
-    square_m * MarkerChoice { side_m: None, ..chosen }.in_squares_of(square_m).side_squares
-}
-
-/// Action to print the chosen board.
-pub(super) fn print(page: &StartPage) -> UiAction {
-    let draft = &page.draft;
-    let markers = draft.markers.map(|chosen| chosen.in_squares_of(draft.square_m));
-    UiAction::Print { board: draft.board, markers, paper: page.paper }
 }

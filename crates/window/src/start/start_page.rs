@@ -9,9 +9,8 @@ use boresight_app::{
     window::host::{CameraView, OtherKind, PrintedBoard, SeenCode, SessionRequest, is_camera_name},
 };
 use boresight_geometry::{
-    boards::Board,
-    boards::{BOARD_KINDS, BoardChoice},
-    markers::{CircleRows, Dictionary, InvalidMarkers, MarkerChoice, Markers, Tags, marker_count},
+    boards::{BOARD_KINDS, BoardChoice, BoardKind, MarkerSide, Pattern},
+    markers::{Dictionary, InvalidMarkers, marker_count},
 };
 
 /// Names of sources other than cameras.
@@ -22,9 +21,8 @@ const ANY: &str = "auto";
 pub struct StartPage {
     /// Session to start.
     pub draft: SessionRequest,
-    /// Last markers in squares, and last tags, to return to from another kind of board.
-    marked: MarkerChoice,
-    tags: MarkerChoice,
+    /// Last choice of each kind of board, to return to from another one.
+    last: [Pattern; BOARD_KINDS.len()],
     /// Text in the field for streams and files.
     pub(super) typed: String,
     /// True if the board in front of the camera is counted.
@@ -59,21 +57,16 @@ pub struct Choices {
     pub full_screen: bool,
 }
 
-/// Places of the kinds other than plain boards in
-/// [`BOARD_KINDS`](boresight_geometry::boards::BOARD_KINDS).
-pub(super) const CHARUCO: usize = 1;
-pub(super) const APRILGRID: usize = 2;
-pub(super) const CIRCLES: usize = 3;
-pub(super) const ASYMMETRIC: usize = 4;
-
 impl StartPage {
     /// Page with the initial `draft`.
     pub fn new(draft: SessionRequest) -> Self {
-        let marked = draft.markers.filter(MarkerChoice::are_in_squares);
-        let tags = draft.markers.filter(|markers| markers.tags.is_some());
+        let marked = smallest_that_suffices(draft.board);
+        let usual = |kind: &BoardKind| {
+            let usual = (kind.usual)();
+            usual.dictionary().map_or(usual, |_| marked)
+        };
         Self {
-            marked: marked.unwrap_or_else(|| smallest_that_suffices(draft.board)),
-            tags: tags.unwrap_or_else(|| MarkerChoice::tags(Tags::default())),
+            last: BOARD_KINDS.each_ref().map(usual),
             draft,
             typed: String::new(),
             counts: false,
@@ -94,7 +87,7 @@ impl StartPage {
         if is_open && let Some(camera) = usable().next() {
             self.choose(&camera.source.clone());
         }
-        let camera = self.camera(choices).filter(|_| self.draft.markers.is_none());
+        let camera = self.camera(choices).filter(|_| self.draft.pattern.is_plain());
         let board = camera.and_then(|camera| camera.board).filter(|_| self.counts);
         let code = camera.and_then(|camera| camera.code.clone());
         if let Some(board) = board {
@@ -112,7 +105,7 @@ impl StartPage {
     pub(super) fn code(&self) -> Option<&SeenCode> {
         let draft = &self.draft;
         let names = |code: &&SeenCode| {
-            draft.markers.is_none()
+            draft.pattern.is_plain()
                 && code.board == draft.board
                 && (code.square_m - draft.square_m).abs() < 1e-7
         };
@@ -147,68 +140,53 @@ impl StartPage {
         self.typed.clear();
     }
 
-    /// Kind of the chosen board as index in
-    /// [`BOARD_KINDS`](boresight_geometry::boards::BOARD_KINDS).
-    pub(super) fn kind(&self) -> usize {
-        kind_of(self.draft.board, self.draft.markers)
-    }
-
-    /// Chooses a kind of board.
+    /// Chooses a kind of board by the place in [`BOARD_KINDS`].
     pub(super) fn choose_kind(&mut self, kind: usize) {
-        match self.draft.markers {
-            Some(chosen) if chosen.are_in_squares() => self.marked = chosen,
-            Some(chosen) if chosen.tags.is_some() => self.tags = chosen,
-            Some(_) | None => {}
-        }
-        self.draft.markers = match kind {
-            CHARUCO => Some(self.marked),
-            APRILGRID => {
-                // Each tag has two points in a row.
-                self.draft.board = self.draft.board.map(|points| (points / 2 * 2).clamp(4, 98));
-                Some(self.tags)
-            }
-            CIRCLES => Some(MarkerChoice::circles(CircleRows::Symmetric)),
-            ASYMMETRIC => Some(MarkerChoice::circles(CircleRows::Asymmetric)),
-            _ => None,
-        };
+        let draft = &mut self.draft;
+        self.last[draft.pattern.kind_index()] = draft.pattern;
+        draft.pattern = self.last[kind];
+        draft.board = draft.board.map(|points| BOARD_KINDS[kind].nearest(points));
         self.counts = false;
         self.printed = None;
     }
 
     /// Chooses a recognised board, as far as known.
-    pub(super) fn take(&mut self, OtherKind { markers, board, .. }: OtherKind) {
-        if markers.are_in_squares() {
-            self.marked = markers;
+    pub(super) fn take(&mut self, OtherKind { pattern, board, .. }: OtherKind) {
+        if pattern.dictionary().is_some() {
+            self.last[pattern.kind_index()] = pattern;
         }
-        self.choose_kind(kind_of(self.draft.board, Some(markers)));
+        self.choose_kind(pattern.kind_index());
         self.draft.board = board.unwrap_or(self.draft.board);
     }
 
-    /// The markers of the chosen board.
-    pub(crate) fn markers(&self) -> Option<Markers> {
-        self.draft.markers.map(|chosen| chosen.in_squares_of(self.draft.square_m))
+    /// Chosen board, with the side of the markers in squares.
+    pub(crate) fn in_squares(&self) -> BoardChoice {
+        BoardChoice::of(self.draft.board, self.draft.pattern.in_squares_of(self.draft.square_m))
+    }
+
+    /// Chosen board.
+    pub(super) fn choice(&self) -> BoardChoice {
+        BoardChoice::of(self.draft.board, self.draft.pattern)
     }
 
     /// Reason why the chosen board can't have the markers.
     pub(super) fn board_trouble(&self) -> Option<InvalidMarkers> {
-        let [columns, rows] = self.draft.board;
-        let board = Board::new(columns, rows, self.draft.square_m).ok()?;
-        board.with_markers(self.markers()?).err()
+        let board = self.choice().drawn(self.draft.square_m)?;
+        board.target().check().err()
     }
 
     /// Notes the printed size of the chosen board's squares.
     pub(crate) fn note_printed(&mut self, square_m: f64) {
-        let markers = self.markers();
+        if let Pattern::Charuco { side: MarkerSide::Metres(side_m), .. } = &mut self.draft.pattern {
+            *side_m = *side_m / self.draft.square_m * square_m;
+        }
         self.knows_square = true;
         self.draft.square_m = square_m;
-        if let (Some(markers), Some(chosen)) = (markers, &mut self.draft.markers) {
-            chosen.side_m = chosen.side_m.map(|_| markers.side_squares * square_m);
-        }
     }
 
     /// A new session from the choices.
     pub(super) fn wish(&self) -> SessionRequest {
-        let is_said = self.knows_square || self.draft.markers.is_some();
+        let is_said = self.knows_square || !self.draft.pattern.is_plain();
         SessionRequest {
             source: self.draft.source.trim().into(),
             board_code: if is_said { BoardFromCode::Nothing } else { BoardFromCode::All },
@@ -246,22 +224,16 @@ impl StartPage {
 
     /// Camera with the board to count.
     pub(crate) fn counted(&self, choices: &Choices) -> Option<String> {
-        let is_plain = self.draft.markers.is_none();
+        let is_plain = self.draft.pattern.is_plain();
         self.camera(choices).filter(|_| is_plain).map(|camera| camera.source.clone())
     }
 }
 
-/// Place of a board's kind in [`BOARD_KINDS`](boresight_geometry::boards::BOARD_KINDS).
-fn kind_of([columns, rows]: [u16; 2], markers: Option<MarkerChoice>) -> usize {
-    let kind = BoardChoice { columns, rows, markers }.kind().name;
-    BOARD_KINDS.iter().position(|other| other.name == kind).unwrap_or_default()
-}
-
 /// Markers of a dictionary with enough markers for the board: the first and smallest has the
 /// largest cells.
-fn smallest_that_suffices([columns, rows]: [u16; 2]) -> MarkerChoice {
+fn smallest_that_suffices([columns, rows]: [u16; 2]) -> Pattern {
     let needed = marker_count([usize::from(columns) + 1, usize::from(rows) + 1]);
     let suffices = |dictionary: &Dictionary| dictionary.count() >= needed;
     let dictionary = Dictionary::all().find(suffices).or_else(|| Dictionary::all().last());
-    MarkerChoice::in_squares(dictionary.unwrap_or_default(), None)
+    Pattern::Charuco { dictionary: dictionary.unwrap_or_default(), side: MarkerSide::Usual }
 }
