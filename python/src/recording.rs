@@ -13,10 +13,7 @@ use boresight::{
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::{
-    calibration::older,
-    error::{raised, warn},
-};
+use crate::{calibration::older, error::raised};
 
 /// What a session folder records: header, and the calibration of its views by this version.
 #[pyfunction]

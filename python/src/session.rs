@@ -59,7 +59,6 @@ pub(crate) struct Session {
 impl Session {
     #[new]
     fn new(
-        py: Python<'_>,
         board: Named,
         image_size: (u32, u32),
         settings: Vec<String>,

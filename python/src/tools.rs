@@ -17,6 +17,7 @@ use boresight::{
         history::{self, HistoryFile, Index, days_ago, histories},
     },
     frame::ImageSize,
+    geometry::boards::BoardChoice,
     guidance::GuidanceParams,
     report::page,
 };
