@@ -10,28 +10,22 @@
 //! 1280x720`.
 
 mod best_turn;
+mod corner_lists;
 mod outlines;
 
 use std::{path::Path, sync::Mutex, thread};
 
-use anyhow::Context;
 use best_turn::{differences_px, rms_px};
 use boresight_calibrate::{
     Calibration, CalibrationParams, DriftVerdict, Limits, OldLens, Severity, Verdict, calibrate,
     drift, projection_jacobian,
 };
-use boresight_geometry::{Corner, boards::Board, frame::ImageSize};
+use boresight_geometry::Corner;
+use corner_lists::{Set, read_list};
 use nalgebra::{Point2, Point3};
 use outlines::outlines;
 use rand::{SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
-
-struct Set {
-    name: String,
-    board: Board,
-    size: ImageSize,
-    views: Vec<Vec<Corner>>,
-}
 
 /// Mutual comparison of two halves.
 struct Halves {
@@ -49,35 +43,6 @@ struct Halves {
     /// Checks of each half against the other, with all views and with four; `None` without a
     /// verdict.
     checks: [[Option<DriftVerdict>; 2]; 2],
-}
-
-fn read(line: &str, folder: &Path) -> anyhow::Result<Set> {
-    let mut words = line.split_whitespace();
-    let mut word = || words.next().context("FILE COLUMNSxROWS WIDTHxHEIGHT");
-    let (file, board, size) = (word()?, word()?, word()?);
-    let pair = |text: &str| -> anyhow::Result<(u16, u16)> {
-        let (a, b) = text.split_once('x').context("no x")?;
-        Ok((a.parse()?, b.parse()?))
-    };
-    let ((columns, rows), (width, height)) = (pair(board)?, pair(size)?);
-    let (width_px, height_px) = (u32::from(width), u32::from(height));
-    let board = Board::new(columns, rows, 0.025)?;
-    let text = std::fs::read_to_string(folder.join(file)).with_context(|| file.to_owned())?;
-    let mut views = Vec::new();
-    for line in text.lines().filter(|line| !line.is_empty()) {
-        let value: serde_json::Value = serde_json::from_str(line)?;
-        let mut view = vec![Corner::unseen(Point2::origin()); usize::from(columns * rows)];
-        for corner in value["corners"].as_array().context("no corners")? {
-            let number = |i: usize| corner[i].as_f64().unwrap_or(f64::NAN);
-            let index = number(1) as usize * usize::from(columns) + number(0) as usize;
-            view[index] = Corner::isotropic(Point2::new(number(2), number(3)), number(4));
-        }
-        if view.iter().any(Corner::is_seen) {
-            views.push(view);
-        }
-    }
-    let name = file.trim_end_matches(".jsonl").to_owned();
-    Ok(Set { name, board, size: ImageSize { width_px, height_px }, views })
 }
 
 fn result_of(set: &Set, views: &[Vec<Corner>], params: &CalibrationParams) -> Option<Calibration> {
@@ -173,13 +138,7 @@ fn main() -> anyhow::Result<()> {
         anyhow::bail!("split_halves LIST SPLITS");
     };
     let (list, splits) = (Path::new(list), splits.parse::<u64>()?);
-    let folder = list.parent().unwrap_or(Path::new("."));
-    let text = std::fs::read_to_string(list)?;
-    let sets: Vec<Set> = text
-        .lines()
-        .filter(|line| !line.trim().is_empty())
-        .map(|line| read(line, folder))
-        .collect::<anyhow::Result<_>>()?;
+    let sets = read_list(list)?;
     let params = CalibrationParams::default();
     let (next, rows) = (Mutex::new(sets.iter()), Mutex::new(Vec::new()));
     let work = || {

@@ -53,7 +53,6 @@ mod simulation;
 mod steady_state;
 mod target;
 mod technician;
-mod torn_views;
 mod varying_focal;
 mod verdict_monte_carlo;
 mod wide_lenses;

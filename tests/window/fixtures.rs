@@ -200,7 +200,7 @@ fn locked() -> CameraEvent {
 fn judged(done: &Snapshot, verdict: Verdict, severity: Severity) -> Snapshot {
     let calibration: &Calibration = done.calibration.as_ref().expect("calibrated");
     let moved =
-        FindingCode::FocusMoved { gain: 80.0, relative_sd: 0.031, motion: FocusMotion::Scattered };
+        FindingCode::FocusMoved { sigmas: 9.0, relative_sd: 0.031, motion: FocusMotion::Scattered };
     let findings = vec![Finding { code: moved, severity }];
     let calibration = Calibration { findings, verdict, ..calibration.clone() };
     Snapshot { calibration: Some(Arc::new(calibration)), ..done.clone() }

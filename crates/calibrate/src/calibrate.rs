@@ -3,13 +3,9 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, Point2};
 
 use super::{
-    check::{
-        correction::{Correction, with_square_pixels},
-        heavy_tails::TailWeights,
-        noise_inflation::CornerNoise,
-        odd_corners::is_grid,
-    },
-    examined::Examined,
+    causes::{Correction, with_square_pixels},
+    check::{heavy_tails::TailWeights, noise_inflation::CornerNoise, odd_corners::is_grid},
+    examined::{Examined, shared_causes},
     free_fit::FreeFit,
     inputs::{Inputs, Solution, VIEWS_WITHOUT_PRIOR},
     params::{CalibrationParams, NotCalibrated},
@@ -147,21 +143,19 @@ struct Given<'a> {
 }
 
 impl Given<'_> {
-    /// Calibrates from `views` without repeats. If the cause of a misfit is clear, calibrates again
-    /// with a correction for it, and returns the correction, too.
+    /// Calibrates from `views` without repeats, and returns the correction in the result, if any.
     fn calibrate(
         &self,
         views: &[Vec<Corner>],
         observations: &Observations,
     ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
-        let mut problem = self.inputs(views, observations.clone(), None)?;
+        let problem = self.inputs(views, observations.clone(), None)?;
         let solved = problem.solve();
-        let mut left_out = Vec::new();
         let wide = problem.wide_lenses(observations, solved.as_ref().ok());
         // A bent board or a moved focus can look like another lens.
         let other_cause = || {
-            let examined = Examined::of(&problem, &solved.as_ref().ok()?.choice);
-            examined.causes.gain_beside_lens()
+            let (_, causes) = shared_causes(&problem, &solved.as_ref().ok()?.choice)?;
+            causes.gain()
         };
         let other_cause = if wide.is_empty() { None } else { other_cause() };
         let is_other_cause = |wide: &WideLens| {
@@ -170,18 +164,17 @@ impl Given<'_> {
         // A lens from an unconverged fit is used only if no other fit converged.
         let mut unfinished = None;
         for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
-            let family = wide.family;
-            let mut problem = self.inputs(views, observations.clone(), Some(&wide))?;
-            problem.left_out.clone_from(&left_out);
-            let found = problem.solve_wide(wide).and_then(|solution| {
-                Ok((solution.choice.bundle().converged, self.result(views, &problem, &solution)?))
+            let problem = self.inputs(views, observations.clone(), Some(&wide))?;
+            let start = wide.state.clone();
+            let found = problem.solve_from(&[start]).and_then(|solution| {
+                let converged = solution.choice.bundle().converged;
+                Ok((converged, self.result(views, &problem, &solution, Some(&wide))?))
             });
             match found {
                 Ok((true, found)) => return Ok(found),
                 Ok((false, found)) => unfinished = unfinished.or(Some(found)),
                 Err(_) => {}
             }
-            left_out.push(family.code());
         }
         if let Some(found) = unfinished {
             return Ok(found);
@@ -189,31 +182,39 @@ impl Given<'_> {
         if self.params.models.iter().all(|model| model.family() != LensFamily::Brown) {
             return Err(NotCalibrated::Undetermined { distinct: problem.distinct });
         }
-        problem.left_out = left_out;
-        self.result(views, &problem, &solved?)
+        self.result(views, &problem, &solved?, None)
     }
 
-    /// Calibration of `solution`, or a corrected calibration if the cause of a misfit is clear.
+    /// Calibration of `solution`, a fit of the lens `wide` or Brown's; corrected for what all
+    /// views share, if that's clear.
     fn result(
         &self,
         views: &[Vec<Corner>],
         problem: &Inputs<'_>,
         solution: &Solution,
+        wide: Option<&WideLens>,
     ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
-        let examined = Examined::of(problem, &solution.choice);
-        if let Some(correction) = examined.correction(problem, &solution.choice)
-            && let Ok((corrected, more)) = self.corrected(views, &correction)
+        let shared = shared_causes(problem, &solution.choice);
+        let correction = shared.as_ref().and_then(|(_, causes)| causes.correction.as_ref());
+        if let Some(correction) = correction
+            && let Some(bundle) = solution.choice.bundles.last()
+            && let Ok(found) = self.corrected(views, correction, &bundle.state, wide)
         {
-            return Ok((corrected, more.or(Some(correction))));
+            return Ok(found);
         }
+        let examined = Examined::of(problem, &solution.choice, shared);
         let undetermined = NotCalibrated::Undetermined { distinct: problem.distinct };
-        Ok((assemble(problem, solution, &examined).ok_or(undetermined)?, None))
+        let found = assemble(problem, solution, &examined).ok_or(undetermined)?;
+        Ok((found, self.correction.cloned()))
     }
 
+    /// Calibration under `correction`, from the minimum without it.
     fn corrected(
         &self,
         views: &[Vec<Corner>],
         correction: &Correction,
+        start: &BundleState,
+        wide: Option<&WideLens>,
     ) -> Result<(Calibration, Option<Correction>), NotCalibrated> {
         let (plain, seen) = self.plain.unwrap_or((self, views));
         let views = correction.views(seen);
@@ -221,8 +222,16 @@ impl Given<'_> {
         let params = correction.params(plain.params);
         let observations = observations(&views, &board_m, params.threads)?;
         let (correction, plain) = (Some(correction), Some((plain, seen)));
-        Given { board_m: &board_m, params: &params, correction, plain, ..*self }
-            .calibrate(&views, &observations)
+        let given = Given { board_m: &board_m, params: &params, correction, plain, ..*self };
+        let problem = given.inputs(&views, observations, wide)?;
+        let mut all = if wide.is_some() {
+            Vec::new()
+        } else {
+            starts(&problem.observations, &problem.as_seen, self.image_size)
+        };
+        all.push(start.clone());
+        let solution = problem.solve_from(&all)?;
+        given.result(&views, &problem, &solution, wide)
     }
 
     /// Inputs that follow from the corners without an adjustment of the lens.
@@ -282,7 +291,6 @@ impl Given<'_> {
             tails,
             family: wide.map_or(LensFamily::Brown, |wide| wide.family),
             correction,
-            left_out: Vec::new(),
         })
     }
 
@@ -345,11 +353,6 @@ impl Inputs<'_> {
     fn solve(&self) -> Result<Solution, NotCalibrated> {
         let starts = starts(&self.observations, &self.as_seen, self.image_size);
         self.solve_from(&starts)
-    }
-
-    /// [`Self::solve`] for a wide lens.
-    fn solve_wide(&self, wide: WideLens) -> Result<Solution, NotCalibrated> {
-        self.solve_from(&[wide.state])
     }
 
     fn solve_from(&self, starts: &[BundleState]) -> Result<Solution, NotCalibrated> {

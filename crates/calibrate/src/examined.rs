@@ -4,10 +4,9 @@
 use nalgebra::SMatrix;
 
 use super::{
+    causes::{Derivatives, NamedCauses, SharedCauses},
     check::{
-        correction::Correction,
         heavy_tails::TailWeights,
-        misfit_diagnosis::{Causes, causes},
         next_radial::next_radial_doubt,
         noise_correlation::{NoiseCorrelation, noise_correlation},
         print_errors::{PrintErrors, print_errors},
@@ -22,47 +21,53 @@ type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 /// Advised number of distinct views.
 const VIEWS_ADVISED: usize = 8;
 
-/// Findings in the residuals of the richest lens model.
+/// Noise and causes of a misfit in the residuals of the richest lens model.
 pub(super) struct Examined {
     pub(super) correlation: Option<NoiseCorrelation>,
     print_errors: Option<PrintErrors>,
-    pub(super) causes: Causes,
+    pub(super) causes: Option<NamedCauses>,
+    /// Doubt from causes that all views share, and from the radial term beyond the models.
+    of_shared: LensMatrix,
     /// Ratio of the information claimed by the corners to the actual information about the lens, at
     /// least 1.
     overcount: f64,
 }
 
-impl Examined {
-    pub(super) fn of(inputs: &Inputs<'_>, choice: &ModelChoice) -> Self {
-        let noise_floor = inputs.noise_floor;
-        let enough = inputs.distinct >= VIEWS_WITHOUT_PRIOR;
-        let Some(richest) = choice.bundles.last().filter(|_| enough) else {
-            return Self {
-                correlation: None,
-                print_errors: None,
-                causes: Causes::none(),
-                overcount: 1.0,
-            };
-        };
-        let correlation = noise_correlation(&inputs.observations, richest);
-        let scatter = richest.scatter(richest.noise_factor().max(noise_floor));
-        let overcount = scatter.map_or(1.0, |scatter| scatter.overcount(inputs.distinct));
-        let noise_gain = correlation.as_ref().map_or(0.0, |found| found.gain);
-        let (size, result) = (inputs.image_size, &choice.fit().camera);
-        let causes = causes(&inputs.observations, richest, result, size, noise_floor, noise_gain);
-        let print_errors = print_errors(&inputs.observations, richest);
-        Self { correlation, print_errors, causes, overcount }
-    }
+/// Causes that all views share, at the minimum of the richest lens model. `None` with too few views.
+pub(super) fn shared_causes<'a>(
+    inputs: &'a Inputs<'_>,
+    choice: &'a ModelChoice,
+) -> Option<(Derivatives<'a>, SharedCauses)> {
+    let enough = inputs.distinct >= VIEWS_WITHOUT_PRIOR;
+    let richest = choice.bundles.last().filter(|_| enough)?;
+    let derivatives = Derivatives::of(&inputs.observations, richest, inputs.image_size)?;
+    let (lens, floor, earlier) = (&choice.fit().camera, inputs.noise_floor, inputs.correction);
+    let causes = SharedCauses::of(&derivatives, richest, lens, floor, earlier);
+    Some((derivatives, causes))
+}
 
-    /// Correction to apply, if the cause is clear.
-    pub(super) fn correction(
-        &self,
+impl Examined {
+    pub(super) fn of(
         inputs: &Inputs<'_>,
         choice: &ModelChoice,
-    ) -> Option<Correction> {
-        let n = inputs.observations.coordinate_count() as f64;
-        let richest = choice.bundles.last()?;
-        Correction::of(&self.causes, richest, n, inputs.image_size, inputs.correction)
+        shared: Option<(Derivatives<'_>, SharedCauses)>,
+    ) -> Self {
+        let noise_floor = inputs.noise_floor;
+        let enough = inputs.distinct >= VIEWS_WITHOUT_PRIOR;
+        let richest = choice.bundles.last().filter(|_| enough);
+        let scatter = richest.and_then(|it| it.scatter(it.noise_factor().max(noise_floor)));
+        let overcount = scatter.map_or(1.0, |scatter| scatter.overcount(inputs.distinct));
+        let of_shared = shared.as_ref().map_or_else(LensMatrix::zeros, |(derivatives, causes)| {
+            let of_next = next_radial(inputs, choice, derivatives, overcount);
+            causes.doubt() + of_next.unwrap_or_default()
+        });
+        Self {
+            correlation: richest.and_then(|it| noise_correlation(&inputs.observations, it)),
+            print_errors: richest.and_then(|it| print_errors(&inputs.observations, it)),
+            causes: shared.map(|(derivatives, _)| NamedCauses::of(&derivatives, noise_floor)),
+            of_shared,
+            overcount,
+        }
     }
 
     /// Covariance of the chosen lens from the errors of the corners, with model uncertainty. `None`
@@ -90,30 +95,31 @@ impl Examined {
         Some(averaged(of_model, of_views, inputs.distinct))
     }
 
-    /// Covariance to add to the sampling covariance: doubt about the cause of a misfit, radial
-    /// terms beyond the models, the remaining doubt about a corrected cause, and errors of the
-    /// print, shared by all views.
+    /// Covariance to add to the sampling covariance, from what all views share: causes, corrected
+    /// or not, radial terms beyond the models, and errors of the print.
     pub(super) fn doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> LensMatrix {
-        let (lens, freedom) = (&choice.fit().camera, &choice.bundle().freedom);
-        let allowed_for = inputs
-            .correction
-            .map(|correction| correction.doubt((lens, freedom), inputs.image_size));
+        let of_corrected = inputs.correction.map(|correction| correction.doubt);
         let of_print = self.print_errors.as_ref().map(|found| found.doubt(choice));
-        [self.next_radial_doubt(inputs, choice), allowed_for, of_print]
+        [of_corrected, of_print]
             .into_iter()
             .flatten()
-            .fold(self.causes.doubt, |sum, doubt| sum + doubt)
+            .fold(self.of_shared, |sum, doubt| sum + doubt)
     }
+}
 
-    /// Doubt from the radial term beyond the richest lens model. `None` if that model isn't
-    /// allowed: a person who names a simpler one knows the lens.
-    fn next_radial_doubt(&self, inputs: &Inputs<'_>, choice: &ModelChoice) -> Option<LensMatrix> {
-        let richest = choice.bundles.last()?;
-        if Some(&choice.richest_allowed) != inputs.family.models().last() {
-            return None;
-        }
-        let chosen = (choice.fit().model, choice.fit().camera.distortion.k1);
-        let (size, noise_floor) = (inputs.image_size, inputs.noise_floor);
-        next_radial_doubt(&inputs.observations, richest, chosen, size, noise_floor, self.overcount)
+/// Doubt from the radial term beyond the richest lens model. `None` if that model isn't allowed: a
+/// person who names a simpler one knows the lens.
+fn next_radial(
+    inputs: &Inputs<'_>,
+    choice: &ModelChoice,
+    derivatives: &Derivatives<'_>,
+    overcount: f64,
+) -> Option<LensMatrix> {
+    let richest = choice.bundles.last()?;
+    if Some(&choice.richest_allowed) != inputs.family.models().last() {
+        return None;
     }
+    let chosen = (choice.fit().model, choice.fit().camera.distortion.k1);
+    let (size, noise_floor) = (inputs.image_size, inputs.noise_floor);
+    next_radial_doubt(derivatives, richest, chosen, size, noise_floor, overcount)
 }

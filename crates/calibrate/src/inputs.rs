@@ -3,7 +3,8 @@ use std::borrow::Cow;
 use nalgebra::Point2;
 
 use super::{
-    check::{correction::Correction, heavy_tails::TailWeights},
+    causes::Correction,
+    check::heavy_tails::TailWeights,
     params::CalibrationParams,
     solve::{
         bundle::Observations, free_homography::FreeHomographies, initial_guess::AsSeen,
@@ -41,8 +42,6 @@ pub(super) struct Inputs<'a> {
     pub(super) family: LensFamily,
     /// Correction for the cause of a misfit, if applied.
     pub(super) correction: Option<&'a Correction>,
-    /// Codes of lens families with a failed fit.
-    pub(super) left_out: Vec<&'static str>,
 }
 
 /// Fitted lens models, and the priors used.

@@ -38,6 +38,7 @@
 //! |---|---|
 //! | [`solve`] | corners → lens and poses, with covariance, for the lens model chosen by BIC |
 //! | [`check`] | findings and the verdict: checks independent of the residual of the fit |
+//! | `causes` | causes of a misfit, named by the views; corrects what all views share |
 //! | `params`, `inputs` | settings; corners and derived inputs before adjustment |
 //! | `calibrate`, `examined` | runs the stages; judges the residuals |
 //! | `summary`, `result` | turns the minimum into a [`Calibration`] |
@@ -76,6 +77,7 @@
 
 pub mod acceptance;
 mod calibrate;
+mod causes;
 pub mod check;
 mod drift;
 mod examined;

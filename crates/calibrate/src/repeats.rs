@@ -8,9 +8,7 @@ use std::borrow::Cow;
 
 use nalgebra::Point2;
 
-use super::{
-    check::correction::Correction, result::Calibration, solve::initial_guess::first_alike,
-};
+use super::{causes::Correction, result::Calibration, solve::initial_guess::first_alike};
 use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize, seen_count};
 
 /// Root mean square difference of two views' corners below which both show the same held pose, as a

@@ -5,7 +5,6 @@ use nalgebra::{Isometry3, Matrix2, Point2, Point3, Vector2, Vector3};
 use super::{
     acceptance::{AcceptanceGoal, acceptance},
     check::{
-        correction::Correction,
         disagreement::Disagreement,
         finding::Verdict,
         held_out, leave_out,
@@ -20,7 +19,7 @@ use super::{
     result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult},
     solve::{
         bundle::BundleState,
-        free_homography::FreeHomographies,
+        free_homography::{DistortionCentrePrior, FreeHomographies},
         initial_guess::{poses, typical_sigma_px},
         lens_model::{LensFamily, LensModel},
         model_choice::ModelChoice,
@@ -64,8 +63,11 @@ pub(super) fn assemble(
         .map(|free| Disagreement::between(choice, free, noise_floor, overdispersion, &doubt.pp()));
     let varying = free
         .filter(|_| inputs.family == LensFamily::Brown)
-        .filter(|_| inputs.params.varying_focal || causes.focus_moved().is_some())
-        .and_then(|free| varying_focal(free, noise_floor));
+        .filter(|_| inputs.params.varying_focal)
+        .and_then(|free| {
+            let prior = DistortionCentrePrior::of(inputs.image_size);
+            varying_focal(&inputs.observations, free, prior, noise_floor)
+        });
     let alone = match &varying {
         Some(varying) => Lens::varying(varying),
         None => inputs.common_lens(choice, sampling + doubt),
@@ -128,25 +130,23 @@ pub(super) fn assemble(
         camera: &camera,
         choice,
         varying_px: match focal {
-            Focal::Varying { scatter_px } if inputs.params.varying_focal => Some(scatter_px),
-            _ => None,
+            Focal::Varying { scatter_px } => Some(scatter_px),
+            Focal::Common => None,
         },
         free,
         views: &view_evidence,
         seen: &inputs.views,
-        causes,
-        left_out: &inputs.left_out,
+        causes: causes.as_ref(),
         correction: inputs.correction,
         odd_corners: &odd_corners,
         held_out,
         known_lens: combined.as_ref(),
         disagreement,
         projection_sd: &projection_sd,
-        pp_covariance_px2,
         valid_area: &valid_area,
         bound_px: covered_bound_px.unwrap_or(projection_sd.bound_px),
         // A goal missed by the board's size alone isn't the lens's fault.
-        meets_goal: goal.map(|goal| goal.excess() <= 1.0),
+        of_goal: goal.map(|goal| goal.excess()),
         skip_one_ratio,
         distinct: inputs.distinct,
         given: inputs.given,
@@ -165,9 +165,10 @@ pub(super) fn assemble(
             (squares + count * view.residual_rms_px.powi(2), all + count)
         });
     let flat_m = || inputs.board_m.iter().map(|p| Point3::new(p.x, p.y, 0.0)).collect();
+    let points_m = inputs.correction.map(|correction| correction.points_m(inputs.board_m));
     Some(Calibration {
         image_size: inputs.image_size,
-        board_m: inputs.correction.and_then(Correction::bent_m).map_or_else(flat_m, <[_]>::to_vec),
+        board_m: points_m.unwrap_or_else(flat_m),
         model,
         camera,
         focal,
@@ -178,11 +179,11 @@ pub(super) fn assemble(
         noise_px,
         excess_px: noise_factor * inputs.excess_px,
         candidates: choice.fits.clone(),
-        principal_point: inputs.principal_points(choice, free, of_bundle),
+        principal_point: inputs.principal_points(choice, free, of_bundle, overdispersion),
         views,
         projection_sd,
         covered_bound_px,
-        visible_drift: causes.visible_drift,
+        visible_drift: causes.as_ref().and_then(|causes| causes.visible_drift),
         skip_one_ratio,
         noise_floor_px: inputs.params.noise_floor_px,
         valid_area,
@@ -330,8 +331,9 @@ impl Inputs<'_> {
         choice: &ModelChoice,
         free: Option<&FreeHomographies>,
         of_bundle_px2: Matrix2<f64>,
+        overdispersion: f64,
     ) -> PrincipalPoints {
-        let variance = choice.fit().noise_factor.max(self.noise_floor).powi(2);
+        let variance = choice.fit().noise_factor.max(self.noise_floor).powi(2) * overdispersion;
         let camera = choice.fit().camera;
         let estimate =
             |px, covariance_px2, f_px| PrincipalPointEstimate { px, covariance_px2, f_px };
@@ -349,7 +351,7 @@ impl Inputs<'_> {
         };
         let zhang = (self.distinct >= 2).then(refined).flatten().map(|bundle| {
             let noise_factor = bundle.noise_factor().max(self.noise_floor);
-            let covariance = bundle.covariance(noise_factor).map(|covariance| covariance.pp());
+            let covariance = bundle.covariance(noise_factor).map(|it| it.pp() * overdispersion);
             let camera = bundle.state.camera;
             estimate(camera.pp_px, covariance, Some(camera.f_px))
         });
@@ -362,7 +364,7 @@ impl Inputs<'_> {
                 estimate(ring.pp_px, Some(covariance * variance), Some(f_px))
             }),
             free_homography: free.map(|free| {
-                let variance = free.noise_factor().max(self.noise_floor).powi(2);
+                let variance = free.noise_factor().max(self.noise_floor).powi(2) * overdispersion;
                 estimate(free.pp_px, Some(free.pp_unit_covariance_px2 * variance), None)
             }),
             bundle: Some(estimate(camera.pp_px, Some(of_bundle_px2), Some(camera.f_px))),

@@ -45,21 +45,21 @@ const OF_TOO_FEW_VIEWS: [&str; 10] = [
     "PROJECTION-UNCERTAIN",
 ];
 
-/// True if a calibration isn't wrong but unfinished: fewer than four views or one tilt axis, and
-/// nothing else bad. `bad` are the codes of its bad findings.
+/// True if a calibration isn't wrong but unfinished: fewer than four views or a bound far from the
+/// goal, and nothing else bad. `bad` are the codes of its bad findings.
 pub fn is_unfinished<'a>(bad: impl IntoIterator<Item = &'a str>) -> bool {
     let mut has_few = false;
     for code in bad {
         if !OF_TOO_FEW_VIEWS.contains(&code) {
             return false;
         }
-        has_few |= matches!(code, "VIEWS-FEW" | "DIRECTIONS-FEW");
+        has_few |= matches!(code, "VIEWS-FEW" | "PROJECTION-UNCERTAIN");
     }
     has_few
 }
 
 /// Most causes in a [`FindingCode::CauseUnclear`].
-pub const CANDIDATES: usize = 3;
+pub const CANDIDATES: usize = 5;
 
 /// Kind of motion of focus or zoom.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -191,8 +191,8 @@ pub enum FindingCode {
     },
     /// Focus or zoom moved: a separate focal length for every view explains the corners.
     FocusMoved {
-        /// Twice the logarithm of the odds to a common focal length.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
         /// Relative standard deviation of the focal lengths.
         relative_sd: f64,
         /// Kind of motion.
@@ -215,96 +215,70 @@ pub enum FindingCode {
         f_ratio: f64,
         /// Distance between the principal points of the two groups, in pixels.
         shift_px: f64,
-        /// Twice the logarithm of the odds to a single camera.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// `fy` differs from `fx`: pixels aren't square, or the picture was stretched.
     PixelsNotSquare {
         /// fy over fx; 1 for square pixels.
         aspect: f64,
-        /// Twice the logarithm of the odds to square pixels.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// The squares of the board aren't square.
     BoardStretched {
         /// Height over width of a square.
         aspect: f64,
-        /// Twice the logarithm of the odds to square squares.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// The board isn't flat.
     BoardBent {
         /// Distance between the lowest and the highest corner, in metres.
         depth_m: f64,
-        /// Twice the logarithm of the odds to a flat board.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// Every view is sheared differently, as with a rolling shutter and a moving board or camera.
     RollingShutter {
         /// Root mean square movement from the top to the bottom row, in pixels.
         shear_px: f64,
-        /// Twice the logarithm of the odds to views at rest.
-        gain: f64,
-    },
-    /// A view is composed of two pictures: below a row, the board appears at another moment.
-    ViewTorn {
-        /// The view with the largest shift.
-        view: usize,
-        /// Row at which the view is torn, in pixels from the top.
-        row_px: f64,
-        /// Shift of the corners below, in pixels.
-        shift_px: f64,
-        /// Number of torn views.
-        views: usize,
-        /// Twice the logarithm of the odds to whole views.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// The board bends differently in each view.
     BoardFlexes {
         /// Root mean square distance between the lowest and the highest corner of a view, in
         /// metres.
         depth_m: f64,
-        /// Twice the logarithm of the odds to a flat board.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// Every view is shifted in the picture, as by a stabiliser.
     PictureShifted {
         /// Root mean square shift, in pixels.
         shift_px: f64,
-        /// Twice the logarithm of the odds to unshifted views.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// Rows and columns of the picture aren't at right angles.
     PixelsSkewed {
         /// Deviation from a right angle.
         skew_rad: f64,
-        /// Twice the logarithm of the odds to right angles.
-        gain: f64,
-    },
-    /// Something in front of the lens shifts the picture smoothly.
-    PictureWarped {
-        /// Largest shift at a corner of the board in pixels, without the part explained by lens and
-        /// poses.
-        shift_px: f64,
-        /// Twice the logarithm of the odds to an undistorted picture.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// The views disagree, and several causes are about equally likely.
     CauseUnclear {
         /// Codes of the findings for the likeliest causes, likeliest first.
         candidates: [Option<&'static str>; CANDIDATES],
-        /// Twice the logarithm of the odds of the likeliest cause.
-        gain: f64,
-    },
-    /// Unconverged fits under some explanations of a misfit, neither found nor ruled out.
-    FitFailed {
-        /// Codes of the findings for the explanations.
-        of: [Option<&'static str>; CANDIDATES],
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// No lens model describes the shape of the lens.
     LensOther {
-        /// Twice the logarithm of the odds of radial terms of higher order and thin prisms.
-        gain: f64,
+        /// Standard deviations by which the cause stands out over the views.
+        sigmas: f64,
     },
     /// Corners lie outside the stated picture.
     CornersOutside {
@@ -440,7 +414,6 @@ impl FindingCode {
             | Self::PixelsNotSquare { .. }
             | Self::PixelsSkewed { .. }
             | Self::PictureShifted { .. }
-            | Self::PictureWarped { .. }
             | Self::CornersOutside { .. }
             | Self::PrincipalPointFar { .. }
             | Self::Mirrored { .. } => false,
@@ -454,11 +427,9 @@ impl FindingCode {
             | Self::ViewsDisagree { .. }
             | Self::ViewOdd { .. }
             | Self::PlOutlier { .. }
-            | Self::ViewTorn { .. }
             | Self::CornerOdd { .. }
             | Self::HeldOut { .. }
-            | Self::CauseUnclear { .. }
-            | Self::FitFailed { .. } => false,
+            | Self::CauseUnclear { .. } => false,
             // The pictures.
             Self::NoiseHigh { .. }
             | Self::NoiseCorrelated { .. }
@@ -492,21 +463,18 @@ impl FindingCode {
             Code::ViewsDisagree { ratio: 1.0, limit: 1.0 },
             Code::ViewOdd { view: 1, rms_px: 1.0, typical_px: 1.0 },
             Code::PlOutlier { view: 1, distance_px: 1.0, sigmas: 1.0 },
-            Code::FocusMoved { gain: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
+            Code::FocusMoved { sigmas: 1.0, relative_sd: 1.0, motion: FocusMotion::Scattered },
             Code::FocalVaries { f_px: 1.0, scatter_px: 1.0 },
-            Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, gain: 1.0 },
-            Code::PixelsNotSquare { aspect: 1.0, gain: 1.0 },
-            Code::BoardStretched { aspect: 1.0, gain: 1.0 },
-            Code::BoardBent { depth_m: 1.0, gain: 1.0 },
-            Code::RollingShutter { shear_px: 1.0, gain: 1.0 },
-            Code::ViewTorn { view: 1, row_px: 1.0, shift_px: 1.0, views: 1, gain: 1.0 },
-            Code::BoardFlexes { depth_m: 1.0, gain: 1.0 },
-            Code::PictureShifted { shift_px: 1.0, gain: 1.0 },
-            Code::PixelsSkewed { skew_rad: 1.0, gain: 1.0 },
-            Code::PictureWarped { shift_px: 1.0, gain: 1.0 },
-            Code::CauseUnclear { candidates: [None; CANDIDATES], gain: 1.0 },
-            Code::FitFailed { of: [None; CANDIDATES] },
-            Code::LensOther { gain: 1.0 },
+            Code::ViewsMixed { odd_views: 1, view: 1, f_ratio: 1.0, shift_px: 1.0, sigmas: 1.0 },
+            Code::PixelsNotSquare { aspect: 1.0, sigmas: 1.0 },
+            Code::BoardStretched { aspect: 1.0, sigmas: 1.0 },
+            Code::BoardBent { depth_m: 1.0, sigmas: 1.0 },
+            Code::RollingShutter { shear_px: 1.0, sigmas: 1.0 },
+            Code::BoardFlexes { depth_m: 1.0, sigmas: 1.0 },
+            Code::PictureShifted { shift_px: 1.0, sigmas: 1.0 },
+            Code::PixelsSkewed { skew_rad: 1.0, sigmas: 1.0 },
+            Code::CauseUnclear { candidates: [None; CANDIDATES], sigmas: 1.0 },
+            Code::LensOther { sigmas: 1.0 },
             Code::CornersOutside { view: 1, views: 1 },
             Code::CornerOdd { view: 1, corner: 1, off_px: 1.0, times: 1.0, count: 1 },
             Code::PrincipalPointFar { distance_px: 1.0, share: 1.0 },
@@ -550,13 +518,10 @@ impl FindingCode {
             Self::BoardStretched { .. } => "BOARD-STRETCHED",
             Self::BoardBent { .. } => "BOARD-BENT",
             Self::RollingShutter { .. } => "ROLLING-SHUTTER",
-            Self::ViewTorn { .. } => "VIEW-TORN",
             Self::BoardFlexes { .. } => "BOARD-FLEXES",
             Self::PictureShifted { .. } => "PICTURE-SHIFTED",
             Self::PixelsSkewed { .. } => "PIXELS-SKEWED",
-            Self::PictureWarped { .. } => "PICTURE-WARPED",
             Self::CauseUnclear { .. } => "CAUSE-UNCLEAR",
-            Self::FitFailed { .. } => "FIT-FAILED",
             Self::LensOther { .. } => "LENS-OTHER",
             Self::CornersOutside { .. } => "CORNERS-OUTSIDE",
             Self::CornerOdd { .. } => "CORNER-ODD",
@@ -580,7 +545,6 @@ impl FindingCode {
             Self::ViewOdd { view, .. }
             | Self::PlOutlier { view, .. }
             | Self::ViewsMixed { view, .. }
-            | Self::ViewTorn { view, .. }
             | Self::CornersOutside { view, .. }
             | Self::CornerOdd { view, .. }
             | Self::HeldOut { view, .. }
@@ -631,7 +595,7 @@ mod tests {
     #[test]
     fn only_what_more_views_put_right_is_unfinished() {
         assert!(is_unfinished(["VIEWS-FEW"]));
-        assert!(is_unfinished(["PP-UNCERTAIN", "DIRECTIONS-FEW"]));
+        assert!(is_unfinished(["TILT-LOW", "PROJECTION-UNCERTAIN"]));
         assert!(!is_unfinished(["VIEWS-FEW", "FOCUS-MOVED"]));
         assert!(!is_unfinished(["PP-UNCERTAIN"]));
         assert!(!is_unfinished([]));

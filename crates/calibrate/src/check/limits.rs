@@ -8,9 +8,8 @@ use boresight_geometry::frame::ImageSize;
 const GOAL: f64 = 0.002;
 /// Share of the picture within the limit: most of it.
 const VALID_SHARE: f64 = 0.5;
-/// Multiple of the goal from which an error can't be told from a failure: a covariance is a linear
-/// approximation.
-const UNUSABLE: f64 = 10.0;
+/// Multiple of the goal from which a calibration is unfinished.
+const UNFINISHED: f64 = 3.0;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong
 /// board.
 const NOISE_PX: f64 = 1.0;
@@ -22,8 +21,9 @@ const VIEWS: usize = 4;
 pub struct Limits {
     /// Largest error of projection in the valid area, in pixels: a 95 % bound.
     pub goal_px: f64,
-    /// Projection error in pixels from which a calibration is unusable: a 95 % bound.
-    pub unusable_px: f64,
+    /// Ratio of the 95 % bound of the projection error to the goal from which a calibration is
+    /// unfinished.
+    pub unfinished: f64,
     /// Smallest share of the picture in the valid area.
     pub valid_share: f64,
     /// Largest typical error of a corner coordinate, in pixels.
@@ -38,7 +38,7 @@ impl Limits {
         let goal_px = GOAL * f64::from(image_size.width_px.max(image_size.height_px));
         Self {
             goal_px,
-            unusable_px: UNUSABLE * goal_px,
+            unfinished: UNFINISHED,
             valid_share: VALID_SHARE,
             noise_px: NOISE_PX,
             views: VIEWS,

@@ -6,14 +6,10 @@
 
 use nalgebra::{Matrix4, SMatrix, SVector, Vector2, Vector4};
 
-use super::{
-    first_steps::FirstStep, hypotheses::Cause, misfit_models::Unexplained,
-    projection_sd::projection_jacobian,
-};
-use crate::solve::{
-    bundle::{Bundle, Observations},
-    lens_model::LensModel,
-    schur_lm::inverse,
+use super::projection_sd::projection_jacobian;
+use crate::{
+    causes::{Derivatives, OneColumn},
+    solve::{bundle::Bundle, lens_model::LensModel, schur_lm::inverse},
 };
 use boresight_geometry::{LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
@@ -28,21 +24,19 @@ const LARGEST_SHARE: f64 = 0.3;
 const RADIAL: [LensParameter; 4] =
     [LensParameter::Fx, LensParameter::K1, LensParameter::K2, LensParameter::K3];
 
-/// Covariance of the lens of `bundle`, the richest bundle, from the term r⁸; `model` and `k1`
+/// Covariance of the lens of `bundle`, the richest bundle, with its `derivatives`, from the term r⁸; `model` and `k1`
 /// belong to the chosen lens. The information of the corners is divided by `overcount`, 1 for
 /// independent errors. `None` if the corners leave the term undetermined or the lens covers too
 /// little of the picture.
 pub(crate) fn next_radial_doubt(
-    observations: &Observations,
+    derivatives: &Derivatives<'_>,
     bundle: &Bundle,
     (model, k1): (LensModel, f64),
     image_size: ImageSize,
     noise_floor: f64,
     overcount: f64,
 ) -> Option<LensMatrix> {
-    let unexplained = Unexplained::by(bundle, observations, image_size, noise_floor, 0.0);
-    let FirstStep { value, unit_variance, lens_by_value } =
-        unexplained.first_steps(&[Cause::NextRadial]).of_one(0)?;
+    let OneColumn { value, unit_variance, lens_by_value } = derivatives.next_radial()?;
     let variance = unit_variance * bundle.noise_factor().max(noise_floor).powi(2) * overcount;
     // Average over the widths of the prior, weighted by the evidence for each.
     let camera = &bundle.state.camera;

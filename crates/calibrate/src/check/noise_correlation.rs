@@ -17,6 +17,7 @@
 
 use nalgebra::{DMatrix, SMatrix, SVector};
 
+use crate::causes::positive_part;
 use crate::solve::{
     bundle::{Bundle, Observations},
     common_error::CommonError,
@@ -26,8 +27,6 @@ use crate::solve::{
     whitened::Whitened,
 };
 use boresight_geometry::LENS_PARAMETERS;
-
-use super::misfit_diagnosis::positive_part;
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;

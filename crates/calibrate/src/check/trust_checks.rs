@@ -3,19 +3,17 @@
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 
 use super::{
-    cause_findings::{cause_findings, fit_failed},
-    correction::Correction,
     disagreement::{CONTRADICTION_SIGMAS, Disagreement, distance2},
     finding::{Finding, FindingCode, Severity},
     held_out::HeldOutView,
     limits::Limits,
-    misfit_diagnosis::Causes,
     noise_correlation::NoiseCorrelation,
     noise_findings::noise_finding,
     odd_corners::OddCorner,
     projection_sd::{ProjectionSd, ValidArea},
 };
 use crate::{
+    causes::{Correction, NamedCauses},
     known_lens::{Combined, NotHeld},
     solve::{
         free_homography::FreeHomographies,
@@ -29,17 +27,10 @@ use boresight_geometry::{
 
 /// Limit of Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99
 /// quantile, `docs/method.md`, section 2.
-const HAUSMAN_CARE: f64 = 9.21;
-/// Three times [`HAUSMAN_CARE`]: the principal point is wrong by far more than its stated error. A
-/// convention.
-const HAUSMAN_BAD: f64 = 30.0;
-/// Squared distance in stated standard deviations up to which the stated uncertainty covers a
-/// shift: 2 sd.
-const COVERED: f64 = 4.0;
+const HAUSMAN: f64 = 9.21;
 /// Ratio of observed to expected shift when views are left out; 1 if they agree. 2 is the stop
-/// rule's limit, `docs/method.md`, section 3.5; twice that is bad by convention.
-const SKIP_CARE: f64 = 2.0;
-const SKIP_BAD: f64 = 4.0;
+/// rule's limit, `docs/method.md`, section 3.5.
+const SKIP: f64 = 2.0;
 /// Allowed distance of a corner outside the picture, as a fraction of the width: the edge fit
 /// extrapolates by a few pixels.
 const OUTSIDE: f64 = 0.005;
@@ -49,7 +40,7 @@ const PP_FAR_CARE: f64 = 0.1;
 const PP_FAR_BAD: f64 = 0.2;
 /// Ratio of observed to expected residual of a held-out view. A convention: with some hundred
 /// coordinates, chance alone stays within about 10 % of 1.
-const HELD_OUT_CARE: f64 = 1.6;
+const HELD_OUT: f64 = 1.6;
 /// Ratio of a view's residual to the median above which the view is odd. A convention: chance
 /// varies by about 10 %.
 const ODD_VIEW: f64 = 2.5;
@@ -88,9 +79,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) free: Option<&'a FreeHomographies>,
     pub(crate) views: &'a [ViewEvidence],
     pub(crate) seen: &'a [Vec<Corner>],
-    pub(crate) causes: &'a Causes,
-    /// Families of lens models with a failed fit.
-    pub(crate) left_out: &'a [&'static str],
+    pub(crate) causes: Option<&'a NamedCauses>,
     /// Correction included in the result.
     pub(crate) correction: Option<&'a Correction>,
     pub(crate) odd_corners: &'a [OddCorner],
@@ -100,12 +89,11 @@ pub(crate) struct Evidence<'a> {
     /// Independent check of the bundle; present if `free` is.
     pub(crate) disagreement: Option<Disagreement>,
     pub(crate) projection_sd: &'a ProjectionSd,
-    pub(crate) pp_covariance_px2: Matrix2<f64>,
     pub(crate) valid_area: &'a ValidArea,
     /// 95 % bound of the error of projection over the boards' area.
     pub(crate) bound_px: f64,
-    /// True if the lens meets the acceptance goal; `None` without one.
-    pub(crate) meets_goal: Option<bool>,
+    /// Ratio of the bound to the acceptance goal; `None` without one.
+    pub(crate) of_goal: Option<f64>,
     pub(crate) skip_one_ratio: Option<f64>,
     pub(crate) distinct: usize,
     /// Number of given views, repeats of a held pose included.
@@ -142,14 +130,10 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
         odd_views(evidence, &mut report);
     } else {
         lens(evidence, &mut report);
-        let allowed_for = evidence.correction.map_or(&[][..], |correction| &correction.findings);
-        for Finding { code, severity } in
-            allowed_for.iter().copied().chain(cause_findings(evidence.causes))
-        {
+        let corrected = evidence.correction.map_or(&[][..], |correction| &correction.findings);
+        let named = evidence.causes.map_or(&[][..], |causes| &causes.findings);
+        for Finding { code, severity } in corrected.iter().chain(named).copied() {
             report(Some(severity), code);
-        }
-        if let Some(code) = fit_failed(evidence.causes, evidence.left_out) {
-            report(Some(Severity::Info), code);
         }
         known_lens(evidence, &mut report);
         agreement(evidence, &mut report);
@@ -214,7 +198,7 @@ fn views(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Find
     let spread = SymmetricEigen::new(normals).eigenvalues.min().max(0.0).sqrt();
     if distinct >= 2 && spread < DIRECTIONS_WANTED {
         let code = FindingCode::DirectionsFew { spread, wanted: DIRECTIONS_WANTED };
-        report(Some(Severity::Care), code);
+        report(Some(Severity::Info), code);
     }
     if let Some(view) = evidence.views.iter().position(|view| view.mirrored) {
         report(Some(Severity::Care), FindingCode::Mirrored { view });
@@ -231,13 +215,9 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     if !choice.bundle().converged {
         report(Some(Severity::Care), FindingCode::NotConverged);
     }
-    if let Some((statistic, off)) = hausman(choice, evidence.noise_floor) {
-        let code =
-            FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN_CARE };
-        let stated = &evidence.pp_covariance_px2;
-        let is_stated = distance2(&off, stated, stated.trace()) < COVERED;
-        let severity = above(statistic, HAUSMAN_CARE, HAUSMAN_BAD);
-        report(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
+    if let Some(statistic) = hausman(choice, evidence.noise_floor) {
+        let code = FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN };
+        report((statistic > HAUSMAN).then_some(Severity::Info), code);
     }
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
@@ -248,12 +228,11 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     }
 }
 
-/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and the
-/// point's shift in pixels.
+/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model.
 ///
 /// If the chosen model holds, its estimate is efficient, and the difference from the richer model's
 /// has covariance `C_full − C`. `None` if the richest model is the chosen one.
-fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
+fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<f64> {
     let full = choice.bundles.len() - 1;
     if full == choice.chosen {
         return None;
@@ -264,7 +243,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)
     };
     let (full_covariance, covariance) = (pp_covariance(full)?, pp_covariance(choice.chosen)?);
     let off = choice.fits[full].camera.pp_px - choice.fit().camera.pp_px;
-    Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
+    Some(distance2(&off, &(full_covariance - covariance), full_covariance.trace()))
 }
 
 /// Reports a contradiction to the earlier calibration meant to hold the lens, or a failure to hold
@@ -291,15 +270,15 @@ fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, 
     if let Some(free) = evidence.free {
         outliers(free, report);
     } else if evidence.distinct >= 3 {
-        report(Some(Severity::Care), FindingCode::CheckMissing);
+        report(Some(Severity::Info), FindingCode::CheckMissing);
     }
     if let Some(ratio) = evidence.skip_one_ratio {
-        let code = FindingCode::ViewsDisagree { ratio, limit: SKIP_CARE };
-        report(above(ratio, SKIP_CARE, SKIP_BAD), code);
+        let code = FindingCode::ViewsDisagree { ratio, limit: SKIP };
+        report((ratio > SKIP).then_some(Severity::Info), code);
     }
     if let Some(HeldOutView { view, rms_px, expected_px }) = evidence.held_out {
         let code = FindingCode::HeldOut { view, rms_px, expected_px };
-        report(above(rms_px / expected_px, HELD_OUT_CARE, f64::INFINITY), code);
+        report((rms_px > HELD_OUT * expected_px).then_some(Severity::Info), code);
     }
 }
 
@@ -375,10 +354,10 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
     noise(evidence, report);
     let ValidArea { goal_px, share, .. } = *evidence.valid_area;
     let (bound_px, wanted_share) = (evidence.bound_px, limits.valid_share);
-    let is_met = evidence.meets_goal.unwrap_or(share >= wanted_share);
+    let is_met = evidence.of_goal.map_or(share >= wanted_share, |ratio| ratio <= 1.0);
     let severity = if is_met {
         None
-    } else if bound_px <= limits.unusable_px {
+    } else if evidence.of_goal.unwrap_or(bound_px / goal_px) <= limits.unfinished {
         Some(Severity::Care)
     } else {
         Some(Severity::Bad)
@@ -390,7 +369,7 @@ fn uncertainty(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>
 fn noise(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
     if let Some(correlation) = evidence.noise_correlation
         && correlation.gain > UNLIKELY + CLEAR
-        && evidence.causes.best().is_none()
+        && evidence.causes.is_none_or(|causes| causes.findings.is_empty())
     {
         // For the typical corner, like `noise_px`.
         let noise_px = evidence.noise_px * correlation.noise_factor

@@ -87,6 +87,13 @@ impl Observations {
         Self { threads, ..self }
     }
 
+    /// Corners of some views only.
+    pub(crate) fn only(&self, kept: &[usize]) -> Self {
+        let views = kept.iter().map(|view| self.views[*view].clone()).collect();
+        let common = kept.iter().map(|view| self.common[*view].clone()).collect();
+        Self { board_m: self.board_m.clone(), views, common, threads: self.threads }
+    }
+
     /// Calls `of` for each view, in order.
     pub(crate) fn by_view<T: Send>(
         &self,

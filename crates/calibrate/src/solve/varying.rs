@@ -4,12 +4,23 @@
 //! lengths of the views (Chuang 2021, section 3.4); each line then gives the focal length of its
 //! view.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, SVector, Vector2};
 
-use super::{free_homography::FreeHomographies, lens_model::LensModel};
-use boresight_geometry::{
-    Camera, Distortion, FocalLength, LensMatrix, LensParameter, LensParts, PrincipalLine,
+use super::{
+    bundle::Observations,
+    free_homography::{self, DistortionCentrePrior, FreeHomographies},
+    lens_model::LensModel,
+    view_scatter::averaged,
 };
+use boresight_geometry::{
+    Camera, Distortion, FocalLength, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts,
+    PrincipalLine,
+};
+
+type LensVector = SVector<f64, LENS_PARAMETERS>;
+
+/// Most groups of views left out in turn.
+const GROUPS: usize = 20;
 
 /// Lens of views that share everything except the focal length.
 #[derive(Clone, Debug)]
@@ -35,8 +46,38 @@ pub(crate) const MODEL: LensModel = LensModel::K1K2P1P2;
 /// about DC is `x + k1 |x−e|² (x−e) + …` with `k1 = K1 (f/S)²`, `k2 = K2 (f/S)⁴`; to first order in
 /// `e` that is OpenCV's model with `(p2, p1) = −k1 e`.
 ///
-/// `None` if fewer than two views have a focal length.
-pub(crate) fn varying_focal(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
+/// The covariance is that of the scatter with views left out of the whole procedure (Efron 1982,
+/// the grouped jackknife): the corners of a view err alike, by more than their noise tells.
+///
+/// `None` if fewer than two views have a focal length, or if some views alone determine the lens.
+pub(crate) fn varying_focal(
+    observations: &Observations,
+    free: &FreeHomographies,
+    prior: DistortionCentrePrior,
+    noise_floor: f64,
+) -> Option<VaryingFocal> {
+    let found = from_lines(free, noise_floor)?;
+    let views = observations.view_count();
+    let groups = views.min(GROUPS);
+    let mut scatter = LensMatrix::zeros();
+    for group in 0..groups {
+        let kept: Vec<usize> = (0..views).filter(|view| view % groups != group).collect();
+        let start: Vec<_> = kept.iter().map(|view| free.image_from_board[*view]).collect();
+        let without = free_homography::fit(&observations.only(&kept), prior, &start)?;
+        let there = from_lines(&without, noise_floor)?.camera.lens_parameters();
+        let here = found.camera.lens_parameters();
+        let off = LensVector::from_fn(|i, _| there[i] - here[i]);
+        scatter += off * off.transpose() * ((groups - 1) as f64 / groups as f64);
+    }
+    let mut covariance = averaged(scatter, scatter, groups);
+    // A view's own focal length scatters more than the mean.
+    let of_one_px2 = found.covariance.f().m11.max(covariance.f().m11);
+    covariance.set_block(LensParameter::F, LensParameter::F, &Matrix2::from_element(of_one_px2));
+    Some(VaryingFocal { covariance, ..found })
+}
+
+/// [`varying_focal`] with the covariance of independent corners.
+fn from_lines(free: &FreeHomographies, noise_floor: f64) -> Option<VaryingFocal> {
     let noise_factor = free.noise_factor().max(noise_floor);
     let variance = noise_factor * noise_factor;
     let pp_covariance_px2: Matrix2<f64> = free.pp_unit_covariance_px2 * variance;

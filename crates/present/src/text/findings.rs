@@ -221,9 +221,9 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
         ),
         FindingCode::PixelsNotSquare { aspect, .. } => (
             format!(
-                "The pixels aren't square: fy is {aspect:.4} times fx. The result allows for it"
+                "The picture of the board is stretched, height to width {aspect:.4}, by the camera's pixels or the board's squares. The result allows for it as pixels (fy/fx)"
             ),
-            "If the camera doesn't stretch its pictures, the board may be stretched instead: these views hardly tell the two apart. Measure the board in both directions.",
+            "Measure five squares in both directions. If they aren't square, print again without \"fit to page\"; if they are, the camera stretches its pictures.",
         ),
         FindingCode::BoardStretched { aspect, .. } => (
             format!(
@@ -247,14 +247,6 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
                 "Something moved while the pictures were read out: each view is sheared differently, by {shear_px:.1} px from top to bottom"
             ),
             "Rest the board and the camera before each view. Use more light and a shorter exposure.",
-        ),
-        FindingCode::ViewTorn { view, row_px, shift_px, views, .. } => (
-            format!(
-                "View {} is torn: below row {row_px:.0} it shows another moment, {shift_px:.1} px away{}",
-                called(view),
-                if views > 1 { format!(" ({views} such views)") } else { String::new() }
-            ),
-            "Remove it and take that pose again. If it happens again, use another cable, port or picture mode.",
         ),
         FindingCode::BoardFlexes { depth_m, .. } => (
             format!(
@@ -282,18 +274,12 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             ),
             "Check whether the picture or the print is sheared, as by a scanner, a printer or software that corrects pictures.",
         ),
-        FindingCode::PictureWarped { shift_px, .. } => (
-            format!(
-                "Something shifts the picture smoothly, by up to {shift_px:.1} px in a way no lens does"
-            ),
-            "Look for a window, dome or windscreen in front of the lens, or software that corrects the picture. Use the result only where the board was.",
-        ),
         FindingCode::CauseUnclear { candidates, .. } => (
             format!(
-                "The views disagree more than they should; the cause isn't clear ({})",
+                "The views differ from each other: several causes explain it alike ({}). The bound allows for it",
                 candidates.into_iter().flatten().collect::<Vec<_>>().join(", ")
             ),
-            "Rule out the causes named one by one: lock focus and zoom, switch off stabilisation, fix the board to a flat plate, rest it before each view.",
+            "For a smaller bound: lock focus and zoom, switch off stabilisation, fix the board to a flat plate, rest it before each view.",
         ),
         FindingCode::LensOther { .. } => (
             "No available lens model fits this lens".into(),
@@ -379,19 +365,6 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             },
             "Take more views that fill the picture, tipped by 30 to 50° in different directions.",
         ),
-        FindingCode::FitFailed { of } => {
-            // Several explanations may share a name.
-            let mut of: Vec<&str> = of.into_iter().flatten().collect();
-            of.sort_unstable();
-            of.dedup();
-            (
-                format!(
-                    "The fit under these explanations failed: {}. They're neither found nor ruled out",
-                    of.join(", ")
-                ),
-                "If the verdict isn't what you expect, take more views that differ.",
-            )
-        }
         FindingCode::NotConverged => (
             "The solver didn't converge".into(),
             "Check the views with large residuals. Take more views.",
@@ -476,7 +449,7 @@ mod tests {
 
     #[test]
     fn a_remark_asks_for_no_other_views() {
-        let code = FindingCode::BoardBent { depth_m: 0.000_2, gain: 40.0 };
+        let code = FindingCode::BoardBent { depth_m: 0.000_2, sigmas: 8.0 };
         let action = |severity| finding(&Finding { code, severity }, &[]).1;
         assert_eq!(action(Severity::Info), "Mount the board on glass, aluminium or a thick panel.");
         assert!(action(Severity::Care).ends_with("Then take the views again."));
@@ -513,13 +486,5 @@ mod tests {
         for [noise_px, residual_px] in [[0.112, 0.111], [0.37, 0.38]] {
             assert!(!said(noise_px, residual_px).contains("though"));
         }
-    }
-
-    #[test]
-    fn a_failed_explanation_is_named_once() {
-        let mut of = [None; boresight_calibrate::CANDIDATES];
-        of[..2].fill(Some("FOCUS-MOVED"));
-        let said = finding(&remark(FindingCode::FitFailed { of }), &[]).0;
-        assert_eq!(said.matches("FOCUS-MOVED").count(), 1, "{said}");
     }
 }

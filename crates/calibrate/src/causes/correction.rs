@@ -1,28 +1,20 @@
-//! Calibrates again with a correction for the likeliest cause of a misfit: non-square pixels or
-//! squares, or a bent board. If the rest shows another cause, corrects that, too.
+//! Calibrates again with a correction for the likeliest cause that all views share: non-square
+//! pixels or squares, or a bent board. If the rest shows another one, corrects that, too.
 //!
 //! A fit without a known cause has the wrong lens, by far more than the noise of its corners
 //! suggests. The corrected fit is examined like any other, and the finding stays.
 
 use std::borrow::Cow;
 
-use nalgebra::{Point2, Point3, SMatrix};
+use nalgebra::{Point2, Point3, Vector2};
 
 use super::{
-    cause_findings::finding_code,
-    finding::{Finding, Severity},
-    hypotheses::Cause,
-    misfit_diagnosis::{Causes, positive_part},
-    misfit_models::Bent,
-    other_parameters::carried,
+    explanations::{Explanation, Explanations},
+    findings::corrected,
+    kinds::Kind,
 };
-use crate::{
-    params::CalibrationParams,
-    solve::{bundle::Bundle, lens_model::LensFreedom},
-};
-use boresight_geometry::{Camera, Corner, LENS_PARAMETERS, frame::ImageSize};
-
-type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
+use crate::{check::finding::Finding, params::CalibrationParams, solve::bundle::Bundle};
+use boresight_geometry::{Corner, LensMatrix};
 
 /// Correction for causes of a misfit, with the remaining doubt.
 #[derive(Clone, Debug)]
@@ -32,74 +24,68 @@ pub(crate) struct Correction {
     /// Ratio of height to width of the board's squares.
     stretch: f64,
     bent: Option<Bent>,
-    /// Covariance of `lens` from doubt about the causes and their parameters, as other causes look
+    /// Covariance of the lens from doubt about the causes and their parameters, as other causes look
     /// the same.
-    doubt: LensMatrix,
-    lens: Camera,
-    /// Findings always reported by the corrected calibration.
+    pub(crate) doubt: LensMatrix,
+    /// Findings of the corrected causes.
     pub(crate) findings: Vec<Finding>,
 }
 
+/// Board bent alike in all views.
+#[derive(Clone, Debug)]
+struct Bent {
+    /// Height of each point over the flat board in metres, in numbering order.
+    rise_m: Vec<f64>,
+    /// Shift of each seen corner by the bend in pixels, view by view.
+    shift_px: Vec<Vec<Vector2<f64>>>,
+}
+
 impl Correction {
-    /// Correction for a cause that a calibration can and should correct, combined with an `earlier`
-    /// correction. `bundle` is the fit in which `causes` were found, with `n` coordinates. `None`
-    /// if there is no such cause or it is already corrected.
-    pub(crate) fn of(
-        causes: &Causes,
+    /// Correction for an explanation that a calibration can and should correct, combined with an
+    /// `earlier` correction. `bundle` is the explained fit, with `n` coordinates. `None` if there is
+    /// no such explanation or it is already corrected.
+    pub(super) fn of(
+        explanations: &Explanations,
         bundle: &Bundle,
         n: f64,
-        image_size: ImageSize,
         earlier: Option<&Self>,
     ) -> Option<Self> {
-        let lens = bundle.state.camera;
         let mut correction = earlier.cloned().unwrap_or(Self {
             aspect: None,
             stretch: 1.0,
             bent: None,
             doubt: LensMatrix::zeros(),
-            lens,
             findings: Vec::new(),
         });
-        correction.doubt = correction.doubt((&lens, &bundle.freedom), image_size);
-        correction.lens = lens;
-        let explanation = causes.correctable(|cause| match cause {
-            Cause::PixelAspect => correction.aspect.is_some(),
-            Cause::BoardStretched => correction.stretch != 1.0,
+        let explanation = explanations.correctable(|kind| match kind {
+            Kind::PixelAspect => correction.aspect.is_some(),
+            Kind::BoardStretched => correction.stretch != 1.0,
             _ => correction.bent.is_some(),
         })?;
-        let parameters = bundle.freedom.count() + 6 * explanation.state.local.len();
-        let variance = explanation.noise_variance(n, parameters);
-        let of_parameters =
-            (explanation.unit_covariance - explanation.known_unit_covariance) * variance;
-        match explanation.cause {
-            // The adjustment estimates the aspect.
-            Cause::PixelAspect => {
-                let f_px = explanation.state.bundle.camera.f_px;
-                correction.aspect = Some(f_px.y / f_px.x);
-            }
-            Cause::BoardStretched => {
-                correction.stretch = 1.0 + explanation.state.shared[0];
-                let bent_m = correction.bent.iter_mut().flat_map(|bent| &mut bent.board_m);
-                bent_m.for_each(|point_m| point_m.y *= correction.stretch);
-                correction.doubt += positive_part(&of_parameters);
-            }
-            Cause::BoardBent => {
-                correction.bent = Some(explanation.bent.clone()?);
-                correction.doubt += positive_part(&of_parameters);
-            }
-            _ => return None,
-        }
-        correction.doubt += causes.doubt_beside(explanation);
-        // The bound allows for it.
-        let finding = |code| Finding { code, severity: Severity::Info };
-        correction.findings.extend(finding_code(explanation).map(finding));
+        let freedom = bundle.freedom.count() + 6 * bundle.state.cam_from_board.len();
+        correction.apply(explanation, explanation.of_parameters(n, freedom));
+        correction.doubt += explanations.doubt_beside(explanation);
+        correction.findings.push(corrected(explanation));
         Some(correction)
     }
 
-    /// Remaining covariance for a lens with the given freedom, possibly of another family than the
-    /// corrected lens.
-    pub(crate) fn doubt(&self, lens: (&Camera, &LensFreedom), image_size: ImageSize) -> LensMatrix {
-        carried(&self.doubt, &self.lens, lens, image_size)
+    fn apply(&mut self, explanation: &Explanation, of_parameters: LensMatrix) {
+        match explanation.kind {
+            // The adjustment estimates the aspect.
+            Kind::PixelAspect => {
+                let f_px = explanation.state.bundle.camera.f_px;
+                self.aspect = Some(f_px.y / f_px.x);
+            }
+            Kind::BoardStretched => {
+                self.stretch = 1.0 + explanation.state.extras[0];
+                self.doubt += of_parameters;
+            }
+            _ => {
+                let (rise_m, shift_px) = (&explanation.rise_m, &explanation.shift_px);
+                self.bent = Some(Bent { rise_m: rise_m.clone(), shift_px: shift_px.clone() });
+                self.doubt += of_parameters;
+            }
+        }
     }
 
     /// Calibration parameters with the correction.
@@ -114,9 +100,11 @@ impl Correction {
         board_m.iter().map(|point_m| Point2::new(point_m.x, point_m.y * self.stretch)).collect()
     }
 
-    /// Points of a bent board in metres; `None` if the board is flat.
-    pub(crate) fn bent_m(&self) -> Option<&[Point3<f64>]> {
-        self.bent.as_ref().map(|bent| bent.board_m.as_slice())
+    /// Points of the board in metres, from those of the flat board.
+    pub(crate) fn points_m(&self, board_m: &[Point2<f64>]) -> Vec<Point3<f64>> {
+        let rise_m = |index: usize| self.bent.as_ref().map_or(0.0, |bent| bent.rise_m[index]);
+        let point_m = |(i, p): (usize, &Point2<f64>)| Point3::new(p.x, p.y, rise_m(i));
+        board_m.iter().enumerate().map(point_m).collect()
     }
 
     /// Corners as a flat board would show them.

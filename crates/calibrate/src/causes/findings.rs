@@ -1,0 +1,94 @@
+//! Turns named causes into findings.
+
+use super::{
+    explanations::Explanation,
+    judge::{Named, Verdicts},
+    kinds::{Kind, Scope},
+};
+use crate::check::finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity};
+
+/// Relative change of the focal length above which a common focal length is no result: 3 px at f
+/// = 1000.
+const MAX_FOCAL_CHANGE: f64 = 0.003;
+
+/// Findings of named causes that nothing corrects. A moved focus or a second camera, named alone,
+/// rules the lens out; the bound covers everything else.
+pub(super) fn of_verdicts(causes: &Verdicts, depth_of_unit_m: f64) -> Vec<Finding> {
+    let is_between = |named: &&Named| named.kind.row().scope != Scope::Shared;
+    let is_only = causes.named.iter().filter(is_between).count() == 1;
+    let finding = |named: &Named| {
+        if !named.rivals.is_empty() {
+            let all = std::iter::once(named.kind).chain(named.rivals.iter().copied());
+            let mut codes: Vec<&'static str> = all.map(|kind| kind.row().code).collect();
+            codes.dedup();
+            let candidates = std::array::from_fn::<_, CANDIDATES, _>(|i| codes.get(i).copied());
+            let code = FindingCode::CauseUnclear { candidates, sigmas: named.sigmas };
+            return Finding { code, severity: Severity::Info };
+        }
+        let code = code(named, causes, depth_of_unit_m);
+        let is_fatal = match code {
+            FindingCode::FocusMoved { relative_sd, .. } => relative_sd > MAX_FOCAL_CHANGE,
+            FindingCode::ViewsMixed { .. } => true,
+            _ => false,
+        };
+        let severity = if is_fatal && is_only { Severity::Bad } else { Severity::Info };
+        Finding { code, severity }
+    };
+    causes.named.iter().map(finding).collect()
+}
+
+/// Finding of a corrected cause; the bound includes its doubt.
+pub(super) fn corrected(explanation: &Explanation) -> Finding {
+    let sigmas = explanation.gain.max(0.0).sqrt();
+    let camera = &explanation.state.bundle.camera;
+    let code = match explanation.kind {
+        Kind::BoardBent => {
+            let rises = explanation.rise_m.iter().copied();
+            let depth_m = rises.clone().fold(f64::NEG_INFINITY, f64::max)
+                - rises.fold(f64::INFINITY, f64::min);
+            FindingCode::BoardBent { depth_m, sigmas }
+        }
+        Kind::BoardStretched => {
+            FindingCode::BoardStretched { aspect: 1.0 + explanation.state.extras[0], sigmas }
+        }
+        _ => FindingCode::PixelsNotSquare { aspect: camera.f_px.y / camera.f_px.x, sigmas },
+    };
+    Finding { code, severity: Severity::Info }
+}
+
+fn code(named: &Named, causes: &Verdicts, depth_of_unit_m: f64) -> FindingCode {
+    let sigmas = named.sigmas;
+    let size = |i: usize| named.size.get(i).copied().unwrap_or(0.0);
+    let length = || libm::hypot(size(0), size(1));
+    let depth_m = || named.size.iter().map(|it| it * it).sum::<f64>().sqrt() * depth_of_unit_m;
+    let concerned = || named.is_concerned.iter().position(|it| *it).unwrap_or_default();
+    let focus = |motion, relative_sd| FindingCode::FocusMoved { sigmas, relative_sd, motion };
+    let change = libm::expm1(size(0));
+    match named.kind {
+        Kind::FocusDrift => focus(FocusMotion::Drift { change }, change.abs()),
+        Kind::FocusJump => focus(FocusMotion::Jump { view: concerned(), change }, change.abs()),
+        Kind::FocusBreathes => {
+            let near = causes.nearness.iter().copied();
+            let range =
+                near.clone().fold(f64::NEG_INFINITY, f64::max) - near.fold(f64::INFINITY, f64::min);
+            let change = libm::expm1(size(0) * range);
+            focus(FocusMotion::Breathes { change }, change.abs())
+        }
+        Kind::FocusScatters => focus(FocusMotion::Scattered, size(0)),
+        Kind::Mixed => FindingCode::ViewsMixed {
+            odd_views: named.is_concerned.iter().filter(|it| **it).count(),
+            view: concerned(),
+            f_ratio: libm::exp(size(0)),
+            shift_px: libm::hypot(size(1), size(2)),
+            sigmas,
+        },
+        Kind::PixelAspect => FindingCode::PixelsNotSquare { aspect: 1.0 + size(0), sigmas },
+        Kind::BoardStretched => FindingCode::BoardStretched { aspect: 1.0 + size(0), sigmas },
+        Kind::PixelSkew => FindingCode::PixelsSkewed { skew_rad: libm::atan(size(0)), sigmas },
+        Kind::BoardBent => FindingCode::BoardBent { depth_m: depth_m(), sigmas },
+        Kind::BoardFlexes => FindingCode::BoardFlexes { depth_m: depth_m(), sigmas },
+        Kind::RollingShutter => FindingCode::RollingShutter { shear_px: length(), sigmas },
+        Kind::Shifted => FindingCode::PictureShifted { shift_px: length(), sigmas },
+        Kind::LensShape => FindingCode::LensOther { sigmas },
+    }
+}

@@ -1,0 +1,368 @@
+//! Names what differs from view to view, and what else the views share.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    columns::{Derivatives, Products, RESIDUAL, SCALE, SCALE_R2, SHIFT, SHUTTER, solve},
+    effects::{Marginalised, Whitened},
+    evidence::{Gain, Size},
+    kinds::{Family, Kind, SMOOTH, Scope},
+    model::{Fit, Shared},
+    two_cameras::{TwoCameras, two_cameras},
+};
+
+/// Rounds in which lens and smooth effects of the views are fitted in turn.
+const SWEEPS: usize = 3;
+/// Least number of views that name a cause.
+const LEAST_VIEWS: usize = 8;
+/// Standard deviations from which a cause that all views share is named.
+const SHARED_SIGMAS: f64 = 4.0;
+/// Standard deviations from which a course of the focal length is named, of [`COURSES`] tried.
+const COURSE_SIGMAS: f64 = 2.6;
+const COURSES: f64 = 3.0;
+/// Standard deviations from which two cameras are named.
+const GROUPS_SIGMAS: f64 = 3.5;
+/// Least gain of predicted views, in twice the log likelihood, and in standard deviations.
+const PREDICTED: f64 = 10.0;
+const PREDICTED_SIGMAS: f64 = 3.0;
+/// Least gain of a course, in twice the log likelihood.
+const COURSE_GAIN: f64 = 4.0;
+/// Standard deviations by which the best explanation must lead a rival.
+const LEAD_SIGMAS: f64 = 2.0;
+/// Standard deviations by which a drift must exceed [`COURSE_SIGMAS`] to be named with a
+/// probability of 95 %.
+const POWER_SIGMAS: f64 = 1.645;
+
+/// Cause named by the views.
+#[derive(Clone, Debug)]
+pub(super) struct Named {
+    pub(super) kind: Kind,
+    /// Values of the parameters; root mean squares over the views for a view's own.
+    pub(super) size: Vec<f64>,
+    pub(super) sigmas: f64,
+    /// Kinds of other families that predict the views nearly as well.
+    pub(super) rivals: Vec<Kind>,
+    /// True for the views concerned by a jump or another camera.
+    pub(super) is_concerned: Vec<bool>,
+}
+
+/// Causes named by the views, beside the corrected ones.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Verdicts {
+    pub(super) named: Vec<Named>,
+    /// Least named relative change of the focal length from the first view to the last. `None` if
+    /// there are too few views.
+    pub(super) visible_drift: Option<f64>,
+    /// Excess of each view's inverse distance over the mean, relative.
+    pub(super) nearness: Vec<f64>,
+}
+
+impl Verdicts {
+    /// Verdicts at the minimum of the bundle behind `derivatives`. The noise of a corner is at
+    /// least `noise_floor` times the stated error.
+    pub(super) fn of(derivatives: &Derivatives<'_>, noise_floor: f64) -> Self {
+        if derivatives.of_views.len() < LEAST_VIEWS {
+            return Self::default();
+        }
+        Judge::of(derivatives, noise_floor).and_then(|judge| judge.verdicts()).unwrap_or_default()
+    }
+}
+
+/// Evidence of a kind.
+struct Evidence {
+    kind: Kind,
+    size: Option<Size>,
+    /// Gain of each view, predicted by the others.
+    gains: Vec<f64>,
+    gain: Gain,
+    values: Vec<f64>,
+    is_concerned: Vec<bool>,
+}
+
+struct Judge<'a> {
+    derivatives: &'a Derivatives<'a>,
+    whitened: Whitened,
+    /// Every cause that all views share.
+    every: Vec<Kind>,
+    smooth: Marginalised,
+    /// Residual of each view at the smooth effects.
+    pull: Vec<DVector<f64>>,
+    /// Fit of the lens and [`Self::every`].
+    fit: Fit,
+    left_out: Vec<DVector<f64>>,
+    /// Minus twice the log likelihood of each view under [`Self::fit`].
+    predicted: Vec<f64>,
+}
+
+impl<'a> Judge<'a> {
+    fn of(derivatives: &'a Derivatives<'a>, noise_floor: f64) -> Option<Self> {
+        let coordinates: Vec<f64> = (0..derivatives.of_views.len())
+            .map(|view| 2.0 * derivatives.observations.view(view).len() as f64)
+            .collect();
+        let mut absorbed = SMOOTH.to_vec();
+        absorbed.extend([SCALE, SCALE_R2, SHIFT, SHIFT + 1, SHUTTER, SHUTTER + 1]);
+        let whitened = Whitened::of(&derivatives.of_views, &coordinates, &absorbed, noise_floor)?;
+        // Beside free focal lengths along x and y, the squares' shape is the pair's only parameter.
+        let pair =
+            if derivatives.square_pixels() { Kind::PixelAspect } else { Kind::BoardStretched };
+        let every = vec![pair, Kind::PixelSkew, Kind::BoardBent, Kind::LensShape];
+        let shared = shared(derivatives, &every);
+        let residual = |products: &Products| {
+            DVector::from_fn(SMOOTH.len(), |i, _| products[(SMOOTH[i], RESIDUAL)])
+        };
+        let mut pull: Vec<DVector<f64>> = whitened.products.iter().map(residual).collect();
+        let mut variance = whitened.guess(&SMOOTH);
+        let mut settled = None;
+        for _ in 0..SWEEPS {
+            variance = whitened.variances(&SMOOTH, &pull, variance)?;
+            let smooth = Marginalised::of(&whitened, &SMOOTH, variance.clone())?;
+            let fit = Fit::of(&smooth.products, &derivatives.lens, &shared)?;
+            pull = fit.pull(&whitened.products, &SMOOTH);
+            settled = Some((smooth, fit));
+        }
+        let (smooth, fit) = settled?;
+        let left_out = fit.left_out()?;
+        let predicted = with_log_determinant(fit.predicted(&left_out), &smooth);
+        Some(Self { derivatives, whitened, every, smooth, pull, fit, left_out, predicted })
+    }
+}
+
+impl Judge<'_> {
+    fn verdicts(&self) -> Option<Verdicts> {
+        let mut named = Vec::new();
+        for kind in [Kind::PixelSkew, Kind::LensShape] {
+            named.extend(self.shared_by_views(kind)?);
+        }
+        let courses = self.courses()?;
+        let drift = courses.iter().find(|it| it.kind == Kind::FocusDrift);
+        let visible_drift = drift
+            .and_then(|it| Some(it.size.as_ref()?.covariance[(0, 0)].sqrt()))
+            .map(|sd| (COURSE_SIGMAS + POWER_SIGMAS) * sd);
+        named.extend(self.between_views(courses)?);
+        Some(Verdicts { named, visible_drift, nearness: self.nearness() })
+    }
+
+    /// A cause that all views share, if it stands out from its scatter and predicts views that it
+    /// wasn't fitted to.
+    fn shared_by_views(&self, kind: Kind) -> Option<Option<Named>> {
+        let place = self.place(kind);
+        let Some(size) = self.fit.size(&self.left_out, place, 1.0) else { return Some(None) };
+        if size.sigmas <= SHARED_SIGMAS {
+            return Some(None);
+        }
+        let others = self.every.iter().copied().filter(|other| *other != kind);
+        let shared = shared(self.derivatives, &others.collect::<Vec<_>>());
+        let without = Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)?;
+        let without = without.predicted(&without.left_out()?);
+        let gain = Gain::between(&without, &self.fit.predicted(&self.left_out));
+        let values = self.fit.value.rows(place.0, place.1).iter().copied().collect();
+        Some((gain.sum > PREDICTED).then_some(Named {
+            kind,
+            size: values,
+            sigmas: size.sigmas,
+            rivals: Vec::new(),
+            is_concerned: Vec::new(),
+        }))
+    }
+
+    /// Index and count of the parameters of `kind` in the fit of every cause.
+    fn place(&self, kind: Kind) -> (usize, usize) {
+        let before = self.every.iter().take_while(|it| **it != kind);
+        let before: usize = before.map(|it| it.columns().len()).sum();
+        (self.derivatives.lens.len() + before, kind.columns().len())
+    }
+
+    /// Excess of each view's inverse distance over the mean, relative.
+    fn nearness(&self) -> Vec<f64> {
+        let poses = self.derivatives.state.cam_from_board.iter();
+        let near: Vec<f64> = poses.map(|pose| pose.translation.z.recip()).collect();
+        let mean = near.iter().sum::<f64>() / near.len().max(1) as f64;
+        near.iter().map(|near| near / mean - 1.0).collect()
+    }
+
+    /// Evidence for courses of the focal length.
+    fn courses(&self) -> Option<Vec<Evidence>> {
+        let count = self.predicted.len();
+        let drift = (0..count).map(|view| view as f64 / (count - 1) as f64 - 0.5).collect();
+        let mut all = vec![
+            self.course(Kind::FocusDrift, drift, 1.0)?,
+            self.course(Kind::FocusBreathes, self.nearness(), 1.0)?,
+        ];
+        if let Some(from) = self.likeliest_jump() {
+            let course = (0..count).map(|view| f64::from(u8::from(view >= from))).collect();
+            all.push(self.course(Kind::FocusJump, course, count as f64 / COURSES)?);
+        }
+        Some(all)
+    }
+
+    fn course(&self, kind: Kind, course: Vec<f64>, tries: f64) -> Option<Evidence> {
+        let is_concerned = course.iter().map(|times| *times != 0.0).collect();
+        let mut shared = shared(self.derivatives, &self.every);
+        let sd = kind.sd(self.derivatives.image_size);
+        shared.push(Shared { columns: kind.columns(), sd, course: Some(course) });
+        let fit = Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)?;
+        let left_out = fit.left_out()?;
+        let size = fit.size(&left_out, (fit.value.len() - 1, 1), COURSES * tries);
+        let predicted = with_log_determinant(fit.predicted(&left_out), &self.smooth);
+        let values = vec![fit.value[fit.value.len() - 1]];
+        Some(self.evidence(kind, size, &predicted, values, is_concerned))
+    }
+
+    fn evidence(
+        &self,
+        kind: Kind,
+        size: Option<Size>,
+        predicted: &[f64],
+        values: Vec<f64>,
+        is_concerned: Vec<bool>,
+    ) -> Evidence {
+        let gains: Vec<f64> = self.predicted.iter().zip(predicted).map(|(a, b)| a - b).collect();
+        let gain = Gain::of(&gains);
+        Evidence { kind, size, gains, gain, values, is_concerned }
+    }
+
+    /// First view of the jump of the focal length that gains most, from one fit.
+    fn likeliest_jump(&self) -> Option<usize> {
+        let count = self.predicted.len();
+        let (information, _) = self.fit.total();
+        let every = DMatrix::identity(information.nrows(), information.ncols());
+        let settled = solve(&information, &every)?;
+        let shared = shared(self.derivatives, &self.every);
+        let columns = self.derivatives.lens.iter().copied();
+        let columns: Vec<usize> =
+            columns.chain(shared.iter().flat_map(|it| it.columns.iter().copied())).collect();
+        let sd = Kind::FocusJump.sd(self.derivatives.image_size)[0];
+        let mut across = DVector::<f64>::zeros(columns.len());
+        let (mut own, mut pull) = (sd.powi(-2), 0.0);
+        let mut best: Option<(f64, usize)> = None;
+        for view in (3..count).rev() {
+            let products = &self.smooth.products[view];
+            across += DVector::from_fn(columns.len(), |i, _| products[(columns[i], SCALE)]);
+            own += products[(SCALE, SCALE)];
+            pull += products[(SCALE, RESIDUAL)];
+            if view + 2 >= count {
+                continue;
+            }
+            let left = own - across.dot(&(&settled * &across));
+            let gain = (pull - across.dot(&self.fit.value)).powi(2) / left;
+            if left > 0.0 && best.is_none_or(|best| gain > best.0) {
+                best = Some((gain, view));
+            }
+        }
+        best.map(|(_, view)| view)
+    }
+
+    /// What differs from view to view: the best course of the focal length, or the best effect
+    /// with all rivals that it doesn't lead.
+    fn between_views(&self, courses: Vec<Evidence>) -> Option<Vec<Named>> {
+        let sigmas = |evidence: &Evidence| evidence.size.as_ref().map_or(0.0, |size| size.sigmas);
+        let is_course = |it: &Evidence| sigmas(it) > COURSE_SIGMAS && it.gain.sum > COURSE_GAIN;
+        let course =
+            courses.into_iter().filter(is_course).max_by(|a, b| sigmas(a).total_cmp(&sigmas(b)));
+        let mut effects: Vec<Evidence> = Vec::new();
+        effects.extend(self.two_cameras());
+        for kind in Kind::OWN {
+            effects.push(self.own_effect(kind)?);
+        }
+        let predicts = |it: &Evidence| {
+            it.gain.sum > PREDICTED
+                && it.gain.sigmas > PREDICTED_SIGMAS
+                && (it.kind != Kind::Mixed || sigmas(it) > GROUPS_SIGMAS)
+        };
+        let best = effects
+            .iter()
+            .filter(|it| predicts(it))
+            .max_by(|a, b| a.gain.sum.total_cmp(&b.gain.sum))
+            .filter(|best| course.is_none() || best.kind.row().family != Family::Focus);
+        let rivals = |best: &Evidence| -> Vec<Kind> {
+            let is_rival = |it: &&Evidence| {
+                it.kind.row().family != best.kind.row().family
+                    && it.gain.sum > PREDICTED
+                    && Gain::between(&best.gains, &it.gains).sigmas < LEAD_SIGMAS
+            };
+            effects.iter().filter(is_rival).map(|it| it.kind).collect()
+        };
+        let named = |it: &Evidence, rivals| Named {
+            kind: it.kind,
+            size: it.values.clone(),
+            sigmas: if it.kind.row().scope == Scope::Own { it.gain.sigmas } else { sigmas(it) },
+            rivals,
+            is_concerned: it.is_concerned.clone(),
+        };
+        let mut all = Vec::new();
+        all.extend(course.as_ref().map(|it| named(it, Vec::new())));
+        all.extend(best.map(|it| named(it, rivals(it))));
+        Some(all)
+    }
+
+    fn two_cameras(&self) -> Option<Evidence> {
+        let kind = Kind::Mixed;
+        let count = self.predicted.len();
+        let sd = kind.sd(self.derivatives.image_size);
+        let fit_of = |course: Vec<f64>| {
+            let mut shared = shared(self.derivatives, &self.every);
+            let columns = kind.columns();
+            shared.push(Shared { columns, sd: sd.clone(), course: Some(course) });
+            Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)
+        };
+        let fit = fit_of(vec![1.0; count])?;
+        let pulls: Vec<Vec<f64>> = kind
+            .row()
+            .columns
+            .iter()
+            .map(|column| {
+                let pull = self.fit.pull(&self.smooth.products, &[*column]);
+                let size = |(view, pull): (usize, &DVector<f64>)| {
+                    pull[0] / self.smooth.products[view][(*column, *column)].max(1e-9).sqrt()
+                };
+                pull.iter().enumerate().map(size).collect()
+            })
+            .collect();
+        let TwoCameras { is_second, predicted } = two_cameras(&fit, kind.columns().len(), &pulls)?;
+        let divided = fit_of(is_second.iter().map(|it| f64::from(u8::from(*it))).collect())?;
+        let own = (divided.value.len() - 4, 4);
+        let size = divided.size(&divided.left_out()?, own, 1.0);
+        let values = divided.value.rows(own.0, own.1).iter().copied().collect();
+        let predicted = with_log_determinant(predicted, &self.smooth);
+        Some(self.evidence(kind, size, &predicted, values, is_second))
+    }
+
+    /// Evidence for an effect that each view has by itself, beside the smooth ones.
+    fn own_effect(&self, kind: Kind) -> Option<Evidence> {
+        let own = kind.columns();
+        let columns: Vec<usize> = SMOOTH.iter().chain(own).copied().collect();
+        let pull = self.fit.pull(&self.whitened.products, own);
+        let pull: Vec<DVector<f64>> = self
+            .pull
+            .iter()
+            .zip(&pull)
+            .map(|(smooth, own)| {
+                let all = smooth.iter().chain(own).copied();
+                DVector::from_iterator(columns.len(), all)
+            })
+            .collect();
+        let mut start = self.smooth.variance.clone();
+        start.extend(self.whitened.guess(own));
+        let variance = self.whitened.variances(&columns, &pull, start)?;
+        let values = variance[SMOOTH.len()..].iter().map(|it| it.sqrt()).collect();
+        let marginalised = Marginalised::of(&self.whitened, &columns, variance)?;
+        let shared = shared(self.derivatives, &self.every);
+        let fit = Fit::of(&marginalised.products, &self.derivatives.lens, &shared)?;
+        let predicted = with_log_determinant(fit.predicted(&fit.left_out()?), &marginalised);
+        Some(self.evidence(kind, None, &predicted, values, Vec::new()))
+    }
+}
+
+fn shared(derivatives: &Derivatives<'_>, kinds: &[Kind]) -> Vec<Shared> {
+    let of = |kind: &Kind| Shared {
+        columns: kind.columns(),
+        sd: kind.sd(derivatives.image_size),
+        course: None,
+    };
+    kinds.iter().map(of).collect()
+}
+
+fn with_log_determinant(mut predicted: Vec<f64>, marginalised: &Marginalised) -> Vec<f64> {
+    predicted.iter_mut().zip(&marginalised.log_determinant).for_each(|(it, more)| *it += more);
+    predicted
+}

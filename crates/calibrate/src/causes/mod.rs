@@ -1,0 +1,87 @@
+//! Causes of a misfit of the views to a single lens and a flat board of squares, named by the views.
+//!
+//! One pass over the corners at the minimum of the bundle gives the products of all derivatives,
+//! view by view ([`columns`]); everything else follows from these, without another fit.
+//!
+//! - What all views share ([`Scope::Shared`]) is fitted beside the lens and all other such causes.
+//!   A cause is named if its size stands out from its own scatter with each view left out
+//!   ([`evidence`]): views count, not corners.
+//! - What differs from view to view is named only if it predicts views that it wasn't fitted to,
+//!   better than without, and better than every rival ([`effects`], [`two_cameras`]). Otherwise all
+//!   that do are named together.
+//!
+//! Noise: each view has its own variance, and smooth errors that are the view's own. See
+//! `docs/method.md`, section 2.7.
+
+mod columns;
+mod correction;
+mod effects;
+mod evidence;
+mod explanations;
+mod extended_bundle;
+mod findings;
+mod judge;
+mod kinds;
+mod model;
+mod two_cameras;
+
+use boresight_geometry::{Camera, LensMatrix};
+use explanations::Explanations;
+use judge::Verdicts;
+
+use crate::{check::finding::Finding, solve::bundle::Bundle};
+
+pub(crate) use columns::{Derivatives, OneColumn, half_board_m};
+pub(crate) use correction::{Correction, with_square_pixels};
+pub(crate) use explanations::positive_part;
+
+/// What all views share beside the lens, and the correction of what is clear of it.
+pub(crate) struct SharedCauses {
+    explanations: Explanations,
+    /// Correction to apply, if a cause is clear.
+    pub(crate) correction: Option<Correction>,
+}
+
+impl SharedCauses {
+    /// Causes at the minimum of `bundle`, the richest bundle, in addition to the `earlier`
+    /// correction. `result` is the lens of the computed doubt.
+    pub(crate) fn of(
+        derivatives: &Derivatives<'_>,
+        bundle: &Bundle,
+        result: &Camera,
+        noise_floor: f64,
+        earlier: Option<&Correction>,
+    ) -> Self {
+        let explanations = Explanations::of(derivatives, bundle, result, noise_floor);
+        let n = derivatives.observations.coordinate_count() as f64;
+        let correction = Correction::of(&explanations, bundle, n, earlier);
+        Self { explanations, correction }
+    }
+
+    /// Covariance of the lens from uncertainty about the true cause.
+    pub(crate) fn doubt(&self) -> LensMatrix {
+        self.explanations.doubt
+    }
+
+    /// Twice the logarithm of the odds of the likeliest cause; `None` if none is clear.
+    pub(crate) fn gain(&self) -> Option<f64> {
+        self.explanations.best().map(|best| best.gain)
+    }
+}
+
+/// Causes that the views name, beside the corrected ones.
+pub(crate) struct NamedCauses {
+    pub(crate) findings: Vec<Finding>,
+    /// Least named relative change of the focal length from the first view to the last. `None` if
+    /// there are too few views.
+    pub(crate) visible_drift: Option<f64>,
+}
+
+impl NamedCauses {
+    /// Causes at the minimum of the bundle behind `derivatives`.
+    pub(crate) fn of(derivatives: &Derivatives<'_>, noise_floor: f64) -> Self {
+        let verdicts = Verdicts::of(derivatives, noise_floor);
+        let findings = findings::of_verdicts(&verdicts, half_board_m(derivatives.observations));
+        Self { findings, visible_drift: verdicts.visible_drift }
+    }
+}
