@@ -12,11 +12,13 @@ use crate::solve::{
     bundle::Bundle,
     lens_model::tie_covariance,
     odds::CLEAR,
-    schur_lm::{Minimum, NormalEquations, Start, ViewBlock, inverse, minimise},
+    schur_lm::{Minimum, NormalEquations, ViewBlock, inverse, minimise_to},
     view_scatter::Scatter,
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensMatrix, LensParameter, frame::ImageSize};
 
+/// `δᵀ g` at which a fit ends: 0.03 standard deviations don't change odds of at least e⁵.
+const NEGLIGIBLE_STEP: f64 = 1e-3;
 /// Least gain promised by one pass, as a share of the penalty for the parameters.
 const PROMISING: f64 = 0.8;
 /// Least reported shift by pixels or squares that aren't square, anywhere in the picture: the error
@@ -203,7 +205,7 @@ impl<'a> Search<'a> {
         let free = self.freed();
         let problem = ExtendedProblem { observations, kind, half_board_m, square_pixels, free };
         let start = ExtendedState { bundle: self.bundle.state.clone(), extras: [0.0; EXTRAS] };
-        let minimum: Minimum<_, SHARED, 6> = minimise(&problem, start, Start::Guess)?;
+        let minimum: Minimum<_, SHARED, 6> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
         if !minimum.converged {
             return None;
         }

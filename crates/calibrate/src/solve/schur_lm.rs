@@ -218,23 +218,40 @@ pub(crate) enum Start {
 ///
 /// Converged means a next step below 1e-9 standard deviations, or below 1e-2 after the last of the
 /// steps. `None` if the model is undefined at `start`.
-pub(crate) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
     problem: &P,
     start: P::State,
     how: Start,
 ) -> Option<Minimum<P::State, S, L>> {
-    /// Squared length of the last step in standard deviations.
-    const NEGLIGIBLE_STEP: f64 = 1e-18;
     let first_damping = match how {
         Start::Guess => GUESS_DAMPING,
         Start::Near => 1e-8,
     };
+    minimise_from(problem, start, first_damping, 1e-18)
+}
+
+/// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard
+/// deviations, is at most `negligible_step`.
+pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    negligible_step: f64,
+) -> Option<Minimum<P::State, S, L>> {
+    minimise_from(problem, start, GUESS_DAMPING, negligible_step)
+}
+
+fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
+    problem: &P,
+    start: P::State,
+    first_damping: f64,
+    negligible_step: f64,
+) -> Option<Minimum<P::State, S, L>> {
     let (cost, normal) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, normal, converged: false };
     let mut damping = first_damping;
     for _ in 0..100 {
         let accepted = at.normal.solve(damping).and_then(|step| {
-            if step.decrement <= NEGLIGIBLE_STEP {
+            if step.decrement <= negligible_step {
                 at.converged = true;
                 return None;
             }
