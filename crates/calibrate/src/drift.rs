@@ -5,10 +5,9 @@ use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 
 use super::{
     calibrate::calibrate,
-    check::finding::FindingCode,
+    check::finding::{FindingCode, Severity},
     lens_change::{Change, F_AND_PP_LIMIT, Told},
     params::CalibrationParams,
-    result::Focal,
     solve::{
         initial_guess::distinct_views, lens_model::LensModel, schur_lm::inverse, view_scatter,
     },
@@ -238,15 +237,14 @@ pub fn drift(
     let old_covariance = scaled_covariance(&old_covariance, aspect);
     let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
     let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
-    if let Focal::Varying { scatter_px } = new.focal {
-        return Err(NoDrift::FocusMoved { relative_sd: scatter_px / new.camera.f_px.x });
-    }
-    let odd_views = new.findings.iter().find_map(|finding| match finding.code {
-        FindingCode::ViewsMixed { odd_views, .. } => Some(odd_views),
-        _ => None,
-    });
-    if let Some(odd_views) = odd_views {
-        return Err(NoDrift::Mixed { odd_views });
+    for finding in new.findings.iter().filter(|finding| finding.severity == Severity::Bad) {
+        match finding.code {
+            FindingCode::FocusMoved { relative_sd, .. } => {
+                return Err(NoDrift::FocusMoved { relative_sd });
+            }
+            FindingCode::ViewsMixed { odd_views, .. } => return Err(NoDrift::Mixed { odd_views }),
+            _ => {}
+        }
     }
     let told = Told::by(view_scatter::freedom(different));
     let change = Change::between((&camera, &old_covariance), (&new.camera, &new.covariance_all))

@@ -33,7 +33,7 @@ pub(super) struct Examined {
     overcount: f64,
 }
 
-/// Causes that all views share, at the minimum of the richest lens model. `None` with too few views.
+/// Causes that all views share, at the minimum of the richest lens model. `None` for few views.
 pub(super) fn shared_causes<'a>(
     inputs: &'a Inputs<'_>,
     choice: &'a ModelChoice,

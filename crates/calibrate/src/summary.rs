@@ -143,6 +143,7 @@ pub(super) fn assemble(
         known_lens: combined.as_ref(),
         disagreement,
         projection_sd: &projection_sd,
+        pp_covariance_px2,
         valid_area: &valid_area,
         bound_px: covered_bound_px.unwrap_or(projection_sd.bound_px),
         // A goal missed by the board's size alone isn't the lens's fault.

@@ -24,8 +24,8 @@ pub(crate) struct Correction {
     /// Ratio of height to width of the board's squares.
     stretch: f64,
     bent: Option<Bent>,
-    /// Covariance of the lens from doubt about the causes and their parameters, as other causes look
-    /// the same.
+    /// Covariance of the lens from doubt about the causes and their parameters: others look the
+    /// same.
     pub(crate) doubt: LensMatrix,
     /// Findings of the corrected causes.
     pub(crate) findings: Vec<Finding>,

@@ -1,7 +1,7 @@
 //! Evidence counted by views.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor, Normal, StudentsT};
 
 /// Size of parameters, with the scatter when each view is left out.
 #[derive(Clone, Debug)]
@@ -31,6 +31,17 @@ pub(super) fn size(value: &DVector<f64>, left_out: &[DVector<f64>], tries: f64) 
     let statistic = value.dot(&pull) / k * freedom / (n - 1.0);
     let chance = FisherSnedecor::new(k, freedom).ok()?.sf(statistic.max(0.0));
     Some(Size { covariance, sigmas: sigmas_of(chance * tries) })
+}
+
+/// Size of one parameter, in standard deviations by the jackknife over `views` views, that stands
+/// out by `sigmas` with a probability of 95 %, as the best of `tries`. `None` for too few views.
+pub(super) fn visible(views: usize, sigmas: f64, tries: f64) -> Option<f64> {
+    const POWER: f64 = 0.95;
+    let freedom = views.checked_sub(2).filter(|freedom| *freedom > 0)? as f64;
+    let chance = 2.0 * Normal::standard().sf(sigmas) / tries;
+    let student = StudentsT::new(0.0, 1.0, freedom).ok()?;
+    let limit = student.inverse_cdf(1.0 - 0.5 * chance) + student.inverse_cdf(POWER);
+    Some(limit * ((views - 1) as f64 / freedom).sqrt())
 }
 
 /// Standard deviations of a two-sided test of a normal distribution with the same chance.

@@ -7,31 +7,44 @@ use super::{
 };
 use crate::check::finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity};
 
-/// Relative change of the focal length above which a common focal length is no result: 3 px at f
-/// = 1000.
-const MAX_FOCAL_CHANGE: f64 = 0.003;
+/// Change of the camera between views above which one lens is no result, relative to half the
+/// picture: 3 px at 1000 px from the principal point.
+const MAX_CHANGE: f64 = 0.003;
 
 /// Findings of named causes that nothing corrects. A moved focus or a second camera, named alone,
-/// rules the lens out; the bound covers everything else.
-pub(super) fn of_verdicts(causes: &Verdicts, depth_of_unit_m: f64) -> Vec<Finding> {
+/// rules the lens out; a camera that otherwise changes from picture to picture limits its use. The
+/// bound covers everything else.
+pub(super) fn of_verdicts(
+    causes: &Verdicts,
+    depth_of_unit_m: f64,
+    half_width_px: f64,
+) -> Vec<Finding> {
     let is_between = |named: &&Named| named.kind.row().scope != Scope::Shared;
     let is_only = causes.named.iter().filter(is_between).count() == 1;
     let finding = |named: &Named| {
-        if !named.rivals.is_empty() {
-            let all = std::iter::once(named.kind).chain(named.rivals.iter().copied());
-            let mut codes: Vec<&'static str> = all.map(|kind| kind.row().code).collect();
-            codes.dedup();
-            let candidates = std::array::from_fn::<_, CANDIDATES, _>(|i| codes.get(i).copied());
-            let code = FindingCode::CauseUnclear { candidates, sigmas: named.sigmas };
-            return Finding { code, severity: Severity::Info };
-        }
         let code = code(named, causes, depth_of_unit_m);
-        let is_fatal = match code {
-            FindingCode::FocusMoved { relative_sd, .. } => relative_sd > MAX_FOCAL_CHANGE,
-            FindingCode::ViewsMixed { .. } => true,
-            _ => false,
+        let (is_large, is_fatal) = match code {
+            FindingCode::FocusMoved { relative_sd, .. } => (relative_sd > MAX_CHANGE, true),
+            FindingCode::ViewsMixed { .. } => (true, true),
+            FindingCode::PictureShifted { shift_px, .. } => {
+                (shift_px > MAX_CHANGE * half_width_px, false)
+            }
+            _ => (false, false),
         };
-        let severity = if is_fatal && is_only { Severity::Bad } else { Severity::Info };
+        let all = std::iter::once(named.kind).chain(named.rivals.iter().copied());
+        let is_of_camera = all.clone().all(Kind::is_of_camera);
+        let severity = match (is_large && is_of_camera, is_fatal && named.rivals.is_empty()) {
+            (false, _) => Severity::Info,
+            (true, true) if is_only => Severity::Bad,
+            (true, _) => Severity::Care,
+        };
+        if named.rivals.is_empty() {
+            return Finding { code, severity };
+        }
+        let mut codes: Vec<&'static str> = all.map(|kind| kind.row().code).collect();
+        codes.dedup();
+        let candidates = std::array::from_fn::<_, CANDIDATES, _>(|i| codes.get(i).copied());
+        let code = FindingCode::CauseUnclear { candidates, sigmas: named.sigmas };
         Finding { code, severity }
     };
     causes.named.iter().map(finding).collect()
@@ -62,19 +75,20 @@ fn code(named: &Named, causes: &Verdicts, depth_of_unit_m: f64) -> FindingCode {
     let length = || libm::hypot(size(0), size(1));
     let depth_m = || named.size.iter().map(|it| it * it).sum::<f64>().sqrt() * depth_of_unit_m;
     let concerned = || named.is_concerned.iter().position(|it| *it).unwrap_or_default();
-    let focus = |motion, relative_sd| FindingCode::FocusMoved { sigmas, relative_sd, motion };
+    let relative_sd = size(0).abs() * named.spread;
+    let focus = |motion| FindingCode::FocusMoved { sigmas, relative_sd, motion };
     let change = libm::expm1(size(0));
     match named.kind {
-        Kind::FocusDrift => focus(FocusMotion::Drift { change }, change.abs()),
-        Kind::FocusJump => focus(FocusMotion::Jump { view: concerned(), change }, change.abs()),
+        Kind::FocusDrift => focus(FocusMotion::Drift { change }),
+        Kind::FocusJump => focus(FocusMotion::Jump { view: concerned(), change }),
         Kind::FocusBreathes => {
             let near = causes.nearness.iter().copied();
             let range =
                 near.clone().fold(f64::NEG_INFINITY, f64::max) - near.fold(f64::INFINITY, f64::min);
             let change = libm::expm1(size(0) * range);
-            focus(FocusMotion::Breathes { change }, change.abs())
+            focus(FocusMotion::Breathes { change })
         }
-        Kind::FocusScatters => focus(FocusMotion::Scattered, size(0)),
+        Kind::FocusScatters => focus(FocusMotion::Scattered),
         Kind::Mixed => FindingCode::ViewsMixed {
             odd_views: named.is_concerned.iter().filter(|it| **it).count(),
             view: concerned(),

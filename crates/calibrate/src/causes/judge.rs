@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{
     columns::{Derivatives, Products, RESIDUAL, SCALE, SCALE_R2, SHIFT, SHUTTER, solve},
     effects::{Marginalised, Whitened},
-    evidence::{Gain, Size},
+    evidence::{Gain, Size, visible},
     kinds::{Family, Kind, SMOOTH, Scope},
     model::{Fit, Shared},
     two_cameras::{TwoCameras, two_cameras},
@@ -29,9 +29,6 @@ const PREDICTED_SIGMAS: f64 = 3.0;
 const COURSE_GAIN: f64 = 4.0;
 /// Standard deviations by which the best explanation must lead a rival.
 const LEAD_SIGMAS: f64 = 2.0;
-/// Standard deviations by which a drift must exceed [`COURSE_SIGMAS`] to be named with a
-/// probability of 95 %.
-const POWER_SIGMAS: f64 = 1.645;
 
 /// Cause named by the views.
 #[derive(Clone, Debug)]
@@ -44,6 +41,8 @@ pub(super) struct Named {
     pub(super) rivals: Vec<Kind>,
     /// True for the views concerned by a jump or another camera.
     pub(super) is_concerned: Vec<bool>,
+    /// Sample standard deviation of the views' factors in a course; 1 without.
+    pub(super) spread: f64,
 }
 
 /// Causes named by the views, beside the corrected ones.
@@ -77,6 +76,7 @@ struct Evidence {
     gain: Gain,
     values: Vec<f64>,
     is_concerned: Vec<bool>,
+    spread: f64,
 }
 
 struct Judge<'a> {
@@ -137,7 +137,8 @@ impl Judge<'_> {
         let drift = courses.iter().find(|it| it.kind == Kind::FocusDrift);
         let visible_drift = drift
             .and_then(|it| Some(it.size.as_ref()?.covariance[(0, 0)].sqrt()))
-            .map(|sd| (COURSE_SIGMAS + POWER_SIGMAS) * sd);
+            .zip(visible(self.predicted.len(), COURSE_SIGMAS, COURSES))
+            .map(|(sd, sigmas)| sd * sigmas);
         named.extend(self.between_views(courses)?);
         Some(Verdicts { named, visible_drift, nearness: self.nearness() })
     }
@@ -162,6 +163,7 @@ impl Judge<'_> {
             sigmas: size.sigmas,
             rivals: Vec::new(),
             is_concerned: Vec::new(),
+            spread: 1.0,
         }))
     }
 
@@ -197,6 +199,7 @@ impl Judge<'_> {
 
     fn course(&self, kind: Kind, course: Vec<f64>, tries: f64) -> Option<Evidence> {
         let is_concerned = course.iter().map(|times| *times != 0.0).collect();
+        let spread = sample_sd(&course);
         let mut shared = shared(self.derivatives, &self.every);
         let sd = kind.sd(self.derivatives.image_size);
         shared.push(Shared { columns: kind.columns(), sd, course: Some(course) });
@@ -205,7 +208,7 @@ impl Judge<'_> {
         let size = fit.size(&left_out, (fit.value.len() - 1, 1), COURSES * tries);
         let predicted = with_log_determinant(fit.predicted(&left_out), &self.smooth);
         let values = vec![fit.value[fit.value.len() - 1]];
-        Some(self.evidence(kind, size, &predicted, values, is_concerned))
+        Some(Evidence { spread, ..self.evidence(kind, size, &predicted, values, is_concerned) })
     }
 
     fn evidence(
@@ -218,7 +221,7 @@ impl Judge<'_> {
     ) -> Evidence {
         let gains: Vec<f64> = self.predicted.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let gain = Gain::of(&gains);
-        Evidence { kind, size, gains, gain, values, is_concerned }
+        Evidence { kind, size, gains, gain, values, is_concerned, spread: 1.0 }
     }
 
     /// First view of the jump of the focal length that gains most, from one fit.
@@ -266,7 +269,7 @@ impl Judge<'_> {
         }
         let predicts = |it: &Evidence| {
             it.gain.sum > PREDICTED
-                && it.gain.sigmas > PREDICTED_SIGMAS
+                && it.gain.sigmas > least_sigmas(self.predicted.len())
                 && (it.kind != Kind::Mixed || sigmas(it) > GROUPS_SIGMAS)
         };
         let best = effects
@@ -288,6 +291,7 @@ impl Judge<'_> {
             sigmas: if it.kind.row().scope == Scope::Own { it.gain.sigmas } else { sigmas(it) },
             rivals,
             is_concerned: it.is_concerned.clone(),
+            spread: it.spread,
         };
         let mut all = Vec::new();
         all.extend(course.as_ref().map(|it| named(it, Vec::new())));
@@ -365,4 +369,19 @@ fn shared(derivatives: &Derivatives<'_>, kinds: &[Kind]) -> Vec<Shared> {
 fn with_log_determinant(mut predicted: Vec<f64>, marginalised: &Marginalised) -> Vec<f64> {
     predicted.iter_mut().zip(&marginalised.log_determinant).for_each(|(it, more)| *it += more);
     predicted
+}
+
+/// Standard deviations by which a gain must stand out. Few views can't reach [`PREDICTED_SIGMAS`]:
+/// equal gains of `views` views have `√(2 N ln 2)`.
+fn least_sigmas(views: usize) -> f64 {
+    const SHARE: f64 = 0.7;
+    let most = (2.0 * views as f64 * std::f64::consts::LN_2).sqrt();
+    PREDICTED_SIGMAS.min(SHARE * most)
+}
+
+fn sample_sd(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (squares / (count - 1.0)).sqrt()
 }

@@ -123,6 +123,11 @@ impl Kind {
         sd.iter().zip(columns).map(|(sd, column)| sd * unit(column)).collect()
     }
 
+    /// True for a camera that changes between views, and so may after them.
+    pub(super) fn is_of_camera(self) -> bool {
+        matches!(self.row().family, Family::Focus | Family::Mixed | Family::Shifted)
+    }
+
     pub(super) fn columns(self) -> &'static [usize] {
         self.row().columns
     }

@@ -1,4 +1,4 @@
-//! Causes of a misfit of the views to a single lens and a flat board of squares, named by the views.
+//! Causes of a misfit of the views to one lens and a flat board of squares, named by the views.
 //!
 //! One pass over the corners at the minimum of the bundle gives the products of all derivatives,
 //! view by view ([`columns`]); everything else follows from these, without another fit.
@@ -81,7 +81,9 @@ impl NamedCauses {
     /// Causes at the minimum of the bundle behind `derivatives`.
     pub(crate) fn of(derivatives: &Derivatives<'_>, noise_floor: f64) -> Self {
         let verdicts = Verdicts::of(derivatives, noise_floor);
-        let findings = findings::of_verdicts(&verdicts, half_board_m(derivatives.observations));
+        let half_width_px = 0.5 * f64::from(derivatives.image_size.width_px);
+        let depth_m = half_board_m(derivatives.observations);
+        let findings = findings::of_verdicts(&verdicts, depth_m, half_width_px);
         Self { findings, visible_drift: verdicts.visible_drift }
     }
 }

@@ -1,4 +1,4 @@
-//! Two groups of views with different lenses, as a mixture: the group of a view left out is unknown.
+//! Two groups of views with different lenses: a mixture, as a view left out has an unknown group.
 
 use nalgebra::{DMatrix, DVector};
 

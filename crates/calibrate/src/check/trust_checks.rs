@@ -27,7 +27,13 @@ use boresight_geometry::{
 
 /// Limit of Hausman's statistic, χ² with 2 degrees of freedom if the lens model holds: its 0.99
 /// quantile, `docs/method.md`, section 2.
-const HAUSMAN: f64 = 9.21;
+const HAUSMAN_CARE: f64 = 9.21;
+/// Three times [`HAUSMAN_CARE`]: the principal point is wrong by far more than its stated error. A
+/// convention.
+const HAUSMAN_BAD: f64 = 30.0;
+/// Squared distance in stated standard deviations up to which the stated uncertainty covers a
+/// shift: 2 sd.
+const COVERED: f64 = 4.0;
 /// Ratio of observed to expected shift when views are left out; 1 if they agree. 2 is the stop
 /// rule's limit, `docs/method.md`, section 3.5.
 const SKIP: f64 = 2.0;
@@ -89,6 +95,7 @@ pub(crate) struct Evidence<'a> {
     /// Independent check of the bundle; present if `free` is.
     pub(crate) disagreement: Option<Disagreement>,
     pub(crate) projection_sd: &'a ProjectionSd,
+    pub(crate) pp_covariance_px2: Matrix2<f64>,
     pub(crate) valid_area: &'a ValidArea,
     /// 95 % bound of the error of projection over the boards' area.
     pub(crate) bound_px: f64,
@@ -215,9 +222,13 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     if !choice.bundle().converged {
         report(Some(Severity::Care), FindingCode::NotConverged);
     }
-    if let Some(statistic) = hausman(choice, evidence.noise_floor) {
-        let code = FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN };
-        report((statistic > HAUSMAN).then_some(Severity::Info), code);
+    if let Some((statistic, off)) = hausman(choice, evidence.noise_floor) {
+        let code =
+            FindingCode::LensSimple { model: choice.fit().model, statistic, limit: HAUSMAN_CARE };
+        let stated = &evidence.pp_covariance_px2;
+        let is_stated = distance2(&off, stated, stated.trace()) < COVERED;
+        let severity = above(statistic, HAUSMAN_CARE, HAUSMAN_BAD);
+        report(severity.map(|severity| if is_stated { Severity::Info } else { severity }), code);
     }
     let of = (GRID_COLUMNS * GRID_ROWS) as usize;
     let unmapped = evidence.projection_sd.unmapped;
@@ -228,11 +239,12 @@ fn lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, Findi
     }
 }
 
-/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model.
+/// Hausman's statistic (Hausman 1978) for the principal point under the richest lens model, and the
+/// point's shift in pixels.
 ///
 /// If the chosen model holds, its estimate is efficient, and the difference from the richer model's
 /// has covariance `C_full − C`. `None` if the richest model is the chosen one.
-fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<f64> {
+fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<(f64, Vector2<f64>)> {
     let full = choice.bundles.len() - 1;
     if full == choice.chosen {
         return None;
@@ -243,7 +255,7 @@ fn hausman(choice: &ModelChoice, noise_floor: f64) -> Option<f64> {
     };
     let (full_covariance, covariance) = (pp_covariance(full)?, pp_covariance(choice.chosen)?);
     let off = choice.fits[full].camera.pp_px - choice.fit().camera.pp_px;
-    Some(distance2(&off, &(full_covariance - covariance), full_covariance.trace()))
+    Some((distance2(&off, &(full_covariance - covariance), full_covariance.trace()), off))
 }
 
 /// Reports a contradiction to the earlier calibration meant to hold the lens, or a failure to hold

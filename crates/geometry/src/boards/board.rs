@@ -2,7 +2,10 @@
 
 use nalgebra::Point2;
 
-use super::{AprilGrid, Charuco, Circles, InvalidBoard, MarkerSide, Pattern, Squares, Target};
+use super::{
+    AprilGrid, BoardChoice, Charuco, Circles, InvalidBoard, InvalidChoice, MarkerSide, Pattern,
+    Squares, Target,
+};
 use crate::markers::{InvalidMarkers, Markers};
 
 /// Board of any kind, in the frame of [`target`](super). Also known as
@@ -138,6 +141,22 @@ impl Board {
     /// Positions of all points in the board frame, in metres and in numbering order.
     pub fn corners_in_board_m(&self) -> Vec<Point2<f64>> {
         self.target().points_m()
+    }
+}
+
+impl BoardChoice {
+    /// Board with squares of `square_m` metres.
+    ///
+    /// # Errors
+    ///
+    /// [`InvalidChoice::Board`] or [`InvalidChoice::Markers`].
+    pub fn board(&self, square_m: f64) -> Result<Board, InvalidChoice> {
+        Ok(Board::new(self.columns, self.rows, square_m)?.with(self.pattern)?)
+    }
+
+    /// Board with an [unchecked pattern](Board::drawn_with); `None` with invalid counts.
+    pub fn drawn(&self, square_m: f64) -> Option<Board> {
+        Some(Board::new(self.columns, self.rows, square_m).ok()?.drawn_with(self.pattern))
     }
 }
 

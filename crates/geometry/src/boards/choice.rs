@@ -1,6 +1,6 @@
 //! Names of the kinds of boards, and text form of a board.
 
-use super::{Board, Pattern};
+use super::Pattern;
 use crate::markers::{InvalidMarkers, NoDictionary};
 
 /// Name and text form of a kind of board.
@@ -49,20 +49,6 @@ impl BoardChoice {
     /// Board with these numbers of points in a row and in a column.
     pub fn of([columns, rows]: [u16; 2], pattern: Pattern) -> Self {
         Self { columns, rows, pattern }
-    }
-
-    /// Board with squares of `square_m` metres.
-    ///
-    /// # Errors
-    ///
-    /// [`InvalidChoice::Board`] or [`InvalidChoice::Markers`].
-    pub fn board(&self, square_m: f64) -> Result<Board, InvalidChoice> {
-        Ok(Board::new(self.columns, self.rows, square_m)?.with(self.pattern)?)
-    }
-
-    /// Board with an [unchecked pattern](Board::drawn_with); `None` with invalid counts.
-    pub fn drawn(&self, square_m: f64) -> Option<Board> {
-        Some(Board::new(self.columns, self.rows, square_m).ok()?.drawn_with(self.pattern))
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::markers::{CircleRows, Dictionary, Tags};
 
-/// Print at the points of a board; each variant is a kind of board. Stored like [`Stored`].
+/// Print at the points of a board; each variant is a kind of board. Stored in the form of `Stored`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Option<Stored>", into = "Option<Stored>")]
 pub enum Pattern {
