@@ -37,6 +37,9 @@ const COVERED: f64 = 4.0;
 /// Ratio of observed to expected shift when views are left out; 1 if they agree. 2 is the stop
 /// rule's limit, `docs/method.md`, section 3.5.
 const SKIP: f64 = 2.0;
+/// Ratio of the noise by one lens to that of free homographies, from which the views are apart. 57
+/// fits of real sets have 2.0 at most, three 6.2 at least.
+const APART: f64 = 3.0;
 /// Allowed distance of a corner outside the picture, as a fraction of the width: the edge fit
 /// extrapolates by a few pixels.
 const OUTSIDE: f64 = 0.005;
@@ -138,8 +141,7 @@ pub(crate) fn check(evidence: &Evidence<'_>) -> Vec<Finding> {
     } else {
         lens(evidence, &mut report);
         let corrected = evidence.correction.map_or(&[][..], |correction| &correction.findings);
-        let named = evidence.causes.map_or(&[][..], |causes| &causes.findings);
-        for Finding { code, severity } in corrected.iter().chain(named).copied() {
+        for Finding { code, severity } in corrected.iter().copied().chain(between_views(evidence)) {
             report(Some(severity), code);
         }
         known_lens(evidence, &mut report);
@@ -271,6 +273,23 @@ fn known_lens(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>,
         }
         None => {}
     }
+}
+
+/// What the views name, and a camera that changes without a name: views that fit much better by
+/// themselves than by one lens ask for care.
+fn between_views(evidence: &Evidence<'_>) -> Vec<Finding> {
+    let mut findings = evidence.causes.map_or(Vec::new(), |causes| causes.findings.clone());
+    let apart = evidence.free.map_or(0.0, |free| {
+        evidence.choice.bundle().noise_factor() / free.noise_factor().max(evidence.noise_floor)
+    });
+    if apart > APART && findings.iter().all(|finding| finding.severity == Severity::Info) {
+        let of_camera = ["FOCUS-MOVED", "VIEWS-MIXED", "PICTURE-SHIFTED"];
+        let candidates = std::array::from_fn(|i| of_camera.get(i).copied());
+        findings.retain(|finding| !matches!(finding.code, FindingCode::CauseUnclear { .. }));
+        let code = FindingCode::CauseUnclear { candidates, sigmas: apart };
+        findings.push(Finding { code, severity: Severity::Care });
+    }
+    findings
 }
 
 fn agreement(evidence: &Evidence<'_>, report: &mut impl FnMut(Option<Severity>, FindingCode)) {
