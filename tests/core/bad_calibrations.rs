@@ -476,7 +476,7 @@ fn bad_calibrations_are_told_for_what_they_are() {
     }
     println!("right {right} of {all}, good {good}");
     // Few views can't always tell a camera that changes from a hand that moves.
-    assert!(good * 50 <= all, "{good} of {all}");
+    assert!(good <= 7, "{good} of {all}");
     assert!(right * 100 >= 98 * all, "{right} of {all}");
 }
 
