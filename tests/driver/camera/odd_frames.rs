@@ -23,7 +23,7 @@ fn a_camera_that_returns_with_another_mode_is_waited_for() {
     row("returns with another mode", &words(Fault::OtherMode), seen.took);
 }
 
-/// Undetectable in such a frame; the calibration names the view (`VIEW-TORN`).
+/// Undetectable in such a frame; the calibration weighs such a view by its noise.
 #[test]
 #[ignore = "needs the camera of tests/vm"]
 fn torn_frames_are_whole_to_the_driver() {
@@ -32,5 +32,5 @@ fn torn_frames_are_whole_to_the_driver() {
     tell("torn 10");
     let seen = frames(&mut source, 20);
     assert_eq!((lost(&seen), rejected(&seen)), (None, before), "{:?}", seen.events);
-    row("10 torn frames", "nothing; the result names a torn view", Duration::ZERO);
+    row("10 torn frames", "nothing; the result weighs a torn view by its noise", Duration::ZERO);
 }
