@@ -9,13 +9,13 @@
 
 mod corner_lists;
 
-use std::{collections::BTreeMap, path::Path, sync::Mutex, thread, time::Instant};
+use std::{collections::BTreeMap, path::Path, time::Instant};
 
 use boresight_calibrate::{
     Calibration, CalibrationParams, FindingCode, Severity, Verdict, calibrate,
 };
 use boresight_geometry::Corner;
-use corner_lists::{Set, read_list};
+use corner_lists::{Set, each, read_list};
 use nalgebra::{Point3, Vector2, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -136,38 +136,25 @@ fn main() -> anyhow::Result<()> {
     let params = CalibrationParams::default();
     let run =
         |set: &Set, views: &[Vec<Corner>]| calibrate(views, &set.board, set.size, &params).ok();
-    let (next, rows) = (Mutex::new(sets.iter()), Mutex::new(Vec::new()));
-    let work = || {
-        while let Some(set) = next.lock().ok().and_then(|mut sets| sets.next()) {
-            let start = Instant::now();
-            let whole = run(set, &set.views);
-            let seconds = start.elapsed().as_secs_f64();
-            let half = |odd: usize| -> Vec<Vec<Corner>> {
-                set.views.iter().skip(odd).step_by(2).cloned().collect()
-            };
-            let halves = [0, 1].map(|odd| run(set, &half(odd)));
-            let faults: Vec<Option<Calibration>> = match (&whole, rest.is_empty()) {
-                (Some(whole), true) => FAULTS
-                    .iter()
-                    .map(|(fault, _)| run(set, &with_fault(set, whole, fault)))
-                    .collect(),
-                _ => Vec::new(),
-            };
-            if let Ok(mut rows) = rows.lock() {
-                rows.push((set, whole, halves, faults, seconds));
+    let rows = each(&sets, |set| {
+        let start = Instant::now();
+        let whole = run(set, &set.views);
+        let seconds = start.elapsed().as_secs_f64();
+        let half = |odd: usize| -> Vec<Vec<Corner>> {
+            set.views.iter().skip(odd).step_by(2).cloned().collect()
+        };
+        let halves = [0, 1].map(|odd| run(set, &half(odd)));
+        let faults: Vec<Option<Calibration>> = match (&whole, rest.is_empty()) {
+            (Some(whole), true) => {
+                FAULTS.iter().map(|(fault, _)| run(set, &with_fault(set, whole, fault))).collect()
             }
-        }
-    };
-    thread::scope(|scope| {
-        let other = thread::Builder::new().name("sets".into()).spawn_scoped(scope, work);
-        work();
-        drop(other);
+            _ => Vec::new(),
+        };
+        (whole, halves, faults, seconds)
     });
-    let mut rows = rows.into_inner().unwrap_or_default();
-    rows.sort_by(|a, b| a.0.name.cmp(&b.0.name));
     let (mut fits, mut grave, mut bad, mut confirmed, mut asked) = (0, 0, 0, 0, 0);
     let mut counts: BTreeMap<&str, [u32; 4]> = BTreeMap::new();
-    for (set, whole, halves, faults, seconds) in &rows {
+    for (set, (whole, halves, faults, seconds)) in &rows {
         let Some(whole) = whole else {
             println!("{}: no result", set.name);
             continue;

@@ -13,7 +13,7 @@ mod best_turn;
 mod corner_lists;
 mod outlines;
 
-use std::{path::Path, sync::Mutex, thread};
+use std::path::Path;
 
 use best_turn::{differences_px, rms_px};
 use boresight_calibrate::{
@@ -21,7 +21,7 @@ use boresight_calibrate::{
     drift, projection_jacobian,
 };
 use boresight_geometry::Corner;
-use corner_lists::{Set, read_list};
+use corner_lists::{Set, each, read_list};
 use nalgebra::{Point2, Point3};
 use outlines::outlines;
 use rand::{SeedableRng, seq::SliceRandom};
@@ -140,30 +140,16 @@ fn main() -> anyhow::Result<()> {
     let (list, splits) = (Path::new(list), splits.parse::<u64>()?);
     let sets = read_list(list)?;
     let params = CalibrationParams::default();
-    let (next, rows) = (Mutex::new(sets.iter()), Mutex::new(Vec::new()));
-    let work = || {
-        while let Some(set) = next.lock().ok().and_then(|mut sets| sets.next()) {
-            let whole = result_of(set, &set.views, &params);
-            let halves: Vec<Halves> =
-                (0..splits).filter_map(|split| halves_of(set, split, &params)).collect();
-            if let Ok(mut rows) = rows.lock() {
-                rows.push((set, whole, halves));
-            }
-        }
-    };
-    thread::scope(|scope| {
-        let other = thread::Builder::new().name("sets".into()).spawn_scoped(scope, work);
-        work();
-        drop(other);
+    let rows = each(&sets, |set| {
+        let halves = (0..splits).filter_map(|split| halves_of(set, split, &params));
+        (result_of(set, &set.views, &params), halves.collect::<Vec<Halves>>())
     });
-    let mut rows = rows.into_inner().unwrap_or_default();
-    rows.sort_by(|a, b| a.0.name.cmp(&b.0.name));
     println!(
         "| set | views | model | verdict | bound (covered, picture) | goal | valid | halves differ by | inside | z of f, cx, cy | alarms (all, four views) | findings |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let (mut agree, mut good_of_agreeing, mut good) = (0, 0, 0);
-    for (set, whole, halves) in &rows {
+    for (set, (whole, halves)) in &rows {
         let Some(whole) = whole else {
             println!("| {} | {} | no result |", set.name, set.views.len());
             continue;
@@ -206,7 +192,7 @@ fn main() -> anyhow::Result<()> {
             findings.join(" ")
         );
     }
-    let all = || rows.iter().flat_map(|(_, _, halves)| halves);
+    let all = || rows.iter().flat_map(|(_, (_, halves))| halves);
     let count = all().count();
     for (name, which) in ["f", "cx", "cy"].iter().zip(0..) {
         println!("z of {name}: {}", spread(all().map(|it| it.z[which])));

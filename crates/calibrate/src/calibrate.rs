@@ -165,11 +165,11 @@ impl Given<'_> {
         let mut unfinished = None;
         for wide in wide.into_iter().filter(|wide| !is_other_cause(wide)) {
             let problem = self.inputs(views, observations.clone(), Some(&wide))?;
-            let start = wide.state.clone();
-            let found = problem.solve_from(&[start]).and_then(|solution| {
-                let converged = solution.choice.bundle().converged;
-                Ok((converged, self.result(views, &problem, &solution, Some(&wide))?))
-            });
+            let found =
+                problem.solve_from(std::slice::from_ref(&wide.state)).and_then(|solution| {
+                    let converged = solution.choice.bundle().converged;
+                    Ok((converged, self.result(views, &problem, &solution, Some(&wide))?))
+                });
             match found {
                 Ok((true, found)) => return Ok(found),
                 Ok((false, found)) => unfinished = unfinished.or(Some(found)),

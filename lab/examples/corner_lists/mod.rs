@@ -1,6 +1,6 @@
 //! Corner files of real cameras.
 
-use std::path::Path;
+use std::{path::Path, sync::Mutex, thread};
 
 use anyhow::Context;
 use boresight_geometry::{Corner, boards::Board, frame::ImageSize};
@@ -20,6 +20,27 @@ pub(crate) fn read_list(list: &Path) -> anyhow::Result<Vec<Set>> {
     let text = std::fs::read_to_string(list)?;
     let lines = text.lines().filter(|line| !line.trim().is_empty());
     lines.map(|line| read(line, folder)).collect()
+}
+
+/// Result of `work` on each set, on two threads, by the sets' names.
+pub(crate) fn each<T: Send>(sets: &[Set], work: impl Fn(&Set) -> T + Sync) -> Vec<(&Set, T)> {
+    let (next, done) = (Mutex::new(sets.iter()), Mutex::new(Vec::new()));
+    let walk = || {
+        while let Some(set) = next.lock().ok().and_then(|mut sets| sets.next()) {
+            let found = work(set);
+            if let Ok(mut done) = done.lock() {
+                done.push((set, found));
+            }
+        }
+    };
+    thread::scope(|scope| {
+        let other = thread::Builder::new().name("sets".into()).spawn_scoped(scope, walk);
+        walk();
+        drop(other);
+    });
+    let mut done = done.into_inner().unwrap_or_default();
+    done.sort_by(|a, b| a.0.name.cmp(&b.0.name));
+    done
 }
 
 fn read(line: &str, folder: &Path) -> anyhow::Result<Set> {

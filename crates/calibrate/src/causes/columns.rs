@@ -45,7 +45,7 @@ pub(crate) struct Derivatives<'a> {
     pub(super) observations: &'a Observations,
     pub(super) state: &'a BundleState,
     pub(super) image_size: ImageSize,
-    square_pixels: bool,
+    pub(super) square_pixels: bool,
     /// Indices of the estimated lens parameters, `fy` with `fx` if pixels are square.
     pub(super) lens: Vec<usize>,
     /// Products of the columns of each view, for corners with the stated error.
@@ -76,10 +76,6 @@ impl<'a> Derivatives<'a> {
         let mut all = Self { observations, state, image_size, square_pixels, lens, of_views };
         all.of_views = observations.by_view(|view| all.products(view))?;
         Some(all)
-    }
-
-    pub(super) fn square_pixels(&self) -> bool {
-        self.square_pixels
     }
 
     fn products(&self, view: usize) -> Option<Products> {
@@ -191,7 +187,7 @@ pub(super) fn solve(matrix: &DMatrix<f64>, columns: &DMatrix<f64>) -> Option<DMa
 }
 
 /// Half the longer side of the board, the unit of a bend.
-pub(crate) fn half_board_m(observations: &Observations) -> f64 {
+pub(super) fn half_board_m(observations: &Observations) -> f64 {
     observations.board_m().iter().map(|p| p.coords.amax()).fold(f64::MIN_POSITIVE, f64::max)
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::{COLUMNS, Products, RESIDUAL};
+use crate::check::odd_corners::median;
 
 /// Rounds of expectation–maximisation from a start.
 const ROUNDS: usize = 10;
@@ -39,10 +40,10 @@ impl Whitened {
             })
             .collect();
         let log_noise = log_noise?;
-        let typical = median(log_noise.iter().copied());
+        let typical = median(log_noise.clone());
         let own = |n: &f64| 2.0 / (n - taken).max(4.0);
         let of_chance = coordinates.iter().map(own).sum::<f64>() / coordinates.len() as f64;
-        let off = log_noise.iter().map(|log| (log - typical).powi(2));
+        let off = log_noise.iter().map(|log| (log - typical).powi(2)).collect();
         let scatter = (median(off) * OF_MEDIAN - of_chance).max(0.0);
         let products: Vec<Products> = of_views
             .iter()
@@ -141,10 +142,4 @@ pub(super) fn eliminated(
 
 fn part(products: &Products, columns: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(columns.len(), columns.len(), |i, j| products[(columns[i], columns[j])])
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }

@@ -22,7 +22,7 @@ pub(super) fn of_verdicts(
     let is_between = |named: &&Named| named.kind.row().scope != Scope::Shared;
     let is_only = causes.named.iter().filter(is_between).count() == 1;
     let finding = |named: &Named| {
-        let code = code(named, causes, depth_of_unit_m);
+        let code = code(named, depth_of_unit_m);
         let (is_large, is_fatal) = match code {
             FindingCode::FocusMoved { relative_sd, .. } => (relative_sd > MAX_CHANGE, true),
             FindingCode::ViewsMixed { .. } => (true, true),
@@ -55,12 +55,7 @@ pub(super) fn corrected(explanation: &Explanation) -> Finding {
     let sigmas = explanation.gain.max(0.0).sqrt();
     let camera = &explanation.state.bundle.camera;
     let code = match explanation.kind {
-        Kind::BoardBent => {
-            let rises = explanation.rise_m.iter().copied();
-            let depth_m = rises.clone().fold(f64::NEG_INFINITY, f64::max)
-                - rises.fold(f64::INFINITY, f64::min);
-            FindingCode::BoardBent { depth_m, sigmas }
-        }
+        Kind::BoardBent => FindingCode::BoardBent { depth_m: range(&explanation.rise_m), sigmas },
         Kind::BoardStretched => {
             FindingCode::BoardStretched { aspect: 1.0 + explanation.state.extras[0], sigmas }
         }
@@ -69,28 +64,25 @@ pub(super) fn corrected(explanation: &Explanation) -> Finding {
     Finding { code, severity: Severity::Info }
 }
 
-fn code(named: &Named, causes: &Verdicts, depth_of_unit_m: f64) -> FindingCode {
+fn code(named: &Named, depth_of_unit_m: f64) -> FindingCode {
     let sigmas = named.sigmas;
     let size = |i: usize| named.size.get(i).copied().unwrap_or(0.0);
     let length = || libm::hypot(size(0), size(1));
     let depth_m = || named.size.iter().map(|it| it * it).sum::<f64>().sqrt() * depth_of_unit_m;
-    let concerned = || named.is_concerned.iter().position(|it| *it).unwrap_or_default();
-    let relative_sd = size(0).abs() * named.spread;
+    let concerned = || named.course.iter().position(|times| *times != 0.0).unwrap_or_default();
+    let relative_sd = size(0).abs() * sample_sd(&named.course);
     let focus = |motion| FindingCode::FocusMoved { sigmas, relative_sd, motion };
     let change = libm::expm1(size(0));
     match named.kind {
         Kind::FocusDrift => focus(FocusMotion::Drift { change }),
         Kind::FocusJump => focus(FocusMotion::Jump { view: concerned(), change }),
         Kind::FocusBreathes => {
-            let near = causes.nearness.iter().copied();
-            let range =
-                near.clone().fold(f64::NEG_INFINITY, f64::max) - near.fold(f64::INFINITY, f64::min);
-            let change = libm::expm1(size(0) * range);
+            let change = libm::expm1(size(0) * range(&named.course));
             focus(FocusMotion::Breathes { change })
         }
         Kind::FocusScatters => focus(FocusMotion::Scattered),
         Kind::Mixed => FindingCode::ViewsMixed {
-            odd_views: named.is_concerned.iter().filter(|it| **it).count(),
+            odd_views: named.course.iter().filter(|times| **times != 0.0).count(),
             view: concerned(),
             f_ratio: libm::exp(size(0)),
             shift_px: libm::hypot(size(1), size(2)),
@@ -105,4 +97,21 @@ fn code(named: &Named, causes: &Verdicts, depth_of_unit_m: f64) -> FindingCode {
         Kind::Shifted => FindingCode::PictureShifted { shift_px: length(), sigmas },
         Kind::LensShape => FindingCode::LensOther { sigmas },
     }
+}
+
+/// Distance between the least and the largest of `values`.
+fn range(values: &[f64]) -> f64 {
+    let values = values.iter().copied();
+    values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
+}
+
+/// Sample standard deviation of the factors of a course; 1 without a course.
+fn sample_sd(course: &[f64]) -> f64 {
+    if course.is_empty() {
+        return 1.0;
+    }
+    let count = course.len() as f64;
+    let mean = course.iter().sum::<f64>() / count;
+    let squares: f64 = course.iter().map(|times| (times - mean).powi(2)).sum();
+    (squares / (count - 1.0)).sqrt()
 }

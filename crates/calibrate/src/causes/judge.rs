@@ -39,10 +39,8 @@ pub(super) struct Named {
     pub(super) sigmas: f64,
     /// Kinds of other families that predict the views nearly as well.
     pub(super) rivals: Vec<Kind>,
-    /// True for the views concerned by a jump or another camera.
-    pub(super) is_concerned: Vec<bool>,
-    /// Sample standard deviation of the views' factors in a course; 1 without.
-    pub(super) spread: f64,
+    /// Factor on each view; empty if a cause has no course.
+    pub(super) course: Vec<f64>,
 }
 
 /// Causes named by the views, beside the corrected ones.
@@ -52,8 +50,6 @@ pub(super) struct Verdicts {
     /// Least named relative change of the focal length from the first view to the last. `None` if
     /// there are too few views.
     pub(super) visible_drift: Option<f64>,
-    /// Excess of each view's inverse distance over the mean, relative.
-    pub(super) nearness: Vec<f64>,
 }
 
 impl Verdicts {
@@ -75,8 +71,8 @@ struct Evidence {
     gains: Vec<f64>,
     gain: Gain,
     values: Vec<f64>,
-    is_concerned: Vec<bool>,
-    spread: f64,
+    /// See [`Named::course`].
+    course: Vec<f64>,
 }
 
 struct Judge<'a> {
@@ -103,8 +99,7 @@ impl<'a> Judge<'a> {
         absorbed.extend([SCALE, SCALE_R2, SHIFT, SHIFT + 1, SHUTTER, SHUTTER + 1]);
         let whitened = Whitened::of(&derivatives.of_views, &coordinates, &absorbed, noise_floor)?;
         // Beside free focal lengths along x and y, the squares' shape is the pair's only parameter.
-        let pair =
-            if derivatives.square_pixels() { Kind::PixelAspect } else { Kind::BoardStretched };
+        let pair = if derivatives.square_pixels { Kind::PixelAspect } else { Kind::BoardStretched };
         let every = vec![pair, Kind::PixelSkew, Kind::BoardBent, Kind::LensShape];
         let shared = shared(derivatives, &every);
         let residual = |products: &Products| {
@@ -140,7 +135,7 @@ impl Judge<'_> {
             .zip(visible(self.predicted.len(), COURSE_SIGMAS, COURSES))
             .map(|(sd, sigmas)| sd * sigmas);
         named.extend(self.between_views(courses)?);
-        Some(Verdicts { named, visible_drift, nearness: self.nearness() })
+        Some(Verdicts { named, visible_drift })
     }
 
     /// A cause that all views share, if it stands out from its scatter and predicts views that it
@@ -162,8 +157,7 @@ impl Judge<'_> {
             size: values,
             sigmas: size.sigmas,
             rivals: Vec::new(),
-            is_concerned: Vec::new(),
-            spread: 1.0,
+            course: Vec::new(),
         }))
     }
 
@@ -191,24 +185,27 @@ impl Judge<'_> {
             self.course(Kind::FocusBreathes, self.nearness(), 1.0)?,
         ];
         if let Some(from) = self.likeliest_jump() {
-            let course = (0..count).map(|view| f64::from(u8::from(view >= from))).collect();
+            let course = (0..count).map(|view| indicator(view >= from)).collect();
             all.push(self.course(Kind::FocusJump, course, count as f64 / COURSES)?);
         }
         Some(all)
     }
 
     fn course(&self, kind: Kind, course: Vec<f64>, tries: f64) -> Option<Evidence> {
-        let is_concerned = course.iter().map(|times| *times != 0.0).collect();
-        let spread = sample_sd(&course);
-        let mut shared = shared(self.derivatives, &self.every);
-        let sd = kind.sd(self.derivatives.image_size);
-        shared.push(Shared { columns: kind.columns(), sd, course: Some(course) });
-        let fit = Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)?;
+        let fit = self.fit_with(kind, &course)?;
         let left_out = fit.left_out()?;
         let size = fit.size(&left_out, (fit.value.len() - 1, 1), COURSES * tries);
         let predicted = with_log_determinant(fit.predicted(&left_out), &self.smooth);
         let values = vec![fit.value[fit.value.len() - 1]];
-        Some(Evidence { spread, ..self.evidence(kind, size, &predicted, values, is_concerned) })
+        Some(self.evidence(kind, size, &predicted, values, course))
+    }
+
+    /// Fit of every cause that all views share, and of `kind` with a factor on each view.
+    fn fit_with(&self, kind: Kind, course: &[f64]) -> Option<Fit> {
+        let mut shared = shared(self.derivatives, &self.every);
+        let sd = kind.sd(self.derivatives.image_size);
+        shared.push(Shared { columns: kind.columns(), sd, course: Some(course.to_vec()) });
+        Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)
     }
 
     fn evidence(
@@ -217,11 +214,11 @@ impl Judge<'_> {
         size: Option<Size>,
         predicted: &[f64],
         values: Vec<f64>,
-        is_concerned: Vec<bool>,
+        course: Vec<f64>,
     ) -> Evidence {
         let gains: Vec<f64> = self.predicted.iter().zip(predicted).map(|(a, b)| a - b).collect();
         let gain = Gain::of(&gains);
-        Evidence { kind, size, gains, gain, values, is_concerned, spread: 1.0 }
+        Evidence { kind, size, gains, gain, values, course }
     }
 
     /// First view of the jump of the focal length that gains most, from one fit.
@@ -290,8 +287,7 @@ impl Judge<'_> {
             size: it.values.clone(),
             sigmas: if it.kind.row().scope == Scope::Own { it.gain.sigmas } else { sigmas(it) },
             rivals,
-            is_concerned: it.is_concerned.clone(),
-            spread: it.spread,
+            course: it.course.clone(),
         };
         let mut all = Vec::new();
         all.extend(course.as_ref().map(|it| named(it, Vec::new())));
@@ -301,18 +297,9 @@ impl Judge<'_> {
 
     fn two_cameras(&self) -> Option<Evidence> {
         let kind = Kind::Mixed;
-        let count = self.predicted.len();
-        let sd = kind.sd(self.derivatives.image_size);
-        let fit_of = |course: Vec<f64>| {
-            let mut shared = shared(self.derivatives, &self.every);
-            let columns = kind.columns();
-            shared.push(Shared { columns, sd: sd.clone(), course: Some(course) });
-            Fit::of(&self.smooth.products, &self.derivatives.lens, &shared)
-        };
-        let fit = fit_of(vec![1.0; count])?;
+        let fit = self.fit_with(kind, &vec![1.0; self.predicted.len()])?;
         let pulls: Vec<Vec<f64>> = kind
-            .row()
-            .columns
+            .columns()
             .iter()
             .map(|column| {
                 let pull = self.fit.pull(&self.smooth.products, &[*column]);
@@ -323,12 +310,14 @@ impl Judge<'_> {
             })
             .collect();
         let TwoCameras { is_second, predicted } = two_cameras(&fit, kind.columns().len(), &pulls)?;
-        let divided = fit_of(is_second.iter().map(|it| f64::from(u8::from(*it))).collect())?;
-        let own = (divided.value.len() - 4, 4);
+        let course: Vec<f64> = is_second.into_iter().map(indicator).collect();
+        let divided = self.fit_with(kind, &course)?;
+        let count = kind.columns().len();
+        let own = (divided.value.len() - count, count);
         let size = divided.size(&divided.left_out()?, own, 1.0);
         let values = divided.value.rows(own.0, own.1).iter().copied().collect();
         let predicted = with_log_determinant(predicted, &self.smooth);
-        Some(self.evidence(kind, size, &predicted, values, is_second))
+        Some(self.evidence(kind, size, &predicted, values, course))
     }
 
     /// Evidence for an effect that each view has by itself, beside the smooth ones.
@@ -379,9 +368,6 @@ fn least_sigmas(views: usize) -> f64 {
     PREDICTED_SIGMAS.min(SHARE * most)
 }
 
-fn sample_sd(values: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (squares / (count - 1.0)).sqrt()
+fn indicator(is_concerned: bool) -> f64 {
+    if is_concerned { 1.0 } else { 0.0 }
 }

@@ -7,7 +7,7 @@ use crate::solve::odds::{LIKELY, UNLIKELY};
 use boresight_geometry::frame::ImageSize;
 
 /// Kind of a cause.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// `fy ≠ fx`.
     PixelAspect,

@@ -1,17 +1,15 @@
-//! Causes of a misfit of the views to one lens and a flat board of squares, named by the views.
+//! Causes of a misfit of the views to one lens and a flat board of squares. See `docs/method.md`,
+//! section 2.11.
 //!
 //! One pass over the corners at the minimum of the bundle gives the products of all derivatives,
-//! view by view ([`columns`]); everything else follows from these, without another fit.
+//! view by view ([`columns`]).
 //!
-//! - What all views share ([`Scope::Shared`]) is fitted beside the lens and all other such causes.
-//!   A cause is named if its size stands out from its own scatter with each view left out
-//!   ([`evidence`]): views count, not corners.
-//! - What differs from view to view is named only if it predicts views that it wasn't fitted to,
-//!   better than without, and better than every rival ([`effects`], [`two_cameras`]). Otherwise all
-//!   that do are named together.
-//!
-//! Noise: each view has its own variance, and smooth errors that are the view's own. See
-//! `docs/method.md`, section 2.7.
+//! - A cause that all views share is fitted in a bundle of its own if that pass promises a gain
+//!   ([`explanations`]). Clear causes are corrected ([`correction`]); the others widen the
+//!   covariance.
+//! - A difference between views is named only if it predicts views outside its fit better than
+//!   every rival does ([`judge`]). Without a clear winner, all such causes are named together. No
+//!   further fit of the bundle is needed.
 
 mod columns;
 mod correction;
@@ -26,12 +24,13 @@ mod model;
 mod two_cameras;
 
 use boresight_geometry::{Camera, LensMatrix};
+use columns::half_board_m;
 use explanations::Explanations;
 use judge::Verdicts;
 
 use crate::{check::finding::Finding, solve::bundle::Bundle};
 
-pub(crate) use columns::{Derivatives, OneColumn, half_board_m};
+pub(crate) use columns::{Derivatives, OneColumn};
 pub(crate) use correction::{Correction, with_square_pixels};
 pub(crate) use explanations::positive_part;
 

@@ -26,9 +26,9 @@ const RADIAL: [LensParameter; 4] =
 
 /// Covariance of the lens of `bundle`, the richest bundle, with its `derivatives`, from the term
 /// r⁸;
-/// `model` and `k1` belong to the chosen lens. The information of the corners is divided by `overcount`, 1 for
-/// independent errors. `None` if the corners leave the term undetermined or the lens covers too
-/// little of the picture.
+/// `model` and `k1` belong to the chosen lens. The information of the corners is divided by
+/// `overcount`, 1 for independent errors. `None` if the corners leave the term undetermined or the
+/// lens covers too little of the picture.
 pub(crate) fn next_radial_doubt(
     derivatives: &Derivatives<'_>,
     bundle: &Bundle,

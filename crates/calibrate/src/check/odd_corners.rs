@@ -79,7 +79,7 @@ pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> V
     odd
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
+pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
