@@ -37,7 +37,7 @@ const COVERED: f64 = 4.0;
 /// Ratio of observed to expected shift when views are left out; 1 if they agree. 2 is the stop
 /// rule's limit, `docs/method.md`, section 3.5.
 const SKIP: f64 = 2.0;
-/// Ratio of the noise by one lens to that of free homographies, from which the views are apart. 57
+/// Ratio of the noise by one lens to that of free homographies, from which the views are apart. 54
 /// fits of real sets have 2.0 at most, three 6.2 at least.
 const APART: f64 = 3.0;
 /// Allowed distance of a corner outside the picture, as a fraction of the width: the edge fit
