@@ -193,7 +193,7 @@ fn main() -> anyhow::Result<()> {
                 0
             } else if among.contains(truth) {
                 1
-            } else if of_fault.iter().any(|it| is_new(&it)) {
+            } else if of_fault.iter().any(is_new) {
                 3
             } else {
                 2
