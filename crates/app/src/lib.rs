@@ -10,7 +10,7 @@
 //! | [`commands`] | work of commands without a session |
 //! | [`window`] | the back room of the window |
 //! | [`prometheus`], `voice`, `announcer` | metrics; the computer's voice; sentences for the person |
-//! | [`explain`] | the next action, and the stable name of an error |
+//! | [`mod@explain`] | the next action, and the stable name of an error |
 //! | `missing_feature` | parts left out of a build |
 //!
 //! Errors are [`anyhow::Error`]s with a typed cause; [`explain()`] turns an error into the next

@@ -10,7 +10,7 @@
 //! | [`ghost`] | the requested pose of the board |
 //! | [`chart`] | drawings as SVG text |
 //! | `report` | a calibration as one HTML page, with the feature `report` |
-//! | [`target`] | the printable board |
+//! | [`sheet`] | the printable board |
 
 #![forbid(unsafe_code)]
 

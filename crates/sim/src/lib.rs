@@ -28,7 +28,6 @@
 //! | `print`, `bend`, `printed_*` | the printed board in the picture |
 //! | `source`, `track` | the camera with its shutter, and the truth behind its pictures |
 //! | [`technician`] | the person in front of the camera |
-//! | [`street`] | a fixed camera over a street, day and night, for the watch |
 //! | `rng_stream` | random numbers, by seed |
 //! | `kernel` | simulated V4L2 kernel for tests, with the feature `simulated-kernel` |
 

@@ -109,7 +109,7 @@ impl ChosenCamera {
     /// # Errors
     ///
     /// [`boresight_capture::CaptureError::Camera`] if there is no such camera;
-    /// [`super::MissingFeature`] if its backend isn't in this build.
+    /// [`crate::MissingFeature`] if its backend isn't in this build.
     pub fn named(name: &str, config: &Config) -> anyhow::Result<Self> {
         let backend = match Backend::asked(&config.camera.backend)? {
             Some(asked) => Some(asked),
