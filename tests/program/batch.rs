@@ -462,9 +462,14 @@ fn every_action_leaves_rows_and_files() {
     };
     let (rows, _) = act("calibrate", &[]);
     for row in &rows {
-        // A checking session has no result.
+        // A checking session has no result. The first versions called a lens of two focal lengths
+        // untrustworthy, where this one asks for care.
         let recorded = &row["recorded_verdict"];
-        assert!(recorded.is_null() || recorded == &row["verdict"], "{row}");
+        let expected = match row["session"].as_str() {
+            Some(session) if session.ends_with("00002") => "care",
+            _ => recorded.as_str().unwrap_or_default(),
+        };
+        assert!(recorded.is_null() || row["verdict"] == expected, "{row}");
     }
     assert!(rows.iter().filter(|row| !row["recorded_verdict"].is_null()).count() >= 3);
     let old = recording("good/calibration.json").display().to_string();
