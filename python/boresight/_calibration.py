@@ -42,12 +42,13 @@ class Calibration:
     data: Mapping[str, Any] = field(repr=False)
 
     @classmethod
-    def load(cls, path: PathLike) -> Calibration:
+    def load(cls, path: PathLike, *, image_size: tuple[int, int] | None = None) -> Calibration:
         """The calibration in a file of boresight or another program, recognised by its content, or in a session folder.
 
         Another program's file has the lens alone: ``verdict`` is "care", because nothing says how certain it is.
+        ``image_size`` (width, height) is for a file that doesn't state it.
         """
-        return cls(json.loads(_boresight.load(path)))
+        return cls(json.loads(_boresight.load(path, image_size)))
 
     def save(self, path: PathLike, *, overwrite: bool = False) -> None:
         """Writes ``calibration.json`` to ``path``, as a whole or not at all."""

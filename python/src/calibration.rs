@@ -172,9 +172,15 @@ pub(crate) fn older(file: &Path, text: Option<&str>) -> anyhow::Result<OldCalibr
 
 /// A calibration of this or another program, as `boresight.calibration/1`.
 #[pyfunction]
-pub(crate) fn load(py: Python<'_>, file: PathBuf) -> PyResult<String> {
+#[pyo3(signature = (file, image_size = None))]
+pub(crate) fn load(
+    py: Python<'_>,
+    file: PathBuf,
+    image_size: Option<(u32, u32)>,
+) -> PyResult<String> {
+    let image_size = image_size.map(size).transpose()?;
     let path = if file.is_dir() { file.join(RESULT_FILE) } else { file };
-    let work = || Ok(read_any(&path, &Announcer::silent())?.0);
+    let work = || Ok(read_any(&path, image_size, &Announcer::silent())?.0);
     py.detach(work).map_err(|err: anyhow::Error| raised(&err))
 }
 

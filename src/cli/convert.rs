@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::export::{told_by, written};
 use boresight_app::{Exit, session::export::Format};
-use boresight_terminal::format_name;
+use boresight_terminal::{board_args::Size, format_name};
 
 /// Convert a calibration from one program's format to another's.
 ///
@@ -29,6 +29,9 @@ pub(super) struct Arguments {
     /// Camera name in the file [default: that of IN].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
+    /// Size of the pictures, for an IN that doesn't state it: many files of OpenCV's tutorials.
+    #[arg(long, value_name = "WxH")]
+    image_size: Option<Size>,
     /// Overwrite an existing file.
     #[arg(long)]
     force: bool,
@@ -37,11 +40,14 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   boresight convert kalibr.yaml cameras.txt
+  boresight convert mtx-dist.yaml front.yaml --format ros-yaml --image-size 1280x720
   boresight convert front.cameramodel front.yaml --format ros-yaml";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let format = self.format.map_or_else(|| told_by(&self.out), Ok)?;
-        written(&self.input, format, self.name.as_deref(), Some(&self.out), self.force)
+        let image_size = self.image_size.map(|Size(size)| size);
+        let (name, out) = (self.name.as_deref(), Some(&*self.out));
+        written(&self.input, format, name, image_size, out, self.force)
     }
 }

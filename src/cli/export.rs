@@ -12,7 +12,8 @@ use boresight_app::{
 };
 use boresight_files::{Overwrite, save};
 use boresight_formats::export::CameraFormat;
-use boresight_terminal::{announcer, format_name, print, say, stdin::Given};
+use boresight_geometry::frame::ImageSize;
+use boresight_terminal::{announcer, board_args::Size, format_name, print, say, stdin::Given};
 
 /// Export a calibration for other programs.
 ///
@@ -30,6 +31,9 @@ pub(super) struct Arguments {
     /// Camera name in the file [default: the name of the session or file].
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
+    /// Size of the pictures, for a FILE that doesn't state it.
+    #[arg(long, value_name = "WxH", conflicts_with_all = ["bag", "set_camera_info"])]
+    image_size: Option<Size>,
     /// File to write [default: stdout].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -80,7 +84,9 @@ impl Arguments {
             }
             (None, _) => USUAL,
         };
-        written(&self.input, format, self.name.as_deref(), self.out.as_deref(), self.force)
+        let image_size = self.image_size.map(|Size(size)| size);
+        let out = self.out.as_deref();
+        written(&self.input, format, self.name.as_deref(), image_size, out, self.force)
     }
 }
 
@@ -101,11 +107,12 @@ pub(super) fn written(
     input: &Path,
     format: Format,
     name: Option<&str>,
+    image_size: Option<ImageSize>,
     out: Option<&Path>,
     force: bool,
 ) -> anyhow::Result<Exit> {
     let given = Given::one(input)?;
-    let exported = export(given.file(), format, name, &announcer())?;
+    let exported = export(given.file(), format, name, image_size, &announcer())?;
     match out {
         None => print(exported.text.trim_end())?,
         Some(path) => {

@@ -193,7 +193,7 @@ def read_named(arguments, export, tell, project, points, k, fisheye, rational, s
     if text := written("nerf", rational):
         t = json.loads(text)
         assert (t["camera_model"], t["w"], t["h"]) == ("OPENCV_FISHEYE" if fisheye else "OPENCV", *size)
-        f, d = [t["fl_x"], t["fl_y"], t["cx"], t["cy"]], [t[n] for n in names]
+        f, d = [t["fl_x"], t["fl_y"], t["cx"], t["cy"]], [t.get(n, 0.0) for n in names]
         tell("nerf", "json, Nerfstudio's rules", [*f[:2], f[2] - 0.5, f[3] - 0.5, *d], flat(f, d), 0.5)
         read_nerfstudio(t, tell, points, k)
     if text := written("metashape", rational):

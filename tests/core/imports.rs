@@ -6,7 +6,7 @@ use boresight::{
         export::{
             ExportedCamera, kalibr_camchain, mrcal_cameramodel, opencv_yaml, ros_camera_info,
         },
-        import::{MAX_BYTES, NotImported, OldCalibration, OldFormat, read},
+        import::{MAX_BYTES, NotImported, OldCalibration, OldFormat, read, read_sized},
     },
     frame::ImageSize,
     geometry::{BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensKind},
@@ -324,6 +324,77 @@ fn our_own_brings_covariance_and_where_the_boards_were() {
     let none =
         r#"{ "schema": "boresight.calibration/1", "image_size": [1280, 720], "result": null }"#;
     assert_eq!(read(none), Err(NotImported::NoResult));
+}
+
+#[test]
+fn a_fisheye_of_instant_ngp_is_read_as_a_fisheye() {
+    // As instant-ngp's colmap2nerf.py writes SIMPLE_RADIAL_FISHEYE and OPENCV_FISHEYE.
+    let file = |k4: f64, more: &str| {
+        format!(
+            r#"{{"camera_angle_x": 1.2, "fl_x": 331.0, "fl_y": 331.0, "k1": 0.03, "k2": 0, "k3": 0,
+            "k4": {k4}, "p1": 0, "p2": 0, "cx": 320.0, "cy": 240.0, "w": 640, "h": 480{more}}}"#
+        )
+    };
+    for k4 in [0.0, 1e-3] {
+        let lens = old(&file(k4, r#", "is_fisheye": true"#)).camera.distortion;
+        assert_eq!((lens.kind, lens.k1, lens.k4), (LensKind::Fisheye, 0.03, k4));
+    }
+    let plain = old(&file(0.0, r#", "is_fisheye": false"#));
+    assert_eq!(plain.camera.distortion.kind, LensKind::Perspective);
+    let both = file(0.0, r#", "is_fisheye": true, "camera_model": "OPENCV""#);
+    assert!(refused(&both).contains("OPENCV with is_fisheye"));
+    assert!(refused(&file(0.0, r#", "ftheta_p0": 1"#)).contains("ftheta"));
+}
+
+#[test]
+fn a_size_that_a_file_lacks_is_stated_by_a_person() {
+    // As OpenCV's tutorial in Python saves with PyYAML.
+    let bare = "camera_matrix: [[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]
+dist_coeff: [[0.1, -0.2, 0.0, 0.0, 0.01]]
+";
+    let stated = Some(size(640, 480));
+    assert_eq!(read(bare), Err(NotImported::NoSize));
+    let lens = read_sized(bare, stated).expect("with a size");
+    assert_eq!((lens.image_size, lens.camera.distortion.k3), (size(640, 480), 0.01));
+    // The file's own size is never overruled.
+    assert_eq!(read_sized(OPENCV, stated), read(OPENCV));
+    let other = NotImported::OtherSize { found: size(640, 480), stated: size(1280, 960) };
+    assert_eq!(read_sized(OPENCV, Some(size(1280, 960))), Err(other));
+    let nerf = r#"{"fl_x": 331.0, "fl_y": 331.0, "cx": 320.0, "cy": 240.0}"#;
+    assert_eq!(read(nerf), Err(NotImported::NoSize));
+    assert_eq!(read_sized(nerf, stated).expect("with a size").image_size, size(640, 480));
+}
+
+#[test]
+fn the_first_camera_of_a_stereo_pair_is_read() {
+    let matrix = |f: f64| format!("[[{f}, 0.0, 320.0], [0.0, {f}, 240.0], [0.0, 0.0, 1.0]]");
+    for [k, d] in [["K", "D"], ["M", "D"], ["camera_matrix_", "dist_coeffs_"], ["mtx", "dist"]] {
+        let pair = format!(
+            "{k}1: {}\n{d}1: [0.1, 0.0, 0.0, 0.0]\n{k}2: {}\n{d}2: [0.2, 0.0, 0.0, 0.0]\nR: [1.0]\n",
+            matrix(500.0),
+            matrix(600.0)
+        );
+        let read = read_sized(&pair, Some(size(640, 480))).expect(k);
+        assert_eq!((read.camera.f_px.x, read.camera.distortion.k1), (500.0, 0.1), "{k}");
+        assert_eq!(read.camera_count, 2, "{k}");
+    }
+}
+
+#[test]
+fn calibrations_of_other_lens_models_are_refused_by_name() {
+    let boofcv = "pinhole:\n  fx: 529.0\n  cx: 320.0\nmodel: pinhole_radial_tangential\n";
+    let omnidir = "K: [500, 0, 320, 0, 500, 240, 0, 0, 1]\nD: [0, 0, 0, 0]\nxi: 1.2\n";
+    let realsense = "Intrinsic of \"Depth\" / 640x480 / {Z16}\n  PPX: 320.1\n  PPY: 240.2\n  Fx: 380\n  Fy: 380\n  Distortion: Brown Conrady\n  Coeffs: 0 0 0 0 0\n";
+    for (text, program) in [
+        (boofcv, "BoofCV"),
+        (omnidir, "omnidir"),
+        (realsense, "RealSense"),
+        ("{\"ppx\": 1, \"ppy\": 1, \"fx\": 1}", "RealSense"),
+        ("#polynomial coefficients for the DIRECT mapping function\n5 -1\n", "OCamCalib"),
+        ("% Camera front, written by boresight\nK = [1 2 3];\n", "MATLAB"),
+    ] {
+        assert!(refused(text).contains(program), "{}", refused(text));
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ CODES, PROCESSOR_S, MEMORY_KB, WAIT_S = {0, 1, 2, 3, 4, 5}, 10, 1 << 20, 300
 MOST_BYTES = 8 << 20
 NUMBERS = "0 -0 -1 1 1e308 -1e308 5e-324 nan .nan inf -.inf Infinity 1e999 2147483648 4294967295 4294967296 9223372036854775808 18446744073709551616 0x10 1_000 1.5.5 1/0 --1 ١ 0.1mm".split() + ["9" * 400]
 WORDS = ["", "null", "true", "~", "{}", "[]", '"', "'", "[[[[[[[[", "}}}}", "&a *a", "<<: *a", "!!binary aGk=", "%YAML 9.9", "---", "...", "\0", "\r", "\u2028", "\u202e", "\ufeff", "a" * 5000, "../../../etc/passwd", "/dev/zero", "$(id)", "%s%n", "{0}", "\\ud800", "-", "--", "#", "<script>", "\t", "日本", "\x1b[2J"]
-FORMATS = "opencv-yaml opencv-xml opencv-json ros-yaml kalibr colmap mrcal orb-slam3 nerf metashape realitycapture basalt vins photonvision gyroflow open3d json".split()
+FORMATS = "opencv-yaml opencv-xml opencv-json ros-yaml kalibr colmap mrcal orb-slam3 nerf instant-ngp metashape realitycapture basalt vins photonvision gyroflow open3d json".split()
 
 
 class Mutator(random.Random):

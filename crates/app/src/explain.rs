@@ -315,6 +315,13 @@ fn imported(err: &NotImported) -> Option<&'static str> {
         NotImported::Missing { .. } | NotImported::Nonsense { .. } => {
             Some("Fix the file, or write it again with the program that made it.")
         }
+        NotImported::NoSize => {
+            Some("State it: boresight convert IN OUT --image-size 1280x720, then use OUT.")
+        }
+        NotImported::OtherSize { .. } => Some("Leave the size out, or use the right file."),
+        NotImported::Unread { .. } => Some(
+            "Export a format that is listed from that program, or recalibrate: boresight guide",
+        ),
         NotImported::TooLong { .. }
         | NotImported::UnknownFormat
         | NotImported::Malformed { .. } => None,

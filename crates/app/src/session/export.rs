@@ -20,7 +20,7 @@ use boresight_formats::{
     },
     import,
 };
-use boresight_geometry::{Corner, LensMatrix};
+use boresight_geometry::{Corner, LensMatrix, frame::ImageSize};
 use boresight_guide::session::Session;
 use boresight_present::text;
 
@@ -126,21 +126,32 @@ pub struct Exported {
 }
 
 /// Reads the calibration in the file `path`, of any supported program, into boresight's schema: as
-/// text and parsed. Files of other programs give only the lens, and a finding to say so.
+/// text and parsed. Files of other programs give only the lens, and a finding to say so; `image_size`
+/// is for those that don't state the size of the pictures.
 ///
 /// # Errors
 ///
-/// If the file can't be read, or is in no known format.
-pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, CalibrationFile)> {
+/// If the file can't be read, is in no known format, or is for pictures of another size.
+pub fn read_any(
+    path: &Path,
+    image_size: Option<ImageSize>,
+    announcer: &Announcer,
+) -> anyhow::Result<(String, CalibrationFile)> {
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let imported =
+        || import::read_sized(&text, image_size).with_context(|| format!("could not use {path:?}"));
     let tree = serde_json::from_str::<Value>(&text).ok();
     let is_ours =
         |tree: &Value| tree["schema"].as_str().is_some_and(|s| s.starts_with("boresight."));
     if let Some(tree) = tree.filter(is_ours) {
         let file = CalibrationFile::read(&tree);
-        return Ok((text, file.with_context(|| format!("not a calibration: {path:?}"))?));
+        let file = file.with_context(|| format!("not a calibration: {path:?}"))?;
+        if image_size.is_some() {
+            imported()?;
+        }
+        return Ok((text, file));
     }
-    let mut old = import::read(&text).with_context(|| format!("could not use {path:?}"))?;
+    let mut old = imported()?;
     if old.camera_count > 1 {
         announcer.say(&text::first_of_cameras(old.camera_count));
     }
@@ -153,7 +164,7 @@ pub fn read_any(path: &Path, announcer: &Announcer) -> anyhow::Result<(String, C
 
 /// Converts the result in `input`, a session folder or a calibration in any readable format, into
 /// `format`. Calls the camera `name`; without it, by the name in another program's file, or by the
-/// name of the folder or file.
+/// name of the folder or file. `image_size` is for a file that doesn't state it.
 ///
 /// # Errors
 ///
@@ -162,12 +173,13 @@ pub fn export(
     input: &Path,
     format: Format,
     name: Option<&str>,
+    image_size: Option<ImageSize>,
     announcer: &Announcer,
 ) -> anyhow::Result<Exported> {
     if format == Format::Vnl {
         return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
     }
-    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
+    let (text, file) = read_any(&result_named_by(input)?, image_size, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     // A file of another program has no board, and may name its camera.
@@ -239,7 +251,7 @@ pub(crate) fn result_of(
     input: &Path,
     announcer: &Announcer,
 ) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
-    let (text, file) = read_any(&result_named_by(input)?, announcer)?;
+    let (text, file) = read_any(&result_named_by(input)?, None, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
 }
@@ -259,7 +271,11 @@ pub fn export_text(
     match format {
         Format::Json => Ok(text.into()),
         Format::ViewsCsv => {
-            Ok(views_csv(&CalibrationFile::read(&serde_json::from_str(text)?)?.views))
+            let file = CalibrationFile::read(&serde_json::from_str(text)?)?;
+            if file.views.is_empty() {
+                bail!("another program's calibration has no views: name a session folder");
+            }
+            Ok(views_csv(&file.views))
         }
         Format::Camera(format) => camera(format, text, name.unwrap_or("camera"), announcer),
         Format::Vnl => bail!("a corner table is written from a session folder"),
@@ -279,7 +295,7 @@ pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Re
     let out = (2..1000)
         .map(|n| folder.join(format!("{stem}-{n}.{ending}")))
         .fold(folder.join(file), |free, next| if free.exists() { next } else { free });
-    let exported = export(folder, format, None, announcer)?;
+    let exported = export(folder, format, None, None, announcer)?;
     save(&out, exported.text.as_bytes(), Overwrite::Never)?;
     announcer.say(&format!("Written: {}", out.display()));
     Ok(out)

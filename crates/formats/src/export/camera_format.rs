@@ -25,8 +25,10 @@ pub enum CameraFormat {
     Matlab,
     /// ORB-SLAM3's settings: Brown's, fisheye.
     OrbSlam3,
-    /// `transforms.json` of Nerfstudio and instant-ngp: Brown's, fisheye.
+    /// `transforms.json` of Nerfstudio: Brown's, fisheye.
     Nerf,
+    /// `transforms.json` of instant-ngp: Brown's without k3, fisheye.
+    InstantNgp,
     /// Calibration of Agisoft Metashape: Brown's, fisheye.
     Metashape,
     /// XMP sidecar of RealityCapture: Brown's, with square pixels.
@@ -45,7 +47,7 @@ pub enum CameraFormat {
 
 impl CameraFormat {
     /// Every format, in the order shown to a person.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::OpencvYaml,
         Self::OpencvXml,
         Self::OpencvJson,
@@ -56,6 +58,7 @@ impl CameraFormat {
         Self::Matlab,
         Self::OrbSlam3,
         Self::Nerf,
+        Self::InstantNgp,
         Self::Metashape,
         Self::Realitycapture,
         Self::Basalt,
@@ -77,7 +80,8 @@ impl CameraFormat {
             Self::Mrcal => ["mrcal", "mrcal", "camera.cameramodel"],
             Self::Matlab => ["matlab", "MATLAB", "camera.m"],
             Self::OrbSlam3 => ["orb-slam3", "ORB-SLAM3", "orb_slam3.yaml"],
-            Self::Nerf => ["nerf", "NeRF", "transforms.json"],
+            Self::Nerf => ["nerf", "Nerfstudio", "transforms.json"],
+            Self::InstantNgp => ["instant-ngp", "instant-ngp", "instant-ngp.json"],
             Self::Metashape => ["metashape", "Metashape", "metashape.xml"],
             Self::Realitycapture => ["realitycapture", "RealityCapture", "realitycapture.xmp"],
             Self::Basalt => ["basalt", "Basalt", "basalt.json"],
@@ -115,7 +119,8 @@ impl CameraFormat {
             Self::Mrcal => "mrcal .cameramodel (no fisheye)",
             Self::Matlab => "Script for MATLAB and Octave (no wide lenses)",
             Self::OrbSlam3 => "ORB-SLAM3's camera settings (no rational lens)",
-            Self::Nerf => "transforms.json of Nerfstudio and instant-ngp (no rational lens)",
+            Self::Nerf => "Nerfstudio's transforms.json (no rational lens)",
+            Self::InstantNgp => "instant-ngp's transforms.json (no k3)",
             Self::Metashape => "Agisoft Metashape's calibration (no rational lens)",
             Self::Realitycapture => "RealityCapture's XMP sidecar (no wide lenses)",
             Self::Basalt => "Basalt's calibration",
@@ -142,7 +147,8 @@ impl CameraFormat {
             Self::Mrcal => mrcal_cameramodel(exported),
             Self::Matlab => matlab_script(exported),
             Self::OrbSlam3 => orb_slam::write(exported),
-            Self::Nerf => nerf::write(exported),
+            Self::Nerf => nerf::nerfstudio(exported),
+            Self::InstantNgp => nerf::instant_ngp(exported),
             Self::Metashape => metashape::write(exported),
             Self::Realitycapture => realitycapture::write(exported),
             Self::Basalt => Ok(basalt::write(exported)),
@@ -203,6 +209,7 @@ mod tests {
             ("matlab", "...xx"),
             ("orb-slam3", "...x."),
             ("nerf", "...x."),
+            ("instant-ngp", "..xx."),
             ("metashape", "...x."),
             ("realitycapture", "...xx"),
             ("basalt", "....."),

@@ -9,7 +9,8 @@
 //! | [`mrcal_cameramodel`] | mrcal | Brown's, rational; also with views |
 //! | [`matlab_script`] | MATLAB, Octave | Brown's; pixels from 1 |
 //! | `orb_slam` | ORB-SLAM3 | Brown's, fisheye |
-//! | `nerf` | Nerfstudio, instant-ngp | Brown's, fisheye; pixels from the corner |
+//! | `nerf` | Nerfstudio | Brown's, fisheye; pixels from the corner |
+//! | `nerf` | instant-ngp | Brown's without k3, fisheye; pixels from the corner |
 //! | `metashape` | Agisoft Metashape | Brown's, fisheye; from the middle |
 //! | `realitycapture` | RealityCapture | Brown's, square pixels; from the middle |
 //! | `basalt` | Basalt | every lens: `pinhole`, `pinhole-radtan8`, `kb4` |

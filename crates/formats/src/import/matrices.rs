@@ -1,20 +1,21 @@
 use serde_json::Value;
 
 use super::{
-    numbers::{exactly, first, fisheye_lens, lens, list},
+    numbers::{exactly, first, fisheye_lens, lens, list, sized},
     old_calibration::{NotImported, OldCalibration, OldFormat},
 };
 use boresight_geometry::LensKind;
 
 /// Reads files of OpenCV, Python programs and ROS: a camera matrix, coefficients and the picture's
-/// size.
+/// size; of a stereo calibration, the first camera.
 ///
 /// Names as in OpenCV's samples and tutorials through the years, as dumped by Python programs (`K`,
 /// `dist`), and as in the ROS message. ROS files without a `distortion_model` are `plumb_bob`, as
 /// for ROS itself. OpenCV's own sample marks the coefficients of `cv::fisheye` by `fisheye_model`,
 /// ROS by `equidistant`.
-pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
+pub(super) fn read(tree: &Value, stated: Option<[f64; 2]>) -> Result<OldCalibration, NotImported> {
     let matrix = first(tree, &["cameramatrix", "intrinsicmatrix", "k", "mtx"])
+        .or_else(|| matrix_of_two(tree, &FIRST))
         .ok_or(NotImported::UnknownFormat)?;
     let missing = |name, wanted| NotImported::Missing { name, wanted };
     let is_ros =
@@ -36,7 +37,18 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     }
     let coefficients = first(
         tree,
-        &["distortioncoefficients", "distortioncoeffs", "distcoeffs", "distcoeff", "d", "dist"],
+        &[
+            "distortioncoefficients",
+            "distortioncoeffs",
+            "distcoeffs",
+            "distcoeff",
+            "d",
+            "dist",
+            "d1",
+            "distcoeffs1",
+            "distortioncoefficients1",
+            "dist1",
+        ],
     )
     .and_then(list)
     .filter(|coefficients| matches!(coefficients.len(), 0 | 4 | 5 | 8 | 12 | 14))
@@ -45,8 +57,8 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     let size = match (side(&["imagewidth", "width"]), side(&["imageheight", "height"])) {
         (Some(width), Some(height)) => Some([width, height]),
         _ => first(tree, &["imagesize", "imgsize"]).and_then(exactly),
-    }
-    .ok_or(missing("the picture's size, image_width and image_height,", "two numbers"))?;
+    };
+    let size = sized(size, stated)?;
     let format = if is_ros { OldFormat::Ros } else { OldFormat::OpenCv };
     let intrinsics = [fx, fy, cx, cy];
     let lens = match kind {
@@ -59,8 +71,21 @@ pub(super) fn read(tree: &Value) -> Result<OldCalibration, NotImported> {
     };
     let mut old = OldCalibration::new(format, kind, &lens, size)?;
     old.rms_px = first(tree, &["avgreprojectionerror"]).and_then(Value::as_f64);
+    if matrix_of_two(tree, &SECOND).is_some() {
+        old.camera_count = 2;
+    }
     old.source = first(tree, &["cameraname"]).and_then(Value::as_str).map(Into::into);
     Ok(old)
+}
+
+/// Names of the camera matrices of a stereo calibration, as in OpenCV's samples and tutorials.
+const FIRST: [&str; 5] = ["m1", "k1", "cameramatrix1", "mtx1", "cm1"];
+const SECOND: [&str; 5] = ["m2", "k2", "cameramatrix2", "mtx2", "cm2"];
+
+/// A camera matrix of a stereo calibration. A coefficient may have the name, too.
+fn matrix_of_two<'a>(tree: &'a Value, names: &[&str]) -> Option<&'a Value> {
+    let is_matrix = |matrix: &&Value| exactly::<9>(matrix).is_some();
+    names.iter().find_map(|name| first(tree, &[name]).filter(is_matrix))
 }
 
 /// Kind of the named lens model. Refuses models other than OpenCV's.

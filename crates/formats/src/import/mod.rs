@@ -3,7 +3,7 @@
 //! | format | recognised by | holds in addition |
 //! |---|---|---|
 //! | `boresight.calibration/1` (`own`) | its schema | covariance, outlines, verdict, board |
-//! | OpenCV YAML and JSON (`matrices`) | a camera matrix | – |
+//! | OpenCV YAML and JSON (`matrices`) | a camera matrix, one or two | number of cameras |
 //! | ROS `camera_info` (`matrices`) | a camera matrix, and a name of ROS | – |
 //! | Kalibr camchain (`kalibr`) | `cam0` | number of cameras |
 //! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
@@ -23,9 +23,12 @@
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! boresight's own file also holds the source. The names of ROS are `distortion_model`,
+//! A file of OpenCV, ORB-SLAM3, RealityCapture or `transforms.json` may lack
+//! the picture's size, and a person states it. boresight's own file also holds the source. The names of ROS are `distortion_model`,
 //! `camera_name` and `projection_matrix`. RealityCapture's XMP needs the picture's size in `tiff:`
 //! or `exif:`; Open3D's file has no distortion.
+//!
+//! Other programs' calibrations are known by name (`unread`).
 //!
 //! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, like
 //! boresight, so numbers are kept bit for bit. COLMAP, `transforms.json`, Metashape and
@@ -43,7 +46,10 @@ mod numbers;
 mod old_calibration;
 mod own;
 mod syntax;
+mod unread;
 mod xml;
+
+use boresight_geometry::{frame::ImageSize, panic_message::caught};
 
 pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
 
@@ -57,28 +63,49 @@ pub const MAX_BYTES: usize = 16 << 20;
 ///
 /// [`NotImported`].
 pub fn read(text: &str) -> Result<OldCalibration, NotImported> {
+    read_sized(text, None)
+}
+
+/// Reads a calibration as [`read`], with the picture's size for a file that doesn't state it.
+///
+/// # Errors
+///
+/// [`NotImported`], also if the file states another size.
+pub fn read_sized(
+    text: &str,
+    image_size: Option<ImageSize>,
+) -> Result<OldCalibration, NotImported> {
     if text.len() > MAX_BYTES {
         return Err(NotImported::TooLong { bytes: text.len() });
     }
-    let mut old = calibration(text)?;
+    let size = image_size.map(|size| [size.width_px, size.height_px].map(f64::from));
+    // Third-party parsers may panic.
+    let read = caught(|| calibration(text, size));
+    let mut old = read.map_err(|reason| NotImported::Malformed { reason })??;
+    if let Some(stated) = image_size.filter(|stated| *stated != old.image_size) {
+        return Err(NotImported::OtherSize { found: old.image_size, stated });
+    }
     // No residual is negative: a negative number means something else.
     old.rms_px = old.rms_px.filter(|rms_px| *rms_px >= 0.0 && rms_px.is_finite());
     Ok(old)
 }
 
-fn calibration(text: &str) -> Result<OldCalibration, NotImported> {
+fn calibration(text: &str, size: Option<[f64; 2]>) -> Result<OldCalibration, NotImported> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if text.trim_start().starts_with('<') {
         let (root, tree) = xml::parse(text)?;
         return match root.as_str() {
-            "opencv_storage" => matrices::read(&tree),
+            "opencv_storage" => matrices::read(&tree, size),
             "calibration" => named::metashape(&tree),
-            "xmpmeta" => named::realitycapture(&tree),
+            "xmpmeta" => named::realitycapture(&tree, size),
             _ => Err(NotImported::UnknownFormat),
         };
     }
     if colmap::recognises(text) {
         return colmap::read(text);
+    }
+    if let Some(program) = unread::by_text(text) {
+        return Err(NotImported::Unread { program });
     }
     let tree = syntax::parse(text)?;
     let has = |name| tree.get(name).is_some();
@@ -96,9 +123,9 @@ fn calibration(text: &str) -> Result<OldCalibration, NotImported> {
     } else if has("cam0") {
         kalibr::read(&tree)
     } else if has("Camera.type") {
-        named::orb_slam(&tree)
+        named::orb_slam(&tree, size)
     } else if has("fl_x") {
-        named::nerf(&tree)
+        named::nerf(&tree, size)
     } else if has("value0") {
         named::basalt(&tree)
     } else if has("model_type") {
@@ -107,7 +134,9 @@ fn calibration(text: &str) -> Result<OldCalibration, NotImported> {
         named::gyroflow(&tree)
     } else if is_open3d() {
         named::open3d(&tree)
+    } else if let Some(program) = unread::by_tree(&tree) {
+        Err(NotImported::Unread { program })
     } else {
-        matrices::read(&tree)
+        matrices::read(&tree, size)
     }
 }

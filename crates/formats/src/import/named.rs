@@ -4,7 +4,7 @@
 use serde_json::Value;
 
 use super::{
-    numbers::{exactly, fisheye_lens, lens},
+    numbers::{exactly, fisheye_lens, lens, sized},
     old_calibration::{NotImported, OldCalibration, OldFormat},
 };
 use boresight_geometry::LensKind;
@@ -79,7 +79,10 @@ impl Named {
 
 /// ORB-SLAM3's settings, of version 1.0 (`Camera1.fx`) and before (`Camera.fx`). The first camera
 /// is read.
-pub(super) fn orb_slam(tree: &Value) -> Result<OldCalibration, NotImported> {
+pub(super) fn orb_slam(
+    tree: &Value,
+    stated: Option<[f64; 2]>,
+) -> Result<OldCalibration, NotImported> {
     let model = tree["Camera.type"].as_str().unwrap_or_default();
     let under = |prefix: &str| {
         let numbers = tree.as_object().into_iter().flatten();
@@ -93,14 +96,25 @@ pub(super) fn orb_slam(tree: &Value) -> Result<OldCalibration, NotImported> {
         "KannalaBrandt8" => Named::Fisheye(all(&numbers, FOUR, number)?),
         other => return other_model(other),
     };
-    let size = all(tree, ["Camera.width", "Camera.height"], number)?;
+    let size = sized(all(tree, ["Camera.width", "Camera.height"], number).ok(), stated)?;
     lens.calibration(OldFormat::OrbSlam3, all(&numbers, INTRINSICS, number)?, size)
 }
 
-/// `transforms.json` of Nerfstudio and instant-ngp. They count pixels from the corner of the
-/// top-left one.
-pub(super) fn nerf(tree: &Value) -> Result<OldCalibration, NotImported> {
-    let lens = match tree["camera_model"].as_str().unwrap_or("OPENCV") {
+/// `transforms.json` of Nerfstudio, which names the model, and of instant-ngp, which says
+/// `is_fisheye` instead. They count pixels from the corner of the top-left one.
+pub(super) fn nerf(tree: &Value, stated: Option<[f64; 2]>) -> Result<OldCalibration, NotImported> {
+    // instant-ngp's lenses with other coefficients.
+    for other in ["ftheta_p0", "latlong", "equirectangular"] {
+        if tree.get(other).is_some() {
+            return other_model(other);
+        }
+    }
+    let is_fisheye = tree["is_fisheye"] == true;
+    let usual = if is_fisheye { "OPENCV_FISHEYE" } else { "OPENCV" };
+    let lens = match tree["camera_model"].as_str().unwrap_or(usual) {
+        found @ ("OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE") if is_fisheye => {
+            return other_model(&format!("{found} with is_fisheye"));
+        }
         "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" => {
             only_zero(tree, &["k4"])?;
             Named::Brown(all(tree, ["k1", "k2", "p1", "p2", "k3"], or_zero)?)
@@ -112,7 +126,7 @@ pub(super) fn nerf(tree: &Value) -> Result<OldCalibration, NotImported> {
         other => return other_model(other),
     };
     let [fx, fy, cx, cy] = all(tree, ["fl_x", "fl_y", "cx", "cy"], number)?;
-    let size = all(tree, ["w", "h"], number)?;
+    let size = sized(all(tree, ["w", "h"], number).ok(), stated)?;
     lens.calibration(OldFormat::Nerf, [fx, fy, cx - 0.5, cy - 0.5], size)
 }
 
@@ -140,7 +154,10 @@ pub(super) fn metashape(tree: &Value) -> Result<OldCalibration, NotImported> {
 }
 
 /// RealityCapture's XMP sidecar. Its unit is the picture's longer side.
-pub(super) fn realitycapture(tree: &Value) -> Result<OldCalibration, NotImported> {
+pub(super) fn realitycapture(
+    tree: &Value,
+    stated_size: Option<[f64; 2]>,
+) -> Result<OldCalibration, NotImported> {
     let missing = |name, wanted| NotImported::Missing { name, wanted };
     only_zero(tree, &["Skew"])?;
     if let Some(ratio) = tree["AspectRatio"].as_f64().filter(|ratio| *ratio != 1.0) {
@@ -164,10 +181,8 @@ pub(super) fn realitycapture(tree: &Value) -> Result<OldCalibration, NotImported
         (other, _) => return other_model(other),
     };
     let size = all(tree, ["ImageWidth", "ImageLength"], number)
-        .or_else(|_| all(tree, ["PixelXDimension", "PixelYDimension"], number))
-        .map_err(|_| {
-            missing("the picture's size, tiff:ImageWidth and tiff:ImageLength,", NUMBER)
-        })?;
+        .or_else(|_| all(tree, ["PixelXDimension", "PixelYDimension"], number));
+    let size = sized(size.ok(), stated_size)?;
     let longer = size[0].max(size[1]);
     let [f, u, v] = all(tree, ["FocalLength35mm", "PrincipalPointU", "PrincipalPointV"], number)?;
     let f_px = f * longer / 36.0;

@@ -47,6 +47,14 @@ pub(super) fn exactly<const N: usize>(value: &Value) -> Option<[f64; N]> {
     list(value)?.try_into().ok()
 }
 
+/// Picture size: the file's, else the one `stated` by a person.
+pub(super) fn sized(
+    found: Option<[f64; 2]>,
+    stated: Option<[f64; 2]>,
+) -> Result<[f64; 2], NotImported> {
+    found.or(stated).ok_or(NotImported::NoSize)
+}
+
 /// A pinhole with the given `fx fy cx cy`.
 fn pinhole([fx, fy, cx, cy]: [f64; 4]) -> Camera {
     Camera { f_px: [fx, fy].into(), ..Camera::pinhole(fx, [cx, cy].into()) }

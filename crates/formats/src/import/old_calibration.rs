@@ -115,6 +115,23 @@ pub enum NotImported {
         /// The expected value.
         wanted: &'static str,
     },
+    /// The file doesn't say how large the pictures are, and no size was stated.
+    #[error("it doesn't say how large the pictures are")]
+    NoSize,
+    /// The stated size of the pictures is another than the file's.
+    #[error("it's for pictures of {found}, not of the stated {stated}")]
+    OtherSize {
+        /// Size in the file.
+        found: ImageSize,
+        /// Size stated by a person.
+        stated: ImageSize,
+    },
+    /// The file is of a program whose calibrations can't be read.
+    #[error("it's a calibration of {program}, which can't be read; {KNOWN_LENS}")]
+    Unread {
+        /// Name of the program.
+        program: &'static str,
+    },
     /// The lens model is none of OpenCV's.
     #[error("its lens model is {found:?}; {KNOWN_LENS}")]
     Model {

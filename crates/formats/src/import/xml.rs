@@ -8,6 +8,8 @@ use super::old_calibration::NotImported;
 /// Most elements and texts in a file. A calibration has tens, OpenCV's with every corner has
 /// hundreds.
 const MAX_NODES: u32 = 10_000;
+/// Most attributes of an element: the parser compares each with each. XMP has tens.
+const MAX_ATTRIBUTES: usize = 256;
 /// Deepest nesting allowed.
 const MAX_DEPTH: usize = 32;
 
@@ -15,6 +17,11 @@ const MAX_DEPTH: usize = 32;
 /// number or a list, another one a text; a repeated element counts once.
 pub(super) fn parse(text: &str) -> Result<(String, Value), NotImported> {
     let malformed = |reason: String| NotImported::Malformed { reason };
+    // Within an element's tag, whatever its values hold, no `<` is allowed.
+    if text.split('<').any(|tag| tag.matches('=').take(MAX_ATTRIBUTES + 1).count() > MAX_ATTRIBUTES)
+    {
+        return Err(malformed("an element with too many attributes".into()));
+    }
     let options =
         ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options);
@@ -71,4 +78,21 @@ fn number(word: &str) -> Option<Value> {
         return Some(whole.into());
     }
     serde_json::Number::from_f64(word.parse().ok()?).map(Value::Number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn attributes_are_counted_before_they_are_compared() {
+        let with = |count: usize| {
+            let all: String = (0..count).map(|i| format!(" a{i}=\">\"")).collect();
+            parse(&format!("<calibration{all}><f>7</f></calibration>"))
+        };
+        let (root, tree) = with(MAX_ATTRIBUTES).expect("as many as allowed");
+        assert_eq!((root.as_str(), tree["f"].as_i64()), ("calibration", Some(7)));
+        // The parser alone takes minutes for these.
+        with(1_000_000).expect_err("too many");
+    }
 }

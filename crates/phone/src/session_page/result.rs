@@ -30,7 +30,7 @@ fn files(folder: &Path) -> Vec<PageFile> {
     let report = read(&folder.join(REPORT_FILE), TEXT_LIMIT / 8, Links::Refused).ok();
     let report = report.map(|bytes| PageFile::new(REPORT_FILE, words::REPORT, "text/html", bytes));
     let exports = FORMATS.iter().filter_map(|format| {
-        let exported = export::export(folder, *format, None, &Announcer::silent()).ok()?;
+        let exported = export::export(folder, *format, None, None, &Announcer::silent()).ok()?;
         let bytes = exported.text.into_bytes();
         Some(PageFile::new(format.file(), format.label(), "application/octet-stream", bytes))
     });

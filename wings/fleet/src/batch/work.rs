@@ -113,7 +113,7 @@ fn on_session(row: &mut Row, job: &Job, store: &Store, path: &Path) -> anyhow::R
         Action::Export => {
             let wanted = job.format.as_deref().unwrap_or_default();
             let format = Format::by_code(wanted).context("there is no such format")?;
-            let exported = export(path, format, None, &Announcer::silent())?;
+            let exported = export(path, format, None, None, &Announcer::silent())?;
             let name = format!("{}-{}", row.id, format.file());
             row.file = Some(store.save_file(&row.id, &name, exported.text.as_bytes())?);
             row.verdict.clone_from(&row.recorded_verdict);
