@@ -102,6 +102,7 @@ impl Arguments {
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
         }
+        let stop = stop_flag()?;
         let open = name.open(self.max_frames)?;
         let image_size = open.image_size()?;
         if image_size != old.image_size {
@@ -109,7 +110,7 @@ impl Arguments {
             return self.tell(&old, &source_name, None, &Err(NoVerdict::NoDrift(reason)));
         }
         let run = opening.begin_with(&source_name, open, config.clone())?;
-        let ran = run.carry_out(&*stop_flag()?, &announcer)?;
+        let ran = run.carry_out(&stop, &announcer)?;
         for (worker, reason) in ran.session.failures() {
             say(&format!("The {worker} failed: {reason}"));
         }

@@ -184,12 +184,13 @@ pub(super) fn in_terminal(
     mut onlookers: Onlookers,
     announcer: Announcer,
 ) -> anyhow::Result<FinishedRun> {
+    let stop = stop_flag()?;
     let mut run = opening.open(&announcer)?;
     let (_status, announcer) = with_status(&mut onlookers, announcer);
     if paced {
         run = run.paced();
     }
-    run.carry_out_before(&*stop_flag()?, &onlookers, &announcer)
+    run.carry_out_before(&stop, &onlookers, &announcer)
 }
 
 /// Status lines on the terminal, if any, as a new onlooker; and the announcer without requests,
@@ -207,7 +208,8 @@ fn with_status(onlookers: &mut Onlookers, announcer: Announcer) -> (Option<Statu
 /// Runs a session in the terminal; prints the result as JSON with `json`.
 pub(super) fn run(opening: &Opening, json: bool) -> anyhow::Result<Exit> {
     let announcer = announcer();
-    conclude(opening.open(&announcer)?.carry_out(&*stop_flag()?, &announcer)?, json)
+    let stop = stop_flag()?;
+    conclude(opening.open(&announcer)?.carry_out(&stop, &announcer)?, json)
 }
 
 /// Announces and stores the result of a finished session; prints it as JSON with `json`.

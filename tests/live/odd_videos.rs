@@ -83,6 +83,26 @@ fn pictures_nearer_in_time_than_the_frame_rate_says_are_all_read() {
     assert_eq!((sizes.len(), end), (20, None));
 }
 
+/// A script opens the files that it names: only what holds pictures itself is a video.
+#[test]
+fn a_script_that_is_named_like_a_video_opens_no_other_file() {
+    let place = TempDir::new().expect("folder");
+    ffmpeg(place.path(), "-f lavfi -i testsrc=size=320x240:rate=10:duration=1 other.avi");
+    let path = place.path().join("script.mp4");
+    for script in [
+        "ffconcat version 1.0\nfile other.avi\n",
+        "#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\nother.avi\n#EXT-X-ENDLIST\n",
+    ] {
+        fs::write(&path, script).expect("written");
+        match Ffmpeg::open(&path.display().to_string()) {
+            Err(CaptureError::Camera { fault: Fault::ReaderFailed, detail }) => {
+                assert_eq!(detail, "not a video that ffmpeg can read");
+            }
+            other => panic!("{script}: {:?}", other.err()),
+        }
+    }
+}
+
 #[test]
 fn pictures_without_times_are_said_to_have_none() {
     let place = TempDir::new().expect("folder");

@@ -265,6 +265,28 @@ fn a_session_that_is_interrupted_ends_in_order() {
     }
 }
 
+/// A command that sends no picture has the camera until somebody ends it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_before_the_first_picture_ends_the_command_of_a_pipe() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let place = place();
+        let camera = "pipe:sh -c 'echo $$ > own; exec sleep 1000'";
+        let mut child =
+            guide(place.path(), &["--source", camera, "--out", "s"]).spawn().expect("started");
+        let own = || fs::read_to_string(place.path().join("own")).unwrap_or_default();
+        while !own().ends_with('\n') {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let sent = Command::new("kill").arg(signal).arg(child.id().to_string()).status();
+        assert!(sent.expect("kill is there").success());
+        let status = child.wait().expect("ended");
+        assert_eq!(status.code(), Some(1), "{signal}");
+        let stat = fs::read_to_string(format!("/proc/{}/stat", own().trim())).unwrap_or_default();
+        assert!(stat.is_empty() || stat.contains(") Z "), "{signal}: {stat}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_ends_what_hangs() {

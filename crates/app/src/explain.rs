@@ -110,6 +110,7 @@ impl Explained for CaptureError {
             Self::Camera { fault, .. } => fault.code(),
             Self::Read { .. } | Self::Decode { .. } => "PICTURE-UNREADABLE",
             Self::Bag { .. } => "BAG",
+            Self::GaveUp { .. } => "SOURCE-UNREADABLE",
             Self::NoPictures { .. } => "NO-PICTURES",
         })
     }
@@ -289,7 +290,7 @@ fn capture(err: &CaptureError) -> String {
                 "Check that it's an MCAP file or a bag of ROS 2, and that it was copied whole."
             }
             BagFlaw::NoPictures(_) => {
-                "Choose a bag with sensor_msgs/msg/Image or sensor_msgs/msg/CompressedImage of ROS 2."
+                "Choose a bag with Image or CompressedImage of ROS 2's sensor_msgs, or RawImage or CompressedImage of Foxglove."
             }
             BagFlaw::Several(_) => "Say which with --topic.",
             BagFlaw::NoSuchTopic { .. } => "Name one of them with --topic.",
@@ -298,6 +299,9 @@ fn capture(err: &CaptureError) -> String {
                 "The session holds what was read. Copy the bag again if there's a whole one."
             }
         },
+        CaptureError::GaveUp { .. } => {
+            "It's damaged, or sends what no camera sends: copy it again, or use another one."
+        }
         CaptureError::NoPictures { .. } => {
             "Choose a folder with PNG or JPEG pictures of the board."
         }

@@ -10,14 +10,14 @@ pub enum BagFlaw {
     /// The bytes can't be read.
     #[error("this bag can't be read ({0})")]
     Unreadable(String),
-    /// No topic has pictures in messages of ROS 2.
-    #[error("this bag has no topic with pictures; it has {}", listed(.0))]
+    /// No topic has pictures in messages of ROS 2 or Foxglove.
+    #[error("this bag has no topic with pictures; it has {}", listed(.0, ", "))]
     NoPictures(Vec<String>),
     /// Several topics have pictures.
-    #[error("this bag has several topics with pictures:\n  {}", .0.join("\n  "))]
+    #[error("this bag has several topics with pictures:\n  {}", listed(.0, "\n  "))]
     Several(Vec<String>),
     /// There are no pictures on the topic.
-    #[error("this bag has no pictures on {asked}; it has some on {}", .have.join(", "))]
+    #[error("this bag has no pictures on {asked}; it has some on {}", listed(.have, ", "))]
     NoSuchTopic {
         /// The requested topic.
         asked: String,
@@ -53,8 +53,16 @@ pub enum BagFlaw {
     },
 }
 
-fn listed(topics: &[String]) -> String {
-    if topics.is_empty() { "none at all".into() } else { topics.join(", ") }
+/// Most topics listed for a person.
+const LISTED: usize = 30;
+
+fn listed(topics: &[String], between: &str) -> String {
+    let first = topics[..topics.len().min(LISTED)].join(between);
+    match topics.len() {
+        0 => "none at all".into(),
+        count if count > LISTED => format!("{first}{between}and {} more", count - LISTED),
+        _ => first,
+    }
 }
 
 impl BagFlaw {

@@ -1,7 +1,7 @@
 //! Picture files as brightness.
 
 use std::{
-    io::{BufRead, Seek},
+    io::{BufRead, Seek, SeekFrom},
     sync::{Mutex, PoisonError},
 };
 
@@ -39,11 +39,13 @@ pub enum Upright {
 /// Message of the decoder, also after a panic: no picture, a cut picture, or one larger than
 /// [`PICTURE_LIMIT_PX`] on a side.
 pub fn decoded(
-    bytes: impl BufRead + Seek,
+    mut bytes: impl BufRead + Seek,
     format: ImageFormat,
     upright: Upright,
 ) -> Result<GrayImage, String> {
     let decode = || {
+        let length = bytes.seek(SeekFrom::End(0))?;
+        bytes.rewind()?;
         let mut reader = ImageReader::with_format(bytes, format);
         let mut limits = Limits::default();
         limits.max_image_width = Some(PICTURE_LIMIT_PX);
@@ -54,6 +56,10 @@ pub fn decoded(
             Upright::AsMarked => decoder.orientation()?,
             Upright::AsStored => Orientation::NoTransforms,
         };
+        if format == ImageFormat::Jpeg && length < least_jpeg(decoder.dimensions()) {
+            let short = std::io::Error::other("its data are too short for its size");
+            return Err(ImageError::IoError(short));
+        }
         limits.reserve(decoder.total_bytes())?;
         let alone = (decoder.total_bytes() > LARGE)
             .then(|| LARGE_PICTURE.lock().unwrap_or_else(PoisonError::into_inner));
@@ -67,6 +73,12 @@ pub fn decoded(
         Ok(decoded) => decoded.map_err(|err| err.to_string()),
         Err(panic) => Err(format!("its decoder gave up: {panic}")),
     }
+}
+
+/// Least bytes of a JPEG of that size: every block of 8 by 8 pixels has a bit. The decoder fills what
+/// is missing.
+fn least_jpeg((width, height): (u32, u32)) -> u64 {
+    u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8)) / 8
 }
 
 #[cfg(test)]
@@ -134,6 +146,19 @@ mod tests {
         let notes = notes.into_inner().expect("no panic");
         let turns = notes.windows(2).filter(|pair| pair[0] != pair[1]).count();
         assert!(notes.len() > 4 && turns == 1, "{notes:?}");
+    }
+
+    #[test]
+    fn a_jpeg_that_says_to_be_huge_is_no_picture() {
+        let mut jpeg = Cursor::new(Vec::new());
+        GrayImage::new(320, 240).write_to(&mut jpeg, ImageFormat::Jpeg).expect("encodes");
+        let jpeg = jpeg.into_inner();
+        let read = |bytes: &[u8]| decoded(Cursor::new(bytes), ImageFormat::Jpeg, Upright::AsMarked);
+        assert_eq!(read(&jpeg).expect("a picture").dimensions(), (320, 240));
+        // Height and width stand behind the mark of the frame, its length and its depth.
+        let at = jpeg.windows(2).position(|mark| mark == [0xFF, 0xC0]).expect("a frame") + 5;
+        let huge = [&jpeg[..at], &[0x40, 0, 0x40, 0], &jpeg[at + 4..]].concat();
+        assert!(read(&huge).expect_err("too short").contains("too short"));
     }
 
     #[test]

@@ -10,21 +10,18 @@
 use std::{
     collections::VecDeque,
     io::Read,
-    os::unix::process::CommandExt,
-    process::{Child, ChildStderr, ChildStdout, Command, Stdio},
+    process::{ChildStderr, ChildStdout, Command, Stdio},
     sync::Arc,
     time::{Duration, Instant},
 };
 
 use image::GrayImage;
-use rustix::{
-    event::{PollFd, PollFlags, Timespec, poll},
-    process::{Pid, Signal, kill_process_group},
-};
+use rustix::event::{PollFd, PollFlags, poll};
 
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
     address::{is_address, without_secrets},
+    programs::{LOOK, Program, is_ending, timespec},
     reader_words::{known, meaning, refusal},
 };
 use boresight_geometry::{
@@ -60,6 +57,13 @@ fn filters(has_times: bool) -> String {
 /// Largest allocation of ffmpeg: enough for a picture of the largest size with colours. An endless
 /// picture hidden in a stream otherwise fills the memory.
 const MOST_AT_ONCE: &str = "268435456";
+
+/// Formats of files with moving pictures, by content: none names other files, as a script or a
+/// playlist would.
+const FILE_FORMATS: &str =
+    "mov,matroska,avi,mjpeg,mpegts,mpeg,mpegvideo,asf,flv,ogg,gif,m4v,h264,hevc";
+/// Further formats of network streams. ffmpeg's playlists of the network open no file.
+const STREAM_FORMATS: &str = "rtsp,rtp,sdp,hls,dash,mpjpeg,jpeg_pipe,png_pipe,live_flv,rm,nut";
 
 /// Number of consecutive pictures of a file with equal times, from which the file counts as having
 /// none.
@@ -116,8 +120,19 @@ impl Ffmpeg {
     pub fn open_with(program: &str, name: &str) -> Result<Self, CaptureError> {
         let failed = |(fault, detail): Loss| CaptureError::Camera { fault, detail };
         let is_live = is_address(name);
+        // ffmpeg knows schemes in small letters only.
+        let plain = name.split_once("://").filter(|_| is_live);
+        let plain = plain.map(|(scheme, rest)| format!("{}://{rest}", scheme.to_ascii_lowercase()));
+        let name = plain.as_deref().unwrap_or(name);
         let mut run = Run::start(program, name, is_live).map_err(failed)?;
-        let first = match run.pictures.next(START_PATIENCE, false) {
+        let until = Instant::now() + START_PATIENCE;
+        let first = loop {
+            match run.pictures.next(LOOK, false) {
+                Ok(Next::Nothing) if Instant::now() < until && !is_ending() => {}
+                other => break other,
+            }
+        };
+        let first = match first {
             Ok(Next::Picture(first)) => first,
             Ok(Next::Nothing | Next::Changed) => {
                 let detail = format!("no picture came within {} s", START_PATIENCE.as_secs());
@@ -217,9 +232,10 @@ impl Ffmpeg {
 /// Reason for missing pictures, with details.
 type Loss = (Fault, String);
 
-/// The running program; ended on drop.
+/// The running program.
 struct Run {
-    child: Child,
+    /// Ends it on drop.
+    _program: Program,
     pictures: Pictures,
 }
 
@@ -229,9 +245,10 @@ impl Run {
             let missing = err.kind() == std::io::ErrorKind::NotFound;
             (if missing { Fault::NoReader } else { Fault::ReaderFailed }, err.to_string())
         };
-        let mut child = command(program, name, is_live).spawn().map_err(broken)?;
-        let (Some(out), Some(err)) = (child.stdout.take(), child.stderr.take()) else {
-            end(&mut child);
+        // Nothing of ffmpeg's needs time to end.
+        let mut program = Program::start(command(program, name, is_live), false).map_err(broken)?;
+        let (Some(out), Some(err)) = (program.child.stdout.take(), program.child.stderr.take())
+        else {
             return Err((Fault::ReaderFailed, "it has no output".into()));
         };
         let pictures = Pictures {
@@ -247,20 +264,7 @@ impl Run {
             newest: None,
             equal_times: 0,
         };
-        Ok(Self { child, pictures })
-    }
-}
-
-impl Drop for Run {
-    fn drop(&mut self) {
-        end(&mut self.child);
-    }
-}
-
-fn timespec(wait: Duration) -> Timespec {
-    Timespec {
-        tv_sec: wait.as_secs().try_into().unwrap_or(i64::MAX),
-        tv_nsec: wait.subsec_nanos().into(),
+        Ok(Self { _program: program, pictures })
     }
 }
 
@@ -275,6 +279,11 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     }
     if is_live {
         command.args(["-fflags", "nobuffer", "-flags", "low_delay"]);
+    }
+    if is_live {
+        command.args(["-format_whitelist", &format!("{FILE_FORMATS},{STREAM_FORMATS}")]);
+    } else {
+        command.args(["-format_whitelist", FILE_FORMATS, "-protocol_whitelist", "file"]);
     }
     if has_no_times(name) {
         // ffmpeg would assume 25 pictures per second of every stream. This way it counts pictures
@@ -299,8 +308,6 @@ fn command(program: &str, name: &str, is_live: bool) -> Command {
     command.args(["-enc_time_base", "1:1000000"]);
     command.args(["-f", "image2pipe", "-c:v", "pgm", "-pix_fmt", "gray", "-"]);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    // Its children end with it.
-    command.process_group(0);
     command
 }
 
@@ -561,15 +568,6 @@ fn header(bytes: &[u8]) -> Result<Option<([u32; 3], usize)>, &'static str> {
         }
     }
     Ok(Some((numbers, at + 1)))
-}
-
-fn end(child: &mut Child) {
-    // The child may have ended already. Wait in any case, so no process remains.
-    if let Some(group) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        kill_process_group(group, Signal::KILL).ok();
-    }
-    child.kill().ok();
-    child.wait().ok();
 }
 
 impl FrameSource for Ffmpeg {

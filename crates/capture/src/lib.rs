@@ -21,10 +21,12 @@
 //! | `v4l2` | cameras of Linux (feature `live`); the program's only unsafe code |
 //! | `pipe` | pictures of another program, or standard input (feature `live`), on Unix |
 //! | `ffmpeg` | network streams and video files (feature `live`), on Unix |
+//! | `programs` | programs that read or send pictures, ended on every way out |
 //! | `bag_flaw` | recorded bags by name, and their flaws; the wing `boresight-sources` reads them |
 //! | `nokhwa` | cameras of other systems (feature `nokhwa`) |
 //! | `image_folder`, `recorded` | pictures from files and memory |
 //! | `adapted` | adapters of sources |
+//! | `guarded` | guard around sources of third-party code, which may panic |
 //! | [`integrity`] | check for whole frames |
 //! | `pixel_format`, `camera_mode` | brightness from cameras; choice of the mode |
 //! | `pixels` | brightness from other programs' formats |
@@ -42,6 +44,7 @@ mod compressed;
 mod decoded;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
+mod guarded;
 #[cfg(any(all(unix, feature = "live"), feature = "nokhwa"))]
 mod health;
 mod image_folder;
@@ -52,6 +55,17 @@ pub mod nokhwa;
 mod pipe;
 mod pixel_format;
 mod pixels;
+#[cfg(all(unix, feature = "live"))]
+mod programs;
+/// Programs in a build without any.
+#[cfg(not(all(unix, feature = "live")))]
+mod programs {
+    /// Does nothing: no source waits for a program.
+    pub fn stop_opening() {}
+
+    /// Does nothing: no program runs.
+    pub fn end_programs() {}
+}
 mod raw_form;
 #[cfg(all(unix, feature = "live"))]
 mod reader_words;
@@ -69,6 +83,7 @@ pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
+pub use guarded::guarded;
 pub use image_folder::{
     ImageFolder, is_picture, pictures_in, read_picture, read_picture_turned, unread_pictures_in,
 };
@@ -76,6 +91,7 @@ pub use image_folder::{
 pub use pipe::Pipe;
 pub use pixel_format::Unpacker;
 pub use pixels::Pixels;
+pub use programs::{end_programs, stop_opening};
 pub use raw_form::{NoRawForm, RawForm};
 pub use recorded::Recorded;
 
@@ -186,6 +202,14 @@ pub enum CaptureError {
         flaw: BagFlaw,
         /// The bag.
         path: std::path::PathBuf,
+    },
+    /// The code that reads the source panicked.
+    #[error("the reader of {name} gave up ({reason})")]
+    GaveUp {
+        /// Message of the panic.
+        reason: String,
+        /// The source.
+        name: String,
     },
     /// A folder without a picture.
     #[error("there is no PNG or JPEG picture in {path:?}")]

@@ -22,7 +22,12 @@ const MEANINGS: [(&[&str], Fault, &str); 10] = [
     (&["moov atom not found"], Fault::ReaderFailed, "the file is incomplete"),
     (&["matches no streams"], Fault::ReaderFailed, "there is no video in it"),
     (
-        &["invalid data found", "unable to find a suitable", "could not find codec"],
+        &[
+            "not on whitelist",
+            "invalid data found",
+            "unable to find a suitable",
+            "could not find codec",
+        ],
         Fault::ReaderFailed,
         "not a video that ffmpeg can read",
     ),

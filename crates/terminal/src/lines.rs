@@ -1,6 +1,7 @@
 //! stdout for machines, stderr for people, and signals.
 
 use std::{
+    borrow::Cow,
     io::Write,
     sync::{
         Arc, Mutex, PoisonError,
@@ -14,15 +15,37 @@ use indicatif::ProgressBar;
 use serde_json::{Value, json};
 
 use boresight_app::{Announcer, Lines};
+use boresight_capture::{end_programs, stop_opening};
 use boresight_present::text;
 
 /// Writes a line to stdout. A closed reader such as `head` is no failure: the exit code still
-/// follows from the command's result.
+/// follows from the command's result. Commands to a terminal, in names from files and devices, are
+/// left out, or escaped in JSON.
 pub fn print(line: &str) -> anyhow::Result<()> {
-    match writeln!(std::io::stdout(), "{line}") {
+    match writeln!(std::io::stdout(), "{}", harmless(line)) {
         Err(err) if err.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => written.context("could not write to stdout"),
     }
+}
+
+/// `text` without commands to a terminal. In JSON, where such characters stand in strings only, they
+/// are escaped, so programs read the same.
+pub fn harmless(text: &str) -> Cow<'_, str> {
+    let is_shown = |c: char| text::camera::is_harmless(c) || matches!(c, '\n' | '\t');
+    if text.chars().all(is_shown) {
+        return text.into();
+    }
+    let is_json = text.starts_with(['{', '[']);
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        if is_shown(c) {
+            shown.push(c);
+        } else if is_json {
+            // All of them are below U+10000.
+            shown += &format!("\\u{:04x}", u32::from(c));
+        }
+    }
+    shown.into()
 }
 
 /// True if a program reads stderr: every line is then a JSON object.
@@ -59,15 +82,13 @@ pub fn log_to(reader: Option<Lines>) {
     *READER.lock().unwrap_or_else(PoisonError::into_inner) = reader;
 }
 
-/// Writes a line to stderr; without a reader the work continues. Escapes terminal commands in names
-/// from files and devices.
+/// Writes a line to stderr; without a reader the work continues. Leaves out commands to a terminal.
 pub fn say(line: &str) {
     log("message", || json!({ "text": line.trim() }));
     if is_json() {
         return;
     }
-    let is_shown = |c: &char| text::camera::is_harmless(*c) || *c == '\n';
-    let line: String = line.chars().filter(is_shown).collect();
+    let line = harmless(line);
     let write = || {
         let _ = writeln!(std::io::stderr(), "{line}");
     };
@@ -103,7 +124,7 @@ const LOOK: Duration = Duration::from_millis(50);
 const INTERRUPTED: i32 = 130;
 
 /// Flag set by Ctrl-C, a polite kill and the closing of the terminal. A second Ctrl-C or kill ends
-/// the program at once, even if hanging.
+/// the program at once, even if hanging. To be called before a source is opened.
 pub fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
@@ -119,6 +140,7 @@ pub fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
         while !first.load(Ordering::Relaxed) {
             std::thread::sleep(LOOK);
         }
+        stop_opening();
         std::thread::sleep(ONE_REQUEST);
         again.store(false, Ordering::Relaxed);
         while !again.load(Ordering::Relaxed) {
@@ -134,6 +156,7 @@ pub fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
         while said.as_ref().is_ok_and(|said| !said.is_finished()) && began.elapsed() < ONE_REQUEST {
             std::thread::sleep(LOOK);
         }
+        end_programs();
         std::process::exit(INTERRUPTED);
     })?;
     Ok(stop)
@@ -142,4 +165,19 @@ pub fn stop_flag() -> anyhow::Result<Arc<AtomicBool>> {
 /// Prints every sentence on stderr.
 pub fn announcer() -> Announcer {
     Announcer::new(say)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_files_command_no_terminal_and_json_reads_the_same() {
+        assert_eq!(harmless("a\u{1b}[2J\u{9b}b\u{202e}\tc\nd é"), "a[2Jb\tc\nd é");
+        let line = json!({ "name": "a\u{1b}\u{9b}\u{202e}\u{2028}é" });
+        let text = line.to_string();
+        let shown = harmless(&text);
+        assert!(!shown.contains(['\u{1b}', '\u{9b}', '\u{202e}', '\u{2028}']), "{shown}");
+        assert_eq!(serde_json::from_str::<Value>(&shown).expect("JSON"), line);
+    }
 }

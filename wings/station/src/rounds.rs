@@ -15,7 +15,7 @@ use super::{
     times::now_secs,
 };
 use boresight_app::{Announcer, explain};
-use boresight_geometry::frame::ImageSize;
+use boresight_geometry::{frame::ImageSize, panic_message::caught};
 use boresight_watch::NoAnswer;
 
 /// Time between two checks for a due camera or a request to stop.
@@ -184,7 +184,9 @@ pub fn run(
                 thread::sleep(LOOK);
                 continue;
             };
-            let looked = round.look(stop, hear, announcer);
+            // The end of one source ends no other.
+            let looked = caught(|| round.look(stop, hear, announcer))
+                .unwrap_or_else(|panic| Err(anyhow::anyhow!("the program failed ({panic})")));
             let is_over = is_once
                 || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
             match looked {

@@ -79,6 +79,8 @@ pub struct FinishedRun {
     pub path: PathBuf,
     truth: Option<TruthLog>,
     first_frame: u64,
+    /// Number of pictures that nobody looked at, since newer ones had come.
+    unseen: u64,
 }
 
 /// A finished session, with the result on disk.
@@ -244,7 +246,9 @@ impl RunContext {
         finished: Result<Finished, PipelineError>,
     ) -> anyhow::Result<FinishedRun> {
         let Self { path, truth, first_frame } = self;
-        Ok(FinishedRun { session: finished?.session, path, truth, first_frame })
+        let Finished { session, frames_replaced } = finished?;
+        let unseen = frames_replaced + session.camera().dropped;
+        Ok(FinishedRun { session, path, truth, first_frame, unseen })
     }
 }
 
@@ -256,9 +260,12 @@ impl FinishedRun {
     /// If the result, or finally a simulation's truth, can't be written. An unwritable report or
     /// comparison is announced.
     pub fn conclude(self, announcer: &Announcer) -> anyhow::Result<Concluded> {
-        let Self { session, path, truth, first_frame } = self;
+        let Self { session, path, truth, first_frame, unseen } = self;
         let header = SessionFolder::header(&path)?;
         let Conclusion { exit, result } = conclude(&session, &header, announcer);
+        if session.accepted().is_empty() && unseen > 0 {
+            announcer.say(&text::session_news::unseen(unseen));
+        }
         if !session.failures().is_empty() {
             announcer.say(&text::views_are_safe(&path));
         }

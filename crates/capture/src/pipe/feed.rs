@@ -2,20 +2,20 @@
 
 use std::{
     io::{IsTerminal, Read, Stdin, stdin},
-    os::{
-        fd::{AsFd, BorrowedFd},
-        unix::process::{CommandExt, ExitStatusExt},
-    },
-    process::{Child, ChildStderr, Command, ExitStatus, Stdio},
+    os::fd::{AsFd, BorrowedFd},
+    process::{ChildStderr, Command, Stdio},
     time::{Duration, Instant},
 };
 
-use crate::stream_report::Loss;
+use crate::{
+    programs::{Program, timespec},
+    stream_report::Loss,
+};
 use boresight_geometry::device::Fault;
 use rustix::{
     event::{PollFd, PollFlags, Timespec, poll},
     fs::{FileType, fstat},
-    process::{Pid, Signal, kill_process_group},
+    process::WaitIdStatus,
 };
 
 /// Bytes read at once.
@@ -23,9 +23,6 @@ const CHUNK: usize = 1 << 18;
 /// Bytes kept of the command's last messages, and letters shown.
 const MESSAGES_KEPT: usize = 4096;
 const LETTERS_SHOWN: usize = 160;
-/// Time for a command to end after its output ended, or after a request.
-const ENDING: Duration = Duration::from_secs(1);
-const ENDING_LOOK: Duration = Duration::from_millis(10);
 
 /// An open pipe.
 pub(super) enum Feed {
@@ -40,9 +37,9 @@ pub(super) enum Got {
     End,
 }
 
-/// A running command; ended on drop, with all its children.
+/// A running command.
 pub(super) struct Running {
-    child: Child,
+    program: Program,
     err: Option<ChildStderr>,
     /// The last messages.
     kept: Vec<u8>,
@@ -51,22 +48,22 @@ pub(super) struct Running {
 impl Feed {
     /// Starts the command `words`, without a shell.
     pub(super) fn start(words: &[String]) -> Result<Self, Loss> {
-        let Some((program, arguments)) = words.split_first() else {
+        let Some((name, arguments)) = words.split_first() else {
             return Err((Fault::NoCommand, "nothing follows pipe:".into()));
         };
-        let mut command = Command::new(program);
-        command.args(arguments).process_group(0);
+        let mut command = Command::new(name);
+        command.args(arguments);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().map_err(|err| {
+        let mut program = Program::start(command, true).map_err(|err| {
             let why = match err.kind() {
                 std::io::ErrorKind::NotFound => "not found".into(),
                 std::io::ErrorKind::PermissionDenied => "not executable".into(),
                 _ => err.to_string(),
             };
-            (Fault::NoCommand, format!("{program}: {why}"))
+            (Fault::NoCommand, format!("{name}: {why}"))
         })?;
-        let err = child.stderr.take();
-        Ok(Self::Command(Running { child, err, kept: Vec::new() }))
+        let err = program.child.stderr.take();
+        Ok(Self::Command(Running { program, err, kept: Vec::new() }))
     }
 
     /// Standard input, and true if it's a file, which can wait.
@@ -107,7 +104,7 @@ impl Feed {
 
     fn output(&self) -> Option<BorrowedFd<'_>> {
         match self {
-            Self::Command(running) => running.child.stdout.as_ref().map(AsFd::as_fd),
+            Self::Command(running) => running.program.child.stdout.as_ref().map(AsFd::as_fd),
             // Without the standard library's buffer, which would hide bytes from `poll`.
             Self::Stdin(input) => Some(input.as_fd()),
         }
@@ -175,59 +172,19 @@ impl Running {
     }
 
     fn failure(&mut self) -> Option<String> {
-        match self.wait() {
-            Some(status) if status.success() => None,
-            Some(status) => Some(ended(status)),
+        match self.program.wait() {
+            Some(status) if status.exit_status() == Some(0) => None,
+            Some(status) => Some(ended(&status)),
             // It has closed its output and continues.
             None => Some("its output ended".into()),
         }
     }
-
-    /// Waits a moment for the command to end.
-    fn wait(&mut self) -> Option<ExitStatus> {
-        let until = Instant::now() + ENDING;
-        loop {
-            match self.child.try_wait() {
-                Ok(Some(status)) => return Some(status),
-                Ok(None) if Instant::now() < until => {
-                    poll(&mut [], Some(&timespec(ENDING_LOOK))).ok();
-                }
-                Ok(None) | Err(_) => return None,
-            }
-        }
-    }
 }
 
-fn ended(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
+fn ended(status: &WaitIdStatus) -> String {
+    match (status.exit_status(), status.terminating_signal()) {
         (Some(code), _) => format!("exit status {code}"),
         (None, Some(signal)) => format!("ended by signal {signal}"),
         (None, None) => "it ended".into(),
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        // No reader any more: a writing command ends on its own.
-        drop(self.child.stdout.take());
-        if let Ok(Some(_)) = self.child.try_wait() {
-            return;
-        }
-        // The whole group, in case of a shell; a request first, so it can let go of the camera.
-        let group = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
-        let signal = |signal| group.map(|group| kill_process_group(group, signal).ok());
-        signal(Signal::TERM);
-        if self.wait().is_none() {
-            signal(Signal::KILL);
-            self.child.kill().ok();
-            self.child.wait().ok();
-        }
-    }
-}
-
-pub(super) fn timespec(wait: Duration) -> Timespec {
-    Timespec {
-        tv_sec: wait.as_secs().try_into().unwrap_or(i64::MAX),
-        tv_nsec: wait.subsec_nanos().into(),
     }
 }

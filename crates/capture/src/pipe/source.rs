@@ -2,7 +2,8 @@
 //!
 //! A command counts as a live camera: its newest picture is worth more than an old one, it's lost
 //! if it fails or falls silent, and it's restarted until it's back. A command ending with status 0
-//! has sent all its pictures. A file at standard input waits for the consumer; another program
+//! has sent all its pictures. A command far faster than the rate that its stream states plays a
+//! stored stream, and is read at that rate. A file at standard input waits for the consumer; another program
 //! there is a live camera that can't be restarted.
 
 use std::time::{Duration, Instant};
@@ -12,11 +13,12 @@ use rustix::event::poll;
 
 use super::{
     cutter::{Cut, Cutter, Packed},
-    feed::{Feed, Got, timespec},
+    feed::{Feed, Got},
 };
 use crate::{
     Arrival, CaptureError, Decompressor, FrameSource, RawForm, SourceIdentity,
     address::{addresses_without_secrets, without_secrets},
+    programs::{LOOK, is_ending, timespec},
     stream_report::{Loss, START_PATIENCE, STEADY_PATIENCE, StreamReport},
 };
 use boresight_geometry::{
@@ -29,6 +31,12 @@ const REST: Duration = Duration::from_millis(5);
 /// Shortest and longest pause before restarting a lost command.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
+/// Lead over the stated rate, from which a command plays a stored stream: cameras send a few pictures
+/// at once when they start.
+const LEAD: Duration = Duration::from_millis(300);
+/// Longest interval in seconds that is believed: some programs state one picture per second of every
+/// camera.
+const SLOWEST: f64 = 0.2;
 /// Default interval of a file's pictures, in nanoseconds.
 const USUAL_NANOS: u64 = 33_333_333;
 
@@ -193,6 +201,10 @@ struct Run {
     count: u64,
     /// Numbers of replaced and of torn pictures, not yet counted by the source.
     counts: (u64, u64),
+    /// Time of the first picture.
+    began: Option<Instant>,
+    /// True for a stored stream, played faster than recorded.
+    is_stored: bool,
 }
 
 enum Next {
@@ -204,7 +216,27 @@ enum Next {
 
 impl Run {
     fn new(feed: Feed, raw: Option<&RawForm>) -> Self {
-        Self { feed, cutter: Cutter::new(raw), ended: false, count: 0, counts: (0, 0) }
+        Self {
+            feed,
+            cutter: Cutter::new(raw),
+            ended: false,
+            count: 0,
+            counts: (0, 0),
+            began: None,
+            is_stored: false,
+        }
+    }
+
+    /// Time until the next picture is due by the stated rate; none unless the stream is stored.
+    fn lead(&mut self) -> Duration {
+        let interval = self.cutter.interval_secs().map(|(n, d)| f64::from(n) / f64::from(d));
+        let interval = interval.filter(|secs| *secs <= SLOWEST);
+        let (Some(secs), Some(began)) = (interval, self.began) else { return Duration::ZERO };
+        let due = Duration::try_from_secs_f64(secs * self.count as f64).unwrap_or_default();
+        let since = began.elapsed();
+        let lead = due.saturating_sub(since);
+        self.is_stored |= lead > LEAD && due > 2 * since;
+        if self.is_stored { lead } else { Duration::ZERO }
     }
 
     /// The first whole picture, and the layout.
@@ -217,7 +249,8 @@ impl Run {
         let mut flaw = None;
         loop {
             let left = until.saturating_duration_since(Instant::now());
-            match self.next(left, newest) {
+            match self.next(left.min(LOOK), newest) {
+                _ if is_ending() => return Err((Fault::NoPictures, STOPPED.into())),
                 Ok(Next::Picture(packed)) => match packed.unpack(decompressor) {
                     Ok(image) => {
                         let layout = packed
@@ -252,6 +285,13 @@ impl Run {
     /// Waits at most `patience` for a picture; for the newest available if `newest`.
     fn next(&mut self, patience: Duration, newest: bool) -> std::io::Result<Next> {
         let until = Instant::now() + patience;
+        let lead = if newest { self.lead() } else { Duration::ZERO };
+        if !lead.is_zero() {
+            poll(&mut [], Some(&timespec(lead.min(patience)))).ok();
+            if lead > patience {
+                return Ok(Next::Nothing);
+            }
+        }
         let mut picture: Option<Packed> = None;
         let mut rests = false;
         loop {
@@ -264,7 +304,12 @@ impl Run {
             match cut {
                 Cut::Picture(next) => {
                     self.count += 1;
+                    self.began.get_or_insert_with(Instant::now);
                     self.counts.0 += u64::from(picture.replace(next).is_some());
+                    if newest && !self.lead().is_zero() {
+                        // The program waits, and the picture isn't replaced.
+                        return Ok(picture.map_or(Next::Nothing, Next::Picture));
+                    }
                     continue;
                 }
                 Cut::Torn => {
@@ -308,6 +353,8 @@ impl Run {
 
 /// Detail of a command with a good end, but without pictures.
 const NO_PICTURE: &str = "without a picture";
+/// Detail if the program was asked to end before the first picture.
+const STOPPED: &str = "stopped before the first one";
 /// Detail if every picture was refused.
 const DAMAGED: &str = "every picture is damaged, or in a kind of JPEG that no camera sends";
 

@@ -224,6 +224,21 @@ fn pictures_of_a_command_arrive_and_its_end_is_an_end() {
     assert!(seen.iter().any(unwatched), "nobody locks this camera");
 }
 
+/// `cat` sends a second of pictures at once: they're seen at the rate of their header.
+#[test]
+fn a_stored_stream_is_read_at_its_rate() {
+    let place = tempfile::tempdir().expect("a folder");
+    let sent: Vec<GrayImage> = (0..60).map(|number| picture(number, 64, 48)).collect();
+    fs::write(place.path().join("a.y4m"), y4m(&sent)).expect("written");
+    let name = format!("pipe:cat {}", place.path().join("a.y4m").display());
+    let began = std::time::Instant::now();
+    let mut source = Pipe::open(&name, None).expect("opens");
+    let (seen, error) = until(&mut source, place.path(), |_| false);
+    let count = frames(&seen).len();
+    assert!(error.is_none() && count >= 45, "{count} of 60: {error:?}");
+    assert!(began.elapsed() > Duration::from_millis(1500), "{:?}", began.elapsed());
+}
+
 #[test]
 fn what_cannot_be_opened_says_why() {
     let place = tempfile::tempdir().expect("a folder");
@@ -336,6 +351,34 @@ esac",
     assert!(frames(&seen).iter().all(|frame| frame.image.dimensions() == (64, 48)));
 }
 
+/// True while the process with the number in `file` runs.
+fn runs(place: &Path, file: &str) -> bool {
+    let pid = fs::read_to_string(place.join(file)).expect("it has run");
+    let state = fs::read_to_string(format!("/proc/{}/stat", pid.trim())).unwrap_or_default();
+    !state.is_empty() && !state.contains(") Z ")
+}
+
+#[test]
+fn what_a_command_leaves_behind_ends_with_the_source() {
+    let place = tempfile::tempdir().expect("a folder");
+    fs::write(place.path().join("a.y4m"), y4m(&[picture(0, 64, 48)])).expect("written");
+    // The child ignores the request; the command ends, by itself or when asked.
+    let deaf = "sh -c 'trap \"\" TERM; echo $$ > '$D'/child; while :; do sleep 1; done' > /dev/null 2>&1 &";
+    for rest in ["cat $D/a.y4m; exit 0", "cat $D/a.y4m; exec sleep 1000"] {
+        let wait = "until [ -s $D/child ]; do sleep 0.01; done";
+        let name = script(place.path(), &format!("{deaf}\n{wait}\n{rest}"));
+        let mut source = Pipe::open(&name, None).expect("opens");
+        let _ = until(&mut source, place.path(), |arrival| matches!(arrival, Arrival::Frame(_)));
+        assert!(runs(place.path(), "child"), "{rest}");
+        drop(source);
+        // The system takes its time to end it.
+        while runs(place.path(), "child") {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        fs::remove_file(place.path().join("child")).expect("there");
+    }
+}
+
 #[test]
 fn the_command_and_what_it_started_end_with_the_source() {
     let place = tempfile::tempdir().expect("a folder");
@@ -345,11 +388,7 @@ fn the_command_and_what_it_started_end_with_the_source() {
         "sleep 1000 & echo $! > $D/child; echo $$ > $D/own; cat $D/a.y4m; wait",
     );
     let source = Pipe::open(&name, None).expect("opens");
-    let runs = |file: &str| {
-        let pid = fs::read_to_string(place.path().join(file)).expect("it has run");
-        let state = fs::read_to_string(format!("/proc/{}/stat", pid.trim())).unwrap_or_default();
-        !state.is_empty() && !state.contains(") Z ")
-    };
+    let runs = |file| runs(place.path(), file);
     assert!(runs("own") && runs("child"));
     drop(source);
     assert!(!runs("own"));

@@ -280,7 +280,7 @@ pub fn printable(text: &str) -> String {
 /// False for control characters and for characters that change the direction of writing.
 pub fn is_harmless(c: char) -> bool {
     !c.is_control()
-        && !matches!(c, '\u{200E}' | '\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+        && !matches!(c, '\u{061C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
 /// `word` capitalised, as at the start of a line.

@@ -46,6 +46,13 @@ pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
     Some(format!("{} From now on, {goals}.", why_coarse(noise_px, snapshot.moved_px)))
 }
 
+/// Reason for a session without views, if pictures came faster than anybody could look.
+pub fn unseen(count: u64) -> String {
+    format!(
+        "{count} pictures came too fast to be looked at. Send them slower, or record them to a file first."
+    )
+}
+
 /// End of a session, with every goal that was missed: "Stopped: …. The principal point is known to
 /// 0.94 px; the goal is 0.50 px".
 pub fn ending(session: &Session) -> String {

@@ -6,7 +6,7 @@ use telegenic::gige::discovery::{
     DiscoveredDevice, DiscoveryConfig, NetworkAdapter, discover, enumerate_adapters, is_reachable,
 };
 
-use boresight_capture::v4l2::kernel::{Errno, Node};
+use boresight_capture::v4l2::kernel::Node;
 
 /// Time for answers. Cameras answer at once; the standard lets a crowd of them take turns for a
 /// second.
@@ -95,6 +95,3 @@ pub(super) fn is_called(node: &Node, name: &str) -> bool {
     let same = |own: &PathBuf| own.to_string_lossy().eq_ignore_ascii_case(name);
     same(&node.path) || node.links.iter().any(same)
 }
-
-/// The system's number for an unreachable camera.
-pub(super) const UNREACHABLE: Errno = Errno(libc::EHOSTUNREACH);

@@ -54,17 +54,16 @@ fn automatics_of(id: u32) -> &'static [&'static str] {
     }
 }
 
-/// The system's number for an error.
+/// The system's number for an error: of none of them is a USB cable the cause.
 pub(super) fn errno(err: &GenicamError) -> Errno {
     Errno(match err {
         GenicamError::Camera(err) => match err {
             CameraError::ControlDenied => libc::EBUSY,
             CameraError::Disconnected | CameraError::ControlLost => libc::ENODEV,
-            CameraError::ConnectTimeout => libc::EHOSTUNREACH,
-            CameraError::Timeout => libc::ETIMEDOUT,
-            CameraError::Io(err) => err.raw_os_error().unwrap_or(libc::EIO),
-            CameraError::Nak { .. } => libc::EREMOTEIO,
-            _ => libc::EIO,
+            CameraError::ConnectTimeout | CameraError::Timeout | CameraError::Io(_) => {
+                libc::EHOSTUNREACH
+            }
+            _ => libc::EINVAL,
         },
         _ => libc::EINVAL,
     })

@@ -9,7 +9,7 @@ use telegenic::{
 
 use super::{
     device::{Chosen, Device, Stream},
-    discovery::{self, UNREACHABLE},
+    discovery,
     features::{self, Exact, errno},
 };
 use boresight_capture::v4l2::{
@@ -87,7 +87,6 @@ impl Network {
         for _ in 0..tries {
             match camera.connect().map_err(|err| errno(&err)) {
                 Err(Errno(libc::EBUSY)) => self.system.pause(BUSY_PAUSE),
-                Err(Errno(libc::ETIMEDOUT)) => return Err(UNREACHABLE),
                 Err(other) => return Err(other),
                 Ok(()) => return Ok(camera),
             }

@@ -2,7 +2,7 @@
 
 use std::{fmt, sync::Arc};
 
-use boresight_capture::{CaptureError, FrameSource};
+use boresight_capture::{CaptureError, FrameSource, guarded};
 use boresight_geometry::device::{Control, Fault, Wanted};
 use boresight_present::text::camera as words;
 
@@ -158,7 +158,7 @@ impl ChosenCamera {
     ///
     /// [`CaptureError::Camera`] with the fault.
     pub fn open(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        Ok((self.opens)(Purpose::Session)?)
+        self.open_for(Purpose::Session)
     }
 
     /// Starts streaming without setting any control, for a preview.
@@ -167,7 +167,11 @@ impl ChosenCamera {
     ///
     /// As [`Self::open`].
     pub fn preview(&self) -> anyhow::Result<Box<dyn FrameSource>> {
-        Ok((self.opens)(Purpose::Preview)?)
+        self.open_for(Purpose::Preview)
+    }
+
+    fn open_for(&self, purpose: Purpose) -> anyhow::Result<Box<dyn FrameSource>> {
+        Ok(guarded(&self.source, || (self.opens)(purpose))?)
     }
 }
 

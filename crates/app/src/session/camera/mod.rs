@@ -27,12 +27,16 @@ pub use backend::{Backend, ChosenCamera, Devices, Driver, Near, NearCamera, Purp
 pub(crate) use ros2::built::domain as ros2_domain;
 
 use crate::Announcer;
-use boresight_capture::is_command;
+use boresight_capture::{CaptureError, is_command};
+use boresight_geometry::panic_message::caught;
 use boresight_run::config::{self, Config};
 
 /// All known backends, the default first.
 pub const BACKENDS: [Backend; 5] =
     [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, ros2::BACKEND, nokhwa::BACKEND];
+
+/// Most cameras listed for a choice.
+const LISTED: usize = 20;
 
 impl Backend {
     /// Requested backend; `None` for `auto`.
@@ -78,7 +82,8 @@ pub fn is_name(name: &str) -> bool {
 pub fn near(asked: &config::Backend) -> Near {
     let mut all = Near::default();
     for driver in drivers(asked).unwrap_or_default() {
-        let Near { cameras, unusable } = (driver.near)();
+        // Answers of cameras are read by third-party code.
+        let Near { cameras, unusable } = caught(driver.near).unwrap_or_default();
         all.cameras.extend(cameras);
         all.unusable.extend(unusable);
     }
@@ -89,14 +94,14 @@ pub fn near(asked: &config::Backend) -> Near {
 /// or the camera are unknown.
 pub fn modes(name: &str) -> Vec<String> {
     let driver = backends().find(|backend| backend.knows(name)).and_then(|it| it.driver.ok());
-    driver.map_or(Vec::new(), |driver| (driver.modes)(name))
+    driver.and_then(|it| caught(|| (it.modes)(name)).ok()).unwrap_or_default()
 }
 
 /// Describes the connected cameras of every backend.
 pub fn devices() -> Devices {
     let mut all = Devices::default();
     for driver in drivers(&config::Backend::default()).unwrap_or_default() {
-        let Devices { cameras, others } = (driver.devices)();
+        let Devices { cameras, others } = caught(driver.devices).unwrap_or_default();
         all.cameras.extend(cameras);
         all.others.extend(others);
     }
@@ -124,7 +129,9 @@ impl ChosenCamera {
             return pipe::chosen(name, config.camera.raw_form()?);
         }
         // The settings validate the mode.
-        (driver.find)(name, &config.camera.wanted().unwrap_or_default())
+        let wanted = config.camera.wanted().unwrap_or_default();
+        caught(|| (driver.find)(name, &wanted))
+            .map_err(|reason| CaptureError::GaveUp { reason, name: name.into() })?
     }
 
     /// Finds the only camera neither virtual nor infrared; `None` if there is none. Announces its
@@ -151,7 +158,11 @@ impl ChosenCamera {
             }
             several => {
                 let line = |camera: &NearCamera| format!("  {}  {}", camera.source, camera.name);
-                let lines: Vec<String> = several.iter().map(line).collect();
+                // On a network, anybody may answer.
+                let mut lines: Vec<String> = several.iter().take(LISTED).map(line).collect();
+                if several.len() > LISTED {
+                    lines.push(format!("  and {} more: boresight devices", several.len() - LISTED));
+                }
                 bail!("there are several cameras; say which with --source:\n{}", lines.join("\n"))
             }
         }
