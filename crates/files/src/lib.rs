@@ -41,6 +41,7 @@ mod private;
 mod read;
 mod save;
 mod scratch;
+mod unnamed;
 
 pub use append::Appending;
 #[cfg(feature = "disk-log")]
@@ -56,3 +57,4 @@ pub use private::read_or_make_private;
 pub use read::{LineReader, Links, TEXT_LIMIT, open, read, read_text};
 pub use save::{FileStream, Overwrite, copy, may_save, remove, save, save_streamed};
 pub use scratch::Scratch;
+pub use unnamed::Unnamed;

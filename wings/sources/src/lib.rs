@@ -23,5 +23,5 @@ pub mod ros2;
 mod ros_image;
 
 #[cfg(feature = "bags")]
-pub use bag::{Bag, CopiedBag, NotCopied, copy_with};
+pub use bag::{CopiedBag, NotCopied, copy_with, open_bag};
 pub use ros_image::{RosHeader, RosImageType, RosImages};

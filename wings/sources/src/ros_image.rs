@@ -116,13 +116,24 @@ fn image(message: &[u8]) -> Result<(RosHeader<'_>, GrayImage), RosFlaw> {
         ))
     })();
     let (header, size, encoding, higher_first, step, data) = parts.ok_or(RosFlaw::Message)?;
+    Ok((header, unpacked(encoding, higher_first, size, step, data)?))
+}
+
+/// Brightness of the pixels in `data`, in ROS's `encoding`, with rows of `step` bytes.
+pub(super) fn unpacked(
+    encoding: &str,
+    higher_first: bool,
+    size: ImageSize,
+    step: u32,
+    data: &[u8],
+) -> Result<GrayImage, RosFlaw> {
     let unknown = || RosFlaw::Encoding(encoding.chars().take(40).collect());
     let pixels = Pixels::named(encoding).ok_or_else(unknown)?;
     let pixels = if higher_first { pixels.higher_byte_first() } else { pixels };
     if size.width_px.max(size.height_px) > PICTURE_LIMIT_PX {
         return Err(RosFlaw::Message);
     }
-    Ok((header, pixels.unpack(data, size, step as usize)?))
+    Ok(pixels.unpack(data, size, step as usize)?)
 }
 
 /// Bytes in the Common Data Representation: numbers are aligned to multiples of their size.
@@ -154,13 +165,13 @@ impl<'a> Cdr<'a> {
         self.take(1).map(|byte| byte[0])
     }
 
-    fn whole(&mut self) -> Option<u32> {
+    pub(super) fn whole(&mut self) -> Option<u32> {
         self.at = self.at.next_multiple_of(4);
         let bytes = *self.take(4)?.first_chunk()?;
         Some(if self.higher_first { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
-    fn bytes(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn bytes(&mut self) -> Option<&'a [u8]> {
         let count = self.whole()?;
         self.take(count as usize)
     }
@@ -171,7 +182,7 @@ impl<'a> Cdr<'a> {
         std::str::from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes)).ok()
     }
 
-    fn header(&mut self) -> Option<RosHeader<'a>> {
+    pub(super) fn header(&mut self) -> Option<RosHeader<'a>> {
         let (secs, nanos, frame_id) = (self.whole()?, self.whole()?, self.text()?);
         // Seconds are signed; no camera's time is before 1970.
         let secs = u64::try_from(secs.cast_signed()).ok()?;

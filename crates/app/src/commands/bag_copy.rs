@@ -31,13 +31,12 @@ impl BagCopy {
     /// can't be written.
     #[cfg(feature = "bags")]
     pub fn write(&self, input: &Path, announcer: &Announcer) -> anyhow::Result<bool> {
-        use boresight_capture::FrameSource;
         use boresight_formats::export::RosCameraInfo;
-        use boresight_sources::{Bag, NotCopied, copy_with};
+        use boresight_sources::{NotCopied, copy_with, open_bag};
 
         let (camera, untrustworthy) = crate::session::export::result_of(input, announcer)?;
         let topic = self.topic.as_deref();
-        let size = Bag::open(&self.from, topic)?.identity().image_size.context("no picture")?;
+        let size = open_bag(&self.from, topic)?.identity().image_size.context("no picture")?;
         if size != camera.image_size {
             bail!(
                 "the calibration is for {} pixels, and the bag's pictures have {size}",

@@ -32,7 +32,7 @@ use boresight_run::{
 };
 use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
 #[cfg(feature = "bags")]
-use boresight_sources::Bag;
+use boresight_sources::open_bag;
 
 /// Default limit of a simulated camera's frames: ten minutes at 30 per second.
 const SIMULATED_FRAMES: u64 = 18_000;
@@ -185,7 +185,7 @@ impl SourceName {
             #[cfg(not(all(unix, feature = "live")))]
             Self::Video(name) => unreadable(name)?,
             #[cfg(feature = "bags")]
-            Self::Bag(path, topic) => Box::new(Bag::open(path, topic.as_deref())?),
+            Self::Bag(path, topic) => open_bag(path, topic.as_deref())?,
             #[cfg(not(feature = "bags"))]
             Self::Bag(..) => bail!(MissingFeature::BAGS),
             Self::Session(path) => open_session(path)?,

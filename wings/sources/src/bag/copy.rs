@@ -21,6 +21,7 @@ use super::{
 use crate::RosHeader;
 use boresight_capture::{BagFlaw, CaptureError, bag_files};
 use boresight_files::FileError;
+use boresight_geometry::panic_message::caught;
 
 const TYPE: &str = "sensor_msgs/msg/CameraInfo";
 /// Definition of the type, as kept in bags.
@@ -61,6 +62,18 @@ pub fn copy_with(
     topic: Option<&str>,
     info: &mut dyn FnMut(RosHeader<'_>) -> Vec<u8>,
 ) -> Result<CopiedBag, NotCopied> {
+    caught(|| copy(from, to, topic, info)).unwrap_or_else(|reason| {
+        let name = from.display().to_string();
+        Err(NotCopied::Bag(CaptureError::GaveUp { reason, name }))
+    })
+}
+
+fn copy(
+    from: &Path,
+    to: &Path,
+    topic: Option<&str>,
+    info: &mut dyn FnMut(RosHeader<'_>) -> Vec<u8>,
+) -> Result<CopiedBag, NotCopied> {
     let failed = |flaw| NotCopied::Bag(CaptureError::Bag { flaw, path: from.into() });
     let unreadable = |how| failed(BagFlaw::Unreadable(how));
     let unread = |source| NotCopied::Bag(CaptureError::Read { source, path: from.into() });
@@ -79,7 +92,10 @@ pub fn copy_with(
     if packed {
         return Err(unreadable("it's packed as a whole: unpack it with zstd -d".into()));
     }
-    let (images, _) = chosen(&files, topic).map_err(failed)?;
+    let (images, kind) = chosen(&files, topic).map_err(failed)?;
+    if !kind.is_of_ros() {
+        return Err(unreadable("its pictures are none of ROS 2, so need no CameraInfo".into()));
+    }
     let own = topic_beside(&images);
     let folder = to.parent().filter(|folder| !folder.as_os_str().is_empty());
     let place = tempfile::tempdir_in(folder.unwrap_or(Path::new("."))).map_err(unwritten)?;

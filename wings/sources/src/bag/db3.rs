@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use rusqlite::{Connection, OpenFlags, OptionalExtension};
-use tempfile::TempPath;
+use rusqlite::{Connection, OpenFlags, OptionalExtension, limits::Limit};
 
-use super::message::{Message, Topic};
+use super::{
+    files::MESSAGE_LIMIT,
+    message::{Message, Topic},
+};
 
 /// A database.
 pub(super) struct Db3 {
@@ -13,12 +15,10 @@ pub(super) struct Db3 {
     topic: i64,
     /// Row of the newest message.
     last: i64,
-    /// Keeps an unpacked file.
-    _unpacked: Option<TempPath>,
 }
 
 impl Db3 {
-    pub(super) fn open(path: &Path, unpacked: Option<TempPath>) -> Result<Self, String> {
+    pub(super) fn open(path: &Path) -> Result<Self, String> {
         let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let usual = Connection::open_with_flags(path, flags).and_then(usable);
         // With another program's unfinished write beside the file, and no permission to write: read
@@ -28,7 +28,7 @@ impl Db3 {
             Connection::open_with_flags(unchanging(path), flags).and_then(usable)
         });
         let db = db.map_err(|err| words(&err))?;
-        Ok(Self { db, topic: 0, last: i64::MIN, _unpacked: unpacked })
+        Ok(Self { db, topic: 0, last: i64::MIN })
     }
 
     pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
@@ -70,8 +70,12 @@ impl Db3 {
 /// Lets SQLite read a file without its end, and checks if the file is readable.
 fn usable(db: Connection) -> rusqlite::Result<Connection> {
     db.pragma_update(None, "writable_schema", true)?;
-    db.query_row("SELECT count(*) FROM sqlite_schema", [], |_| Ok(()))?;
-    Ok(db)
+    db.set_limit(Limit::SQLITE_LIMIT_LENGTH, MESSAGE_LIMIT as i32)?;
+    // A view computes its rows, of any number and size.
+    const VIEWS: &str =
+        "SELECT count(*) FROM sqlite_schema WHERE type = 'view' AND name IN ('topics', 'messages')";
+    let views: i64 = db.query_row(VIEWS, [], |row| row.get(0))?;
+    if views > 0 { Err(rusqlite::Error::InvalidQuery) } else { Ok(db) }
 }
 
 /// Address of an immutable file.
@@ -91,6 +95,10 @@ pub(super) fn words(err: &rusqlite::Error) -> String {
     match err.sqlite_error_code() {
         Some(rusqlite::ErrorCode::DatabaseCorrupt) => "the file is cut off or damaged".into(),
         Some(rusqlite::ErrorCode::NotADatabase) => "it isn't a database".into(),
+        Some(rusqlite::ErrorCode::TooBig) => "a message is larger than any picture".into(),
+        _ if *err == rusqlite::Error::InvalidQuery => {
+            "its messages are computed, not stored".into()
+        }
         _ => err.to_string(),
     }
 }

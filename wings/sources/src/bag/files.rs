@@ -1,18 +1,16 @@
 //! The files of a bag.
 
 use std::{
-    io::{BufReader, Read},
+    io::{BufReader, Read, Write},
     path::Path,
 };
-
-use tempfile::TempPath;
 
 use super::{
     db3::Db3,
     mcap::Mcap,
     message::{Message, Topic},
 };
-use boresight_files::{FileError, Links, open};
+use boresight_files::{FileError, Links, Unnamed, open};
 
 const ZSTD: &[u8] = &[0x28, 0xB5, 0x2F, 0xFD];
 const SQLITE: &[u8] = b"SQLite format 3\0";
@@ -26,21 +24,27 @@ pub(super) enum Storage {
 impl Storage {
     /// Opens the file at `path` by its contents.
     pub(super) fn open(path: &Path) -> Result<Self, String> {
-        let words = |err: FileError| err.to_string();
+        let words = |err: FileError| match std::error::Error::source(&err) {
+            Some(cause) => format!("{err}: {cause}"),
+            None => err.to_string(),
+        };
         let (mut plain, mut unpacked) = (path.to_path_buf(), None);
         let mut start = start_of(path).map_err(words)?;
         if start.starts_with(ZSTD) {
-            let path = unpack(path).map_err(words)?;
-            start = start_of(&path).map_err(words)?;
-            plain = path.to_path_buf();
-            unpacked = Some(path);
+            let file = unpack(path).map_err(words)?;
+            plain = file.path();
+            start = start_of(&plain).map_err(words)?;
+            unpacked = Some(file);
         }
         if start == SQLITE {
             if let Some(whole) = whole_pages(&plain).map_err(words)? {
-                plain = whole.to_path_buf();
                 unpacked = Some(whole);
             }
-            return Db3::open(&plain, unpacked).map(Self::Db3);
+            return match unpacked {
+                Some(file) => file.opened(Db3::open).map_err(words)?,
+                None => Db3::open(&plain),
+            }
+            .map(Self::Db3);
         }
         Mcap::open(&plain, unpacked).map(|mcap| Self::Mcap(Box::new(mcap)))
     }
@@ -85,7 +89,7 @@ pub(super) fn plain_message(data: Vec<u8>) -> Vec<u8> {
 }
 
 /// Most bytes of a message.
-const MESSAGE_LIMIT: u64 = 1 << 29;
+pub(super) const MESSAGE_LIMIT: u64 = 1 << 28;
 
 /// True if the file at `path` is packed as a whole.
 pub(super) fn is_packed(path: &Path) -> Result<bool, FileError> {
@@ -102,7 +106,7 @@ fn start_of(path: &Path) -> Result<Vec<u8>, FileError> {
 
 /// A copy of the database at `path` without a page cut by the end, if any: SQLite would take zeros
 /// for the rest of the page, and so of a picture.
-fn whole_pages(path: &Path) -> Result<Option<TempPath>, FileError> {
+fn whole_pages(path: &Path) -> Result<Option<Unnamed>, FileError> {
     let reading = FileError::reading(path);
     let mut database = open(path, Links::Followed)?;
     let bytes = database.metadata().map_err(&reading)?.len();
@@ -118,26 +122,44 @@ fn whole_pages(path: &Path) -> Result<Option<TempPath>, FileError> {
     if bytes % page_bytes == 0 {
         return Ok(None);
     }
-    let mut whole = tempfile::NamedTempFile::new().map_err(&reading)?;
+    let mut whole = Unnamed::new()?;
     let copied = std::io::copy(
         &mut header.as_slice().chain(database).take(bytes / page_bytes * page_bytes),
-        &mut whole,
+        whole.file(),
     );
-    copied.map_err(&reading)?;
-    Ok(Some(whole.into_temp_path()))
+    copied.map_err(FileError::writing(&tempfile::env::temp_dir()))?;
+    Ok(Some(whole))
 }
 
 /// Unpacks the file at `path` into the system's temporary files, as far as whole.
-fn unpack(path: &Path) -> Result<TempPath, FileError> {
+fn unpack(path: &Path) -> Result<Unnamed, FileError> {
     let reading = FileError::reading(path);
-    let mut plain = tempfile::NamedTempFile::new().map_err(&reading)?;
-    let packed = BufReader::new(open(path, Links::Followed)?);
-    let mut decoder = zstd::Decoder::with_buffer(packed).map_err(&reading)?;
-    match std::io::copy(&mut decoder, &mut plain) {
-        Ok(_) => {}
-        // A broken tail: the loss shows in the file itself.
-        Err(err) if err.kind() == std::io::ErrorKind::UnexpectedEof => {}
-        Err(err) => return Err(reading(err)),
+    let packed = open(path, Links::Followed)?;
+    let limit_bytes = most_unpacked(packed.metadata().map_err(&reading)?.len());
+    let mut decoder =
+        zstd::Decoder::with_buffer(BufReader::new(packed)).map_err(&reading)?.take(limit_bytes + 1);
+    let mut plain = Unnamed::new()?;
+    let (mut piece, mut all) = (vec![0; 1 << 17], 0);
+    loop {
+        let count = match decoder.read(&mut piece) {
+            // A broken tail: the loss shows in the file itself.
+            Err(err) if err.kind() == std::io::ErrorKind::UnexpectedEof => 0,
+            read => read.map_err(&reading)?,
+        };
+        if count == 0 {
+            return Ok(plain);
+        }
+        all += count as u64;
+        if all > limit_bytes {
+            return Err(FileError::TooLarge { limit_bytes, path: path.into() });
+        }
+        // A full disk isn't the bag's fault.
+        let place = tempfile::env::temp_dir();
+        plain.file().write_all(&piece[..count]).map_err(FileError::writing(&place))?;
     }
-    Ok(plain.into_temp_path())
+}
+
+/// Most bytes that come of `packed_bytes`: far more than of any recording.
+pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
+    (64 << 20) + packed_bytes.saturating_mul(100)
 }

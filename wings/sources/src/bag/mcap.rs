@@ -14,13 +14,17 @@ use mcap::{
         summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
     },
 };
-use tempfile::TempPath;
 
-use super::message::{Message, Topic};
-use boresight_files::{Links, open};
+use super::{
+    files::{MESSAGE_LIMIT, most_unpacked},
+    message::{Message, Topic},
+};
+use boresight_files::{Links, Unnamed, open};
 
 /// Most bytes of a record, and of an unpacked chunk.
-const RECORD_LIMIT: usize = 1 << 29;
+const RECORD_LIMIT: usize = MESSAGE_LIMIT as usize;
+/// Most records of a file beyond one for each of its bytes.
+const MOST_RECORDS: u64 = 1_000_000;
 
 /// A file of MCAP.
 pub(super) struct Mcap {
@@ -36,11 +40,11 @@ pub(super) struct Mcap {
     /// True while reading a chunk cut by the file's end.
     reads_cut_chunk: bool,
     /// Keeps an unpacked file.
-    _unpacked: Option<TempPath>,
+    _unpacked: Option<Unnamed>,
 }
 
 impl Mcap {
-    pub(super) fn open(path: &Path, unpacked: Option<TempPath>) -> Result<Self, String> {
+    pub(super) fn open(path: &Path, unpacked: Option<Unnamed>) -> Result<Self, String> {
         Ok(Self {
             path: path.into(),
             records: Records::open(path, true)?,
@@ -63,7 +67,7 @@ impl Mcap {
         }
         // A file without its end, or without a list there.
         let mut records = Records::open(&self.path, false)?;
-        let (mut schemas, mut topics) = (BTreeMap::new(), Vec::<Topic>::new());
+        let (mut schemas, mut topics) = (BTreeMap::new(), BTreeMap::new());
         loop {
             match records.next() {
                 Ok(Some(Record::Schema { header, .. })) => {
@@ -71,18 +75,13 @@ impl Mcap {
                 }
                 Ok(Some(Record::Channel(channel))) => {
                     let type_name = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                    if !topics.iter().any(|topic| topic.name == channel.topic) {
-                        topics.push(Topic::new(
-                            channel.topic,
-                            type_name,
-                            &channel.message_encoding,
-                        ));
-                    }
+                    topics.entry(channel.topic.clone()).or_insert_with(|| {
+                        Topic::new(channel.topic, type_name, &channel.message_encoding)
+                    });
                 }
                 Ok(Some(_)) => {}
-                Ok(None) => return Ok(topics),
                 Err(err) if topics.is_empty() => return Err(words(&err)),
-                Err(_) => return Ok(topics),
+                Ok(None) | Err(_) => return Ok(topics.into_values().collect()),
             }
         }
     }
@@ -157,6 +156,10 @@ impl Mcap {
 pub(super) struct Records {
     file: Box<dyn Read + Send>,
     reader: LinearReader,
+    /// Numbers of bytes read, of records, and of bytes in them.
+    read: u64,
+    count: u64,
+    unpacked: u64,
 }
 
 impl Records {
@@ -168,7 +171,8 @@ impl Records {
         let options = LinearReaderOptions::default()
             .with_record_length_limit(RECORD_LIMIT)
             .with_prevalidate_chunk_crcs(checks);
-        Ok(Self { file, reader: LinearReader::new_with_options(options) })
+        let reader = LinearReader::new_with_options(options);
+        Ok(Self { file, reader, read: 0, count: 0, unpacked: 0 })
     }
 
     /// The next record; `None` at the end.
@@ -179,9 +183,19 @@ impl Records {
                 Some(Err(err)) => return Err(err),
                 Some(Ok(LinearReadEvent::ReadRequest(count))) => {
                     let read = self.file.read(self.reader.insert(count))?;
+                    self.read += read as u64;
                     self.reader.notify_read(read);
                 }
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                    self.count += 1;
+                    self.unpacked += data.len() as u64;
+                    let is_bomb = self.count > MOST_RECORDS + self.read
+                        || self.unpacked > most_unpacked(self.read);
+                    if is_bomb {
+                        return Err(McapError::Io(std::io::Error::other(
+                            "it unpacks to far more than a recording",
+                        )));
+                    }
                     return mcap::parse_record(opcode, data)
                         .map(|record| Some(record.into_owned()));
                 }

@@ -11,21 +11,32 @@ use image::GrayImage;
 
 use super::{
     files::{Storage, plain_message},
-    message::Message,
+    message::{Kind, Message, Pictures},
 };
-use crate::{RosImageType, RosImages};
 use boresight_capture::{
-    Arrival, BagFlaw, CaptureError, FrameSource, RosFlaw, SourceIdentity, bag_files,
+    Arrival, BagFlaw, CaptureError, FrameSource, RosFlaw, SourceIdentity, bag_files, guarded,
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 
-/// A recorded bag. Pictures have the times in their headers, or else those of the recording.
-pub struct Bag {
+/// Opens the bag at `path`, a file or a folder of ROS 2, and reads the first picture. `topic` is the
+/// topic of the pictures; by default, the only one with pictures. Pictures have the times in their
+/// headers, or else those of the recording.
+///
+/// # Errors
+///
+/// [`CaptureError::Bag`] if it can't be read, has no such topic, or several and none was named.
+/// [`CaptureError::GaveUp`] if a library gives up.
+pub fn open_bag(path: &Path, topic: Option<&str>) -> Result<Box<dyn FrameSource>, CaptureError> {
+    guarded(&path.display().to_string(), || Ok(Box::new(Bag::open(path, topic)?)))
+}
+
+/// A recorded bag.
+struct Bag {
     path: PathBuf,
     topic: String,
     files: VecDeque<PathBuf>,
     storage: Option<Storage>,
-    images: RosImages,
+    images: Pictures,
     size: ImageSize,
     /// The first picture, until delivered.
     in_hand: Option<Stamped>,
@@ -45,13 +56,7 @@ struct Stamped {
 }
 
 impl Bag {
-    /// Opens the bag at `path`, a file or a folder of ROS 2, and reads the first picture. `topic`
-    /// is the topic of the pictures; by default, the only one with pictures.
-    ///
-    /// # Errors
-    ///
-    /// [`CaptureError::Bag`] if it can't be read, has no such topic, or several and none was named.
-    pub fn open(path: &Path, topic: Option<&str>) -> Result<Self, CaptureError> {
+    fn open(path: &Path, topic: Option<&str>) -> Result<Self, CaptureError> {
         let failed = |flaw| CaptureError::Bag { flaw, path: path.into() };
         let files =
             bag_files(path).map_err(|source| CaptureError::Read { source, path: path.into() })?;
@@ -61,7 +66,7 @@ impl Bag {
             topic,
             files: files.into(),
             storage: None,
-            images: RosImages::new(kind),
+            images: Pictures::new(kind),
             size: ImageSize { width_px: 0, height_px: 0 },
             in_hand: None,
             first_nanos: None,
@@ -90,8 +95,8 @@ impl Bag {
             self.count += 1;
             let data = plain_message(message.data);
             match self.images.read(&data) {
-                Ok((header, image)) => {
-                    let nanos = header.stamp_nanos.unwrap_or(message.log_nanos);
+                Ok((stamp_nanos, image)) => {
+                    let nanos = stamp_nanos.unwrap_or(message.log_nanos);
                     return Ok(Some(Stamped { id, nanos, image }));
                 }
                 Err(flaw) => {
@@ -121,10 +126,7 @@ impl Bag {
 }
 
 /// The topic `asked`, or the only topic with pictures, in `files`.
-pub(super) fn chosen(
-    files: &[PathBuf],
-    asked: Option<&str>,
-) -> Result<(String, RosImageType), BagFlaw> {
+pub(super) fn chosen(files: &[PathBuf], asked: Option<&str>) -> Result<(String, Kind), BagFlaw> {
     let (mut pictures, mut others) = (BTreeMap::new(), BTreeMap::new());
     let mut broken = None;
     for file in files {
@@ -142,7 +144,7 @@ pub(super) fn chosen(
         }
     }
     let names = || pictures.keys().cloned().collect();
-    let named = |(name, kind): (&String, &RosImageType)| (name.clone(), *kind);
+    let named = |(name, kind): (&String, &Kind)| (name.clone(), *kind);
     match (asked, pictures.len()) {
         (_, 0) => Err(match broken {
             Some(how) => BagFlaw::Unreadable(how),
