@@ -24,7 +24,11 @@ fn a_bundle_repeats_the_session_and_hides_whose_it_is() {
     }
     let source = place.join("mill-hall").display().to_string();
     let guide = ["guide", "--headless", "--board", "7x5", "--square", "30mm", "--out", "session"];
-    let more = ["--source", &source, "--set", "certificate.customer=\"Mill Ltd\""];
+    let more = ["--source", &source, "--config", "site.toml"];
+    let texts = "[certificate]\ncustomer = \"Mill Ltd\"\nsite = \"Mill hall\"\n\
+        [camera]\ntopic = \"/mill/image\"\n\
+        [boards.mill-1]\nsquare_mm = 30.0\nmeasured_with = \"Mill caliper\"\n";
+    fs::write(place.join("site.toml"), texts).expect("written");
     let taken = boresight(place, &[&guide[..], &more].concat());
     assert!(taken.stderr.contains("Taken: view 4"), "{}", taken.stderr);
     let before = contents(&place.join("session"));

@@ -28,6 +28,22 @@ use boresight_run::recording::{SessionFolder, copy_for_others, hide_in_json};
 const FOLDER: &str = "boresight-bundle";
 /// Replacement of hidden text.
 const HIDDEN: &str = "hidden";
+/// Texts of a result that go in; any other is hidden.
+const TEXTS: [&str; 13] = [
+    "schema",
+    "source",
+    "model",
+    "order",
+    "verdict",
+    "code",
+    "severity",
+    "message",
+    "action",
+    "reason",
+    "kind",
+    "dictionary",
+    "circles",
+];
 /// Largest journal, in bytes.
 const LARGEST: u64 = 1 << 30;
 
@@ -205,14 +221,20 @@ fn hide_source(source: &str, hidden: &mut Hidden) {
     }
 }
 
-/// A result without the names of the pictures and of the previous calibration.
+/// A result with the texts of [`TEXTS`] only; its views have numbers.
 fn nameless(text: &str) -> anyhow::Result<Value> {
+    fn listed(tree: &mut Value, name: &str) {
+        match tree {
+            Value::String(text) if !TEXTS.contains(&name) => *text = HIDDEN.into(),
+            Value::Array(all) => all.iter_mut().for_each(|each| listed(each, name)),
+            Value::Object(all) => all.iter_mut().for_each(|(name, each)| listed(each, name)),
+            _ => {}
+        }
+    }
     let mut tree: Value = serde_json::from_str(text)?;
+    listed(&mut tree, "");
     for (number, view) in tree["views"].as_array_mut().into_iter().flatten().enumerate() {
         view["name"] = format!("view {number}").into();
-    }
-    if let Some(replaces) = tree.get_mut("replaces").filter(|old| !old.is_null()) {
-        *replaces = HIDDEN.into();
     }
     Ok(tree)
 }

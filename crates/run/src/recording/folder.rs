@@ -1,6 +1,7 @@
 //! The folder of a session.
 
 use std::{
+    collections::BTreeMap,
     fs::{File, TryLockError},
     io::Cursor,
     path::{Path, PathBuf},
@@ -16,7 +17,7 @@ use super::{
     CameraTable, Journal, JournalContents, RecordedOutcome, RecordingError, Stored,
     envelope::checksum,
 };
-use crate::config::{CertificateConfig, Config};
+use crate::config::{CameraConfig, CertificateConfig, Config};
 use boresight_capture::{PICTURE_LIMIT_PX, Upright, decoded};
 use boresight_files::{
     FileError, Links, Overwrite, UNFINISHED, entries, is_own_folder, is_still_at, make_folder,
@@ -117,12 +118,18 @@ impl Header {
         toml::to_string(self)
     }
 
-    /// The header without the certificate's statements, and without the name of the calibration to
-    /// check.
-    pub(super) fn for_others(mut self) -> Self {
-        self.config.certificate = CertificateConfig::default();
-        self.against = self.against.map(|_| "hidden".to_owned());
-        self
+    /// The parts of the header that others may see: whatever decides. A new part is named here
+    /// first.
+    pub(super) fn for_others(self) -> Self {
+        let Self { schema, created, source, image_size_px, against, guidance_rules, .. } = self;
+        let Config { board, camera, guidance, calibration, .. } = self.config;
+        let CameraConfig { mode, backend, raw, set_camera_info, as_stored, .. } = camera;
+        let topic = String::new();
+        let camera = CameraConfig { mode, backend, raw, topic, set_camera_info, as_stored };
+        let (certificate, boards) = (CertificateConfig::default(), BTreeMap::new());
+        let config = Config { board, camera, guidance, calibration, certificate, boards };
+        let (against, camera) = (against.map(|_| "hidden".to_owned()), self.camera);
+        Self { schema, created, source, image_size_px, against, guidance_rules, config, camera }
     }
 
     /// Size of the pictures.
