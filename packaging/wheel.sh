@@ -20,5 +20,7 @@ wheel unpack --dest "$work" "$work"/*.whl
 unpacked=$(echo "$work"/boresight-*/)
 data=$unpacked/$(basename "$unpacked").data
 install -D --mode=755 "$PROGRAM" "$data/scripts/boresight"
+# The texts that the licences of all that is in it ask for.
+install -D --mode=644 --target-directory="$(echo "$unpacked"/boresight-*.dist-info)/licenses" LICENSE-MIT LICENSE-APACHE NOTICE
 mkdir -p python/dist
 wheel pack --dest-dir python/dist "$unpacked"

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import operator
 import re
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any, Mapping, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
 
-from ._errors import ArgumentError
+from ._errors import ArgumentError, number
 
 Floats = npt.NDArray[np.float64]
 
@@ -20,7 +21,7 @@ class Board:
     """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square; or an
     AprilGrid by the corners of its tags; or a grid of circles by their centres.
 
-    The size of the squares only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
+    The size of the squares, 25 mm by default, only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
     found by their size as a share of a square's, so give both in the same unit.
     """
 
@@ -63,7 +64,17 @@ class Board:
         for count in (board.columns, board.rows):
             if not 0 <= count < 65536:
                 raise ArgumentError(f"a board's side can't have {count} corners")
-        return board if square_mm is None else replace(board, square_mm=float(square_mm))
+        return board if square_mm is None else replace(board, square_mm=number(square_mm, "square_mm"))
+
+    @classmethod
+    def sized(cls, board: BoardLike, square_mm: float | None) -> Board:
+        """The board of :meth:`of`, with a ``UserWarning`` if nobody says how large its squares are."""
+        if square_mm is None and not isinstance(board, Board):
+            warnings.warn(
+                f"square_mm isn't given: distances are those of squares of {cls.square_mm:g} mm; the lens is right all the same",
+                stacklevel=3,
+            )
+        return cls.of(board, square_mm)
 
     @classmethod
     def charuco(

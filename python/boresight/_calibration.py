@@ -16,16 +16,23 @@ from ._errors import ArgumentError, BoresightError
 from ._pictures import PathLike, files, is_path, is_session
 
 
+def _floats(values: Any, name: str) -> Floats:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name} are numbers, not {type(values).__name__}") from None
+
+
 def _points(points: Any, dimensions: int) -> Floats:
     """N x ``dimensions`` numbers; OpenCV's N x 1 x ``dimensions`` and a single point are taken, too."""
-    array = np.ascontiguousarray(points, dtype=np.float64)
+    array = np.ascontiguousarray(_floats(points, "points"))
     if array.ndim == 0 or array.shape[-1] != dimensions:
         raise ArgumentError(f"points are an array of N x {dimensions}, not of the shape {array.shape}")
     return array.reshape(-1, dimensions)
 
 
 def _matrix(matrix: Any, name: str) -> Floats:
-    array = np.asarray(matrix, dtype=np.float64)
+    array = _floats(matrix, name)
     if array.shape not in ((3, 3), (3, 4)) or not np.isfinite(array).all():
         raise ArgumentError(f"{name} is a matrix of 3 x 3 finite numbers")
     return array[:, :3]
@@ -350,7 +357,8 @@ def calibrate(
     its journal has the corners.
 
     Views without the board, None, and views whose corners can't be the board's are left out: :attr:`Calibration.views`
-    says why. ``settings`` are those of ``config/default.toml``, such as ``{"calibration.varying_focal": True}``.
+    says why. Without ``square_mm``, and without a :class:`Board` that states it, squares are taken to have 25 mm, with a
+    warning: ``tvecs`` and other distances are wrong if they haven't. ``settings`` are those of ``config/default.toml``, such as ``{"calibration.varying_focal": True}``.
 
     With names of files the result is what ``boresight calibrate --json`` prints, bit for bit.
     """
@@ -364,7 +372,7 @@ def calibrate(
         views = files(path)
     if board is None:
         raise ArgumentError("views need their board, for example \"9x6\"")
-    board = Board.of(board, square_mm)
+    board = Board.sized(board, square_mm)
     views = list(cast("Iterable[Any]", views))
     if views and all(map(is_path, views)):
         text = _boresight.calibrate_files(views, board._named(), said)

@@ -108,7 +108,7 @@ def detect(image: Any, board: BoardLike) -> Detection:
 def find_chessboard_corners(
     image: Any, pattern_size: tuple[int, int], corners: Any = None, flags: int = 0
 ) -> tuple[bool, npt.NDArray[np.float32] | None]:
-    """Like ``cv2.findChessboardCorners``: (found, N x 1 x 2 float32) if all corners are seen, or (False, None).
+    """Like ``cv2.findChessboardCorners`` of OpenCV 4: (found, N x 1 x 2 float32) if all corners are seen, or (False, None).
 
     ``corners`` and ``flags`` are there for the sake of old calls and change nothing. The corners need no
     ``cv2.cornerSubPix``: that would make them worse.

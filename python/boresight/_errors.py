@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class BoresightError(Exception):
     """Something couldn't be done: ``message``, a stable ``code``, and ``next``, what to do about it, or None."""
@@ -28,3 +30,11 @@ class ArgumentError(BoresightError, ValueError):
 
     def __init__(self, message: str, code: str = "ARGUMENT", next: str | None = None) -> None:
         super().__init__(message, code, next)
+
+
+def number(value: Any, name: str) -> float:
+    """``value`` as a number, or an :class:`ArgumentError` that calls it ``name``."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{name} is a number, not {value!r}") from None

@@ -47,6 +47,10 @@ def grey(image: Any) -> Grey:
     uint16 keeps the 8 highest of the bits in use: of 8, 10, 12, 14 or 16, the fewest that hold the brightest pixel.
     Floating point is 0 to 1, or 0 to 255 if anything is above 1, as far as it's finite.
     """
+    if is_path(image):
+        raise ArgumentError(
+            f"a picture is an array, not the name {os.fspath(image)!r}", "ARGUMENT", "Read the file: cv2.imread(name)."
+        )
     array = np.asarray(image)
     if array.dtype == np.uint16:
         bits = int(array.max(initial=0)).bit_length()

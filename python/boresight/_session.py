@@ -117,7 +117,7 @@ class Session:
     ) -> None:
         """``image_size`` is the width and height of the frames in pixels; ``settings`` as for :func:`calibrate`, such
         as ``{"guidance.plan": "quick"}``; ``source`` is the camera's name in the recording."""
-        self.board = Board.of(board, square_mm)
+        self.board = Board.sized(board, square_mm)
         width, height = image_size
         self._session = _boresight.Session(
             self.board._named(), (width, height), plain_settings(settings), record, source

@@ -11,7 +11,7 @@ from typing import Any, Mapping, cast
 from . import _boresight
 from ._board import Board, BoardLike
 from ._calibration import Calibration, plain_settings
-from ._errors import ArgumentError
+from ._errors import ArgumentError, number
 from ._pictures import PathLike
 
 
@@ -57,7 +57,7 @@ def plan_board(
         if not 1 <= fov_deg <= 150:
             raise ArgumentError("fov_deg is from 1 to 150; for a fisheye lens, give f_px")
         f_px = width / 2 / math.tan(math.radians(fov_deg) / 2)
-    told = _boresight.board_plan(Board.of(board)._named(), (int(width), int(height)), float(f_px), float(distance_m))
+    told = _boresight.board_plan(Board.of(board)._named(), (int(width), int(height)), number(f_px, "f_px"), number(distance_m, "distance_m"))
     return cast("dict[str, Any]", json.loads(told))
 
 

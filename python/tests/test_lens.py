@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import warnings
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -282,3 +283,37 @@ def test_a_session_shows_what_it_wants_and_is_recorded(pictures, tmp_path, progr
     with pytest.raises(boresight.BoresightError) as caught:
         boresight.Session("7x5", (400, 300), record=folder)
     assert caught.value.code == "NOT-NEW"
+
+
+def test_whoever_leaves_out_the_square_is_warned(pictures):
+    with pytest.warns(UserWarning, match="25 mm"):
+        unsized = boresight.calibrate(pictures, "7x5")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sized = boresight.calibrate(pictures, "7x5", square_mm=30)
+        boresight.calibrate(pictures, boresight.Board(7, 5, 30))
+    assert np.allclose(unsized.camera_matrix, sized.camera_matrix)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda result: boresight.Board.of("7x5", "30mm"),
+        lambda result: boresight.detect("picture.png", "7x5"),
+        lambda result: result.project("abc"),
+        lambda result: boresight.plan_board("3 m", f_px=900),
+    ],
+)
+def test_wrong_arguments_are_errors_of_one_class(call, result):
+    with pytest.raises(boresight.BoresightError) as caught:
+        call(result)
+    assert caught.value.code == "ARGUMENT"
+
+
+def test_a_size_that_a_file_lacks_is_given(tmp_path):
+    path = tmp_path / "tutorial.json"
+    path.write_text('{"mtx": [[500, 0, 320], [0, 500, 240], [0, 0, 1]], "dist": [[0.1, -0.2, 0, 0, 0.01]]}')
+    with pytest.raises(boresight.BoresightError) as caught:
+        boresight.Calibration.load(path)
+    assert "--image-size" in caught.value.next
+    assert boresight.Calibration.load(path, image_size=(640, 480)).image_size == (640, 480)

@@ -20,6 +20,9 @@ demo() {
 	rm -rf demo
 }
 
+for text in LICENSE-MIT LICENSE-APACHE NOTICE; do
+	python3 -m zipfile --list "$wheel" | grep --quiet "dist-info/licenses/$text"
+done
 count=0
 for python in ${PYTHONS:-$(echo python3.{10..19})}; do
 	# A name on the PATH may stand for a version that isn't in use here.
