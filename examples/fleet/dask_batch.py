@@ -2,22 +2,13 @@
 
 import json
 import sys
-from pathlib import Path
 
 from dask.distributed import Client
 
-import boresight
-
-
-def work(session: str) -> dict:
-    try:
-        return {"code": "OK", **boresight.replay(session)}
-    except boresight.BoresightError as error:
-        return {"code": error.code, "session": session, "message": error.message}
-
+from boresight import batch
 
 if __name__ == "__main__":
-    sessions = sorted(str(header.parent) for header in Path(sys.argv[1]).rglob("session.toml"))
     with Client(*sys.argv[2:3]) as client:
-        for row in client.gather(client.map(work, sessions, retries=2, batch_size=100)):
+        rows = client.map(batch.work, batch.sessions(sys.argv[1]), action="replay", retries=2, batch_size=100)
+        for row in client.gather(rows):
             print(json.dumps(row))

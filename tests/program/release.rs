@@ -18,6 +18,9 @@ fn every_file_with_a_version_has_this_one() {
         assert!(file(name).lines().any(|line| line == own), "{name}");
     }
     assert!(file("CITATION.cff").contains(&format!("\nversion: {version}\n")));
+    assert!(
+        file("examples/fleet/kubernetes.yaml").contains(&format!("image: boresight:{version}\n"))
+    );
     assert!(file("CHANGELOG.md").contains(&format!("\n## [{version}]")));
     let manifest = file("Cargo.toml");
     let crates = manifest.lines().filter(|line| {

@@ -14,8 +14,8 @@ pub(super) const HEADER: &str = "session.toml";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// Largest valid header, in bytes.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
-/// Maximum bytes of a journal in the hash; of a longer one, the first. No session of a day reaches
-/// it.
+/// Maximum bytes of a journal or bag in the hash: of a longer bag the first, of a longer journal only
+/// the length. No session of a day reaches it.
 pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 
 /// A line of a manifest: one session, or a recorded bag that becomes one.
@@ -35,7 +35,7 @@ pub struct Item {
 pub(super) struct Content {
     /// All of `session.toml`.
     pub(super) header: Result<Vec<u8>, &'static str>,
-    /// Length of the journal, and the hash of its first [`JOURNAL_LIMIT`] bytes.
+    /// Length of the journal, and the hash, zeros beyond [`JOURNAL_LIMIT`].
     pub(super) journal: Result<(u64, [u8; 32]), &'static str>,
     /// All of the result; without a result, the name of its absence.
     pub(super) result: Result<Vec<u8>, &'static str>,
@@ -79,7 +79,7 @@ impl Item {
         let result = read(&session.join(RESULT_FILE), TEXT_LIMIT, Links::Refused);
         let content = Content {
             header: header.map_err(|err| err.code()),
-            journal: hash_of(&session.join(JOURNAL)).map_err(|err| err.code()),
+            journal: journal(&session.join(JOURNAL)).map_err(|err| err.code()),
             result: result.map_err(|err| err.code()),
         };
         Some(content.item(name))
@@ -102,6 +102,12 @@ fn of_bag(path: &Path, session: String) -> Item {
     Item { session, content: hex(&hash.finalize()[..16]), bytes }
 }
 
+/// Length of the journal at `path`, and hash. A journal without an end isn't read to be refused.
+fn journal(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
+    let length = open(path, Links::Refused)?.metadata().map_err(FileError::reading(path))?.len();
+    if length > JOURNAL_LIMIT { Ok((length, [0; 32])) } else { hash_of(path) }
+}
+
 /// Length of the file at `path`, and hash.
 fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
     let reading = FileError::reading(path);
@@ -122,4 +128,32 @@ fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
 /// Hexadecimal digits of `bytes`.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        fs::{self, OpenOptions},
+        io::Write,
+    };
+
+    use super::*;
+
+    #[test]
+    fn a_journal_without_an_end_is_not_read() {
+        let place = boresight_files::Scratch::new().expect("a folder");
+        fs::write(place.path().join(HEADER), "").expect("written");
+        let with = |start: &[u8], length: u64| {
+            let path = place.path().join(JOURNAL);
+            let file = OpenOptions::new().create(true).truncate(true).write(true).open(path);
+            let mut file = file.expect("made");
+            file.write_all(start).expect("written");
+            file.set_len(length).expect("sparse");
+            Item::of(place.path()).expect("UTF-8")
+        };
+        let (long, other) = (with(b"a", 30 << 30), with(b"b", 30 << 30));
+        assert_eq!((&long, long.bytes), (&other, 30 << 30));
+        assert_ne!(long.content, with(b"a", (30 << 30) + 1).content);
+        assert_ne!(with(b"a", 9).content, with(b"b", 9).content);
+    }
 }
