@@ -66,6 +66,7 @@ test-vm: setup-test-vm
 lint: PACKAGES += python3
 lint: setup-lint
 	cargo fmt --check
+	$(PYTHON) tests/licences.py
 	cargo clippy $(LINTED) --all-targets --quiet -- -D warnings
 
 # With every feature, and what other targets build.
