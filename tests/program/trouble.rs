@@ -173,3 +173,66 @@ fn the_pictures_of_a_folder_that_are_not_read_are_said() {
         assert!(!ended.stderr.contains("notes.txt"), "{}", ended.stderr);
     }
 }
+
+/// Names of files reach the terminal, and sources of sessions, which others may have made.
+#[cfg(unix)]
+#[test]
+fn names_from_others_command_no_terminal() {
+    // Clears the screen, sets the title by C1, turns the direction of writing.
+    const NAME: &str = "e\u{1b}[2J\u{9b}2J\u{202e}c";
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    folder_with(place, b"no picture");
+    fs::rename(place.join("pictures"), place.join(NAME)).expect("renamed");
+    for (number, entry) in fs::read_dir(place.join(NAME)).expect("listable").enumerate() {
+        let path = entry.expect("listable").path();
+        fs::rename(&path, place.join(NAME).join(format!("{NAME}{number:02}.png"))).expect("named");
+    }
+    let session = format!("{NAME}/session");
+    let (table, index) = (format!("{NAME}.json"), format!("{NAME}.jsonl"));
+    let out = format!("{NAME}.out");
+    let lines: &[&[&str]] = &[
+        &["guide", "--headless", "--source", NAME, "--board", "7x5", "--out", &session],
+        &["guide", "--headless", "--source", NAME, "--board", "7x5", "--out", &session],
+        &["guide", "--headless", "--source", &format!("{NAME}2"), "--log-format", "json"],
+        &["detect", "--board", "7x5", NAME],
+        &["detect", "--board", "7x5", NAME, "--json"],
+        &["detect", "--board", "7x5", &session],
+        &["calibrate", "--board", "7x5", NAME],
+        &["calibrate", &session],
+        &["replay", &session],
+        &["replay", &session, "--json"],
+        &["doctor", &session],
+        &["doctor", &session, "--json"],
+        &["report", &session, "--out", &format!("{NAME}.html")],
+        &["export", &session],
+        &["export", &session, "--format", "ros-yaml", "--name", NAME],
+        &["export", &session, "--json"],
+        &["export", &session, "--format", "vnl"],
+        &["export", &session, "--format", "views-csv"],
+        &["convert", &session, &table, "--format", "json"],
+        &["convert", &session, &table, "--format", "json"],
+        &["check", "--against", &table, "--source", NAME, "--headless"],
+        &["check", "--against", &table, "--source", NAME, "--headless", "--json"],
+        &["history", "add", &session, "--index", &index],
+        &["history", "--index", &index],
+        &["history", "--index", &index, "--json"],
+        &["history", "due", "--index", &index, "--older", "1d"],
+        &["batch", "plan", NAME],
+        &["batch", "run", NAME, "--action", "replay", "--out", &out],
+        &["batch", "gather", &out],
+        &["watch", "--source", NAME, "--store", &format!("{NAME}.watch"), "--once"],
+        &["plan-board", NAME],
+        &["paths"],
+    ];
+    let mut seen = 0;
+    for arguments in lines {
+        let ended = boresight(place, arguments);
+        for text in [&ended.stdout, &ended.stderr] {
+            let harmful = text.chars().find(|c| matches!(c, '\u{1b}' | '\u{9b}' | '\u{202e}'));
+            assert_eq!(harmful, None, "{arguments:?}: {text:?}");
+            seen += usize::from(text.contains("[2J"));
+        }
+    }
+    assert!(seen > 15, "names are shown in {seen} texts");
+}

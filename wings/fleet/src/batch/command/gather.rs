@@ -14,7 +14,7 @@ use crate::batch::gather_parquet as parquet;
 use crate::batch::{Change, Changes, Gathered, Store, changes, gather};
 use boresight_app::Exit;
 use boresight_files::Overwrite;
-use boresight_terminal::{print, say};
+use boresight_terminal::{harmless, print, say};
 
 /// Put the results of a batch in one table.
 ///
@@ -59,7 +59,7 @@ impl Arguments {
         } else {
             let mut out = BufWriter::new(std::io::stdout().lock());
             let gathered = gather(&store, &mut |line| {
-                writeln!(out, "{line}").context("could not write to stdout")
+                writeln!(out, "{}", harmless(line)).context("could not write to stdout")
             })?;
             out.flush().context("could not write to stdout")?;
             gathered

@@ -10,7 +10,7 @@ use clap::Args;
 
 use crate::batch::plan;
 use boresight_app::Exit;
-use boresight_terminal::say;
+use boresight_terminal::{harmless, say};
 
 /// List the sessions and recorded bags in and below folders, one a line, for `batch run`.
 ///
@@ -31,8 +31,8 @@ impl Arguments {
         let left_out = plan(&self.roots, &mut |item| {
             count += 1;
             bytes = bytes.saturating_add(item.bytes);
-            serde_json::to_writer(&mut out, item)?;
-            out.write_all(b"\n").context("could not write to stdout")
+            let line = serde_json::to_string(item)?;
+            writeln!(out, "{}", harmless(&line)).context("could not write to stdout")
         })?;
         out.flush().context("could not write to stdout")?;
         for folder in &left_out {
