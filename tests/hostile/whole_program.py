@@ -160,7 +160,23 @@ class Inputs:
             self.stdin, name = made, "-"
         else:
             name = self.put("in.dat", made)
-        return ["convert", name, "out.dat", "--force", "--format", self.mutate.choice(FORMATS + ["json"] * 8)]
+        sized = self.some([], [], ["--image-size", self.argument("1280x720")])
+        return ["convert", name, "out.dat", "--force", "--format", self.mutate.choice(FORMATS + ["json"] * 8), *sized]
+
+    def a_bomb(self):
+        """Small files that ask for much."""
+        count = self.mutate.choice([300, 20_000, 400_000])
+        self.stdin = self.mutate.choice([
+            "<calibration" + "".join(f' a{i}=">"' for i in range(count)) + "/>",
+            "<opencv_storage>" + "<a>" * count,
+            "<x:xmpmeta " + "".join(f'xmlns:a{i}="b{i}" ' for i in range(count)) + "/>",
+            "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(f"b{i}: &b{i} [*a, *a, *a]\n" for i in range(count)),
+            "[" * count,
+            '{"mtx": ' + "[" * count,
+            "{'lensmodel': " + "(" * count,
+            "1 OPENCV 640 480 " + "1 " * count,
+        ]).encode()
+        return ["convert", "-", "out.dat", "--force", "--format", "json", "--image-size", "640x480"]
 
     def a_calibration(self):
         made = self.mutate.text(self.own) if self.mutate.random() < 0.5 else json.dumps(self.mutate.tree(json.loads(self.own), self.mutate.choice([0.001, 0.01]))).encode()
