@@ -21,8 +21,8 @@ class Board:
     """A checkerboard by its inner corners: a plain one, or a ChArUco board with a marker in each light square; or an
     AprilGrid by the corners of its tags; or a grid of circles by their centres.
 
-    The size of the squares, 25 mm by default, only scales distances: the lens doesn't depend on it. On a ChArUco board, the markers are
-    found by their size as a share of a square's, so give both in the same unit.
+    The size of the squares, 25 mm by default, only scales distances: the lens doesn't depend on it. On a ChArUco board,
+    the markers are found by their size as a share of a square's, so give both in the same unit.
     """
 
     #: Inner corners in a row.

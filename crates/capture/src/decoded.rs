@@ -75,8 +75,8 @@ pub fn decoded(
     }
 }
 
-/// Least bytes of a JPEG of that size: every block of 8 by 8 pixels has a bit. The decoder fills what
-/// is missing.
+/// Least bytes of a JPEG of that size: every block of 8 by 8 pixels has a bit. The decoder fills
+/// what is missing.
 fn least_jpeg((width, height): (u32, u32)) -> u64 {
     u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8)) / 8
 }

@@ -126,8 +126,8 @@ pub struct Exported {
 }
 
 /// Reads the calibration in the file `path`, of any supported program, into boresight's schema: as
-/// text and parsed. Files of other programs give only the lens, and a finding to say so; `image_size`
-/// is for those that don't state the size of the pictures.
+/// text and parsed. Files of other programs give only the lens, and a finding to say so;
+/// `image_size` is for those that don't state the size of the pictures.
 ///
 /// # Errors
 ///

@@ -3,8 +3,8 @@
 //! A command counts as a live camera: its newest picture is worth more than an old one, it's lost
 //! if it fails or falls silent, and it's restarted until it's back. A command ending with status 0
 //! has sent all its pictures. A command far faster than the rate that its stream states plays a
-//! stored stream, and is read at that rate. A file at standard input waits for the consumer; another program
-//! there is a live camera that can't be restarted.
+//! stored stream, and is read at that rate. A file at standard input waits for the consumer;
+//! another program there is a live camera that can't be restarted.
 
 use std::time::{Duration, Instant};
 
@@ -31,11 +31,11 @@ const REST: Duration = Duration::from_millis(5);
 /// Shortest and longest pause before restarting a lost command.
 const SHORTEST_PAUSE: Duration = Duration::from_millis(500);
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
-/// Lead over the stated rate, from which a command plays a stored stream: cameras send a few pictures
-/// at once when they start.
+/// Lead over the stated rate, from which a command plays a stored stream: cameras send a few
+/// pictures at once when they start.
 const LEAD: Duration = Duration::from_millis(300);
-/// Longest interval in seconds that is believed: some programs state one picture per second of every
-/// camera.
+/// Longest interval in seconds that is believed: some programs state one picture per second of
+/// every camera.
 const SLOWEST: f64 = 0.2;
 /// Default interval of a file's pictures, in nanoseconds.
 const USUAL_NANOS: u64 = 33_333_333;

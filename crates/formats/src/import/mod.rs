@@ -23,12 +23,10 @@
 //! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
 //! ```
 //!
-//! A file of OpenCV, ORB-SLAM3, RealityCapture or `transforms.json` may lack
-//! the picture's size, and a person states it. boresight's own file also holds the source. The names of ROS are `distortion_model`,
-//! `camera_name` and `projection_matrix`. RealityCapture's XMP needs the picture's size in `tiff:`
-//! or `exif:`; Open3D's file has no distortion.
-//!
-//! Other programs' calibrations are known by name (`unread`).
+//! A file of OpenCV, ORB-SLAM3, RealityCapture (in `tiff:` or `exif:`) or `transforms.json` may
+//! lack the picture's size, and a person states it. boresight's own file also holds the source. The
+//! names of ROS are `distortion_model`, `camera_name` and `projection_matrix`. Open3D's file has no
+//! distortion. Programs with other lens models are known by name (`unread`).
 //!
 //! Most of them put (0, 0) at the centre of the top-left pixel and use OpenCV's lens models, like
 //! boresight, so numbers are kept bit for bit. COLMAP, `transforms.json`, Metashape and
