@@ -402,8 +402,8 @@ fn what_no_camera_has_is_refused() {
     for (text, from, to, word) in [
         (OPENCV, "image_width: 640", "image_width: -640", "size is -640"),
         (OPENCV, "image_width: 640", "image_width: 640.5", "640.5"),
-        (OPENCV, "image_width: 640", "image_width: .nan", "image_width"),
-        (OPENCV, "image_width: 640\n", "", "image_width"),
+        (OPENCV, "image_width: 640", "image_width: .nan", "how large"),
+        (OPENCV, "image_width: 640\n", "", "how large"),
         (OPENCV, "data: [ 5.3591573396163199e+02", "data: [ .inf", "camera matrix"),
         (OPENCV, "data: [ 5.3591573396163199e+02", "data: [ -5.3", "fx is -5.3"),
         (OPENCV, "data: [ 5.3591573396163199e+02, 0.", "data: [ 535.9, 1.5", "skew is 1.5"),
