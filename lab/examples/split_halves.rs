@@ -17,8 +17,8 @@ use std::path::Path;
 
 use best_turn::{differences_px, rms_px};
 use boresight_calibrate::{
-    Calibration, CalibrationParams, DriftVerdict, Limits, OldLens, Severity, Verdict, calibrate,
-    drift, projection_jacobian,
+    Calibration, CalibrationParams, Limits, OldLens, Severity, Verdict, calibrate, drift,
+    projection_jacobian,
 };
 use boresight_geometry::Corner;
 use corner_lists::{Set, each, read_list};
@@ -40,9 +40,9 @@ struct Halves {
     difference_px: f64,
     inside: bool,
     good_wrong: bool,
-    /// Checks of each half against the other, with all views and with four; `None` without a
-    /// verdict.
-    checks: [[Option<DriftVerdict>; 2]; 2],
+    /// True if a check of each half against the other finds a change, with all views and with four;
+    /// `None` without a verdict.
+    checks: [[Option<bool>; 2]; 2],
 }
 
 fn result_of(set: &Set, views: &[Vec<Corner>], params: &CalibrationParams) -> Option<Calibration> {
@@ -108,7 +108,9 @@ fn halves_of(set: &Set, split: u64, params: &CalibrationParams) -> Option<Halves
         };
         let new = &views[1 - half];
         let four: Vec<_> = new.iter().step_by((new.len() / 4).max(1)).take(4).cloned().collect();
-        [new, &four].map(|new| drift(new, &set.board, set.size, &old).ok().map(|it| it.verdict))
+        [new, &four].map(|new| {
+            drift(new, &set.board, set.size, &old, None).ok().map(|it| it.is_significant)
+        })
     };
     Some(Halves {
         z,
@@ -173,7 +175,7 @@ fn main() -> anyhow::Result<()> {
             .collect();
         let alarms = |which: usize| {
             let checks = halves.iter().flat_map(|it| &it.checks).filter_map(|it| it[which]);
-            checks.filter(|verdict| *verdict != DriftVerdict::Ok).count()
+            checks.filter(|is_alarm| *is_alarm).count()
         };
         println!(
             "| {} | {} | {:?} | {:?} | {:.2}, {:.2} | {goal_px:.2} | {:.0} % | {differ_px:.2} | {}/{} | {} | {}, {} | {} |",
@@ -203,9 +205,9 @@ fn main() -> anyhow::Result<()> {
     println!("inside the bound: {} of {count}", all().filter(|it| it.inside).count());
     println!("GOOD and wrong: {}", all().filter(|it| it.good_wrong).count());
     for (name, which) in ["all views", "four views"].iter().zip(0..) {
-        let told: Vec<DriftVerdict> =
+        let told: Vec<bool> =
             all().flat_map(|it| &it.checks).filter_map(|check| check[which]).collect();
-        let alarms = told.iter().filter(|verdict| **verdict != DriftVerdict::Ok).count();
+        let alarms = told.iter().filter(|is_alarm| **is_alarm).count();
         println!("check with {name}: {alarms} alarms of {}", told.len());
     }
     println!(

@@ -395,20 +395,22 @@ def check(
     square_mm: float | None = None,
     image_size: tuple[int, int] | None = None,
 ) -> dict[str, Any]:
+    limit_px: float | None = None,
     """Has the camera changed since ``against``, a calibration or the file that holds one?
 
     ``views`` is a session folder, or views of ``board`` as for :func:`calibrate`. Returns ``check.json`` as a dict:
-    ``verdict`` is "ok", "watch" or "recalibrate", or None with a ``reason``; ``visible`` is the smallest change that
-    would have been found.
+    ``verdict`` is "ok" if any change is surely within ``limit_px`` (by default .08 % of the width) anywhere in the
+    picture, "recalibrate" if it's surely beyond, else "cannot-tell", or None with a ``reason``; ``visible`` is the
+    smallest change that would have been found.
     """
     file, old = _older(against)
     if is_path(views):
-        return cast("dict[str, Any]", json.loads(_boresight.check_session(views, file, old)))
+        return cast("dict[str, Any]", json.loads(_boresight.check_session(views, file, old, limit_px)))
     if board is None:
         raise ArgumentError("views without a session need their board")
     board = Board.of(board, square_mm)
     given, size = given_views(views, board, image_size)
-    text = _boresight.check_corners(given, file, old, board._named(), size)
+    text = _boresight.check_corners(given, file, old, board._named(), size, limit_px)
     return cast("dict[str, Any]", json.loads(text))
 
 

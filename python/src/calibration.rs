@@ -138,6 +138,7 @@ pub(crate) fn check_corners(
     named: Named,
     image_size: (u32, u32),
 ) -> PyResult<String> {
+    limit_px: Option<f64>,
     let image_size = size(image_size)?;
     let board = board(&named)?;
     let given = views_of(views)?;
@@ -153,10 +154,11 @@ pub(crate) fn check_corners(
                 outlines: &old.outlines,
                 image_size: old.image_size,
             };
-            drift(&corners, &board, image_size, &lens).map_err(comparison::NoVerdict::NoDrift)
+            drift(&corners, &board, image_size, &lens, limit_px)
+                .map_err(comparison::NoVerdict::NoDrift)
         };
         let (_, action) = comparison::words(&found);
-        let file = comparison::check_file(&against, "", &old, &found, action);
+        let file = comparison::check_file(&against, "", &old, &found, &action);
         anyhow::Ok(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))

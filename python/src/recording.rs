@@ -71,13 +71,14 @@ pub(crate) fn check_session(
     session: PathBuf,
     against: PathBuf,
     old: Option<&str>,
+    limit_px: Option<f64>,
 ) -> PyResult<String> {
     let work = || {
         let saved = SavedSession::open(&session)?;
         let old = older(&against, old)?;
-        let found = comparison::compare(&saved.session, &old);
+        let found = comparison::compare(&saved.session, &old, limit_px);
         let (_, action) = comparison::words(&found);
-        let file = comparison::check_file(&against, &saved.header.source, &old, &found, action);
+        let file = comparison::check_file(&against, &saved.header.source, &old, &found, &action);
         Ok::<_, anyhow::Error>(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))

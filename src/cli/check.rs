@@ -26,8 +26,8 @@ use boresight_terminal::{announcer, board_args::BoardArguments, print, say, stop
 
 /// Check an installed camera against its old calibration.
 ///
-/// Guides through two opposed pairs, then compares: OK, WATCH or RECALIBRATE. The report states the
-/// smallest detectable change. There is no verdict for a different picture size, a different
+/// Guides through two opposed pairs, then compares: OK if any change is surely within the limit,
+/// RECALIBRATE if it's surely beyond, else CAN'T TELL, with what would tell. There is no verdict for a different picture size, a different
 /// camera, or views outside the part of the picture that the old calibration covers. The old file
 /// is never changed.
 ///
@@ -52,6 +52,10 @@ pub(super) struct Arguments {
     stream: StreamArguments,
     #[command(flatten)]
     board: BoardArguments,
+    /// Displacement in the picture above which a change matters, in pixels [default: 0.08 % of the
+    /// width].
+    #[arg(long, value_name = "PX", value_parser = pixels)]
+    limit: Option<f64>,
     /// Treat it as the same camera even if its name differs.
     #[arg(long)]
     same_camera: bool,
@@ -96,8 +100,8 @@ impl Arguments {
         let config = opening.with_backend(&opening.config);
         let name = SourceName::parse(&self.source, &config, &announcer)?;
         let source_name = name.stable_name(&self.source);
-        if old.focal_varies {
-            return self.tell(&old, &source_name, None, &Err(NoVerdict::FocalVaries));
+        if let Some(reason) = comparison::not_comparable(&old) {
+            return self.tell(&old, &source_name, None, &Err(reason));
         }
         if let Some(named) = self.other_camera(&old, &source_name)? {
             return self.tell(&old, &source_name, None, &Err(named));
@@ -121,8 +125,8 @@ impl Arguments {
                 say(&format!("{line}."));
             }
         }
-        let found = comparison::compare(&ran.session, &old);
-        let changed = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
+        let found = comparison::compare(&ran.session, &old, self.limit);
+        let changed = found.as_ref().is_ok_and(|drift| drift.is_significant);
         let exit = self.tell(&old, &source_name, Some(&ran.path), &found)?;
         #[cfg(feature = "report")]
         boresight_app::session::session_report::write_and_announce(
@@ -132,6 +136,9 @@ impl Arguments {
         );
         if changed && self.goes_on(&config)? {
             return self.full_calibration(asked);
+        }
+        if !changed && found.is_ok_and(|drift| drift.verdict == DriftVerdict::CannotTell) {
+            say(&format!("More views: {}", self.guide_command(&config)));
         }
         Ok(exit)
     }
@@ -167,12 +174,12 @@ impl Arguments {
         found: &Checked,
     ) -> anyhow::Result<Exit> {
         let (_, action) = comparison::words(found);
-        comparison::announce(found, action, source, &announcer());
-        let report = comparison::check_file(&self.against, source, old, found, action);
+        comparison::announce(found, &action, source, &announcer());
+        let report = comparison::check_file(&self.against, source, old, found, &action);
         let exit = match found.as_ref().map(|drift| drift.verdict) {
-            Ok(DriftVerdict::Ok | DriftVerdict::Watch) => Exit::Good,
+            Ok(DriftVerdict::Ok) => Exit::Good,
             Ok(DriftVerdict::Recalibrate) => Exit::Recalibrate,
-            Err(_) => Exit::NotTrustworthy,
+            Ok(DriftVerdict::CannotTell) | Err(_) => Exit::NotTrustworthy,
         };
         if let Some(path) = session {
             let file = comparison::store(path, &report)?;
@@ -189,13 +196,18 @@ impl Arguments {
         if self.recalibrate || agreed("Continue to a full calibration now?")? {
             return Ok(true);
         }
+        say(&format!("To recalibrate: {}", self.guide_command(config)));
+        Ok(false)
+    }
+
+    /// Command for a full session with the same source and board, compared with the same file.
+    fn guide_command(&self, config: &Config) -> String {
         let (board, square_mm) = (config.board.choice(), config.board.square_mm);
-        say(&format!(
-            "To recalibrate: boresight guide --source {} --board {board} --square {square_mm}mm --against {}",
+        format!(
+            "boresight guide --source {} --board {board} --square {square_mm}mm --against {}",
             without_secrets(&self.source),
             self.against.display()
-        ));
-        Ok(false)
+        )
     }
 
     /// Runs a full session with the same source and board; its result names the old file.
@@ -208,6 +220,11 @@ impl Arguments {
         };
         guide::run(&opening, self.json)
     }
+}
+
+fn pixels(typed: &str) -> Result<f64, String> {
+    let px: Result<f64, _> = typed.trim().trim_end_matches("px").trim_end().parse();
+    px.ok().filter(|px| *px > 0.0 && px.is_finite()).ok_or_else(|| "needs pixels above 0".into())
 }
 
 /// Asks on a terminal; false without a terminal.

@@ -61,7 +61,7 @@ impl Installed {
     /// Two opposed pairs of today's camera against the old calibration.
     fn check(&mut self) -> Result<Drift, NoDrift> {
         let views = filling(&mut self.scene, 4);
-        drift(&views, &board(), SIZE, &self.lens())
+        drift(&views, &board(), SIZE, &self.lens(), None)
     }
 }
 
@@ -83,7 +83,7 @@ fn told(count: u64, mut change: impl FnMut(&mut Scene)) -> (u32, f64, f64) {
         let mut installed = Installed::new(9000 + seed);
         change(&mut installed.scene);
         let found = installed.check().expect("a verdict");
-        told += u32::from(found.verdict != DriftVerdict::Ok);
+        told += u32::from(found.is_significant);
         visible_pp_px += found.visible_pp_px / count as f64;
         visible_f_px += found.visible_f_px / count as f64;
     }
@@ -136,7 +136,7 @@ fn a_change_of_f_is_told_where_the_check_could_see_it() {
         let found = installed.check().expect("a verdict");
         if found.visible_f_px < 5.0 {
             visible += 1;
-            told += u32::from(found.verdict != DriftVerdict::Ok);
+            told += u32::from(found.is_significant);
         }
     }
     println!("5 px of f told {told} of {visible} visible ones");
@@ -176,12 +176,12 @@ fn pixels_that_are_not_square_stay_so() {
         image_size: SIZE,
     };
     let now = filling(&mut scene, 4);
-    let found = drift(&now, &board(), SIZE, &lens).expect("a verdict");
-    assert_eq!(found.verdict, DriftVerdict::Ok, "{found:?}");
+    let found = drift(&now, &board(), SIZE, &lens, None).expect("a verdict");
+    assert!(!found.is_significant, "{found:?}");
     scene.camera.pp_px.y += 8.0;
     let now = filling(&mut scene, 4);
-    let found = drift(&now, &board(), SIZE, &lens).expect("a verdict");
-    assert_ne!(found.verdict, DriftVerdict::Ok);
+    let found = drift(&now, &board(), SIZE, &lens, None).expect("a verdict");
+    assert!(found.is_significant);
     assert!((found.change_px.z - 8.0).abs() < 5.0 * found.sd_px.z, "{found:?}");
 }
 
@@ -213,7 +213,7 @@ fn a_change_of_the_distortion_is_told_where_it_could_be_seen() {
         let found = installed.check().expect("a verdict");
         if moved_px > found.visible_lens_px.expect("four views tell") {
             visible += 1;
-            told += u32::from(found.verdict != DriftVerdict::Ok);
+            told += u32::from(found.is_significant);
         }
     }
     println!("told {told} of {visible} visible ones");
@@ -227,11 +227,11 @@ fn what_cannot_be_compared_gets_no_verdict() {
     let views = filling(&mut installed.scene, 4);
     let half = ImageSize { width_px: SIZE.width_px / 2, height_px: SIZE.height_px / 2 };
     assert!(matches!(
-        drift(&views, &board(), half, &installed.lens()),
+        drift(&views, &board(), half, &installed.lens(), None),
         Err(NoDrift::OtherSize { .. })
     ));
     assert_eq!(
-        drift(&views[..3], &board(), SIZE, &installed.lens()).map(|_| ()),
+        drift(&views[..3], &board(), SIZE, &installed.lens(), None).map(|_| ()),
         Err(NoDrift::FewViews { different: 3, outside: 0 })
     );
     // The old boards were all at the left.
@@ -242,7 +242,7 @@ fn what_cannot_be_compared_gets_no_verdict() {
     .expect("numbers");
     let left = OldLens { outlines: &[corner], ..old };
     assert_eq!(
-        drift(&views, &board(), SIZE, &left).map(|_| ()),
+        drift(&views, &board(), SIZE, &left, None).map(|_| ()),
         Err(NoDrift::FewViews { different: 0, outside: 4 })
     );
 }
@@ -252,7 +252,8 @@ fn a_focus_that_moved_between_the_views_is_no_lack_of_tilt() {
     let mut installed = Installed::new(9003);
     let factors = [1.0, 1.0, 1.0, 1.0, 1.03, 1.03, 1.03, 1.03];
     let views = views_with(&mut installed.scene, &factors);
-    let found = drift(&views, &board(), SIZE, &OldLens { outlines: &[], ..installed.lens() });
+    let old = OldLens { outlines: &[], ..installed.lens() };
+    let found = drift(&views, &board(), SIZE, &old, None);
     let reason = found.expect_err("no common focal length");
     assert_eq!(reason.code(), "FOCUS-MOVED");
     let (what, action) = text::no_drift(&reason);
@@ -264,12 +265,139 @@ fn a_focus_that_moved_between_the_views_is_no_lack_of_tilt() {
 fn a_calibration_without_covariance_is_a_weaker_test_that_says_so() {
     let mut installed = Installed::new(9002);
     let views = filling(&mut installed.scene, 4);
-    let strong = drift(&views, &board(), SIZE, &installed.lens()).expect("a verdict");
+    let strong = drift(&views, &board(), SIZE, &installed.lens(), None).expect("a verdict");
     let unstated = OldLens { covariance: None, ..installed.lens() };
-    let weak = drift(&views, &board(), SIZE, &unstated).expect("a verdict");
+    let weak = drift(&views, &board(), SIZE, &unstated, None).expect("a verdict");
     assert!(weak.assumed && !strong.assumed);
     assert!(weak.visible_pp_px > strong.visible_pp_px);
     assert!(weak.visible_f_px > strong.visible_f_px);
+}
+
+/// With four views of noise 0.3 px, a change of some pixels hides behind a limit of 1.5 px.
+#[test]
+fn a_check_that_cannot_see_what_matters_cannot_tell() {
+    for seed in 0..10 {
+        let mut installed = Installed::new(9000 + seed);
+        let found = installed.check().expect("a verdict");
+        assert!(!found.is_significant, "{seed}");
+        assert!(found.shift.visible_px > found.matters_px, "{seed}: {found:?}");
+        assert_eq!(found.verdict, DriftVerdict::CannotTell, "{seed}");
+        let (what, action) = text::drift(&found);
+        assert!(what.starts_with("CAN'T TELL: no change detected, but up to"), "{what}");
+        assert!(action.contains("more views") && !action.contains("Keep"), "{action}");
+    }
+}
+
+#[test]
+fn a_limit_that_the_check_can_see_is_answered() {
+    let mut installed = Installed::new(9005);
+    let views = filling(&mut installed.scene, 4);
+    let check = |limit_px: f64| {
+        drift(&views, &board(), SIZE, &installed.lens(), Some(limit_px)).expect("a verdict")
+    };
+    let visible_px = check(1.0).shift.visible_px;
+    assert_eq!(check(0.99 * visible_px).verdict, DriftVerdict::CannotTell);
+    let fine = check(1.01 * visible_px);
+    assert_eq!(fine.verdict, DriftVerdict::Ok, "{fine:?}");
+    assert!(fine.shift.most_px < visible_px && fine.views_needed.is_none());
+}
+
+/// The number of views that a check asks for suffices, if the old calibration is good enough.
+#[test]
+fn as_many_views_as_are_asked_for_show_the_change() {
+    let mut installed = Installed::new(9006);
+    let views = filling(&mut installed.scene, 4);
+    let limit_px = |visible_px: f64| {
+        let found = drift(&views, &board(), SIZE, &installed.lens(), Some(visible_px));
+        found.expect("a verdict")
+    };
+    let four = limit_px(0.75 * limit_px(1.0).shift.visible_px);
+    assert_eq!(four.verdict, DriftVerdict::CannotTell);
+    let needed = four.views_needed.expect("a few more views");
+    assert!((5..40).contains(&needed), "{needed}");
+    let more = filling(&mut installed.scene, needed);
+    let found = drift(&more, &board(), SIZE, &installed.lens(), Some(four.matters_px));
+    let found = found.expect("a verdict");
+    let ratio = found.shift.visible_px / four.matters_px;
+    println!("{needed} views: {ratio:.2} of the limit visible");
+    assert!((0.5..1.25).contains(&ratio), "{ratio}");
+    // What the old calibration hides, no number of views shows.
+    assert_eq!(limit_px(0.01).views_needed, None);
+}
+
+/// A change of about the limit is neither fine nor surely too large.
+#[test]
+fn a_change_around_the_limit_is_open() {
+    let mut installed = Installed::new(9003);
+    installed.scene.noise_px = 0.1;
+    installed.scene.camera.pp_px += Vector2::new(8.0, 0.0);
+    let views = filling(&mut installed.scene, 4);
+    let check = |limit_px: Option<f64>| {
+        drift(&views, &board(), SIZE, &installed.lens(), limit_px).expect("a verdict")
+    };
+    let found = check(None);
+    assert_eq!(found.verdict, DriftVerdict::Recalibrate, "{found:?}");
+    let around = check(Some(found.shift.px));
+    assert!(around.is_significant);
+    assert_eq!(around.verdict, DriftVerdict::CannotTell);
+    assert!(text::drift(&around).0.starts_with("CAN'T TELL: changed by up to"));
+    let within = check(Some(2.0 * found.shift.most_px.max(found.shift.visible_px)));
+    assert_eq!(within.verdict, DriftVerdict::Ok);
+    assert!(text::drift(&within).0.starts_with("OK: changed by up to"));
+}
+
+/// The interval holds the true displacement.
+#[test]
+fn the_displacement_lies_in_its_interval() {
+    let (mut inside, count) = (0, 60);
+    for seed in 0..count {
+        let mut installed = Installed::new(9000 + seed);
+        let before = installed.scene.camera;
+        installed.scene.camera.pp_px += Vector2::new(4.0, -3.0);
+        installed.scene.camera.f_px *= 1.004;
+        let after = installed.scene.camera;
+        let found = installed.check().expect("a verdict");
+        let true_px = cell_centres_px(SIZE)
+            .filter_map(|px| {
+                Some((after.px_from_normalized(&before.normalized_from_px(&px)?) - px).norm())
+            })
+            .fold(0.0, f64::max);
+        inside += u32::from((found.shift.least_px..=found.shift.most_px).contains(&true_px));
+    }
+    println!("the interval holds {inside} of {count} displacements");
+    assert!(f64::from(inside) >= 0.92 * f64::from(count as u32), "{inside} of {count}");
+}
+
+#[test]
+fn another_program_s_file_differs_and_has_not_changed() {
+    let mut installed = Installed::new(9002);
+    let views = filling(&mut installed.scene, 4);
+    let mut old = OldLens { covariance: None, outlines: &[], ..installed.lens() };
+    let found = drift(&views, &board(), SIZE, &old, None).expect("a verdict");
+    let (what, action) = text::drift(&found);
+    assert_eq!(found.verdict, DriftVerdict::CannotTell);
+    assert!(what.contains("no difference from the file"), "{what}");
+    assert!(action.contains("states no uncertainty"), "{action}");
+    old.camera.f_px *= 1.05;
+    let found = drift(&views, &board(), SIZE, &old, None).expect("a verdict");
+    let (what, action) = text::drift(&found);
+    assert_eq!(found.verdict, DriftVerdict::Recalibrate);
+    assert!(what.contains("differs from the file by") && !what.contains("changed"), "{what}");
+    assert!(action.contains("perhaps never did"), "{action}");
+}
+
+#[test]
+fn a_lens_that_cannot_be_right_is_not_compared() {
+    let mut installed = Installed::new(9002);
+    let views = filling(&mut installed.scene, 4);
+    let mut old = OldLens { covariance: None, outlines: &[], ..installed.lens() };
+    let distortion = &mut old.camera.distortion;
+    (distortion.k1, distortion.k2, distortion.k3) = (16.0, -4242.0, 294_239.0);
+    let reason = drift(&views, &board(), SIZE, &old, None).expect_err("no lens");
+    assert_eq!(reason.code(), "LENS-IMPOSSIBLE");
+    let (what, action) = text::no_drift(&reason);
+    assert!(what.contains("isn't a lens that can be right"), "{what}");
+    assert_eq!(action, "Don't use the file. Calibrate the camera.");
 }
 
 #[test]
@@ -347,7 +475,7 @@ impl Lens {
             image_size: SIZE,
         };
         let views = seen(&now, &self.poses(4));
-        match drift(&views, &board(), SIZE, &lens) {
+        match drift(&views, &board(), SIZE, &lens, None) {
             Err(NoDrift::Undetermined) => None,
             found => Some(found.expect("a verdict")),
         }

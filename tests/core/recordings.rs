@@ -201,7 +201,7 @@ fn pictures_of_two_focal_lengths_are_told_again() {
 fn an_installed_camera_that_changed_is_told_again() {
     let saved = replayed("installed-camera-changed");
     let old = comparison::read(&recording("good").join("calibration.json")).expect("a calibration");
-    let found = comparison::compare(&saved.session, &old);
+    let found = comparison::compare(&saved.session, &old, None);
     let recorded = CheckFile::read(&json(&saved.path.join("check.json"))).expect("whole");
     let now = comparison::check_file(
         Path::new(&recorded.against),

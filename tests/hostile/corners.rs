@@ -92,7 +92,7 @@ fn comparisons() {
         outlines: &[],
         image_size: SIZE,
     };
-    run("drift", views, |input| match drift(&corners(input), &board(), SIZE, &lens) {
+    run("drift", views, |input| match drift(&corners(input), &board(), SIZE, &lens, None) {
         Err(_) => Ok(false),
         Ok(drift) => only_numbers(&drift).map(|()| true),
     });

@@ -44,7 +44,8 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
         "image_size_px = [640, 480]\npp_px = [322, 238]\n[technician]\nreaction_secs = 0.3",
     );
     let check = ["check", "--against", old, "--json", "--same-camera", "--source"];
-    let ended = boresight(folder, &[&check[..], &[&same, "--out", "first"]].concat());
+    let limited = ["--out", "first", "--limit", "8px"];
+    let ended = boresight(folder, &[&check[..], &[&same], &limited[..]].concat());
     says(&ended, 0, &["OK", "smallest detectable change", "first/check.json", "first/report.html"]);
     let page = fs::read_to_string(folder.join("first/report.html")).expect("readable");
     assert!(page.contains("id=\"drift\"") && page.contains(old));
@@ -57,6 +58,14 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     assert_eq!(found["views_used"], taken);
     let saved = fs::read_to_string(folder.join("first/check.json")).expect("readable");
     assert_eq!(serde_json::from_str::<Value>(&saved).expect("JSON"), found);
+
+    // What four views can't see, they don't call fine.
+    let sharp = ["--out", "sharp", "--limit", "0.05"];
+    let ended = boresight(folder, &[&check[..], &[&same], &sharp[..]].concat());
+    says(&ended, 3, &["CAN'T TELL", "could hide", "more views"]);
+    assert_eq!(verdict(&ended.stdout)["verdict"], "cannot-tell");
+    let wrong = boresight(folder, &[&check[..], &[&same, "--limit", "0"]].concat());
+    says(&wrong, 2, &["--limit"]);
 
     // Knocked: the lens sits 5 px further left.
     let moved = scene(folder, "moved.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
@@ -119,6 +128,25 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(&boresight(folder, &["check", "--against", "nowhere.json"]), 1, &["nowhere.json"]);
     fs::write(folder.join("not.json"), "{}").expect("written");
     says(&boresight(folder, &["check", "--against", "not.json"]), 1, &["not.json"]);
+}
+
+/// Without boards and pictures: a file that no lens can have made.
+#[test]
+fn a_file_that_is_no_lens_is_not_checked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let source = scene(folder, "any.toml", "image_size_px = [640, 480]");
+    let file = "image_width: 640\nimage_height: 480\n\
+                camera_matrix: {rows: 3, cols: 3, data: [520, 0, 320, 0, 520, 240, 0, 0, 1]}\n\
+                distortion_model: plumb_bob\n\
+                distortion_coefficients: {rows: 1, cols: 5, data: [16, -4242, 0, 0, 294239]}\n";
+    fs::write(folder.join("ost.yaml"), file).expect("written");
+    let before = contents(folder);
+    let check = ["check", "--against", "ost.yaml", "--json", "--source", &source];
+    let ended = boresight(folder, &check);
+    says(&ended, 3, &["isn't a lens that can be right", "Don't use the file"]);
+    assert_eq!(verdict(&ended.stdout)["reason"], "LENS-IMPOSSIBLE");
+    assert_eq!(contents(folder), before);
 }
 
 /// A recalibrated session is still a session of the same camera, simulated or not.

@@ -37,7 +37,7 @@ pub(crate) fn drift_from(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Drift {
         outlines: &[],
         image_size: calibration.image_size,
     };
-    drift(&views, &snapshot.setup.board, calibration.image_size, &old).expect("determined")
+    drift(&views, &snapshot.setup.board, calibration.image_size, &old, None).expect("determined")
 }
 
 pub(crate) fn compared(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Comparison {
@@ -46,7 +46,7 @@ pub(crate) fn compared(snapshot: &Snapshot, moved_px: Vector2<f64>) -> Compariso
     let against = "sessions/before/calibration.json".into();
     let drift = Some(Box::new(drift));
     let doubts = Vec::new();
-    let compared = Compared { against, what, action: action.into(), doubts, drift };
+    let compared = Compared { against, what, action, doubts, drift };
     Comparison { outcome: Outcome::Done(Ok(compared)), ..Comparison::default() }
 }
 
@@ -92,7 +92,7 @@ fn a_change_is_told_with_its_uncertainty_and_what_to_do() {
         (0.0, "OK: no change detected", "Keep the calibration."),
         (
             5.0,
-            "RECALIBRATE: shifted by up to",
+            "RECALIBRATE: changed by up to",
             "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom.",
         ),
     ] {
@@ -128,5 +128,5 @@ fn the_picture_of_a_change_is_the_change() {
     let largest = boresight::geometry::cell_centres_px(crate::world::SIZE)
         .map(|px| drift.displacement_at(&px).norm())
         .fold(0.0, f64::max);
-    assert!((largest - drift.displacement_px).abs() < 1e-12);
+    assert!((largest - drift.shift.px).abs() < 1e-12);
 }

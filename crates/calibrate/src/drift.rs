@@ -6,15 +6,17 @@ use nalgebra::{Matrix2, Point2, Vector2, Vector3};
 use super::{
     calibrate::calibrate,
     check::finding::{FindingCode, Severity},
-    lens_change::{Change, F_AND_PP_LIMIT, Told},
+    lens_change::{Change, F_AND_PP_LIMIT, Told, lens_shift},
+    lens_flaw::LensFlaw,
     params::CalibrationParams,
+    shift::{DriftVerdict, Shift, relevant_shift_px},
     solve::{
         initial_guess::distinct_views, lens_model::LensModel, schur_lm::inverse, view_scatter,
     },
 };
 use boresight_geometry::{
-    BoardOutline, Camera, Corner, LensMatrix, LensParameter, boards::Board, cell_centres_px,
-    frame::ImageSize, seen_count,
+    BoardOutline, Camera, Corner, LensMatrix, LensParameter, boards::Board, frame::ImageSize,
+    seen_count,
 };
 
 /// Probability of no alarm for an unchanged principal point, or an unchanged focal length, alone.
@@ -29,9 +31,8 @@ const COVERED_MARGIN_FRACTION: f64 = 0.05;
 const LEAST_SEEN: usize = 6;
 /// Largest fraction of a view's corners beyond the margin.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
-/// Displacement of a ray, as a fraction of the picture's width, below which a significant change is
-/// watched rather than acted on: 1 px at 1280.
-pub(super) const RELEVANT_SHIFT_FRACTION: f64 = 0.0008;
+/// Number of views beyond which more wouldn't help: then the old calibration is what isn't known.
+const MOST_VIEWS: usize = 1000;
 /// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP
 /// relative to the width, then the coefficients. Deliberately pessimistic: the PP's is about nine
 /// times as large as after eight frame-filling views (`docs/method.md`, section 0).
@@ -55,23 +56,20 @@ pub struct OldLens<'a> {
     pub image_size: ImageSize,
 }
 
-/// Verdict of a drift check.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DriftVerdict {
-    /// No significant change.
-    Ok,
-    /// A significant change, still too small to matter.
-    Watch,
-    /// A significant change large enough to matter.
-    Recalibrate,
-}
-
 /// Difference between an installed camera and the old calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     /// Verdict on the change.
     pub verdict: DriftVerdict,
-    /// Change of `(f, cx, cy)` in pixels; `fy` changes in proportion to `fx`.
+    /// True if f and the principal point, or the distortion, changed significantly.
+    pub is_significant: bool,
+    /// Displacement of rays over the picture; over the views if the distortion changed.
+    pub shift: Shift,
+    /// Number of views like these that would show every change that matters, if it isn't known;
+    /// `None` if the old calibration itself isn't known well enough.
+    pub views_needed: Option<usize>,
+    /// Change of `(f, cx, cy)` in pixels, if the distortion didn't change given the same one; `fy`
+    /// changes in proportion to `fx`.
     pub change_px: Vector3<f64>,
     /// Standard deviations of the change in pixels, with the old calibration's included.
     pub sd_px: Vector3<f64>,
@@ -92,15 +90,13 @@ pub struct Drift {
     /// of the distortion detected with a probability of 95 %. `None` if the views leave the
     /// distortion open.
     pub visible_lens_px: Option<f64>,
-    /// Largest displacement of a ray's image over the picture, in pixels.
-    pub displacement_px: f64,
     /// Displacement above which a change matters, in pixels.
     pub matters_px: f64,
     /// True if the distortion changed significantly, at 0.1 %.
     pub lens_changed: bool,
     /// True if a typical covariance was assumed because the old calibration states none.
     pub assumed: bool,
-    /// Present lens: new focal length and principal point, old distortion.
+    /// Present lens: new focal length and principal point; old distortion, unless that changed.
     pub camera: Camera,
     /// Indices of the views used.
     pub used: Vec<usize>,
@@ -148,6 +144,9 @@ pub enum NoDrift {
         /// Sample standard deviation of the views' focal lengths, relative to their mean.
         relative_sd: f64,
     },
+    /// The old lens can't be right.
+    #[error("the old lens can't be right: {0}")]
+    Impossible(LensFlaw),
     /// The views don't determine focal length and principal point.
     #[error("the views do not determine focal length and principal point")]
     Undetermined,
@@ -162,28 +161,8 @@ impl NoDrift {
             Self::FewViews { .. } => "OUTSIDE-OLD-COVERAGE",
             Self::Mixed { .. } => "VIEWS-MIXED",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
+            Self::Impossible(_) => "LENS-IMPOSSIBLE",
             Self::Undetermined => "UNDETERMINED",
-        }
-    }
-}
-
-impl DriftVerdict {
-    /// Verdict on a change with a displacement of up to `displacement_px` for the image of a ray;
-    /// displacements above `matters_px` matter.
-    pub(super) fn of(is_significant: bool, displacement_px: f64, matters_px: f64) -> Self {
-        match is_significant {
-            true if displacement_px > matters_px => Self::Recalibrate,
-            true => Self::Watch,
-            false => Self::Ok,
-        }
-    }
-
-    /// Stable name, for files and programs.
-    pub fn code(self) -> &'static str {
-        match self {
-            Self::Ok => "ok",
-            Self::Watch => "watch",
-            Self::Recalibrate => "recalibrate",
         }
     }
 }
@@ -196,18 +175,24 @@ impl DriftVerdict {
 ///
 /// The new views are calibrated as usual, with the models of the old lens's family. The difference
 /// of the two calibrations, by their stated covariances, shows the change: f and the principal
-/// point given the same distortion, and the distortion. See `docs/method.md`, section 4.
+/// point given the same distortion, and the distortion. A displacement above `limit_px` matters; by
+/// default 0.08 % of the picture's width. See `docs/method.md`, section 4.
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the picture size differs, if fewer than [`DRIFT_VIEWS`] usable views differ, if
-/// they are of two cameras or focal lengths, or if they don't determine the three parameters.
+/// [`NoDrift`] if the old lens can't be right, if the picture size differs, if fewer than
+/// [`DRIFT_VIEWS`] usable views differ, if they are of two cameras or focal lengths, or if they
+/// don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Board,
     image_size: ImageSize,
     old: &OldLens<'_>,
+    limit_px: Option<f64>,
 ) -> Result<Drift, NoDrift> {
+    if let Some(flaw) = LensFlaw::of(&old.camera, old.image_size, old.outlines) {
+        return Err(NoDrift::Impossible(flaw));
+    }
     if image_size != old.image_size {
         return Err(NoDrift::OtherSize { new: image_size, old: old.image_size });
     }
@@ -227,14 +212,10 @@ pub fn drift(
         let outside = views.iter().filter(|view| usable(view) && !is_covered(view, old)).count();
         return Err(NoDrift::FewViews { different, outside });
     }
-    let mut camera = old.camera;
-    camera.f_px.y = camera.f_px.x;
-    camera.pp_px.y *= aspect;
-    let family = LensModel::simplest_with(&camera).family();
+    let family = LensModel::simplest_with(&old.camera).family();
     let assumed = old.covariance.is_none();
-    let old_covariance =
-        old.covariance.unwrap_or_else(|| unstated(&camera, family.richest(), image_size));
-    let old_covariance = scaled_covariance(&old_covariance, aspect);
+    let of_old =
+        old.covariance.unwrap_or_else(|| unstated(&old.camera, family.richest(), image_size));
     let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
     let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
     for finding in new.findings.iter().filter(|finding| finding.severity == Severity::Bad) {
@@ -246,55 +227,131 @@ pub fn drift(
             _ => {}
         }
     }
+    let mut camera = new.camera;
+    camera.f_px.y /= aspect;
+    camera.pp_px.y /= aspect;
+    let of_new = scaled_covariance(&new.covariance_all, aspect.recip());
+    let lenses = Lenses { old: (old.camera, of_old), new: (camera, of_new), image_size };
     let told = Told::by(view_scatter::freedom(different));
-    let change = Change::between((&camera, &old_covariance), (&new.camera, &new.covariance_all))
-        .ok_or(NoDrift::Undetermined)?;
-    let (d, covariance) = (change.f_and_pp_px, change.f_and_pp_covariance);
-    let information = inverse(&covariance).ok_or(NoDrift::Undetermined)?;
-    let statistic = (d.transpose() * information * d).x;
-    let limit = told.limit(3, F_AND_PP_LIMIT).ok_or(NoDrift::Undetermined)?;
-    let pp_covariance: Matrix2<f64> = covariance.fixed_view::<2, 2>(1, 1).into();
-    let of_pp = inverse(&pp_covariance).ok_or(NoDrift::Undetermined)?;
-    let pp_statistic = (d.yz().transpose() * of_pp * d.yz()).x;
-    let f_statistic = d.x * d.x / covariance[(0, 0)];
-    let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
-    let seen = told.noncentrality(3, limit);
-    let back = Vector3::new(1.0, 1.0, 1.0 / aspect);
-    let change_px = d.component_mul(&back);
-    let lens = change.of_distortion(&camera, image_size, &told);
-    let lens_changed = lens.is_some_and(|lens| lens.is_significant);
-    let mut now = old.camera;
-    now.f_px *= 1.0 + change_px.x / now.f_px.x;
-    now.pp_px += change_px.yz();
-    let above = |statistic: f64, dimensions| {
-        told.limit(dimensions, ONE_ALONE).is_some_and(|limit| statistic > limit)
+    let matters_px = limit_px.unwrap_or_else(|| relevant_shift_px(image_size));
+    let seen = used.iter().flat_map(|view| &views[*view]).filter(|corner| corner.is_seen());
+    let found = lenses.compared(&told, seen.map(|corner| corner.px), matters_px);
+    let found = found.ok_or(NoDrift::Undetermined)?;
+    let views_needed = match found.verdict {
+        DriftVerdict::CannotTell => lenses.views_needed(different, matters_px),
+        DriftVerdict::Ok | DriftVerdict::Recalibrate => None,
     };
-    let mut found = Drift {
-        verdict: DriftVerdict::Ok,
-        change_px,
-        sd_px: covariance.diagonal().map(f64::sqrt).component_mul(&back),
-        statistic,
-        limit,
-        pp_changed: above(pp_statistic, 2),
-        f_changed: above(f_statistic, 1),
-        visible_pp_px: (seen / weakest.symmetric_eigenvalues().min()).sqrt(),
-        visible_f_px: (seen / information[(0, 0)]).sqrt(),
-        visible_lens_px: lens.map(|lens| lens.visible_px),
-        displacement_px: 0.0,
-        matters_px: RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px),
-        lens_changed,
-        assumed,
-        camera: now,
-        used,
-    };
-    found.displacement_px =
-        cell_centres_px(image_size).map(|px| found.displacement_at(&px).norm()).fold(0.0, f64::max);
-    if let Some(lens) = lens.filter(|lens| lens.is_significant) {
-        found.displacement_px = found.displacement_px.max(lens.displacement_px);
+    Ok(Drift { views_needed, assumed, used, ..found })
+}
+
+/// Old and new lens of a camera, each with covariance.
+struct Lenses {
+    old: (Camera, LensMatrix),
+    new: (Camera, LensMatrix),
+    image_size: ImageSize,
+}
+
+impl Lenses {
+    fn change(&self) -> Option<Change> {
+        Change::between((&self.old.0, &self.old.1), (&self.new.0, &self.new.1))
     }
-    let is_significant = lens_changed || statistic > limit;
-    let verdict = DriftVerdict::of(is_significant, found.displacement_px, found.matters_px);
-    Ok(Drift { verdict, ..found })
+
+    /// Change with its verdict, if displacements above `matters_px` matter. `places` are the
+    /// corners seen by the new lens. `None` if the covariances don't determine f and the principal
+    /// point.
+    fn compared(
+        &self,
+        told: &Told,
+        places: impl Iterator<Item = Point2<f64>>,
+        matters_px: f64,
+    ) -> Option<Drift> {
+        let Self { old: (old, of_old), new: (new, of_new), image_size } = self;
+        let change = self.change()?;
+        let (d, covariance) = (change.f_and_pp_px, change.f_and_pp_covariance);
+        let information = inverse(&covariance)?;
+        let statistic = (d.transpose() * information * d).x;
+        let limit = told.limit(3, F_AND_PP_LIMIT)?;
+        let pp_covariance: Matrix2<f64> = covariance.fixed_view::<2, 2>(1, 1).into();
+        let pp_statistic = (d.yz().transpose() * inverse(&pp_covariance)? * d.yz()).x;
+        let f_statistic = d.x * d.x / covariance[(0, 0)];
+        let weakest: Matrix2<f64> = information.fixed_view::<2, 2>(1, 1).into();
+        let noncentrality = told.noncentrality(3, limit);
+        let above = |statistic: f64, dimensions| {
+            told.limit(dimensions, ONE_ALONE).is_some_and(|limit| statistic > limit)
+        };
+        let of_f_and_pp = change.of_f_and_pp(old, *image_size, told)?;
+        let lens = change.of_distortion(old, *image_size, told);
+        let bounds = lens.map_or(of_f_and_pp, |lens| of_f_and_pp.or(&lens.shift));
+        let mut found = Drift {
+            verdict: DriftVerdict::CannotTell,
+            is_significant: statistic > limit,
+            shift: Shift { px: of_f_and_pp.px, ..bounds },
+            views_needed: None,
+            change_px: d,
+            sd_px: covariance.diagonal().map(f64::sqrt),
+            statistic,
+            limit,
+            pp_changed: above(pp_statistic, 2),
+            f_changed: above(f_statistic, 1),
+            visible_pp_px: (noncentrality / weakest.symmetric_eigenvalues().min()).sqrt(),
+            visible_f_px: (noncentrality / information[(0, 0)]).sqrt(),
+            visible_lens_px: lens.map(|lens| lens.shift.visible_px),
+            matters_px,
+            lens_changed: lens.is_some_and(|lens| lens.is_significant),
+            assumed: false,
+            camera: *old,
+            used: Vec::new(),
+        };
+        if found.lens_changed {
+            // f and the principal point given the same distortion would mean nothing.
+            let whole = lens_shift((old, of_old), (new, of_new), places, told)?;
+            found.is_significant = true;
+            found.shift = Shift { visible_px: bounds.visible_px, ..whole };
+            found.change_px = f_and_pp(new) - f_and_pp(old);
+            let covariance = (of_old + of_new).diagonal();
+            found.sd_px = LensParameter::F_AND_PP
+                .map(|parameter| covariance[parameter.index()].sqrt())
+                .into();
+            found.camera.distortion = new.distortion;
+        }
+        found.camera.f_px *= 1.0 + found.change_px.x / old.f_px.x;
+        found.camera.pp_px += found.change_px.yz();
+        found.verdict = found.shift.verdict(found.is_significant, matters_px);
+        Some(found)
+    }
+
+    /// Number of views like the `views` new ones that would show every change of more than
+    /// `matters_px`; `None` if the old lens itself isn't known well enough.
+    fn views_needed(&self, views: usize, matters_px: f64) -> Option<usize> {
+        let shows = |count: usize| {
+            let of_new = self.new.1 * (views as f64 / count as f64);
+            let more = Self { new: (self.new.0, of_new), ..*self };
+            let told = Told::by(view_scatter::freedom(count));
+            let visible_px = more.change().and_then(|change| {
+                let f_and_pp = change.of_f_and_pp(&self.old.0, self.image_size, &told)?;
+                let lens = change.of_distortion(&self.old.0, self.image_size, &told);
+                Some(lens.map_or(f_and_pp, |lens| f_and_pp.or(&lens.shift)).visible_px)
+            });
+            visible_px.is_some_and(|visible_px| visible_px <= matters_px)
+        };
+        let (mut few, mut enough) = (views, MOST_VIEWS);
+        if !shows(enough) {
+            return None;
+        }
+        while enough - few > 1 {
+            let count = few.midpoint(enough);
+            if shows(count) {
+                enough = count;
+            } else {
+                few = count;
+            }
+        }
+        Some(enough)
+    }
+}
+
+fn f_and_pp(camera: &Camera) -> Vector3<f64> {
+    Vector3::new(camera.f_px.x, camera.pp_px.x, camera.pp_px.y)
 }
 
 /// True if most of a view lies in the area covered by the old calibration, or if that area is

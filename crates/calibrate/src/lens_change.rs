@@ -1,9 +1,10 @@
 //! Change between two calibrations of a camera, by the stated covariances, `docs/method.md`,
 //! section 4.
 
-use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3, Point2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix2xX, Matrix3, Point2, Vector2, Vector3};
 use statrs::function::beta::beta_reg;
 
+use super::shift::{CONFIDENCE, Shift};
 use boresight_geometry::{
     Camera, LENS_PARAMETERS, LensMatrix, LensParameter, LensParts, cell_centres_px,
     frame::ImageSize,
@@ -97,9 +98,8 @@ pub(super) struct Change {
     /// Coefficients of either lens.
     coefficients: Vec<LensParameter>,
     /// Map from changes of the coefficients to changes along independent directions with a standard
-    /// deviation of 1; those directions, a column each; and the change along them.
+    /// deviation of 1; and the change along them.
     whitened: DMatrix<f64>,
-    directions: DMatrix<f64>,
     along: DVector<f64>,
 }
 
@@ -108,15 +108,49 @@ pub(super) struct Change {
 pub(super) struct LensChange {
     /// True if either test finds a change.
     pub(super) is_significant: bool,
-    /// Largest displacement of a ray by the change found, in pixels.
-    pub(super) displacement_px: f64,
-    /// Largest displacement of a ray, in pixels, by the least proportional change detected with a
-    /// probability of 95 %.
-    pub(super) visible_px: f64,
+    /// Shift by the proportional change.
+    pub(super) shift: Shift,
+}
+
+/// Shift of the picture by a change of `(f, cx, cy)` from `f_pp_px`, with covariance; the
+/// distortion is the same. `None` with too few degrees of freedom.
+pub(super) fn f_and_pp_shift(
+    f_pp_px: &Vector3<f64>,
+    (change_px, covariance): (&Vector3<f64>, &Matrix3<f64>),
+    image_size: ImageSize,
+    told: &Told,
+) -> Option<Shift> {
+    let seen = told.noncentrality(3, told.limit(3, F_AND_PP_LIMIT)?);
+    let places = cell_centres_px(image_size).map(|px| {
+        let off = (px.coords - f_pp_px.yz()) / f_pp_px.x;
+        let by = Matrix2x3::new(off.x, 1.0, 0.0, off.y, 0.0, 1.0);
+        (by * change_px, by * covariance * by.transpose())
+    });
+    Some(Shift::over(places, (told.limit(2, CONFIDENCE)?, seen)))
+}
+
+/// Shift of `places` in the new picture by all differences between two lenses, each with a
+/// covariance. `None` if no ray of the places reaches the old picture.
+pub(super) fn lens_shift(
+    (old, of_old): (&Camera, &LensMatrix),
+    (new, of_new): (&Camera, &LensMatrix),
+    places: impl Iterator<Item = Point2<f64>>,
+    told: &Told,
+) -> Option<Shift> {
+    let covariance = of_old + of_new;
+    let mut places = places
+        .filter_map(|px| {
+            let now = new.project_ray(&new.ray_from_px(&px)?)?.jac_lens;
+            let before = old.project_ray(&new.ray_from_px(&px)?)?.px;
+            Some((px - before, now * covariance * now.transpose()))
+        })
+        .peekable();
+    places.peek()?;
+    Some(Shift::over(places, (told.limit(2, CONFIDENCE)?, 0.0)))
 }
 
 impl Change {
-    /// Change from the old lens to the new lens, each with a covariance; both have square pixels.
+    /// Change from the old lens to the new lens, each with a covariance; `fy/fx` is the same.
     /// `None` if a covariance isn't finite or doesn't determine f and the principal point.
     pub(super) fn between(
         (old, of_old): (&Camera, &LensMatrix),
@@ -145,11 +179,8 @@ impl Change {
         let told: Vec<usize> =
             (0..coefficients.len()).filter(|i| eigen.eigenvalues[*i] > least).collect();
         let mut towards = eigen.eigenvectors.select_columns(&told);
-        let mut directions = DMatrix::from_diagonal(&sd) * &towards;
         for (column, i) in told.iter().enumerate() {
-            let sd = eigen.eigenvalues[*i].sqrt();
-            towards.column_mut(column).scale_mut(sd.recip());
-            directions.column_mut(column).scale_mut(sd);
+            towards.column_mut(column).scale_mut(eigen.eigenvalues[*i].sqrt().recip());
         }
         let whitened = towards.transpose() * &unit;
         let along = &whitened * of(&coefficients);
@@ -165,9 +196,21 @@ impl Change {
             f_and_pp_covariance,
             coefficients,
             whitened,
-            directions,
             along,
         })
+    }
+
+    /// Shift of the picture by the change of f and the principal point of `old`. `None` with too
+    /// few degrees of freedom.
+    pub(super) fn of_f_and_pp(
+        &self,
+        old: &Camera,
+        image_size: ImageSize,
+        told: &Told,
+    ) -> Option<Shift> {
+        let f_pp_px = Vector3::new(old.f_px.x, old.pp_px.x, old.pp_px.y);
+        let change = (&self.f_and_pp_px, &self.f_and_pp_covariance);
+        f_and_pp_shift(&f_pp_px, change, image_size, told)
     }
 
     /// Tests for a change of the distortion of `old`: in any way, and in proportion, as by
@@ -202,19 +245,15 @@ impl Change {
         let share = proportional.dot(&self.along) / information;
         let limit = told.limit(1, UNCHANGED)?;
         let is_proportional = share * share * information > limit;
-        let whole_px = displacement_px(&whole);
         let is_any = self.along.norm_squared() > told.limit(self.along.len(), UNCHANGED)?;
-        let found_px = if is_proportional {
-            share.abs() * whole_px
-        } else {
-            displacement_px(&(&self.directions * &self.along))
-        };
-        let visible_px = (told.noncentrality(1, limit) / information).sqrt() * whole_px;
-        visible_px.is_finite().then_some(LensChange {
-            is_significant: is_proportional || is_any,
-            displacement_px: found_px,
-            visible_px,
-        })
+        let furthest_px = Vector2::new(displacement_px(&whole), 0.0);
+        let covariance = furthest_px * furthest_px.transpose() / information;
+        let sds = (told.limit(1, CONFIDENCE)?, told.noncentrality(1, limit));
+        let shift = Shift::over(std::iter::once((share * furthest_px, covariance)), sds);
+        shift
+            .visible_px
+            .is_finite()
+            .then_some(LensChange { is_significant: is_proportional || is_any, shift })
     }
 }
 

@@ -1,14 +1,14 @@
 //! Comparison of two calibrations of a camera by the stated covariances: the statistic of a check,
 //! without its views.
 
-use nalgebra::{Matrix3, Point2, Vector2, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::{
-    drift::{DriftVerdict, RELEVANT_SHIFT_FRACTION},
-    lens_change::{F_AND_PP_LIMIT, Told},
+    lens_change::{F_AND_PP_LIMIT, Told, f_and_pp_shift},
+    shift::{DriftVerdict, Shift, relevant_shift_px},
     solve::schur_lm::inverse,
 };
-use boresight_geometry::{cell_centres_px, frame::ImageSize};
+use boresight_geometry::frame::ImageSize;
 
 /// Focal length and principal point with covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +49,10 @@ impl StatedLens {
 /// Difference between two calibrations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensDifference {
-    /// Significance and size of the change.
+    /// Verdict on the size of the change.
     pub verdict: DriftVerdict,
+    /// True if the change exceeds chance.
+    pub is_significant: bool,
     /// New less old focal length and principal point, in pixels.
     pub change_px: Vector3<f64>,
     /// Standard deviations of the change.
@@ -59,7 +61,7 @@ pub struct LensDifference {
     /// nothing changed.
     pub statistic: f64,
     /// Largest displacement of the image of a ray over the picture.
-    pub displacement_px: f64,
+    pub shift: Shift,
 }
 
 impl LensDifference {
@@ -71,22 +73,16 @@ impl LensDifference {
         let change_px = new.f_pp_px - old.f_pp_px;
         let information = inverse(&covariance)?;
         let statistic = (change_px.transpose() * information * change_px).x;
-        let old_pp_px = Point2::from(old.f_pp_px.yz());
-        let displacement = |px: Point2<f64>| -> Vector2<f64> {
-            (px - old_pp_px) * (change_px.x / old.f_pp_px.x) + change_px.yz()
-        };
-        let displacement_px =
-            cell_centres_px(image_size).map(|px| displacement(px).norm()).fold(0.0, f64::max);
-        let matters_px = RELEVANT_SHIFT_FRACTION * f64::from(image_size.width_px);
-        let limit = Told::EXACTLY.limit(3, F_AND_PP_LIMIT)?;
-        let verdict = DriftVerdict::of(statistic > limit, displacement_px, matters_px);
-        let sd_px = covariance.diagonal().map(f64::sqrt);
-        (statistic.is_finite() && displacement_px.is_finite()).then_some(Self {
-            verdict,
+        let told = Told::EXACTLY;
+        let shift = f_and_pp_shift(&old.f_pp_px, (&change_px, &covariance), image_size, &told)?;
+        let is_significant = statistic > told.limit(3, F_AND_PP_LIMIT)?;
+        (statistic.is_finite() && shift.most_px.is_finite()).then_some(Self {
+            verdict: shift.verdict(is_significant, relevant_shift_px(image_size)),
+            is_significant,
             change_px,
-            sd_px,
+            sd_px: covariance.diagonal().map(f64::sqrt),
             statistic,
-            displacement_px,
+            shift,
         })
     }
 }
@@ -108,14 +104,16 @@ mod tests {
         let found = LensDifference::of(&old, &lens(1000.5, 640.0, 360.0, 0.4), SIZE);
         let found = found.expect("compared");
         assert!((found.statistic - 1.0).abs() < 1e-9);
-        assert_eq!(found.verdict, DriftVerdict::Ok);
+        // Neither seen, nor small for certain.
+        assert_eq!((found.is_significant, found.verdict), (false, DriftVerdict::CannotTell));
         // Far beyond chance, and 6 px at the picture's edge.
         let far = LensDifference::of(&old, &lens(1010.0, 640.0, 360.0, 0.4), SIZE);
         assert_eq!(far.expect("compared").verdict, DriftVerdict::Recalibrate);
         // Beyond chance, but too small to matter.
         let sharp = lens(1000.0, 640.0, 360.0, 0.01);
         let small = LensDifference::of(&sharp, &lens(1000.1, 640.0, 360.0, 0.01), SIZE);
-        assert_eq!(small.expect("compared").verdict, DriftVerdict::Watch);
+        let small = small.expect("compared");
+        assert_eq!((small.is_significant, small.verdict), (true, DriftVerdict::Ok));
     }
 
     #[test]

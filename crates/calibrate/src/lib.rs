@@ -47,6 +47,8 @@
 //! | [`acceptance`](mod@acceptance) | judges the result by a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
 //! | `lens_difference` | two calibrations of one camera, by what they state |
+//! | `lens_change`, `shift` | tests of a change; its displacement as an interval against a limit |
+//! | `lens_flaw` | lenses that can't be right |
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top
 //! level uses both. Everything is deterministic. Findings and errors are values with numbers;
@@ -86,9 +88,11 @@ mod inputs;
 mod known_lens;
 mod lens_change;
 mod lens_difference;
+mod lens_flaw;
 mod params;
 mod repeats;
 mod result;
+mod shift;
 pub mod solve;
 mod summary;
 
@@ -100,11 +104,13 @@ pub use check::{
     limits::Limits,
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
-pub use drift::{DRIFT_VIEWS, Drift, DriftVerdict, NoDrift, OldLens, drift};
+pub use drift::{DRIFT_VIEWS, Drift, NoDrift, OldLens, drift};
 pub use known_lens::{Combined, KnownLens, NotHeld};
 pub use lens_difference::{LensDifference, StatedLens};
+pub use lens_flaw::LensFlaw;
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
+pub use shift::{DriftVerdict, Shift};
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
     free_homography::{self, FreeHomographies},

@@ -25,8 +25,8 @@ pub struct CheckFile {
     /// Width and height of the old calibration's picture, in pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image_size: Option<[u32; 2]>,
-    /// `ok`, `watch` or `recalibrate`; null if there is no verdict.
-    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["ok", "watch", "recalibrate", null])))]
+    /// `ok`, `cannot-tell` or `recalibrate`; null if there is no verdict. Earlier versions wrote `watch` for a change too small to matter.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["ok", "watch", "cannot-tell", "recalibrate", null])))]
     pub verdict: Option<String>,
     /// Stable name of why there is no verdict, such as `OTHER-SIZE`.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -59,6 +59,15 @@ pub struct CheckFile {
     /// How far the change moves the image of a ray, at most.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement_px: Option<f64>,
+    /// Where `displacement_px` lies 95 times of 100: least and most.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement_interval_px: Option<[f64; 2]>,
+    /// Whether f and principal point, or the distortion, changed by more than chance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub changed: Option<bool>,
+    /// With `cannot-tell`: how many views like these would show every change that matters; missing if no number would.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub views_needed: Option<usize>,
     /// The displacement from which a change matters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matters_px: Option<f64>,
@@ -66,7 +75,7 @@ pub struct CheckFile {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["stated", "assumed"])))]
     pub uncertainty_of_old: Option<String>,
-    /// The lens as it is now, with the old distortion.
+    /// The lens as it is now; with the old distortion, unless that changed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub now: Option<LensNow>,
     /// Views that were compared.
@@ -107,6 +116,9 @@ pub struct VisibleEntry {
     /// Displacement of a ray by a change of the distortion in proportion, if the views don't leave it open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens_px: Option<f64>,
+    /// Displacement anywhere in the picture: every larger one would have been found.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement_px: Option<f64>,
 }
 
 /// Focal length and principal point.
@@ -178,8 +190,12 @@ impl CheckFile {
                 pp_px: drift.visible_pp_px,
                 f_px: drift.visible_f_px,
                 lens_px: drift.visible_lens_px,
+                displacement_px: Some(drift.shift.visible_px),
             }),
-            displacement_px: Some(drift.displacement_px),
+            displacement_px: Some(drift.shift.px),
+            displacement_interval_px: Some([drift.shift.least_px, drift.shift.most_px]),
+            changed: Some(drift.is_significant),
+            views_needed: drift.views_needed,
             matters_px: Some(drift.matters_px),
             uncertainty_of_old: Some(if drift.assumed { "assumed" } else { "stated" }.into()),
             now: Some(LensNow {

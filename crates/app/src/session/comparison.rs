@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 
 use crate::{Announcer, RESULT_FILE, SavedSession, session::source::result_named_by};
-use boresight_calibrate::{Drift, DriftVerdict, KnownLens, NoDrift, OldLens, Verdict, drift};
+use boresight_calibrate::{Drift, KnownLens, LensFlaw, NoDrift, OldLens, Verdict, drift};
 use boresight_capture::without_secrets;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, entries, read_text, save};
 use boresight_formats::{
@@ -100,12 +100,22 @@ pub fn known_lens(old: &OldCalibration, image_size: ImageSize) -> Result<KnownLe
     Ok(KnownLens::new(&old.camera, covariance))
 }
 
-/// Compares the views of `session` with `old`.
+/// Reason for a missing verdict that needs no views: the lens varies, or can't be right.
+pub fn not_comparable(old: &OldCalibration) -> Option<NoVerdict> {
+    if old.focal_varies {
+        return Some(NoVerdict::FocalVaries);
+    }
+    let flaw = LensFlaw::of(&old.camera, old.image_size, &old.outlines)?;
+    Some(NoVerdict::NoDrift(NoDrift::Impossible(flaw)))
+}
+
+/// Compares the views of `session` with `old`. Displacements above `limit_px` matter; without it,
+/// those above 0.08 % of the picture's width.
 ///
 /// # Errors
 ///
 /// [`NoVerdict`].
-pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
+pub fn compare(session: &Session, old: &OldCalibration, limit_px: Option<f64>) -> Checked {
     if old.focal_varies {
         return Err(NoVerdict::FocalVaries);
     }
@@ -116,18 +126,19 @@ pub fn compare(session: &Session, old: &OldCalibration) -> Checked {
         image_size: old.image_size,
     };
     let setup = session.setup();
-    drift(session.corners_at_one_instant(), &setup.board, setup.image_size, &lens)
+    drift(session.corners_at_one_instant(), &setup.board, setup.image_size, &lens, limit_px)
         .map_err(NoVerdict::NoDrift)
 }
 
 /// The result in words, and the next action.
-pub fn words(found: &Checked) -> (String, &'static str) {
-    match found {
-        Ok(drift) => text::drift(drift),
+pub fn words(found: &Checked) -> (String, String) {
+    let (what, action) = match found {
+        Ok(drift) => return text::drift(drift),
         Err(NoVerdict::NoDrift(reason)) => text::no_drift(reason),
         Err(NoVerdict::FocalVaries) => text::focal_varied(),
         Err(NoVerdict::OtherCamera { old, new }) => text::other_camera(old, new),
-    }
+    };
+    (what, action.into())
 }
 
 /// Announces the finding, and `action`.
@@ -183,7 +194,7 @@ pub fn of_session(
     against: &Path,
 ) -> anyhow::Result<(Compared, Checked)> {
     let old = read(against)?;
-    let found = compare(session, &old);
+    let found = compare(session, &old, None);
     let mut doubts = text::doubts_of_old(&old);
     let other = old.source.as_deref().filter(|named| *named != source);
     doubts.extend(other.map(|named| text::maybe_other_camera(named, source)));
@@ -191,13 +202,13 @@ pub fn of_session(
         doubts.push(text::drift_is_weak().into());
     }
     let (what, action) = words(&found);
-    let has_moved = found.as_ref().is_ok_and(|drift| drift.verdict != DriftVerdict::Ok);
+    let has_moved = found.as_ref().is_ok_and(|drift| drift.is_significant);
     let is_good = session.calibration().is_some_and(|new| new.verdict == Verdict::Good);
-    let action = if has_moved && is_good { text::USE_THE_NEW_ONE } else { action };
-    store(path, &check_file(against, source, &old, &found, action))?;
+    let action = if has_moved && is_good { text::USE_THE_NEW_ONE.into() } else { action };
+    store(path, &check_file(against, source, &old, &found, &action))?;
     let drift = found.as_ref().ok().cloned().map(Box::new);
     let against = against.to_path_buf();
-    Ok((Compared { against, what, action: action.into(), doubts, drift }, found))
+    Ok((Compared { against, what, action, doubts, drift }, found))
 }
 
 /// Compares the session in the folder `path` with the calibration in `against`, and rewrites the

@@ -3,40 +3,74 @@
 use std::path::Path;
 
 use super::{apart, camera};
-use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Verdict};
+use boresight_calibrate::{Drift, DriftVerdict, LensFlaw, NoDrift, Shift, Verdict};
 use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::{Control, Lock};
 
-/// Verdict with numbers, and the next action.
-pub fn drift(drift: &Drift) -> (String, &'static str) {
-    let (moved, limit) = apart(drift.displacement_px, drift.matters_px, 2);
-    if drift.lens_changed && drift.verdict == DriftVerdict::Recalibrate {
-        return (
-            format!(
-                "RECALIBRATE: the distortion changed; it moves points by up to {moved} px, above your {limit} px limit"
-            ),
-            "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate.",
-        );
+/// Verdict with numbers, and the next action. A file without uncertainty may never have been right:
+/// a difference from it is no change of the camera.
+pub fn drift(drift: &Drift) -> (String, String) {
+    let Shift { px, least_px, most_px, visible_px } = drift.shift;
+    let (moved, limit) = apart(px, drift.matters_px, 2);
+    let differs = match (drift.lens_changed, drift.assumed) {
+        (true, false) => "the distortion changed; it moves points by",
+        (true, true) => "the distortion differs from the file's; it moves points by",
+        (false, false) => "changed by",
+        (false, true) => "differs from the file by",
+    };
+    let differs = format!("{differs} up to {moved} px ({least_px:.2} to {most_px:.2} px)");
+    let nothing = if drift.assumed { "no difference from the file" } else { "no change" };
+    let hidden = format!(
+        "{most_px:.2} px could hide (limit {limit} px, smallest detectable {visible_px:.2} px)"
+    );
+    match (drift.verdict, drift.is_significant) {
+        (DriftVerdict::Ok, false) => (
+            format!("OK: {nothing} detected, and at most {hidden}"),
+            "Keep the calibration.".into(),
+        ),
+        (DriftVerdict::Ok, true) => (
+            format!("OK: {differs}, within the {limit} px limit"),
+            "Keep the calibration and check again soon.".into(),
+        ),
+        (DriftVerdict::CannotTell, false) => {
+            (format!("CAN'T TELL: {nothing} detected, but up to {hidden}"), what_would_tell(drift))
+        }
+        (DriftVerdict::CannotTell, true) => (
+            format!("CAN'T TELL: {differs}, around the {limit} px limit"),
+            "Recalibrate to be sure, or take more views.".into(),
+        ),
+        (DriftVerdict::Recalibrate, _) => {
+            let action = match (drift.assumed, drift.lens_changed) {
+                (true, _) => {
+                    "Recalibrate, and use the new file. The old one doesn't hold for this camera, and perhaps never did."
+                }
+                (false, true) => {
+                    "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate."
+                }
+                (false, false) => {
+                    "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom."
+                }
+            };
+            (format!("RECALIBRATE: {differs}, above the {limit} px limit"), action.into())
+        }
     }
-    match drift.verdict {
-        DriftVerdict::Ok => (
-            format!(
-                "OK: no change detected (smallest detectable: {:.1} px)",
-                drift
-                    .visible_pp_px
-                    .max(drift.visible_f_px)
-                    .max(drift.visible_lens_px.unwrap_or_default())
-            ),
-            "Keep the calibration.",
+}
+
+/// Action for a check that could hide a change that matters.
+fn what_would_tell(drift: &Drift) -> String {
+    match drift.views_needed {
+        Some(needed) => format!(
+            "To tell, take {} more views like these. Fewer will do if the board is tipped by 30 to 50° and fills the picture.",
+            needed.saturating_sub(drift.used.len()).max(1)
         ),
-        DriftVerdict::Watch => (
-            format!("WATCH: shifted by up to {moved} px, below your {limit} px limit"),
-            "Keep the calibration and check again soon.",
-        ),
-        DriftVerdict::Recalibrate => (
-            format!("RECALIBRATE: shifted by up to {moved} px, above your {limit} px limit"),
-            "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom.",
-        ),
+        None if drift.assumed => {
+            "The file states no uncertainty, so more views can't tell. Recalibrate; the new calibration.json can be checked."
+                .into()
+        }
+        None => {
+            "More views can't tell: the old calibration itself isn't known well enough. Recalibrate with more views."
+                .into()
+        }
     }
 }
 
@@ -44,18 +78,26 @@ pub fn drift(drift: &Drift) -> (String, &'static str) {
 pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     let [f, x, y]: [f64; 3] = drift.change_px.into();
     let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
-    let (moved_px, matters_px) = (drift.displacement_px, drift.matters_px);
-    let (pp_px, f_px) = (drift.visible_pp_px, drift.visible_f_px);
+    let Shift { px, least_px, most_px, visible_px } = drift.shift;
+    let (pp_px, f_px, matters_px) = (drift.visible_pp_px, drift.visible_f_px, drift.matters_px);
+    let changed = if drift.assumed { "differs" } else { "changed" };
+    let lens = drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
+    let lens = lens.unwrap_or_default();
     [
-        ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
-        ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
-        ("picture", format!("shifted by up to {moved_px:.2} px (limit {matters_px:.2} px)")),
-        ("smallest detectable change", {
-            let lens =
-                drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
-            let lens = lens.unwrap_or_default();
-            format!("principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}")
-        }),
+        ("focal length", format!("{changed} by {f:+.2} ± {sd_f:.2} px")),
+        ("principal point", format!("{changed} by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
+        (
+            "picture",
+            format!(
+                "shifted by up to {px:.2} px ({least_px:.2} to {most_px:.2} px, limit {matters_px:.2} px)"
+            ),
+        ),
+        (
+            "smallest detectable change",
+            format!(
+                "{visible_px:.2} px in the picture: principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}"
+            ),
+        ),
     ]
 }
 
@@ -116,10 +158,27 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             ),
             "Lock focus and zoom, and check again.",
         ),
+        NoDrift::Impossible(flaw) => (
+            format!("NO VERDICT: the file isn't a lens that can be right: {}", lens_flaw(&flaw)),
+            "Don't use the file. Calibrate the camera.",
+        ),
         NoDrift::Undetermined => (
             "NO VERDICT: the views aren't enough to measure focal length and principal point"
                 .into(),
             "Tip the board by 30 to 50°, in opposed pairs.",
+        ),
+    }
+}
+
+/// Reason why a lens can't be right.
+fn lens_flaw(flaw: &LensFlaw) -> String {
+    match *flaw {
+        LensFlaw::FocalLength { widths } => {
+            format!("its focal length is {widths:.3} times the width of the picture")
+        }
+        LensFlaw::Distortion { share } => format!(
+            "its distortion folds over or stretches {:.0} % of the picture as no lens does",
+            100.0 * share
         ),
     }
 }

@@ -109,7 +109,7 @@ pub fn verdict_sign(code: &str) -> &'static str {
     match code {
         "good" | "ok" => "✓",
         "care" | "watch" => "!",
-        "none" => "?",
+        "cannot-tell" | "none" => "?",
         _ => "✗",
     }
 }

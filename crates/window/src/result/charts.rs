@@ -171,7 +171,7 @@ fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Dri
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
     // The longest arrow spans a cell.
     let longest_px = f64::from(cell.x / placed.scale().max(1e-6));
-    let times = longest_px / drift.displacement_px.max(1e-9);
+    let times = longest_px / drift.shift.px.max(1e-9);
     for px in cell_centres_px(image_size) {
         let moved = drift.displacement_at(&px);
         let share = (moved.norm() / drift.matters_px).min(1.0) as f32;
@@ -182,7 +182,7 @@ fn change(painter: &Painter, placed: &Placed, image_size: ImageSize, drift: &Dri
         let (from, to) = (placed.pos(&(px - half)), placed.pos(&(px + half)));
         painter.arrow(from, to - from, Stroke::new(2.0, Color32::WHITE));
     }
-    words::change_scale(times, drift.displacement_px, drift.matters_px)
+    words::change_scale(times, drift.shift.px, drift.matters_px)
 }
 
 /// Window of `width_px` around the principal point, as large as the area allows.

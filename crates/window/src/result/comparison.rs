@@ -143,7 +143,7 @@ fn what_changed(ui: &mut Ui, compared: &Compared) {
     let palette = theme::palette(ui.visuals());
     let color = match compared.drift.as_ref().map(|drift| drift.verdict) {
         Some(DriftVerdict::Ok) => palette.good,
-        Some(DriftVerdict::Watch) | None => palette.care,
+        Some(DriftVerdict::CannotTell) | None => palette.care,
         Some(DriftVerdict::Recalibrate) => palette.bad,
     };
     ui.label(RichText::new(format!("{}.", compared.what)).size(theme::TITLE).strong().color(color));

@@ -151,9 +151,9 @@ fn check(row: &mut Row, job: &Job, saved: &SavedSession) -> anyhow::Result<()> {
     let against = job.against.as_ref().or(saved.header.against.as_ref());
     let against = Path::new(against.ok_or(NotWorked::NoOldCalibration)?);
     let old = comparison::read(against)?;
-    let found = comparison::compare(&saved.session, &old);
+    let found = comparison::compare(&saved.session, &old, None);
     let (_, action) = comparison::words(&found);
-    row.check = Some(comparison::check_file(against, &saved.header.source, &old, &found, action));
+    row.check = Some(comparison::check_file(against, &saved.header.source, &old, &found, &action));
     Ok(())
 }
 

@@ -223,11 +223,7 @@ fn show(camera: &str, common: &Common) -> anyhow::Result<Exit> {
                 )
             });
             let change = since_first.as_ref().map_or(String::new(), |change| {
-                format!(
-                    ", moved {:.2} px at most: {}",
-                    change.displacement_px,
-                    change.verdict.code()
-                )
+                format!(", moved {:.2} px at most: {}", change.shift.px, change.verdict.code())
             });
             print(&format!("  {}  {:13} {lens}{change}", entry.created, entry.verdict))?;
         }

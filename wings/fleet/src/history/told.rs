@@ -51,8 +51,8 @@ pub struct ComparedEntry {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DifferenceEntry {
-    /// `ok`, `watch` or `recalibrate`. Of a whole history, it's `ok` exactly if `changed` is false.
-    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["ok", "watch", "recalibrate"])))]
+    /// `ok` if surely too small to matter, `recalibrate` if surely large enough, else `cannot-tell`. Earlier versions wrote `watch` for a change too small to matter.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["ok", "watch", "cannot-tell", "recalibrate"])))]
     pub verdict: String,
     /// Of focal length, and principal point along x and y.
     pub f_pp_px: [f64; 3],
@@ -105,16 +105,28 @@ pub fn trend(history: &CameraHistory) -> String {
     let Some(Trend { change, oldest, newest, drifts }) = history.trend else {
         return "needs two usable calibrations to compare".into();
     };
-    let LensDifference { change_px, sd_px, displacement_px, .. } = change;
-    let said = if drifts { "changed" } else { "no change" };
+    let LensDifference { change_px, sd_px, shift, verdict, .. } = change;
+    let said = match (drifts, verdict) {
+        (true, _) => "changed",
+        (false, DriftVerdict::Ok) => "no change",
+        (false, DriftVerdict::CannotTell | DriftVerdict::Recalibrate) => "no change seen",
+    };
     let newest = if newest > 1 { format!("newest {newest}") } else { "newest".into() };
     let since = match (oldest, newest.as_str()) {
         (1, _) => "since the first".to_owned(),
         (oldest, newest) => format!("from the oldest {oldest} to the {newest}"),
     };
     format!(
-        "{said} {since}: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {displacement_px:.2} px in the picture",
-        change_px.x, sd_px.x, change_px.y, sd_px.y, change_px.z, sd_px.z
+        "{said} {since}: f {:+.2} ± {:.2} px, pp ({:+.2} ± {:.2}, {:+.2} ± {:.2}) px, up to {:.2} px in the picture ({:.2} to {:.2} px)",
+        change_px.x,
+        sd_px.x,
+        change_px.y,
+        sd_px.y,
+        change_px.z,
+        sd_px.z,
+        shift.px,
+        shift.least_px,
+        shift.most_px
     )
 }
 
@@ -123,7 +135,10 @@ impl HistoryFile {
     pub fn of(history: &CameraHistory, with_calibrations: bool) -> Self {
         let change = history.trend.as_ref().map(|trend| {
             // With two comparisons, chance alone exceeds a check's limit once in a while.
-            let verdict = if trend.drifts { trend.change.verdict } else { DriftVerdict::Ok };
+            let verdict = match trend.change.verdict {
+                DriftVerdict::Recalibrate if !trend.drifts => DriftVerdict::CannotTell,
+                verdict => verdict,
+            };
             DifferenceEntry { verdict: verdict.code().into(), ..(&trend.change).into() }
         });
         Self {
@@ -152,7 +167,7 @@ impl From<&LensDifference> for DifferenceEntry {
             f_pp_px: array(&change.change_px),
             sigma_px: array(&change.sd_px),
             statistic: change.statistic,
-            displacement_px: change.displacement_px,
+            displacement_px: change.shift.px,
         }
     }
 }

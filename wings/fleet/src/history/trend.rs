@@ -1,7 +1,7 @@
 //! History of a camera over time.
 
 use super::entry::Entry;
-use boresight_calibrate::{DriftVerdict, LensDifference, StatedLens};
+use boresight_calibrate::{LensDifference, StatedLens};
 use boresight_geometry::frame::ImageSize;
 
 /// χ² quantile at 99.5 % with 3 degrees of freedom: two comparisons together have the 1 % false
@@ -99,7 +99,7 @@ impl Trend {
         let (newest, change) = if jump.1.statistic > slow.1.statistic { jump } else { slow };
         // The limit keeps the false alarms of two comparisons as rare as a check's single one.
         let is_clear = quarter == 1 || change.statistic > LIMIT_OF_TWO;
-        let drifts = is_clear && change.verdict != DriftVerdict::Ok;
+        let drifts = is_clear && change.is_significant;
         Some(Self { change, oldest: quarter, newest, drifts })
     }
 }
