@@ -76,11 +76,12 @@ fn a_plan_that_may_leave_the_picture_knows_its_corners_as_well() {
 /// Runs a session until the target leaves the picture.
 fn asked_beyond_edge(seed: u64) -> (World, Session) {
     let mut world = World::new(seed);
-    // Allowed errors at the picture's corners follow the noise.
     world.noise_px = 0.005;
     let mut setup = setup(world.board);
     setup.guidance.stop_projection_sigma_px = 1e-3;
+    setup.guidance.max_views = 10_000;
     setup.guidance.pairs_beyond_edge = 1;
+    setup.guidance.stop_corner_sigma_px = Some(0.04);
     ask_beyond_edge(world, Session::new(setup))
 }
 
@@ -229,6 +230,7 @@ fn a_slow_camera_is_not_asked_for_parts_that_it_cannot_tell() {
     world.step_nanos = 166_000_000;
     let mut setup = setup(world.board);
     setup.guidance.stop_projection_sigma_px = 1e-3;
+    setup.guidance.max_views = 10_000;
     let mut session = Session::new(setup);
     for _ in 0..60 {
         let Some(target) = session.target().cloned() else { break };

@@ -325,7 +325,7 @@ const LEAST_FOR_NOISE: usize = 4;
 fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameReport<'_>) + Send {
     let mut last = None;
     let mut is_far = false;
-    let mut knows_goal = false;
+    let mut knows_noise = false;
     let mirrored = announcer.is_mirrored();
     move |report| {
         let snapshot = report.snapshot;
@@ -344,11 +344,11 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
         {
             announcer.say(&sentence);
         }
-        if !knows_goal
+        if !knows_noise
             && snapshot.views.len() >= LEAST_FOR_NOISE
-            && let Some(sentence) = text::session_news::coarser_goals(snapshot)
+            && let Some(sentence) = text::session_news::coarse_corners(snapshot)
         {
-            knows_goal = true;
+            knows_noise = true;
             announcer.say(&sentence);
         }
         // No action with the board would change this.

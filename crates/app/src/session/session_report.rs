@@ -34,7 +34,7 @@ use boresight_present::{
     text::{self, report as words},
 };
 use boresight_run::{
-    config::{CertificateConfig, Config, PlanName, SET_GOALS},
+    config::{CertificateConfig, Config, PlanName},
     recording::{Header, JournalContents, Line, SessionFolder, Stored, stored_frame},
 };
 
@@ -310,7 +310,7 @@ fn camera(header: &Header, session: &Session) -> Vec<(String, String)> {
 }
 
 /// Settings that are not the default ones, as `--set` takes them; the board and the certificate are
-/// shown elsewhere. Whose a goal is follows from the setting itself.
+/// shown elsewhere.
 fn changed_settings(config: &Config) -> Vec<String> {
     let table = |config: &Config| toml::Table::try_from(config).unwrap_or_default();
     let default = Config::load(None, &[]).map(|config| table(&config)).unwrap_or_default();
@@ -320,9 +320,6 @@ fn changed_settings(config: &Config) -> Vec<String> {
         .filter(|(group, _)| !["board", "certificate"].contains(&group.as_str()))
     {
         for (name, value) in values.as_table().into_iter().flatten() {
-            if SET_GOALS.iter().any(|(_, is_set)| name == is_set) {
-                continue;
-            }
             if default.get(group).and_then(|values| values.get(name)) != Some(value) {
                 changed.push(format!("{group}.{name}={value}"));
             }

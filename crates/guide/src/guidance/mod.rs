@@ -53,7 +53,7 @@ pub use readout::Readout;
 pub use refusal::Refusal;
 pub use rules::RULES;
 pub use slots::direction_difference_rad;
-pub use stop::{Lack, Precision, Progress, forecast, progress};
+pub use stop::{Lack, Precision, Progress, forecast, progress, views_by_noise};
 pub(crate) use stop::{final_progress, lack};
 pub use target::{Purpose, Target, next_target};
 pub use view::{LensEstimate, View, measure};

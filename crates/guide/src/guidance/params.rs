@@ -70,10 +70,6 @@ pub struct GuidanceParams {
     /// Largest standard deviation of projection anywhere in the picture at which to stop without
     /// boards beyond the edge. `None` keeps boards in the picture.
     pub stop_corner_sigma_px: Option<f64>,
-    /// True if a person set `stop_pp_sigma_px`: noise then doesn't relax it.
-    pub pp_goal_is_set: bool,
-    /// True if a person set `stop_corner_sigma_px`: noise then doesn't relax it.
-    pub corner_goal_is_set: bool,
     /// Most reflected pairs of boards beyond the picture's edge.
     pub pairs_beyond_edge: usize,
     /// Fewest views before the session may stop.
@@ -96,9 +92,7 @@ impl Default for GuidanceParams {
             hold_secs: 0.3,
             stop_pp_sigma_px: 1.0,
             stop_projection_sigma_px: 0.3,
-            stop_corner_sigma_px: Some(0.04),
-            pp_goal_is_set: false,
-            corner_goal_is_set: false,
+            stop_corner_sigma_px: Some(0.25),
             pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: 4,
             max_views: 24,

@@ -7,5 +7,6 @@
 ///
 /// | version | rules |
 /// |---|---|
-/// | 8 | of the first release |
-pub const RULES: u32 = 8;
+/// | 8 | of the trials before the first release: the goals yielded to the camera's noise |
+/// | 9 | of the first release |
+pub const RULES: u32 = 9;

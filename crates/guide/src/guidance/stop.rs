@@ -6,8 +6,9 @@ use super::{
     view::View,
 };
 
-/// Fewest views of a board small in the picture.
-const FAR_VIEWS: usize = 8;
+/// Fewest views of a board small in the picture, and fewest for a forecast by the square root law:
+/// with fewer, each further view still brings much more.
+const FORECAST_VIEWS: usize = 8;
 
 /// Fewest views in opposed pairs: two pairs fix the principal point.
 const LEAST_IN_PAIRS: usize = 4;
@@ -21,8 +22,6 @@ pub struct Precision {
     pub projection_sigma_px: f64,
     /// Largest standard deviation of projection in the picture: in a corner, as a rule.
     pub corner_sigma_px: f64,
-    /// Typical standard deviation of a measured corner.
-    pub noise_px: f64,
     /// Focal length in picture widths.
     pub f_to_width: f64,
     /// Error over the lens's share of the person's own goal; met at 1. Replaces the limits of both
@@ -113,11 +112,12 @@ pub fn progress(
 ) -> Progress {
     let views = accepted.len();
     let Some(lack) = lack(accepted, precision, params) else { return Progress::Complete };
-    // More views of a board small in the picture help so little that a person would wait in vain.
-    let hopeless = params.is_far()
+    // Where more views help so little, a person would wait in vain.
+    let hopeless = views >= FORECAST_VIEWS
         && precision.is_some_and(|p| views_by_noise(views, p, params) > params.max_views);
     let planned = !matches!(lack, Lack::Views | Lack::Opposites);
-    if views >= params.max_views || (planned && hopeless) {
+    let lacks_precision = lack == Lack::Precision || (params.is_far() && planned);
+    if views >= params.max_views || (lacks_precision && hopeless) {
         Progress::Exhausted
     } else {
         Progress::Collecting
@@ -158,12 +158,13 @@ pub(crate) fn lack(
 
 /// Number of views of the plan before precision counts.
 fn planned_views(params: &GuidanceParams) -> usize {
-    let least = if params.is_far() { params.min_views.max(FAR_VIEWS) } else { params.min_views };
+    let least =
+        if params.is_far() { params.min_views.max(FORECAST_VIEWS) } else { params.min_views };
     params.plan.views().unwrap_or(least)
 }
 
 /// Number of views to bring the standard deviations down to the goals, by the square root law.
-fn views_by_noise(views: usize, precision: &Precision, params: &GuidanceParams) -> usize {
+pub fn views_by_noise(views: usize, precision: &Precision, params: &GuidanceParams) -> usize {
     let excess = precision.excess(params);
     (views as f64 * excess * excess).min(10_000.0).ceil() as usize
 }
@@ -212,7 +213,6 @@ mod tests {
             pp_sigma_px: 0.1,
             projection_sigma_px: 0.01,
             corner_sigma_px: 0.02,
-            noise_px: 0.02,
             goal_excess: None,
             trusted: true,
             covered: true,

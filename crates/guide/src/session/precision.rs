@@ -12,7 +12,6 @@ pub fn precision_of(calibration: &Calibration, image_size: ImageSize) -> Precisi
         pp_sigma_px: pp[(0, 0)].max(pp[(1, 1)]).max(0.0).sqrt(),
         projection_sigma_px: calibration.projection_sd.mean_px,
         corner_sigma_px: calibration.projection_sd.max_px,
-        noise_px: calibration.noise_px,
         f_to_width: calibration.camera.f_px.x / f64::from(width_px),
         goal_excess: calibration.acceptance.map(|judged| judged.excess()),
         trusted: !others.iter().any(Finding::calls_for_views),

@@ -2,8 +2,7 @@
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
-    GuidanceParams, LensEstimate, Precision, Readout, Scatter, Target, View,
-    params::FAR_SPAN_FRACTION,
+    GuidanceParams, LensEstimate, Readout, Scatter, Target, View, params::FAR_SPAN_FRACTION,
 };
 use boresight_detect::Track;
 use boresight_geometry::{Corner, boards::Board, boards::PartTells, frame::ImageSize};
@@ -16,10 +15,6 @@ const FOCAL_TILT_RAD: f64 = 12.0 * std::f64::consts::PI / 180.0;
 const FOCAL_SIGMA: f64 = 0.12;
 /// … and minimum relative difference from the guess.
 const FOCAL_CHANGE: f64 = 0.12;
-/// Least default goal for projection in the picture's corners, in errors of a measured corner …
-const CORNER_TO_NOISE: f64 = 5.0;
-/// … and for the principal point. A goal that a person set has no such floor.
-const PP_TO_NOISE: f64 = 20.0;
 /// Size of a ghost after receding, relative to before, and the maximum number of such steps before
 /// a view is taken.
 const RECEDING: f64 = 0.95;
@@ -67,14 +62,13 @@ impl Seen {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// Limits for a board no nearer than so far, with corner errors of `noise_px`. The board leaves
-    /// the picture only if parts of it can be identified.
+    /// Limits for a board no nearer than so far. The board leaves the picture only if parts of it can
+    /// be identified.
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,
         board: &Board,
         accepted: &[AcceptedView],
-        noise_px: Option<f64>,
     ) -> GuidanceParams {
         let cap = self.span_cap.unwrap_or(1.0);
         let beyond_edge = accepted.iter().filter(|taken| taken.was_beyond_edge).count();
@@ -84,24 +78,12 @@ impl Seen {
             PartTells::Nothing => false,
         };
         let may_leave = tells_parts && !self.stays_inside;
-        let within = within_reach(guidance, noise_px);
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),
             pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(beyond_edge),
-            stop_corner_sigma_px: within.stop_corner_sigma_px.filter(|_| may_leave),
-            ..within
+            stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| may_leave),
+            ..*guidance
         }
-    }
-
-    /// True if projection in the picture's corners is worse than the plan's goal, for corners with
-    /// errors of `noise_px`. Independent of whether boards beyond the edge are still requested.
-    pub(super) fn lacks_corners(
-        guidance: &GuidanceParams,
-        precision: Option<&Precision>,
-        noise_px: Option<f64>,
-    ) -> bool {
-        let wanted = within_reach(guidance, noise_px);
-        precision.is_some_and(|precision| precision.lacks_corners(&wanted))
     }
 
     /// Notes a frame of a video with a board, `step_secs` after the frame before.
@@ -215,22 +197,6 @@ impl Seen {
     }
 }
 
-/// Goals for a camera whose corners are measured with errors of `noise_px`. Default goals yield to
-/// the noise once it is known; a person's goals don't.
-fn within_reach(guidance: &GuidanceParams, noise_px: Option<f64>) -> GuidanceParams {
-    let noise_px = noise_px.unwrap_or(0.0);
-    let yielding = |goal_px: f64, is_set: bool, to_noise: f64| {
-        if is_set { goal_px } else { goal_px.max(to_noise * noise_px) }
-    };
-    let GuidanceParams { pp_goal_is_set, corner_goal_is_set, .. } = *guidance;
-    let corner = |goal_px| yielding(goal_px, corner_goal_is_set, CORNER_TO_NOISE);
-    GuidanceParams {
-        stop_pp_sigma_px: yielding(guidance.stop_pp_sigma_px, pp_goal_is_set, PP_TO_NOISE),
-        stop_corner_sigma_px: guidance.stop_corner_sigma_px.map(corner),
-        ..*guidance
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use nalgebra::Point2;
@@ -245,7 +211,7 @@ mod tests {
         let markers = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
         let marked = board.with(markers).expect("enough markers");
         let may_leave = |seen: &Seen, board: &Board| {
-            seen.limits(&GuidanceParams::default(), board, &[], None).stop_corner_sigma_px.is_some()
+            seen.limits(&GuidanceParams::default(), board, &[]).stop_corner_sigma_px.is_some()
         };
         let corner = Corner::isotropic(Point2::origin(), 0.1);
         let mut seen = Seen::default();

@@ -89,7 +89,8 @@ pub(super) struct Derived {
     pub(super) views_to_go: Option<usize>,
     /// Missing part of the session; `None` if nothing, or if nothing more can be done.
     pub(super) lack: Option<Lack>,
-    /// True if the picture's corners are known too badly: see [`Seen::lacks_corners`].
+    /// True if the picture's corners are known too badly: see
+    /// [`Precision::lacks_corners`].
     pub(super) lacks_corners: bool,
     pub(super) views: Arc<[ViewSummary]>,
     pub(super) pairs: Arc<[PairSummary]>,
@@ -162,8 +163,7 @@ impl Derived {
             .collect();
         let precision = solved.map(|solved| precision_of(solved, *image_size));
         let moved_px = common_px(&measured);
-        let noise_px = precision.as_ref().map(|it| libm::hypot(it.noise_px, moved_px));
-        let guidance = &seen.limits(&setup.guidance, board, accepted, noise_px);
+        let guidance = &seen.limits(&setup.guidance, board, accepted);
         let calm_px_per_s = HOLD_WIDTHS_PER_SEC * f64::from(image_size.width_px);
         let knowledge = Knowledge::new(&measured, board, &lens_estimate, guidance)
             .held_calmly(calm_px_per_s * seen.readout.sd_secs());
@@ -194,9 +194,10 @@ impl Derived {
             }
             Progress::Complete | Progress::Exhausted => None,
         };
-        // Out of reach for a board small in the picture.
+        // Out of reach for a board small in the picture; whether or not boards beyond the edge are
+        // still requested.
         let lacks_corners = !guidance.is_far()
-            && Seen::lacks_corners(&setup.guidance, precision.as_ref(), noise_px);
+            && precision.as_ref().is_some_and(|it| it.lacks_corners(&setup.guidance));
         let lack = (progress == Progress::Collecting)
             .then(|| lack(&measured, precision.as_ref(), guidance).unwrap_or(Lack::Views));
         let (views, pairs) = summaries(accepted, &measured, board, &lens_estimate, solved);
@@ -383,6 +384,11 @@ impl Session {
     /// shown enough of it.
     pub fn measured_noise_px(&self) -> Option<f64> {
         self.ground.seen.noise_px()
+    }
+
+    /// Typical error of corners by the motion of the boards while the camera read its rows, in pixels.
+    pub fn moved_px(&self) -> f64 {
+        self.derived.moved_px
     }
 
     /// Readout time of the sensor's rows, as far as the moving board has shown.

@@ -54,7 +54,7 @@ pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
 use boresight_detect::{Miss, OtherBoard, Side};
 use boresight_guide::{
-    guidance::{Lack, Refusal, Role},
+    guidance::{Lack, Plan, Refusal, Role},
     session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
 };
 
@@ -300,11 +300,12 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
 }
 
 /// Sentence for the end of a session; for an early end, with the lack.
-pub fn ending(ending: Ending, lack: Option<Lack>) -> &'static str {
+pub fn ending(ending: Ending, lack: Option<Lack>, plan: Plan) -> &'static str {
     match ending {
+        Ending::Finished if plan != Plan::Adaptive => "Finished: all views of the plan are taken",
         Ending::Finished => "Finished: the goal is reached",
         Ending::WithoutCorners => {
-            "Finished without the corners: no board reached them, and what's stated there rests on the lens model"
+            "Finished without the corners: they aren't known well enough, and what's stated there rests on the lens model"
         }
         Ending::Early => match lack {
             Some(Lack::Views) => "Ended early: it needs more views",
@@ -367,7 +368,7 @@ mod tests {
 
     #[test]
     fn a_session_that_ended_early_says_what_it_lacks() {
-        let early = |lack| ending(Ending::Early, Some(lack));
+        let early = |lack| ending(Ending::Early, Some(lack), Plan::Adaptive);
         assert_eq!(early(Lack::Opposites), "Ended early: a view lacks its opposite");
         let all = [
             Lack::Views,

@@ -65,12 +65,6 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     })
 }
 
-/// Requested goal of the principal point, if a coarser goal applies: "1.0 px was set".
-pub fn pp_goal_set(snapshot: &Snapshot) -> Option<String> {
-    let set = pp_goal(snapshot, &snapshot.setup.guidance)?;
-    (pp_goal(snapshot, &snapshot.limits)? != set).then(|| format!("{set} was set"))
-}
-
 /// Goal of the principal point by `guidance`; `None` without a calibration, or if the plan has
 /// none.
 fn pp_goal(snapshot: &Snapshot, guidance: &GuidanceParams) -> Option<String> {

@@ -89,6 +89,12 @@ pub fn restored(views: usize, by_these_rules: bool) -> String {
 /// Note about a recording under earlier rules of guidance.
 pub const EARLIER_RULES: &str = "Recorded under earlier rules, so many decisions differ: a view is now taken for what it tells about the lens. Tilt, size, place, blur and motion make it tell less, and have no limits any more; directions must differ significantly, and the corners are corrected for a rolling shutter.";
 
+/// Note about a recording under rules whose goals weren't fixed.
+pub const YIELDING_GOALS: &str = "Recorded under earlier rules, so decisions may differ: the goals no longer yield to the camera's noise.";
+
+/// First rules that take views as these do.
+const SAME_VIEWS: u32 = 8;
+
 /// Note about a recording under rules of guidance unknown to this version.
 pub const LATER_RULES: &str = "Recorded under rules of a newer boresight, so decisions may differ. The recorded views are kept.";
 
@@ -96,7 +102,8 @@ pub const LATER_RULES: &str = "Recorded under rules of a newer boresight, so dec
 /// differently.
 pub fn other_rules(recorded: u32, own: u32) -> Option<&'static str> {
     match recorded.cmp(&own) {
-        std::cmp::Ordering::Less => Some(EARLIER_RULES),
+        std::cmp::Ordering::Less if recorded < SAME_VIEWS => Some(EARLIER_RULES),
+        std::cmp::Ordering::Less => Some(YIELDING_GOALS),
         std::cmp::Ordering::Equal => None,
         std::cmp::Ordering::Greater => Some(LATER_RULES),
     }

@@ -24,10 +24,8 @@ pub const METHODS_TIP: &str = "The result is the bundle adjustment. Lens distort
 pub fn accuracies(snapshot: &Snapshot) -> Vec<String> {
     let has_goal = snapshot.calibration.as_ref().is_some_and(|c| c.acceptance.is_some());
     let first = if has_goal { "Error" } else { "Principal point" };
-    let set = if has_goal { None } else { super::numbers::pp_goal_set(snapshot) };
-    let beside = set.map_or(String::new(), |set| format!(", {set}"));
     let both = [
-        (first, super::numbers::precision(snapshot).map(|value| value + &beside)),
+        (first, super::numbers::precision(snapshot)),
         (super::numbers::TYPICAL_ERROR, super::numbers::precision_over_picture(snapshot)),
     ];
     both.into_iter().filter_map(|(name, value)| Some(format!("{name}: {}", value?))).collect()

@@ -2,9 +2,13 @@
 
 use super::{apart, camera::capital, knows_sd, percent};
 use boresight_guide::{
-    guidance::{Lack, Plan},
+    guidance::{Lack, Plan, views_by_noise},
     session::{Ending, FarBoard, HeldOutPair, Session, Snapshot, precision_of},
 };
+
+/// Standard deviation of the principal point after two good pairs of views, in errors of a measured
+/// corner.
+const PP_TO_NOISE: f64 = 20.0;
 
 /// Attainable precision of a board that stays small: "The board fills 28 % of the picture. …".
 pub fn far_board(far: &FarBoard) -> String {
@@ -22,28 +26,16 @@ pub fn far_board(far: &FarBoard) -> String {
     )
 }
 
-/// Goals in effect beside the requested ones, with the reason, if the corner noise is too large for
-/// the latter; `None` otherwise.
-pub fn coarser_goals(snapshot: &Snapshot) -> Option<String> {
-    let (set, now) = (&snapshot.setup.guidance, &snapshot.limits);
-    let coarser = |set_px: f64, now_px: f64| {
-        (now_px > set_px).then(|| format!("{} ({} was set)", px(now_px), px(set_px)))
-    };
-    let pp = coarser(set.stop_pp_sigma_px, now.stop_pp_sigma_px);
-    let corners = set.stop_corner_sigma_px.zip(now.stop_corner_sigma_px);
-    let corners = corners.and_then(|(set_px, now_px)| coarser(set_px, now_px));
-    let goals = match (pp, corners) {
-        (None, None) => return None,
-        (Some(pp), None) => format!("the principal point's goal is {pp}"),
-        (None, Some(corners)) => format!("the goal for the picture's corners is {corners}"),
-        (Some(pp), Some(corners)) => {
-            format!(
-                "the principal point's goal is {pp}, and the one for the picture's corners {corners}"
-            )
-        }
-    };
-    let noise_px = snapshot.calibration.as_ref()?.noise_px;
-    Some(format!("{} From now on, {goals}.", why_coarse(noise_px, snapshot.moved_px)))
+/// Noise that makes the principal point's goal take many views, with its reason and remedy; `None`
+/// otherwise.
+pub fn coarse_corners(snapshot: &Snapshot) -> Option<String> {
+    let calibration = snapshot.calibration.as_ref()?;
+    let reached = precision_of(calibration, snapshot.setup.image_size);
+    let goal_px = snapshot.limits.pp_goal_px(reached.f_to_width);
+    let has_goal = snapshot.limits.plan == Plan::Adaptive && !snapshot.limits.is_far();
+    let why = why_coarse(calibration.noise_px, snapshot.moved_px, goal_px)?;
+    let is_alone = has_goal && calibration.acceptance.is_none();
+    is_alone.then(|| format!("{why} The goal of {} takes more views so.", px(goal_px)))
 }
 
 /// Reason for a session without views, if pictures came faster than anybody could look.
@@ -53,13 +45,36 @@ pub fn unseen(count: u64) -> String {
     )
 }
 
-/// End of a session, with every goal that was missed: "Stopped: …. The principal point is known to
-/// 0.94 px; the goal is 0.50 px".
+/// End of a session, with every goal that was missed and what would reach it: "Stopped short of the
+/// goal. The principal point is known to 1.70 px; the goal is 1.00 px. The picture is too noisy:
+/// more light, or about 20 more views".
 pub fn ending(session: &Session) -> String {
-    let said = super::ending(session.ending(), session.lack());
+    let said = super::ending(session.ending(), session.lack(), session.limits().plan);
     match missed_goals(session) {
+        Some(missed) if session.ending() == Ending::Stopped => {
+            format!("Stopped short of the goal. {missed}{}", remedy(session))
+        }
         Some(missed) => format!("{said}. {missed}"),
         None => said.into(),
+    }
+}
+
+/// What would reach the goals that were missed; empty without any remedy.
+fn remedy(session: &Session) -> String {
+    let Some(calibration) = session.calibration() else { return String::new() };
+    let (limits, views) = (session.limits(), session.accepted().len());
+    let reached = precision_of(calibration, session.setup().image_size);
+    let more = views_by_noise(views, &reached, limits).saturating_sub(views);
+    if more == 0 {
+        return String::new();
+    }
+    let goal_px = limits.pp_goal_px(reached.f_to_width);
+    match why_coarse(calibration.noise_px, session.moved_px(), goal_px) {
+        Some(_) if session.moved_px() > calibration.noise_px => {
+            format!(". The boards moved: hold stiller, or take about {more} more views")
+        }
+        Some(_) => format!(". The picture is too noisy: more light, or about {more} more views"),
+        None => format!(". About {more} more views would reach it"),
     }
 }
 
@@ -78,8 +93,6 @@ fn missed_goals(session: &Session) -> Option<String> {
     }
     let reached = precision_of(calibration, session.setup().image_size);
     let pp_goal_px = Some(limits.pp_goal_px(reached.f_to_width)).filter(|_| !limits.is_far());
-    let own_corner_goal_px = set.stop_corner_sigma_px.filter(|_| set.corner_goal_is_set);
-    let corner_goal_px = own_corner_goal_px.or(limits.stop_corner_sigma_px);
     let missed: Vec<String> = [
         ("the principal point is known to", reached.pp_sigma_px, pp_goal_px),
         (
@@ -90,7 +103,7 @@ fn missed_goals(session: &Session) -> Option<String> {
         (
             "the largest error in the picture's corners is",
             reached.corner_sigma_px,
-            corner_goal_px.filter(|_| !limits.is_far()),
+            set.stop_corner_sigma_px.filter(|_| !limits.is_far()),
         ),
     ]
     .into_iter()
@@ -103,16 +116,20 @@ fn missed_goals(session: &Session) -> Option<String> {
     (!missed.is_empty()).then(|| capital(&missed.join(", and ")))
 }
 
-/// Larger cause of coarse corners: the camera's `noise_px`, or moving boards.
-fn why_coarse(noise_px: f64, moved_px: f64) -> String {
+/// Larger cause of corners too coarse for a principal point of `goal_px` in four views: the camera's
+/// `noise_px`, or moving boards. `None` if they aren't.
+fn why_coarse(noise_px: f64, moved_px: f64, goal_px: f64) -> Option<String> {
+    if PP_TO_NOISE * libm::hypot(noise_px, moved_px) <= goal_px {
+        return None;
+    }
     if moved_px > noise_px {
         let moved = px(moved_px);
-        return format!(
+        return Some(format!(
             "The boards moved while the camera read its rows: corners are known to {moved}. Hold stiller for better."
-        );
+        ));
     }
     let noise = px(noise_px);
-    format!("This camera measures corners to {noise} only. More light may help.")
+    Some(format!("This camera measures corners to {noise} only. More light may help."))
 }
 
 /// Prediction error of the newest pair: "Check: views 3 and 4 agree with the earlier ones to 0.11
@@ -142,13 +159,16 @@ mod tests {
     #[test]
     fn coarse_corners_have_their_true_reason() {
         assert_eq!(
-            why_coarse(0.017, 0.144),
-            "The boards moved while the camera read its rows: corners are known to 0.14 px. Hold stiller for better."
+            why_coarse(0.017, 0.144, 1.0).as_deref(),
+            Some(
+                "The boards moved while the camera read its rows: corners are known to 0.14 px. Hold stiller for better."
+            )
         );
         assert_eq!(
-            why_coarse(0.21, 0.02),
-            "This camera measures corners to 0.21 px only. More light may help."
+            why_coarse(0.21, 0.02, 1.0).as_deref(),
+            Some("This camera measures corners to 0.21 px only. More light may help.")
         );
+        assert_eq!(why_coarse(0.03, 0.02, 1.0), None);
     }
 
     #[test]

@@ -8,7 +8,7 @@ pub use certificate::CertificateConfig;
 
 use std::{collections::BTreeMap, path::Path};
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, de::IgnoredAny};
 
 use boresight_calibrate::{
     AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, KnownLens, LensFamily, LensModel,
@@ -136,26 +136,15 @@ pub struct GuidanceConfig {
     /// `None` in recordings from before boards beyond the picture's edge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stop_corner_sigma_px: Option<f64>,
-    /// True if a person set `stop_pp_sigma_px`. Recordings made before don't say so.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub stop_pp_is_set: bool,
-    /// True if a person set `stop_corner_sigma_px`. Recordings made before don't say so.
-    #[serde(default, skip_serializing_if = "is_false")]
-    pub stop_corner_is_set: bool,
+    /// Ignored: whose a goal was, in recordings under rules whose goals weren't fixed.
+    #[serde(default, skip_serializing, rename = "stop_pp_is_set")]
+    _stop_pp_is_set: IgnoredAny,
+    #[serde(default, skip_serializing, rename = "stop_corner_is_set")]
+    _stop_corner_is_set: IgnoredAny,
     pub min_views: usize,
     pub max_views: usize,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept: Option<AcceptanceGoal>,
-}
-
-/// Goals of the guidance, each with the key that records whether a person set it.
-pub const SET_GOALS: [(&str, &str); 2] =
-    [("stop_pp_sigma_px", "stop_pp_is_set"), ("stop_corner_sigma_px", "stop_corner_is_set")];
-
-// By reference, as serde asks.
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde's signature")]
-fn is_false(flag: &bool) -> bool {
-    !flag
 }
 
 // A session's settings may be older than a setting.
@@ -318,9 +307,7 @@ impl Config {
         if let Some(path) = file {
             let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
             let origin = path.display().to_string();
-            let mut over =
-                toml::from_str(&text).map_err(|err| invalid(&err.to_string(), &origin))?;
-            note_goals(&mut over);
+            let over = toml::from_str(&text).map_err(|err| invalid(&err.to_string(), &origin))?;
             merge(&mut table, over);
         }
         let origin = file.map_or("the defaults".into(), |file| file.display().to_string());
@@ -336,14 +323,13 @@ impl Config {
         let mut table =
             toml::Table::try_from(self).map_err(|err| invalid(&err.to_string(), "memory"))?;
         for setting in settings {
-            let mut over = toml::from_str(setting)
+            let over = toml::from_str(setting)
                 .or_else(|_| match setting.split_once('=') {
                     // A bare word is a string: --set guidance.plan=quick needs no quotes.
                     Some((key, value)) => toml::from_str(&format!("{key}={value:?}")),
                     None => toml::from_str(setting),
                 })
                 .map_err(|err| invalid(err.message(), setting))?;
-            note_goals(&mut over);
             merge(&mut table, over);
         }
         Self::from_table(table, &settings.join(" "))
@@ -468,8 +454,6 @@ impl Config {
             stop_pp_sigma_px: g.stop_pp_sigma_px,
             stop_projection_sigma_px: g.stop_projection_sigma_px,
             stop_corner_sigma_px: g.stop_corner_sigma_px,
-            pp_goal_is_set: g.stop_pp_is_set,
-            corner_goal_is_set: g.stop_corner_is_set,
             pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: g.min_views,
             max_views: g.max_views,
@@ -512,16 +496,6 @@ fn invalid(message: &str, origin: &str) -> ConfigError {
 #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
 fn defaults() -> toml::Table {
     toml::from_str(DEFAULT_TOML).expect("the default configuration is valid TOML")
-}
-
-/// Records in `over`, the settings of a person, which goals they set.
-fn note_goals(over: &mut toml::Table) {
-    let Some(toml::Value::Table(guidance)) = over.get_mut("guidance") else { return };
-    for (goal, is_set) in SET_GOALS {
-        if guidance.contains_key(goal) && !guidance.contains_key(is_set) {
-            guidance.insert(is_set.into(), true.into());
-        }
-    }
 }
 
 /// Merges `over` into `table`, table by table.
@@ -568,24 +542,13 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_that_a_person_sets_is_recorded_as_theirs() {
-        let set = |config: &Config| {
-            let GuidanceParams { pp_goal_is_set, corner_goal_is_set, .. } = config.guidance();
-            (pp_goal_is_set, corner_goal_is_set)
-        };
-        let plain = Config::load(None, &["guidance.hold_secs=0.5".into()]).expect("valid");
-        assert_eq!(set(&plain), (false, false));
+    fn recordings_that_say_whose_a_goal_was_are_still_read() {
+        let plain = Config::load(None, &["guidance.stop_pp_sigma_px=0.5".into()]).expect("valid");
         let text = toml::to_string(&plain).expect("written");
         assert!(!text.contains("is_set"), "{text}");
-        // The default's own value is a person's, too.
-        let pp = plain.with(&["guidance.stop_pp_sigma_px=1.0".into()]).expect("valid");
-        assert_eq!(set(&pp), (true, false));
-        let again: Config = toml::from_str(&toml::to_string(&pp).expect("written")).expect("read");
-        assert_eq!((set(&again), &again), ((true, false), &pp));
-        let place = tempfile::tempdir().expect("a folder");
-        let file = place.path().join("settings.toml");
-        std::fs::write(&file, "[guidance]\nstop_corner_sigma_px = 0.02\n").expect("written");
-        assert_eq!(set(&Config::load(Some(&file), &[]).expect("valid")), (false, true));
+        let before = text.replace("[guidance]", "[guidance]\nstop_pp_is_set = true");
+        assert_ne!(before, text);
+        assert_eq!(toml::from_str::<Config>(&before).expect("read"), plain);
     }
 
     #[test]
