@@ -95,7 +95,7 @@ impl Arguments {
             say(note);
         }
         let calibration = &report.calibration;
-        let verdict = words::verdict(&calibration.verdict, calibration.is_unfinished());
+        let verdict = words::verdict_of(calibration);
         say(&of_source(calibration.source.as_deref().unwrap_or_default(), verdict));
         let judged = report.calibration.acceptance.as_ref();
         if let Some(judged) = judged {
@@ -111,6 +111,7 @@ impl Arguments {
             print(&serde_json::to_value(&written)?.to_string())?;
         }
         Ok(match report.calibration.verdict.as_str() {
+            "good" | "care" if calibration.is_imported() => Exit::NotTrustworthy,
             "good" | "care" if judged.is_none_or(|judged| judged.met) => Exit::Good,
             _ => Exit::NotTrustworthy,
         })

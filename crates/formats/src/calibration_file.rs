@@ -23,6 +23,8 @@ use boresight_geometry::{
 
 /// Name and version of the format.
 pub const CALIBRATION_SCHEMA: &str = "boresight.calibration/1";
+/// Finding about another program's calibration.
+pub(super) const IMPORTED: &str = "IMPORTED";
 
 /// A calibration, or the reason why there is none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -488,6 +490,17 @@ impl CalibrationFile {
     pub fn is_unfinished(&self) -> bool {
         let bad = self.findings.iter().filter(|finding| finding.severity == "bad");
         is_unfinished(bad.map(|finding| finding.code.as_str()))
+    }
+
+    /// True if the lens comes from another program's file, and was never judged.
+    pub fn is_imported(&self) -> bool {
+        self.findings.iter().any(|finding| finding.code == IMPORTED)
+    }
+
+    /// True if the lens was judged and may be used: neither untrustworthy nor unfinished.
+    pub fn is_usable(&self) -> bool {
+        let is_good_enough = matches!(self.known_verdict(), Some(Verdict::Good | Verdict::Care));
+        is_good_enough && !self.is_unfinished() && !self.is_imported()
     }
 
     /// Reads the tree of a JSON file. Unknown fields are skipped.

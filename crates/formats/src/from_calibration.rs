@@ -5,7 +5,7 @@ use nalgebra::{Point2, Point3};
 use super::{
     calibration_file::{
         AcceptanceEntry, BoardEntry, BoundEntry, CALIBRATION_SCHEMA, CalibrationFile,
-        CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry,
+        CandidateEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, IMPORTED, LensEntry,
         LineEntry, MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry,
         ValidAreaEntry, ViewEntry,
     },
@@ -166,7 +166,7 @@ impl CalibrationFile {
         };
         Self {
             verdict: Verdict::Care.code().into(),
-            findings: vec![entry("IMPORTED", Severity::Care, (message, action))],
+            findings: vec![entry(IMPORTED, Severity::Care, (message, action))],
             result: Some(lens),
             source: old.source.clone(),
             ..Self::empty(old.image_size, None)

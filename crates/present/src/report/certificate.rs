@@ -13,7 +13,7 @@ use crate::{
     },
 };
 use boresight_calibrate::Limits;
-use boresight_formats::{CalibrationFile, DistortionEntry, LensEntry};
+use boresight_formats::{CalibrationFile, DistortionEntry, FindingEntry, LensEntry};
 use boresight_geometry::frame::ImageSize;
 
 /// Coverage factor of expanded uncertainties.
@@ -21,15 +21,21 @@ const COVERAGE_FACTOR: f64 = 2.0;
 /// Maximum number of warnings on the sheet; further warnings go to the next sheet.
 const WARNINGS: usize = 3;
 
-/// First sheet. Empty without a certificate in the report, or without a result to certify.
+/// Finding about the bound of the projection: what limits the use of a result, first.
+const LIMITS_USE: &str = "PROJECTION-UNCERTAIN";
+
+/// First sheet. Empty without a certificate in the report, without a result to certify, and for
+/// another program's calibration, which nobody judged.
 pub(super) fn sheet(report: &Report) -> String {
     let (Some(certificate), Some(lens)) = (&report.certificate, &report.calibration.result) else {
         return String::new();
     };
     let calibration = &report.calibration;
-    let is_usable =
-        matches!(calibration.verdict.as_str(), "good" | "care") && !report.camera.simulated;
-    let title = if is_usable { words::TITLE } else { words::NO_CERTIFICATE };
+    if calibration.is_imported() {
+        return String::new();
+    }
+    let certifies = calibration.is_usable() && !report.camera.simulated;
+    let title = if certifies { words::TITLE } else { words::NO_CERTIFICATE };
     let mut body = String::from("<header class=\"masthead\"><div>");
     if let Some(logo) = &certificate.logo {
         body += &logo.svg();
@@ -71,7 +77,7 @@ pub(super) fn sheet(report: &Report) -> String {
         &mut body,
         format_args!("<p class=\"note\">{} {}</p>\n", words::UNCERTAINTY_NOTE, words::VALIDITY),
     );
-    if is_usable {
+    if certifies {
         body += "<div class=\"signatures\">";
         for (who, by) in [(name::SIGNED, certificate.operator.as_str()), (name::APPROVED, "")] {
             push(
@@ -102,18 +108,22 @@ pub(super) fn css_string(text: &str) -> String {
 }
 
 fn verdict(calibration: &CalibrationFile) -> String {
-    let code = calibration.verdict.as_str();
+    let mut found: Vec<&FindingEntry> =
+        calibration.findings.iter().filter(|finding| finding.severity != "info").collect();
+    found.sort_by_key(|finding| (finding.severity != "bad", finding.code != LIMITS_USE));
+    let mut warnings = found.iter().map(|finding| finding.message.as_str());
+    // What limits the use is part of the verdict.
+    let first = warnings.next().filter(|_| calibration.verdict != "good");
+    let warnings: Vec<&str> = match first {
+        Some(_) => warnings.collect(),
+        None => found.iter().map(|finding| finding.message.as_str()).collect(),
+    };
+    let limited = first.map_or(String::new(), |first| format!(": {}", escaped(first)));
     let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n",
-        report_words::verdict_sign(code),
-        report_words::verdict(code, calibration.is_unfinished())
+        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong>{limited}</p>\n",
+        report_words::sign_of(calibration),
+        report_words::verdict_of(calibration)
     );
-    let warnings: Vec<&str> = calibration
-        .findings
-        .iter()
-        .filter(|finding| finding.severity != "info")
-        .map(|finding| finding.message.as_str())
-        .collect();
     if !warnings.is_empty() {
         let shown = warnings[..warnings.len().min(WARNINGS)].join(". ");
         let rest = if warnings.len() > WARNINGS { " …" } else { "" };
@@ -141,7 +151,7 @@ fn identity(report: &Report, certificate: &Certificate) -> String {
         + &row(name::SITE, &c.site)
         + &row(name::OPERATOR, &c.operator)
         + &row(name::DATE, &c.date);
-    if let Some(due) = &c.check_due {
+    if let Some(due) = c.check_due.as_ref().filter(|_| calibration.is_usable()) {
         who += &row(name::DUE, due);
     }
     if let Some(board) = &calibration.board {
@@ -184,6 +194,15 @@ impl ResultRow {
         }
         format!(
             "<tr><th scope=\"row\">{name}</th><td class=\"n\">{result}</td><td class=\"n\">{uncertainty}</td><td class=\"n\">{limit}</td><td class=\"met\">{met}</td></tr>\n"
+        )
+    }
+
+    /// Row of a check that failed, in words.
+    fn failed(message: &str) -> String {
+        format!(
+            "<tr><th scope=\"row\">{}</th><td colspan=\"3\">{}</td><td class=\"met\">✗</td></tr>\n",
+            name::FAILED,
+            escaped(message)
         )
     }
 
@@ -308,7 +327,15 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
             met: Some(judged.met),
         });
     }
-    let rows: String = rows.iter().map(ResultRow::html).collect();
+    if !calibration.is_usable() {
+        // Limits that were kept say nothing for a result that must not be used.
+        for row in &mut rows {
+            row.met = row.met.filter(|met| !met);
+        }
+    }
+    let bad = calibration.findings.iter().filter(|finding| finding.severity == "bad");
+    let failed: String = bad.map(|finding| ResultRow::failed(&finding.message)).collect();
+    let rows: String = failed + &rows.iter().map(ResultRow::html).collect::<String>();
     let columns = ["", name::RESULT, name::UNCERTAINTY, name::LIMIT, name::MET];
     let head: String =
         columns.iter().map(|name| format!("<th scope=\"col\">{name}</th>")).collect();
@@ -355,6 +382,70 @@ fn to_paste(lens: &LensEntry) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::{CameraSection, Provenance};
+
+    /// First sheet of a recorded calibration with the given verdict and findings.
+    fn first_sheet(verdict: &str, findings: &[[&str; 3]]) -> String {
+        const GOOD: &str = include_str!("../../../../fixtures/recordings/v1/good/calibration.json");
+        let mut tree: serde_json::Value = serde_json::from_str(GOOD).expect("JSON");
+        tree["verdict"] = verdict.into();
+        let entry = |[code, severity, message]: &[&str; 3]| {
+            serde_json::json!({
+                "code": code, "severity": severity, "message": message, "action": "",
+            })
+        };
+        tree["findings"] = findings.iter().map(entry).collect();
+        let certificate = Certificate {
+            date: "1 May 2026".into(),
+            check_due: Some("1 May 2027".into()),
+            ..Certificate::default()
+        };
+        sheet(&Report {
+            name: "site".into(),
+            calibration: CalibrationFile::read(&tree).expect("whole"),
+            notes: Vec::new(),
+            certificate: Some(certificate),
+            camera: CameraSection::default(),
+            corners: Vec::new(),
+            pictures: Vec::new(),
+            check: None,
+            refused: Vec::new(),
+            provenance: Provenance::default(),
+        })
+    }
+
+    #[test]
+    fn what_must_not_be_used_has_no_ticks_and_no_next_check() {
+        let good = first_sheet("good", &[]);
+        assert!(
+            good.contains("✓</td>") && good.contains("1 May 2027") && good.contains("sign-here")
+        );
+        for (code, words) in [("FOCUS-MOVED", "NOT TRUSTWORTHY"), ("VIEWS-FEW", "UNFINISHED")] {
+            let bad = first_sheet("untrustworthy", &[[code, "bad", "The focus moved"]]);
+            assert!(bad.contains(words), "{bad}");
+            assert!(!bad.contains("✓</td>") && !bad.contains("1 May 2027"), "{bad}");
+            assert!(!bad.contains("sign-here"));
+            let row = "<th scope=\"row\">Failed check</th><td colspan=\"3\">The focus moved</td><td class=\"met\">✗</td>";
+            assert!(bad.contains(row), "{bad}");
+        }
+    }
+
+    #[test]
+    fn use_with_care_names_what_limits_the_use_first() {
+        let found = [
+            ["PIXELS-SKEWED", "care", "The pixels are skewed"],
+            ["PROJECTION-UNCERTAIN", "care", "Projection is known to 3 px only"],
+        ];
+        let care = first_sheet("care", &found);
+        let lead = "<strong>USE WITH CARE</strong>: Projection is known to 3 px only</p>";
+        assert!(care.contains(lead), "{care}");
+        assert!(care.contains("Further warnings:</b> The pixels are skewed."), "{care}");
+    }
+
+    #[test]
+    fn a_lens_that_nobody_judged_has_no_certificate() {
+        assert_eq!(first_sheet("care", &[["IMPORTED", "care", "From an OpenCV file"]]), "");
+    }
 
     #[test]
     fn a_value_beyond_its_limit_never_looks_like_it() {

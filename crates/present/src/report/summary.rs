@@ -20,15 +20,13 @@ use boresight_geometry::{self as geometry, BoardOutline, frame::ImageSize};
 /// Verdict, next action, and notes to read first. On the page of a check, the check's verdict.
 pub(super) fn verdict(report: &Report) -> String {
     let calibration = &report.calibration;
-    let code = calibration.verdict.as_str();
-    let unfinished = calibration.is_unfinished();
     let (sign, lead, next) = match &report.check {
         Some(check) => {
             let code = check.verdict.as_deref().unwrap_or("none");
             (words::verdict_sign(code), check.message.as_str(), check.action.clone())
         }
         None => {
-            (words::verdict_sign(code), words::verdict(code, unfinished), next_action(calibration))
+            (words::sign_of(calibration), words::verdict_of(calibration), next_action(calibration))
         }
     };
     let simulated = if report.camera.simulated {
@@ -54,7 +52,7 @@ pub(super) fn verdict(report: &Report) -> String {
         );
     }
     if report.check.is_some() {
-        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(code, unfinished)));
+        push(&mut body, format_args!("<p>{}</p>\n", words::by_themselves(calibration)));
     }
     if calibration.verdict != "untrustworthy"
         && let Some(open) = open_corners(calibration)

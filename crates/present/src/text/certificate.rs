@@ -35,6 +35,7 @@ pub mod name {
     pub const UNCERTAINTY: &str = "U (k = 2)";
     pub const LIMIT: &str = "Limit";
     pub const MET: &str = "Met";
+    pub const FAILED: &str = "Failed check";
     pub const PP_X: &str = "Principal point x";
     pub const PP_Y: &str = "Principal point y";
     pub const F: &str = "Focal length";
@@ -77,8 +78,8 @@ pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard 
 /// Validity conditions of the numbers.
 pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
 
-/// Heading of the checks' warnings.
-pub const WARNINGS: &str = "Warnings:";
+/// Heading of the checks' further warnings.
+pub const WARNINGS: &str = "Further warnings:";
 
 /// Checksum of the calibration file.
 pub fn checksum(file: &str, sha256: &str) -> String {

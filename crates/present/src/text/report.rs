@@ -2,7 +2,7 @@
 
 use super::{acceptance, target};
 use boresight_calibrate::Verdict;
-use boresight_formats::{BoardEntry, MarkersEntry};
+use boresight_formats::{BoardEntry, CalibrationFile, MarkersEntry};
 use boresight_geometry::markers::{CircleRows, Tags};
 
 /// Sections of the page, in order, with headings and link anchors.
@@ -99,10 +99,26 @@ pub fn title(name: &str) -> String {
 
 /// Verdict in words, from the stable name; an unknown name isn't to be trusted. See
 /// [`super::verdict`].
-pub fn verdict(code: &str, unfinished: bool) -> &'static str {
+fn verdict(code: &str, unfinished: bool) -> &'static str {
     let known = [Verdict::Good, Verdict::Care].into_iter().find(|verdict| verdict.code() == code);
     super::verdict(known.unwrap_or(Verdict::Untrustworthy), unfinished)
 }
+
+/// Verdict on a calibration in a file.
+pub fn verdict_of(calibration: &CalibrationFile) -> &'static str {
+    if calibration.is_imported() {
+        return NOT_JUDGED;
+    }
+    verdict(&calibration.verdict, calibration.is_unfinished())
+}
+
+/// Sign of the verdict on a calibration in a file, recognisable by shape.
+pub fn sign_of(calibration: &CalibrationFile) -> &'static str {
+    verdict_sign(if calibration.is_imported() { "none" } else { &calibration.verdict })
+}
+
+/// Another program's calibration.
+const NOT_JUDGED: &str = "NOT JUDGED";
 
 /// Sign of a calibration's or a check's verdict, recognisable by shape.
 pub fn verdict_sign(code: &str) -> &'static str {
@@ -115,8 +131,8 @@ pub fn verdict_sign(code: &str) -> &'static str {
 }
 
 /// Calibration's verdict on the page of a check.
-pub fn by_themselves(code: &str, unfinished: bool) -> String {
-    format!("Calibration from the check's views: {}", verdict(code, unfinished))
+pub fn by_themselves(calibration: &CalibrationFile) -> String {
+    format!("Calibration from the check's views: {}", verdict_of(calibration))
 }
 
 /// Action after a good calibration.
