@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass, field
 from typing import Any, Iterable, Mapping, Sequence, cast
 
@@ -394,8 +395,8 @@ def check(
     *,
     square_mm: float | None = None,
     image_size: tuple[int, int] | None = None,
-) -> dict[str, Any]:
     limit_px: float | None = None,
+) -> dict[str, Any]:
     """Has the camera changed since ``against``, a calibration or the file that holds one?
 
     ``views`` is a session folder, or views of ``board`` as for :func:`calibrate`. Returns ``check.json`` as a dict:
@@ -418,7 +419,11 @@ def export(result: Calibration | PathLike, format: str, *, name: str | None = No
     """The text of ``result`` in the format of another program, one of :data:`FORMATS`.
 
     ``result`` is a :class:`Calibration`, a session folder, or a calibration file of any program. A format that can't
-    hold the lens raises :class:`BoresightError`.
+    hold the lens raises :class:`BoresightError`. If the board was bent or uneven, a warning says so: the lens belongs to
+    :attr:`Calibration.points_mm`.
     """
     file, text = _older(result)
-    return _boresight.export(file, text, format, name)
+    written, note = _boresight.export(file, text, format, name)
+    if note is not None:
+        warnings.warn(note, stacklevel=2)
+    return written

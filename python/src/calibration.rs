@@ -10,11 +10,12 @@ use boresight::{
         },
         session::{
             comparison,
-            export::{Format, export as export_result, export_text, read_any},
+            export::{Format, export as export_result, export_text, found_board, read_any},
         },
     },
     calibration::{
         CalibrationParams, OldLens, drift,
+        files::CalibrationFile,
         import::{self, OldCalibration},
     },
     config::Config,
@@ -137,8 +138,8 @@ pub(crate) fn check_corners(
     old: Option<&str>,
     named: Named,
     image_size: (u32, u32),
-) -> PyResult<String> {
     limit_px: Option<f64>,
+) -> PyResult<String> {
     let image_size = size(image_size)?;
     let board = board(&named)?;
     let given = views_of(views)?;
@@ -231,7 +232,8 @@ fn imported(old: &OldCalibration) -> serde_json::Value {
     })
 }
 
-/// A result in another program's format: of a session folder or a calibration file, or of `text`, a calibration.
+/// A result in another program's format: of a session folder or a calibration file, or of `text`, a calibration. Beside it a
+/// note about the board, if the calibration corrected it.
 #[pyfunction]
 pub(crate) fn export(
     py: Python<'_>,
@@ -239,13 +241,22 @@ pub(crate) fn export(
     text: Option<&str>,
     format: &str,
     name: Option<&str>,
-) -> PyResult<String> {
+) -> PyResult<(String, Option<String>)> {
     let Some(known) = Format::by_code(format) else {
         return Err(wrong(format!("there is no format {format:?}")));
     };
     let work = || match text {
-        Some(text) => export_text(text, known, name, &Announcer::silent()),
-        None => Ok(export_result(&input, known, name, &Announcer::silent())?.text),
+        Some(text) => {
+            let written = export_text(text, known, name, &Announcer::silent())?;
+            let file = serde_json::from_str(text).ok();
+            let file = file.and_then(|tree| CalibrationFile::read(&tree).ok());
+            let board = file.and_then(|file| found_board(&file, known));
+            Ok((written, board.map(|board| board.note)))
+        }
+        None => {
+            let exported = export_result(&input, known, name, &Announcer::silent())?;
+            Ok((exported.text, exported.board.map(|board| board.note)))
+        }
     };
     py.detach(work).map_err(|err| raised(&err))
 }

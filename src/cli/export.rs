@@ -7,7 +7,7 @@ use clap::Args;
 
 use boresight_app::{
     BagCopy, Exit,
-    session::export::{Format, export},
+    session::export::{Format, export, save_board},
     set_camera_info,
 };
 use boresight_files::{Overwrite, save};
@@ -17,7 +17,9 @@ use boresight_terminal::{announcer, board_args::Size, format_name, print, say, s
 
 /// Export a calibration for other programs.
 ///
-/// Numbers have 17 significant digits. A format that can't hold the lens model is refused.
+/// Numbers have 17 significant digits. A format that can't hold the lens model is refused. If the
+/// board was bent or uneven, the file says so in a comment; beside a file without comments,
+/// OUT-board.csv gets the board's points as found.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -119,7 +121,15 @@ pub(super) fn written(
             let overwrite = if force { Overwrite::Allowed } else { Overwrite::Never };
             save(path, exported.text.as_bytes(), overwrite)?;
             say(&format!("Written: {}", path.display()));
+            let board = exported.board.as_ref();
+            let beside = board.map(|board| save_board(path, board, overwrite)).transpose()?;
+            if let Some(file) = beside.flatten() {
+                say(&format!("Written: {}", file.display()));
+            }
         }
+    }
+    if let Some(board) = &exported.board {
+        say(&board.note);
     }
     Ok(ended(exported.untrustworthy))
 }

@@ -85,6 +85,64 @@ fn a_calibration_goes_through_every_format_that_holds_it() {
         assert!(!place.join(name).exists());
     }
     says(&boresight(place, &["report", "ros.yaml"]), 1, &["boresight convert"]);
+    // Nobody judged it: no certificate to sign.
+    says(&boresight(place, &["report", "camera.json"]), 3, &["NOT JUDGED", "Report: camera.html"]);
+    let page = fs::read_to_string(place.join("camera.html")).expect("written");
+    assert!(page.contains("NOT JUDGED") && !page.contains("USE WITH CARE"));
+    assert!(!page.contains("ertificate</h1>") && !page.contains("id=\"certificate\""));
+}
+
+/// A lens belongs to the board that it was found with, even or not.
+#[test]
+fn an_export_says_that_its_board_was_bent() {
+    let place = TempDir::new().expect("folder");
+    let place = place.path();
+    let even = good().join("calibration.json");
+    let mut tree = json(&fs::read_to_string(&even).expect("readable"));
+    // 7 × 5 corners, 30 mm apart; the middle column is up by half a millimetre.
+    let point = |i: i32| {
+        let (column, row) = (i % 7, i / 7);
+        let up_mm = if column == 3 { 0.5 } else { 0.0 };
+        serde_json::json!([30.0 * f64::from(column - 3), 30.0 * f64::from(row - 2), up_mm])
+    };
+    tree["board"]["points_mm"] = (0..35).map(point).collect();
+    fs::write(place.join("bent.json"), tree.to_string()).expect("written");
+    let note = "its points lie up to 0.50 mm elsewhere";
+    for (name, format, has_comments) in [
+        ("opencv.yaml", "opencv-yaml", true),
+        ("opencv.xml", "opencv-xml", true),
+        ("ros.yaml", "ros-yaml", true),
+        ("kalibr.yaml", "kalibr", true),
+        ("cameras.txt", "colmap", true),
+        ("camera.cameramodel", "mrcal", true),
+        ("camera.m", "matlab", true),
+        ("metashape.xml", "metashape", true),
+        ("opencv.json", "opencv-json", false),
+        ("basalt.json", "basalt", false),
+    ] {
+        let export = ["export", "bent.json", "--format", format, "--out", name];
+        let ended = boresight(place, &export);
+        says(&ended, 0, &["Written", note]);
+        assert!(ended.stderr.lines().last().is_some_and(|line| line.contains(note)), "{name}");
+        let text = fs::read_to_string(place.join(name)).expect("written");
+        assert_eq!(text.contains(note), has_comments, "{name}: {text}");
+        let stem = name.split('.').next().expect("a name");
+        let beside = fs::read_to_string(place.join(format!("{stem}-board.csv")));
+        match beside {
+            Ok(points) if !has_comments => assert_eq!(points.lines().count(), 36, "{name}"),
+            found => assert!(has_comments && found.is_err(), "{name}"),
+        }
+        if format != "matlab" {
+            let again = ["convert", name, "again.json", "--format", "json", "--force"];
+            says(&boresight(place, &again), 0, &["Written"]);
+        }
+        // An even board needs no word.
+        let even = even.to_str().expect("a path");
+        let plain = ["export", even, "--format", format, "--out", name, "--force"];
+        let ended = boresight(place, &plain);
+        assert!(ended.code == 0 && !ended.stderr.contains("points"), "{}", ended.stderr);
+        fs::remove_file(place.join(format!("{stem}-board.csv"))).ok();
+    }
 }
 
 #[test]

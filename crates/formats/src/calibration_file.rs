@@ -598,6 +598,19 @@ impl CalibrationFile {
         })
     }
 
+    /// Largest distance of the board's points as found from those of a flat board with even squares,
+    /// in millimetres. `None` for such a board: a calibration that corrected nothing.
+    pub fn board_off_mm(&self) -> Option<f64> {
+        self.board.as_ref()?.points_mm.as_ref()?;
+        let flat_m = self.checkerboard()?.corners_in_board_m();
+        let found_m = self.board_m()?;
+        let off_m = found_m
+            .iter()
+            .zip(&flat_m)
+            .map(|(found, flat)| (found - Point3::new(flat.x, flat.y, 0.0)).norm());
+        Some(1000.0 * off_m.fold(0.0, f64::max)).filter(|off_mm| *off_mm > 0.0)
+    }
+
     /// `corners` of `view` as if on a flat board. `None` without a board, or without the view's
     /// pose.
     pub fn as_flat(

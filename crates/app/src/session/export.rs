@@ -15,7 +15,7 @@ use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
 use boresight_formats::{
     CalibrationFile, corner_table,
     export::{
-        CameraFormat, ExportedCamera, SolvedView, colmap_cameras_with_sd,
+        CameraFormat, ExportedCamera, SolvedView, board_csv, colmap_cameras_with_sd,
         mrcal_cameramodel_with_views, views_csv,
     },
     import,
@@ -116,11 +116,22 @@ impl Format {
     }
 }
 
+/// Board that a calibration found bent, stretched or uneven: its lens belongs to these points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundBoard {
+    /// What to know about it, for a person.
+    pub note: String,
+    /// The points as comma-separated values, for a file beside one that can't say so.
+    pub csv: Option<String>,
+}
+
 /// An exported result.
 #[derive(Clone, Debug)]
 pub struct Exported {
     /// The file's text.
     pub text: String,
+    /// The board, if the calibration corrected it.
+    pub board: Option<FoundBoard>,
     /// True if the calibration must not be used; its findings give the reason.
     pub untrustworthy: bool,
 }
@@ -177,10 +188,12 @@ pub fn export(
     announcer: &Announcer,
 ) -> anyhow::Result<Exported> {
     if format == Format::Vnl {
-        return Ok(Exported { text: corners(input, announcer)?, untrustworthy: false });
+        let text = corners(input, announcer)?;
+        return Ok(Exported { text, board: None, untrustworthy: false });
     }
     let (text, file) = read_any(&result_named_by(input)?, image_size, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    let board = found_board(&file, format);
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     // A file of another program has no board, and may name its camera.
     let own_name = file.source.as_deref().filter(|_| file.board.is_none()).unwrap_or(&stem);
@@ -188,10 +201,52 @@ pub fn export(
     if format == Format::Camera(CameraFormat::Mrcal) && input.is_dir() {
         let saved = SavedSession::open(input)?;
         let text = mrcal_with_views(&saved.session, &text, &file, name, announcer)?;
-        return Ok(Exported { text, untrustworthy });
+        return Ok(Exported { text, board, untrustworthy });
     }
     let text = export_text(&text, format, Some(name), announcer)?;
-    Ok(Exported { text, untrustworthy })
+    Ok(Exported { text, board, untrustworthy })
+}
+
+/// Board of `file`, if the calibration corrected it, for an export in `format`. `None` for formats
+/// without a lens.
+pub fn found_board(file: &CalibrationFile, format: Format) -> Option<FoundBoard> {
+    let note = text::board_as_found(file.board_off_mm()?);
+    let points_mm = file.board.as_ref()?.points_mm.as_ref()?;
+    let csv = match format {
+        Format::Camera(format) => {
+            format.with_comment("", &[]).is_none().then(|| board_csv(points_mm))
+        }
+        Format::Json => None,
+        Format::ViewsCsv | Format::Vnl => return None,
+    };
+    Some(FoundBoard { note, csv })
+}
+
+/// `written`, the calibration `file` in `format`, with a comment about a board that the calibration
+/// corrected, if the format has comments.
+fn with_board(written: String, file: Option<&CalibrationFile>, format: CameraFormat) -> String {
+    let off_mm = file.and_then(CalibrationFile::board_off_mm);
+    let commented =
+        off_mm.and_then(|mm| format.with_comment(&written, &[text::board_as_found(mm)]));
+    commented.unwrap_or(written)
+}
+
+/// Writes the points of a board that the calibration corrected beside the export `out` in a format
+/// without comments. Returns the file, if any.
+///
+/// # Errors
+///
+/// If the file can't be written.
+pub fn save_board(
+    out: &Path,
+    board: &FoundBoard,
+    overwrite: Overwrite,
+) -> anyhow::Result<Option<PathBuf>> {
+    let Some(csv) = &board.csv else { return Ok(None) };
+    let stem = out.file_stem().unwrap_or_default().to_string_lossy();
+    let file = out.with_file_name(format!("{stem}-board.csv"));
+    save(&file, csv.as_bytes(), overwrite)?;
+    Ok(Some(file))
 }
 
 /// Converts as [`export`], for a session outside a folder with the calibration file `text`.
@@ -238,7 +293,8 @@ fn mrcal_with_views(
     let board = &session.setup().board;
     let written =
         mrcal_cameramodel_with_views(&exported, board, views.as_deref().unwrap_or_default());
-    written.with_context(|| cannot_hold(CameraFormat::Mrcal))
+    let written = written.with_context(|| cannot_hold(CameraFormat::Mrcal))?;
+    Ok(with_board(written, Some(file), CameraFormat::Mrcal))
 }
 
 /// Lens of the result in `input`, read as by [`export`], and true if unusable.
@@ -253,6 +309,9 @@ pub(crate) fn result_of(
 ) -> anyhow::Result<(ExportedCamera<'static>, bool)> {
     let (text, file) = read_any(&result_named_by(input)?, None, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
+    if let Some(off_mm) = file.board_off_mm() {
+        announcer.say(&text::board_as_found(off_mm));
+    }
     Ok((camera_of(&text, "camera", announcer)?.0, untrustworthy))
 }
 
@@ -298,6 +357,10 @@ pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Re
     let exported = export(folder, format, None, None, announcer)?;
     save(&out, exported.text.as_bytes(), Overwrite::Never)?;
     announcer.say(&format!("Written: {}", out.display()));
+    if let Some(board) = &exported.board {
+        save_board(&out, board, Overwrite::Never)?;
+        announcer.say(&board.note);
+    }
     Ok(out)
 }
 
@@ -308,12 +371,15 @@ fn camera(
     announcer: &Announcer,
 ) -> anyhow::Result<String> {
     let (exported, covariance) = camera_of(text, name, announcer)?;
-    match covariance {
+    let written = match covariance {
         Some(covariance) if format == CameraFormat::Colmap => {
-            Ok(colmap_cameras_with_sd(&exported, &covariance))
+            colmap_cameras_with_sd(&exported, &covariance)
         }
-        _ => format.write(&exported).with_context(|| cannot_hold(format)),
-    }
+        _ => format.write(&exported).with_context(|| cannot_hold(format))?,
+    };
+    // Another program's file names no board.
+    let file = serde_json::from_str(text).ok().and_then(|tree| CalibrationFile::read(&tree).ok());
+    Ok(with_board(written, file.as_ref(), format))
 }
 
 fn cannot_hold(format: CameraFormat) -> String {

@@ -131,6 +131,33 @@ impl CameraFormat {
         }
     }
 
+    /// `text`, a file of the format, with lines for a person. `None` if the format has no comments.
+    ///
+    /// OpenCV's YAML must begin with its directive, so YAML gets them at the end; XML inside its root.
+    pub fn with_comment(self, text: &str, lines: &[String]) -> Option<String> {
+        let commented = |mark: &str| -> String {
+            lines.iter().map(|line| format!("{mark} {line}\n")).collect()
+        };
+        match self {
+            Self::OpencvYaml | Self::RosYaml | Self::Kalibr | Self::OrbSlam3 | Self::Vins => {
+                Some(format!("{}\n{}", text.trim_end(), commented("#")))
+            }
+            Self::Colmap | Self::Mrcal => Some(commented("#") + text),
+            Self::Matlab => Some(commented("%") + text),
+            Self::OpencvXml | Self::Metashape | Self::Realitycapture => {
+                let (inside, end) = text.split_at(text.rfind("</")?);
+                let lines = lines.join("\n").replace("--", "- -");
+                Some(format!("{inside}<!-- {lines} -->\n{end}"))
+            }
+            Self::OpencvJson
+            | Self::Nerf
+            | Self::Basalt
+            | Self::Photonvision
+            | Self::Gyroflow
+            | Self::Open3d => None,
+        }
+    }
+
     /// The camera as a file of the format.
     ///
     /// # Errors
@@ -168,6 +195,23 @@ mod tests {
     };
     use crate::import;
     use boresight_geometry::Distortion;
+
+    #[test]
+    fn a_comment_changes_no_number() {
+        let lines = ["It was bent -- by <2 mm>.".to_owned(), "See \"points_mm\".".to_owned()];
+        for format in CameraFormat::ALL {
+            let lenses = [exported(0.0), fisheye()];
+            let Some(text) = lenses.iter().find_map(|lens| format.write(lens).ok()) else {
+                continue;
+            };
+            let Some(commented) = format.with_comment(&text, &lines) else { continue };
+            assert!(commented.contains("See \"points_mm\"."), "{format:?}");
+            if format != CameraFormat::Matlab {
+                let read = |text: &str| import::read(text).expect("a calibration");
+                assert_eq!(read(&commented).camera, read(&text).camera, "{format:?}");
+            }
+        }
+    }
 
     #[test]
     fn each_format_reads_back_or_refuses() {

@@ -32,6 +32,16 @@ pub fn views_csv(views: &[ViewEntry]) -> String {
     csv
 }
 
+/// The points of a board as found, in millimetres, row by row, as comma-separated values.
+pub fn board_csv(points_mm: &[[f64; 3]]) -> String {
+    let mut csv = String::from("x_mm,y_mm,z_mm\r\n");
+    for point_mm in points_mm {
+        csv += &point_mm.map(number).join(",");
+        csv += "\r\n";
+    }
+    csv
+}
+
 /// Protects `text` from being a formula in a spreadsheet.
 fn no_formula(text: &str) -> String {
     let is_formula = text.starts_with(['=', '+', '-', '@', '\t']);
@@ -50,6 +60,15 @@ pub fn csv_field(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_board_is_a_point_a_line() {
+        let csv = board_csv(&[[-12.5, 0.0, 0.25], [12.5, 0.0, -0.25]]);
+        assert_eq!(csv.lines().count(), 3);
+        let line = csv.lines().nth(1).expect("a point");
+        let back: Vec<f64> = line.split(',').map(|mm| mm.parse().expect("a number")).collect();
+        assert_eq!(back, [-12.5, 0.0, 0.25]);
+    }
 
     #[test]
     fn names_with_commas_and_quotes_stay_one_field() {

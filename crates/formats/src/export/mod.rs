@@ -19,6 +19,7 @@
 //! | `gyroflow` | Gyroflow | a fisheye |
 //! | `open3d` | Open3D | a pinhole without distortion |
 //! | [`views_csv`] | spreadsheets | each view with its numbers |
+//! | [`board_csv`] | programs of one's own | the board's points as found |
 //! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, boresight | corners |
 //!
 //! Each format's function names the models used for the lens. [`CameraFormat`] lists all formats
@@ -47,7 +48,7 @@ mod vins;
 
 pub use camera_format::CameraFormat;
 pub use colmap::{colmap_cameras, colmap_cameras_with_sd};
-pub use csv::{csv_field, views_csv};
+pub use csv::{board_csv, csv_field, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};

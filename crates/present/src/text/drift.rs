@@ -229,6 +229,14 @@ pub fn imported(format: &str) -> (String, &'static str) {
     (message, "To learn whether it still holds: boresight check --against FILE")
 }
 
+/// Note about a lens and the board that it was found with, which isn't flat or even by up to
+/// `off_mm`.
+pub fn board_as_found(off_mm: f64) -> String {
+    format!(
+        "The board isn't flat and even: its points lie up to {off_mm:.2} mm elsewhere. Use this lens with the points as found (board.points_mm in calibration.json)."
+    )
+}
+
 /// Note that the export of such a calibration holds the mean.
 pub fn focal_is_a_mean() -> &'static str {
     "Each view has a separate focal length; the file gets the mean. views-csv lists them all"

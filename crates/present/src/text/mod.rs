@@ -35,9 +35,9 @@ pub mod window;
 
 pub use controls::{Act, Control};
 pub use drift::{
-    NOT_COMPARED, USE_THE_NEW_ONE, compared_with, doubts_of_old, drift, drift_is_weak, drift_lines,
-    drift_numbers, first_of_cameras, focal_is_a_mean, focal_varied, imported, lock_differs,
-    maybe_other_camera, no_drift, other_camera,
+    NOT_COMPARED, USE_THE_NEW_ONE, board_as_found, compared_with, doubts_of_old, drift,
+    drift_is_weak, drift_lines, drift_numbers, first_of_cameras, focal_is_a_mean, focal_varied,
+    imported, lock_differs, maybe_other_camera, no_drift, other_camera,
 };
 pub use findings::{
     FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, leaving_out,
