@@ -283,7 +283,7 @@ fn capture(err: &CaptureError) -> String {
         }
         CaptureError::Read { .. } => "Check the name, and that the file is readable.",
         CaptureError::Decode { .. } => {
-            "Leave the file out, or replace it with an undamaged PNG or JPEG."
+            "Leave the file out, or replace it with an undamaged one."
         }
         CaptureError::Bag { flaw, .. } => match flaw {
             BagFlaw::Unreadable(_) => {
@@ -303,7 +303,7 @@ fn capture(err: &CaptureError) -> String {
             "It's damaged, or sends what no camera sends: copy it again, or use another one."
         }
         CaptureError::NoPictures { .. } => {
-            "Choose a folder with PNG or JPEG pictures of the board."
+            "Choose a folder with pictures of the board: PNG, JPEG, BMP, PGM, PPM, TIFF or WebP."
         }
     }
     .into()

@@ -6,7 +6,7 @@ use std::{
 };
 
 use image::{
-    DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
+    DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, Luma,
     metadata::Orientation,
 };
 
@@ -31,8 +31,9 @@ pub enum Upright {
     AsStored,
 }
 
-/// Brightness of the picture in `bytes`, oriented by `upright`. 16 bits are scaled to 8 and colours
-/// weighted as from a camera, see `pixel_format`; transparency is ignored.
+/// Brightness of the picture in `bytes`, oriented by `upright`. 16 bits are scaled to 8, or the
+/// lowest 10 or 12 of them if the others are empty. Colours are weighted as from a camera, see
+/// `pixel_format`; transparency is ignored.
 ///
 /// # Errors
 ///
@@ -63,7 +64,7 @@ pub fn decoded(
         limits.reserve(decoder.total_bytes())?;
         let alone = (decoder.total_bytes() > LARGE)
             .then(|| LARGE_PICTURE.lock().unwrap_or_else(PoisonError::into_inner));
-        let picture = DynamicImage::from_decoder(decoder).map(DynamicImage::into_luma8);
+        let picture = DynamicImage::from_decoder(decoder).map(to_grey);
         drop(alone);
         let mut picture = DynamicImage::from(picture?);
         picture.apply_orientation(orientation);
@@ -79,6 +80,21 @@ pub fn decoded(
 /// what is missing.
 fn least_jpeg((width, height): (u32, u32)) -> u64 {
     u64::from(width.div_ceil(8)) * u64::from(height.div_ceil(8)) / 8
+}
+
+/// Largest values of 10, 12 and 16 bits.
+const FULL: [u16; 3] = [1023, 4095, u16::MAX];
+
+fn to_grey(picture: DynamicImage) -> GrayImage {
+    use DynamicImage::{ImageLuma16, ImageLumaA16, ImageRgb16, ImageRgba16};
+    if !matches!(picture, ImageLuma16(_) | ImageLumaA16(_) | ImageRgb16(_) | ImageRgba16(_)) {
+        return picture.into_luma8();
+    }
+    let deep = picture.into_luma16();
+    let lightest = deep.iter().copied().max().unwrap_or_default();
+    let full = FULL.into_iter().find(|full| lightest <= *full).map_or(1, u32::from);
+    let level = |value: u16| ((u32::from(value) * 255 + full / 2) / full) as u8;
+    GrayImage::from_fn(deep.width(), deep.height(), |x, y| Luma([level(deep.get_pixel(x, y).0[0])]))
 }
 
 #[cfg(test)]

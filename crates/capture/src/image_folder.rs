@@ -1,15 +1,17 @@
 //! Pictures from files: each a separate photograph.
 
 use std::{
-    io::{BufReader, Cursor, Read},
+    io::{BufRead, BufReader, Cursor, Read},
     path::{Path, PathBuf},
     sync::Arc,
     time::Duration,
 };
 
-use image::{GrayImage, ImageFormat, ImageReader};
+use image::{GrayImage, ImageFormat};
 
-use super::{Arrival, CaptureError, FrameSource, SourceIdentity, Upright, decoded};
+use super::{
+    Arrival, CaptureError, FrameSource, SourceIdentity, Upright, decoded, integrity::JpegGate,
+};
 use boresight_files::{FileError, Links, open};
 use boresight_geometry::{
     device::{CameraEvent, Fault},
@@ -52,13 +54,49 @@ impl ImageFolder {
     }
 }
 
-/// True if `path` is a file with the extension of a PNG or JPEG.
+/// Formats of pictures that are read.
+const READ: [ImageFormat; 6] = [
+    ImageFormat::Png,
+    ImageFormat::Jpeg,
+    ImageFormat::Bmp,
+    ImageFormat::Pnm,
+    ImageFormat::Tiff,
+    ImageFormat::WebP,
+];
+
+/// True if `path` is a file with the extension of a picture that's read.
 pub fn is_picture(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-    path.is_file() && matches!(ending.as_deref(), Some("png" | "jpg" | "jpeg"))
+    let format = path.extension().and_then(ImageFormat::from_extension);
+    path.is_file() && format.is_some_and(|format| READ.contains(&format))
 }
 
-/// PNG and JPEG files of `folder` by extension, sorted by name.
+/// Usual extension of a picture with the first bytes `start`; `None` if it isn't read.
+pub fn picture_ending(start: &[u8]) -> Option<&'static str> {
+    let format = image::guess_format(start).ok().filter(|format| READ.contains(format))?;
+    format.extensions_str().first().copied()
+}
+
+/// Pictures that aren't read, by extension: converters read them.
+const UNREAD: [&str; 14] = [
+    "heic", "heif", "avif", "jxl", "jp2", "dng", "cr2", "cr3", "nef", "arw", "raf", "orf", "rw2",
+    "raw",
+];
+
+/// Name of a format that isn't read: by extension, as raw files look like TIFF, or by the brand at
+/// the start of the file.
+fn unread_format(path: &Path, start: &[u8]) -> Option<String> {
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let ending = ending.map(str::to_ascii_lowercase);
+    let brand = match start.get(4..12) {
+        Some(b"ftypheic" | b"ftypheix" | b"ftypmif1" | b"ftypmsf1") => Some("heic"),
+        Some(b"ftypavif") => Some("avif"),
+        _ => None,
+    };
+    let by_ending = ending.as_deref().filter(|ending| UNREAD.contains(ending));
+    Some(brand.or(by_ending)?.to_ascii_uppercase())
+}
+
+/// Picture files of `folder` by extension, sorted by name.
 ///
 /// # Errors
 ///
@@ -82,15 +120,7 @@ pub fn pictures_in(folder: &Path) -> Result<Vec<PathBuf>, CaptureError> {
 /// Names of the pictures in `folder` outside of [`pictures_in`], of other kinds by extension,
 /// sorted. Empty if the folder can't be listed.
 pub fn unread_pictures_in(folder: &Path) -> Vec<String> {
-    const ENDINGS: [&str; 17] = [
-        "tif", "tiff", "bmp", "webp", "heic", "heif", "avif", "jxl", "jp2", "pgm", "ppm", "dng",
-        "cr2", "cr3", "nef", "arw", "raf",
-    ];
-    let is_unread = |path: &Path| {
-        let ending = path.extension().and_then(|ending| ending.to_str());
-        let ending = ending.map(str::to_ascii_lowercase);
-        path.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
-    };
+    let is_unread = |path: &Path| path.is_file() && unread_format(path, &[]).is_some();
     let files = folder.read_dir().into_iter().flatten().flatten().map(|entry| entry.path());
     let names = files
         .filter(|path| is_unread(path))
@@ -125,7 +155,7 @@ impl FrameSource for ImageFolder {
     }
 }
 
-/// Reads a PNG or JPEG as brightness, turned by the EXIF orientation.
+/// Reads a picture as brightness, turned by the EXIF orientation.
 ///
 /// # Errors
 ///
@@ -134,7 +164,7 @@ pub fn read_picture(path: &Path) -> Result<GrayImage, CaptureError> {
     read_picture_turned(path, Upright::AsMarked)
 }
 
-/// Reads a PNG or JPEG as brightness, like [`decoded`].
+/// Reads a picture as brightness, like [`decoded`]: PNG, JPEG, BMP, PGM and PPM, TIFF or WebP.
 ///
 /// # Errors
 ///
@@ -148,18 +178,23 @@ pub fn read_picture_turned(path: &Path, upright: Upright) -> Result<GrayImage, C
         FileError::NotAFile { what, .. } => decode(format!("this is {what}, not a file")),
         other => decode(other.to_string()),
     })?;
-    let reader = ImageReader::new(BufReader::new(file)).with_guessed_format().map_err(read)?;
-    let Some(format) = reader.format() else {
-        return Err(decode("its contents are neither PNG nor JPEG".into()));
+    let mut file = BufReader::new(file);
+    let start = file.fill_buf().map_err(read)?;
+    if let Some(name) = unread_format(path, start) {
+        return Err(decode(format!("{name} isn't read. Convert it to PNG or JPEG first")));
+    }
+    let format = image::guess_format(start).ok().filter(|format| READ.contains(format));
+    let Some(format) = format else {
+        let read = "PNG, JPEG, BMP, PGM, PPM, TIFF or WebP";
+        return Err(decode(format!("its contents are none of {read}")));
     };
-    let mut file = reader.into_inner();
     let image = if format == ImageFormat::Jpeg {
         let mut bytes = Vec::new();
         file.by_ref().take(PICTURE_LIMIT_BYTES).read_to_end(&mut bytes).map_err(read)?;
         if !is_whole_jpeg(&bytes) {
             return Err(decode("it is cut short".into()));
         }
-        decoded(Cursor::new(bytes), format, upright)
+        decoded(Cursor::new(JpegGate::with_tables(bytes)), format, upright)
     } else {
         decoded(file, format, upright)
     };
@@ -227,6 +262,69 @@ mod tests {
         let even = ImageBuffer::from_pixel(64, 64, Rgb([200_u8, 100, 40]));
         for pixel in read("colours.jpeg", even.into()).pixels() {
             assert!(pixel.0[0].abs_diff(117) <= 2, "{pixel:?}");
+        }
+    }
+
+    /// Formats of the tools that come with industrial cameras.
+    #[test]
+    fn pictures_of_camera_tools_are_read_alike() {
+        let place = tempfile::tempdir().expect("a folder");
+        let grey = GrayImage::from_fn(40, 30, |x, y| Luma([(x * 5 + y) as u8]));
+        let deep =
+            ImageBuffer::from_fn(40, 30, |x, y| Luma([u16::from(grey.get_pixel(x, y).0[0]) * 257]));
+        for ending in ["bmp", "pgm", "ppm", "tif", "tiff", "webp", "png"] {
+            let path = place.path().join(format!("a.{ending}"));
+            let seen = DynamicImage::from(grey.clone());
+            let seen =
+                if ["ppm", "webp"].contains(&ending) { seen.into_rgb8().into() } else { seen };
+            seen.save(&path).expect("written");
+            assert!(is_picture(&path), "{ending}");
+            assert_eq!(read_picture(&path).expect("read"), grey, "{ending}");
+            let bytes = std::fs::read(&path).expect("there");
+            assert_ne!(picture_ending(&bytes[..12]), None, "{ending}");
+            std::fs::write(&path, &bytes[..bytes.len() / 2]).expect("written");
+            read_picture(&path).expect_err("cut");
+        }
+        for ending in ["pgm", "tif"] {
+            let path = place.path().join(format!("deep.{ending}"));
+            DynamicImage::from(deep.clone()).save(&path).expect("written");
+            assert_eq!(read_picture(&path).expect("read"), grey, "{ending}");
+        }
+    }
+
+    #[test]
+    fn a_picture_that_is_not_read_is_named_with_the_way_out() {
+        let place = tempfile::tempdir().expect("a folder");
+        let tiff = b"II*\0\x08\0\0\0\0\0\0\0";
+        let heic = b"\0\0\0\x18ftypheic\0\0\0\0";
+        for (name, start, format) in
+            [("a.DNG", &tiff[..], "DNG"), ("a.heic", heic, "HEIC"), ("a.jpg", heic, "HEIC")]
+        {
+            let path = place.path().join(name);
+            std::fs::write(&path, start).expect("written");
+            let said = read_picture(&path).expect_err("not read").to_string();
+            assert!(said.contains(&format!("{format} isn't read. Convert it to PNG")), "{said}");
+        }
+    }
+
+    /// Cameras of 10 and 12 bits write their values unscaled.
+    #[test]
+    fn values_of_ten_and_twelve_bits_fill_the_range() {
+        let place = tempfile::tempdir().expect("a folder");
+        let [png, pgm] = ["a.png", "a.pgm"].map(|name| place.path().join(name));
+        for full in [1023_u32, 4095, 65535] {
+            let at = |x: u32| (x * full / 299) as u16;
+            let deep = ImageBuffer::from_fn(300, 1, |x, _| Luma([at(x)]));
+            DynamicImage::from(deep).save(&png).expect("written");
+            let values = (0..300).flat_map(|x| at(x).to_be_bytes());
+            let bytes = format!("P5\n300 1\n{full}\n").into_bytes().into_iter().chain(values);
+            std::fs::write(&pgm, bytes.collect::<Vec<u8>>()).expect("written");
+            for path in [&png, &pgm] {
+                for (x, pixel) in read_picture(path).expect("read").pixels().enumerate() {
+                    let wanted = (255.0 * f64::from(at(x as u32)) / f64::from(full)).round();
+                    assert_eq!(f64::from(pixel.0[0]), wanted, "{x} of {full} in {path:?}");
+                }
+            }
         }
     }
 

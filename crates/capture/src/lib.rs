@@ -85,7 +85,8 @@ pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
 pub use ffmpeg::Ffmpeg;
 pub use guarded::guarded;
 pub use image_folder::{
-    ImageFolder, is_picture, pictures_in, read_picture, read_picture_turned, unread_pictures_in,
+    ImageFolder, is_picture, picture_ending, pictures_in, read_picture, read_picture_turned,
+    unread_pictures_in,
 };
 #[cfg(all(unix, feature = "live"))]
 pub use pipe::Pipe;
@@ -212,7 +213,7 @@ pub enum CaptureError {
         name: String,
     },
     /// A folder without a picture.
-    #[error("there is no PNG or JPEG picture in {path:?}")]
+    #[error("there is no picture that can be read in {path:?}")]
     NoPictures {
         /// The folder.
         path: std::path::PathBuf,

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 
 use crate::say;
 use boresight_app::session::source::is_session;
-use boresight_capture::{pictures_in, unread_pictures_in};
+use boresight_capture::{picture_ending, pictures_in, unread_pictures_in};
 use boresight_files::Scratch;
 use boresight_present::text;
 
@@ -95,17 +95,11 @@ impl Given {
 fn copied() -> anyhow::Result<(Scratch, PathBuf)> {
     let mut input = std::io::stdin().lock().take(LIMIT + 1);
     let mut start = Vec::new();
-    input.by_ref().take(8).read_to_end(&mut start).context("could not read standard input")?;
+    input.by_ref().take(12).read_to_end(&mut start).context("could not read standard input")?;
     if start.is_empty() {
         bail!("nothing came at standard input");
     }
-    let ending = if start.starts_with(b"\x89PNG") {
-        "png"
-    } else if start.starts_with(&[0xFF, 0xD8]) {
-        "jpg"
-    } else {
-        "vnl"
-    };
+    let ending = picture_ending(&start).unwrap_or("vnl");
     let name = format!("stdin.{ending}");
     let scratch = Scratch::new()?;
     let mut file = scratch.create(Path::new(&name))?;

@@ -42,6 +42,17 @@ impl JpegGate {
         Headers::read(bytes).map(|headers| headers.size)
     }
 
+    /// JPEG with the standard Huffman tables if a camera's JPEG in `bytes` has none.
+    pub fn with_tables(mut bytes: Vec<u8>) -> Vec<u8> {
+        if let Ok(headers) = Headers::read(&bytes)
+            && headers.tables.is_empty()
+        {
+            let at = headers.scan_header_at;
+            bytes.splice(at..at, standard_segments());
+        }
+        bytes
+    }
+
     /// Checks that `bytes`, all of one frame, are a whole JPEG of `size`.
     ///
     /// # Errors

@@ -146,7 +146,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::BrokenPicture => (
             "A picture can't be read and is left out",
-            "Leave the file out, or replace it with an undamaged PNG or JPEG.",
+            "Leave the file out, or replace it with an undamaged one.",
         ),
         Fault::NoSuchTopic => (
             "No pictures are published on this ROS 2 topic",

@@ -55,7 +55,7 @@ pub fn pictures_left_out(names: &[String]) -> String {
         count => format!(" and {count} more"),
     };
     format!(
-        "Left out, because only PNG and JPEG are read: {named}{others}. To use them, convert them."
+        "Left out, because they can't be read: {named}{others}. To use them, convert them to PNG."
     )
 }
 
