@@ -261,7 +261,7 @@ fn look(
     match found {
         0 => Err(Miss::NoBoard),
         _ if 2 * found >= wanted => Ok(Detection { corners, quality }),
-        _ => Err(Miss::PartialBoard { found, wanted, cut_off_by: None }),
+        _ => Err(Miss::PartialBoard { found, wanted, size: [0; 2], cut_off_by: None }),
     }
 }
 

@@ -9,8 +9,8 @@ use anyhow::bail;
 use clap::Args;
 
 #[cfg(feature = "report")]
-use super::report::this_command;
-use super::{accept_args::AcceptArguments, lens_args::LensArguments};
+use super::this_command::this_command;
+use super::{accept_args::AcceptArguments, lens_args::LensArguments, this_command::with_board};
 #[cfg(feature = "report")]
 use boresight_app::session::{
     certificate::{Circumstances, certificate},
@@ -51,8 +51,8 @@ use boresight_terminal::{
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG) or folders of them, one corner table (.vnl), or one session folder; -
-    /// reads a table or a picture from standard input.
+    /// Pictures (PNG, JPEG, BMP, PGM, PPM, TIFF, WebP) or folders of them, one corner table (.vnl),
+    /// or one session folder; - reads a table or a picture from standard input.
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -179,6 +179,9 @@ impl Arguments {
                 "These are a session's pictures. It knows the corners of boards that were cut off, too: boresight calibrate {}",
                 session.display()
             ));
+        }
+        if let Some(choice) = views.instead {
+            say(&text::agreed(&with_board(choice)));
         }
         let exit = announce_result(result.as_ref(), &file, &announcer());
         if let (Some(saved), [folder]) = (&session, self.inputs.as_slice()) {

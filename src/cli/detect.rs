@@ -10,22 +10,23 @@ use clap::Args;
 
 use image::GrayImage;
 
+use super::this_command::with_board;
 use boresight_app::{
     Exit,
     commands::{json::DetectedLine, weighed_picture},
     session::source::{SourceName, is_recording},
 };
 use boresight_capture::{Arrival, FrameSource, read_picture_turned};
-use boresight_detect::{Detector, DetectorParams, Miss, WeighedGrid};
+use boresight_detect::{Detector, DetectorParams, Miss, WeighedGrid, agreed};
 use boresight_files::{Overwrite, make_folder, save};
 use boresight_formats::corner_table::{self, Digits};
 use boresight_present::text::{self, weighed};
-use boresight_run::pipeline::LOOKS_FOR_OTHERS;
 use boresight_terminal::{
     announcer,
     board_args::BoardArguments,
     print,
     progress::{FINDING, Progress},
+    say,
     stdin::Given,
 };
 
@@ -36,8 +37,8 @@ use boresight_terminal::{
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures, PNG or JPEG, folders of them, video files or recorded bags; - reads one picture
-    /// from standard input.
+    /// Pictures (PNG, JPEG, BMP, PGM, PPM, TIFF, WebP), folders of them, video files or recorded
+    /// bags; - reads one picture from standard input.
     #[arg(required = true, value_name = "IMAGE")]
     images: Vec<PathBuf>,
     /// Topic of the pictures in a recorded bag, for example /camera/image_raw [default: the only
@@ -79,7 +80,9 @@ impl Arguments {
         config.camera.as_stored |= self.as_stored;
         let board = config.board()?;
         let mut detector = Detector::new(DetectorParams::default());
-        let (mut unreadable, mut fruitless) = (0, 0);
+        // Open misses since another board was last named.
+        let (mut unreadable, mut open, mut pictures_seen) = (0, 0_u32, 0);
+        let mut misses = Vec::new();
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
@@ -97,14 +100,19 @@ impl Arguments {
             };
             let millis = started.elapsed().as_secs_f64() * 1e3;
             let seen = seen.map_err(|miss| {
-                let is_open = miss.leaves_open() && fruitless < LOOKS_FOR_OTHERS;
-                let other = is_open.then(|| detector.recognise(image, Some(&board), &|| true));
-                let Some(other) = other else { return miss };
-                fruitless = if other.is_some() { 0 } else { fruitless + 1 };
+                open += u32::from(miss.leaves_open());
+                // Ever more seldom: a search for other boards takes as long as for the named one.
+                if !miss.leaves_open() || !open.is_power_of_two() {
+                    return miss;
+                }
+                let other = detector.recognise(image, Some(&board), &|| true);
+                open = if other.is_some() { 0 } else { open };
                 other.map_or(miss, Miss::OtherBoard)
             });
+            pictures_seen += 1;
             if let Err(miss) = &seen {
                 progress.say(&format!("{name}: {}", text::miss(miss)));
+                misses.push(*miss);
             }
             if let Some(folder) = &self.explain {
                 explain(&progress, (folder, name, overwrite), image, &weighed)?;
@@ -144,6 +152,14 @@ impl Arguments {
             progress.step();
         }
         progress.finish();
+        if pictures_seen > 1 {
+            text::misses(&misses, pictures_seen).iter().for_each(|line| say(line));
+        }
+        if misses.len() == pictures_seen
+            && let Some(choice) = agreed(&misses)
+        {
+            say(&text::agreed(&with_board(choice)));
+        }
         if unreadable > 0 {
             bail!("{unreadable} of {} files could not be read", given.files.len());
         }

@@ -38,6 +38,7 @@ mod simulate;
 mod status;
 mod stream_args;
 mod target;
+mod this_command;
 mod version;
 #[cfg(feature = "serve")]
 mod web;

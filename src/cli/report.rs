@@ -8,18 +8,17 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::accept_args::AcceptArguments;
+use super::{accept_args::AcceptArguments, this_command::this_command};
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
     commands::calibration_views::{SessionViews, from_session},
     session::{
-        report::{REPORT_SCHEMA, ReportFile, of_file, quoted},
+        report::{REPORT_SCHEMA, ReportFile, of_file},
         session_report,
         source::is_session,
     },
 };
 use boresight_calibrate::{BOARD_SCALE_SD, CalibrationParams};
-use boresight_capture::without_secrets;
 use boresight_files::{Overwrite, save};
 use boresight_formats::{AcceptanceEntry, CalibrationFile};
 use boresight_present::{
@@ -169,11 +168,4 @@ impl Arguments {
             _ => folder.to_path_buf(),
         })
     }
-}
-
-/// Command line of the run, quoted for a shell.
-pub(super) fn this_command() -> String {
-    let arguments = std::env::args_os().skip(1);
-    let words = arguments.map(|argument| quoted(&without_secrets(&argument.to_string_lossy())));
-    std::iter::once("boresight".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }

@@ -146,7 +146,12 @@ impl World {
             seen: if is_told {
                 Ok(Detection { corners, quality })
             } else if found > 0 {
-                Err(Miss::PartialBoard { found, wanted, cut_off_by: Some(Side::Left) })
+                Err(Miss::PartialBoard {
+                    found,
+                    wanted,
+                    size: [0; 2],
+                    cut_off_by: Some(Side::Left),
+                })
             } else {
                 Err(Miss::NoBoard)
             },

@@ -216,7 +216,7 @@ fn a_pause_does_not_count_as_not_being_able_to_reach_beyond_the_edge() {
     for _ in 0..600 {
         let mut frame = world.observe(&whole_pose(&world));
         let cut_off_by = Some(Side::Left);
-        frame.seen = Err(Miss::PartialBoard { found: 20, wanted: 54, cut_off_by });
+        frame.seen = Err(Miss::PartialBoard { found: 20, wanted: 54, size: [0; 2], cut_off_by });
         session.handle(&Input::Observed(frame));
     }
     session.handle(&Input::Command(Command::Resume));

@@ -169,7 +169,7 @@ fn a_board_that_is_cut_off_is_a_miss_with_its_side() {
     ] {
         let seen = find(&render_view(&scene, &pose(15.0, 20.0, 0.0, at_m)), &scene.board);
         match seen {
-            Err(Miss::PartialBoard { found, wanted: 54, cut_off_by }) => {
+            Err(Miss::PartialBoard { found, wanted: 54, cut_off_by, .. }) => {
                 assert!(found < 54);
                 assert_eq!(cut_off_by, Some(side), "{found} corners");
             }

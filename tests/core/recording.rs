@@ -327,9 +327,14 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
         detection,
         Just(Err(Miss::NoBoard)),
         Just(Err(Miss::OutOfTime)),
-        (0..99_usize, 1..99_usize, side).prop_map(|(found, wanted, cut_off_by)| Err(
-            Miss::PartialBoard { found, wanted, cut_off_by }
-        )),
+        (0..99_usize, 1..99_usize, [0..9_usize, 0..9_usize], side).prop_map(
+            |(found, wanted, size, cut_off_by)| Err(Miss::PartialBoard {
+                found,
+                wanted,
+                size,
+                cut_off_by
+            })
+        ),
         (number(), number())
             .prop_map(|(square_px, needed_px)| Err(Miss::TooSmall { square_px, needed_px })),
         (number(), number())

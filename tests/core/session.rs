@@ -616,7 +616,7 @@ fn a_ghost_recedes_after_many_views_too() {
     for _ in 0..60 {
         let mut cut_off = world.observe(&pose);
         let cut_off_by = Some(Side::Left);
-        cut_off.seen = Err(Miss::PartialBoard { found: 20, wanted: 54, cut_off_by });
+        cut_off.seen = Err(Miss::PartialBoard { found: 20, wanted: 54, size: [0; 2], cut_off_by });
         session.handle(&Input::Observed(cut_off));
     }
     assert!(span(&session) < 0.97 * before, "{before} {}", span(&session));

@@ -37,7 +37,8 @@ pub(crate) fn moments() -> Vec<Moment> {
     let story = story();
     add("fresh", &fresh(), "Show the whole board");
     add("searching", &missed(Miss::NoBoard), "Show the whole board");
-    let cut = Miss::PartialBoard { found: 40, wanted: 54, cut_off_by: Some(Side::Left) };
+    let cut =
+        Miss::PartialBoard { found: 40, wanted: 54, size: [0; 2], cut_off_by: Some(Side::Left) };
     add("cut off", &missed(cut), "Move right. It's cut off");
     let first = |is: &dyn Fn(&Snapshot) -> bool| {
         story.iter().find(|snapshot| is(snapshot)).expect("a session has this moment")

@@ -6,9 +6,9 @@ use super::{
     colours::{ColourStep, FAR_SQUARES, alternating, colour_step, colours},
     complete::{Squares, complete, interpolate_last, prune},
     lattice::{BESIDE, Lattice, Node},
-    missing::{CORNER_BITS, LEAD, SIDES, Why, behind, log2_likelihood, why_missing},
-    outcome::{Miss, OtherBoard},
-    placement::{drop_thin_ends, place_part, place_whole},
+    missing::{CORNER_BITS, LEAD, PLAIN, SIDES, Why, behind, log2_likelihood, why_missing},
+    outcome::{Miss, OtherBoard, Side},
+    placement::{LEAST_CORNERS, drop_thin_ends, place_part, place_whole},
     track::Expected,
 };
 use boresight_geometry::boards::Board;
@@ -42,8 +42,9 @@ pub(super) fn match_board(
     let wanted = board.corner_count();
     prune(lattice);
     if lattice.len() * LEAST_SHARE < wanted {
-        let partial = Miss::PartialBoard { found: lattice.len(), wanted, cut_off_by: None };
-        return Err(whole_board(image, lattice).map_or(partial, other_board));
+        return Err(
+            whole_board(image, lattice).map_or_else(|| partial(lattice, wanted, None), other_board)
+        );
     }
     let (columns, rows) = (board.columns() as i32, board.rows() as i32);
     fill(image, lattice, columns.max(rows));
@@ -63,34 +64,32 @@ pub(super) fn match_board(
     let whole = lattice.len() as i32 == width * height;
     if fits && whole {
         is_no_part(image, lattice)?;
+        // Few corners may be chance.
+        if wanted < LEAST_CORNERS && whole_board(image, lattice).is_none() {
+            return Err(Miss::NoBoard);
+        }
     }
     if !(fits && whole) {
         if !fits && let Some(size) = whole_board(image, lattice) {
             return Err(other_board(size));
         }
-        let found = lattice.len().min(wanted);
+        if !((width <= columns && height <= rows) || (width <= rows && height <= columns)) {
+            return Err(larger(image, lattice));
+        }
         let why = why_missing(image, lattice, Some([columns, rows]), 0.0);
-        let cut_off_by = why.cut_off_by();
-        // If cut off, a larger board would be given a wrong number of corners.
-        let is_board = whole && width.min(height) >= LEAST_SIDE;
-        let larger = !fits && is_board && width * height > columns * rows;
         // One row and one column fewer, neither cut off: the board was named by its squares.
         let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
-        let miscounted = smaller && is_board && expected.corners.is_empty() && why != Why::Glare;
+        let is_miscounted = smaller && whole && expected.corners.is_empty() && why == Why::Covered;
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
         }
-        if (larger || miscounted) && cut_off_by.is_none() {
-            return Err(other_board((width, height)));
-        }
-        if why == Why::Glare {
-            return Err(Miss::Glare { found, wanted });
-        }
-        if larger {
-            let (columns, rows) = long_by_wide((width, height));
-            return Err(Miss::OtherBoard(OtherBoard::Larger { columns, rows }));
-        }
-        return Err(Miss::PartialBoard { found, wanted, cut_off_by });
+        return Err(match why {
+            _ if is_miscounted => other_board((width, height)),
+            // Light never ends along a row: it's the white around a board.
+            Why::Glare if !whole => Miss::Glare { found: lattice.len(), wanted },
+            Why::CutOff(side) => partial(lattice, wanted, Some(side)),
+            Why::Glare | Why::Covered => partial(lattice, wanted, None),
+        });
     }
     place_whole(image, lattice, board, expected, into).then_some(()).ok_or(Miss::NoBoard)
 }
@@ -104,7 +103,7 @@ pub(super) fn match_board(
 /// [`Miss::OtherBoard`] if the board is a part of a larger pattern.
 pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(), Miss> {
     let Some((low, high)) = lattice.extent() else { return Ok(()) };
-    let more = SIDES.map(|out| i32::from(behind(image, lattice, out).goes_on()));
+    let more = SIDES.map(|out| i32::from(behind(image, lattice, out, PLAIN).goes_on()));
     let seen = (high.0 - low.0 + 1 + more[0] + more[1], high.1 - low.1 + 1 + more[2] + more[3]);
     fill(image, lattice, seen.0.max(seen.1) + MOST_BEYOND);
     let is_beyond =
@@ -119,7 +118,8 @@ pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(),
         return Ok(());
     }
     let (low, high) = lattice.extent().unwrap_or((low, high));
-    Err(other_board((seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1))))
+    let seen = (seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1));
+    Err(whole_board(image, lattice).map_or_else(|| at_least(seen), other_board))
 }
 
 /// Root mean square difference between like squares around a corner of a board, as a share of the
@@ -146,6 +146,38 @@ fn colour_bits(image: &GrayImage, lattice: &Lattice, (i, j): Node, spread: f32) 
     log2_likelihood(step((i, j)).map_or(f32::INFINITY, off), spread)
 }
 
+/// Part of the board, as large as the grid.
+fn partial(lattice: &Lattice, wanted: usize, cut_off_by: Option<Side>) -> Miss {
+    let size = lattice.extent().map_or([0; 2], |(low, high)| {
+        <[usize; 2]>::from(long_by_wide((high.0 - low.0 + 1, high.1 - low.1 + 1)))
+    });
+    Miss::PartialBoard { found: lattice.len(), wanted, size, cut_off_by }
+}
+
+/// Board with more corners than the named one along an axis: of the grid's size if it's whole and
+/// inside the picture, or else of that size at least.
+fn larger(image: &GrayImage, lattice: &mut Lattice) -> Miss {
+    let size = |lattice: &Lattice| {
+        let (low, high) = lattice.extent().unwrap_or_default();
+        (high.0 - low.0 + 1, high.1 - low.1 + 1)
+    };
+    let (width, height) = size(lattice);
+    fill(image, lattice, width.max(height) + MOST_BEYOND);
+    drop_thin_ends(lattice, |_| true);
+    let (width, height) = size(lattice);
+    let is_whole = lattice.len() as i32 == width * height;
+    let is_inside = || why_missing(image, lattice, None, 0.0).cut_off_by().is_none();
+    if is_whole && (whole_board(image, lattice).is_some() || is_inside()) {
+        return other_board((width, height));
+    }
+    at_least((width, height))
+}
+
+fn at_least(size: (i32, i32)) -> Miss {
+    let (columns, rows) = long_by_wide(size);
+    Miss::OtherBoard(OtherBoard::Larger { columns, rows })
+}
+
 fn other_board(size: (i32, i32)) -> Miss {
     let (columns, rows) = long_by_wide(size);
     Miss::OtherBoard(OtherBoard::Plain { columns, rows })
@@ -162,7 +194,7 @@ fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
     let (low, high) = lattice.extent()?;
     let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
     let whole = width.min(height) >= LEAST_SIDE && lattice.len() as i32 == width * height;
-    let ends = |out: Node| behind(image, lattice, out).ends();
+    let ends = |out: Node| behind(image, lattice, out, PLAIN).ends();
     (whole && SIDES.into_iter().all(ends)).then_some((width, height))
 }
 

@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use super::{
     circle_blobs::{Blob, BlobFinder, TILES_PX},
-    circle_grid::{CircleGrower, longest, place_circles, whole_grid},
+    circle_grid::{CircleGrower, are_squares, longest, place_circles, whole_grid},
     disc_model::{self, DiscFit, Pixels},
     explain::{GridOutcome, WeighedGrid},
     outcome::{Detection, Miss, OtherBoard, Quality},
@@ -84,7 +84,10 @@ impl CircleSearch {
                     return Err(Miss::OutOfTime);
                 }
                 let lattice = &self.grower.lattice;
-                let placed = place_circles(picture, lattice, circles, expected, &mut self.corners);
+                let placed = match are_squares(picture, lattice) {
+                    true => Err(Miss::NoBoard),
+                    false => place_circles(picture, lattice, circles, expected, &mut self.corners),
+                };
                 let found =
                     placed.and_then(|()| self.refine(image, halved, board, params, keep_on));
                 if let Some(weighed) = weighed {
@@ -96,7 +99,8 @@ impl CircleSearch {
                 }
                 match found {
                     Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
-                    Err(miss) => best_miss = best_miss.or_closer(miss),
+                    Err(miss) if miss.is_closer_than(best_miss) => best_miss = miss,
+                    Err(_) => {}
                     Ok(detection) => {
                         let is_whole = seen_count(&detection.corners) == detection.corners.len();
                         if is_whole || !matches!(best_miss, Miss::OtherBoard { .. }) {
@@ -117,6 +121,9 @@ impl CircleSearch {
             for is_dark in [true, false] {
                 self.grower.grow(&self.blobs, is_dark, longest);
                 let lattice = &self.grower.lattice;
+                if are_squares(picture, lattice) {
+                    continue;
+                }
                 grids.extend(CircleRows::ALL.into_iter().filter_map(|it| whole_grid(lattice, it)));
             }
         }
@@ -163,7 +170,8 @@ impl CircleSearch {
             });
             fits.push(fit.filter(|fit| fit.residual < params.max_residual));
         }
-        let partial = |found: usize| Miss::PartialBoard { found, wanted, cut_off_by: None };
+        let partial =
+            |found: usize| Miss::PartialBoard { found, wanted, size: [0; 2], cut_off_by: None };
         let is_enough =
             |found: usize| found >= LEAST_CIRCLES && LOST_SHARE * (tried - found) <= tried;
         let points_m = board.corners_in_board_m();

@@ -48,7 +48,7 @@ impl Search<'_> {
 
 /// Picture to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Pass {
+pub(super) enum Pass {
     /// Picture halved the given number of times.
     Level(usize),
     /// Halved picture with dark or light squares grown.
@@ -82,7 +82,7 @@ pub struct Detector {
     /// Halved pictures; `levels[0]` is half the picture.
     pub(super) levels: Vec<GrayImage>,
     /// Doubled level, or level with dark or light squares grown, and a buffer.
-    grown: GrayImage,
+    pub(super) grown: GrayImage,
     grown_rows: Vec<u8>,
     /// Picture with black and white exchanged, for a board printed white on black.
     negative: GrayImage,
@@ -90,6 +90,8 @@ pub struct Detector {
     pub(super) circles: CircleSearch,
     /// Corners in the full picture, as found by the search.
     rough: Vec<Option<[f64; 2]>>,
+    /// Corners in the full picture of the grid with the reason for the missing board.
+    closest: Vec<[f64; 2]>,
     /// Predicted corners at search size; none without a prediction.
     expected: Expected,
     /// Widths of edges in a picture without a board.
@@ -193,6 +195,7 @@ impl Detector {
         board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
+        self.closest.clear();
         if let Board::Circles(circles) = board {
             return self.search_circles(image, (board, circles), search);
         }
@@ -225,7 +228,7 @@ impl Detector {
         let grown = grown.into_iter().filter(|_| !is_marked);
         let grown = grown.filter_map(|(level, what)| Some(Pass::Grown(level?, what)));
         // The gaps around markers may be narrower than the ring.
-        let doubled = (is_marked && image.len() <= MOST_DOUBLED_PX).then_some(Pass::Doubled);
+        let doubled = doubled(image).filter(|_| is_marked);
         let mut best_part: Option<Detection> = None;
         for pass in levels.chain(grown).chain(doubled) {
             if best_part.is_some() && pass.level() != coarser {
@@ -240,8 +243,8 @@ impl Detector {
             }
             let halved = pass.halved();
             self.expected.set(search.near, |corner| halved.at(corner));
+            self.rough.clear();
             let found = self.search_pass(image, pass, board, search.keep_on).and_then(|polarity| {
-                self.rough.clear();
                 let full_px = |corner: &Option<[f32; 2]>| corner.map(|at| halved.full_px(at));
                 self.rough.extend(self.grids.corners().iter().map(full_px));
                 let mut image = image;
@@ -272,7 +275,14 @@ impl Detector {
                     }
                 }
                 Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
-                Err(miss) => best_miss = best_miss.or_closer(miss),
+                Err(miss) if miss.is_closer_than(best_miss) => {
+                    best_miss = miss;
+                    let full_px = |at: &[f32; 2]| halved.full_px(*at);
+                    let refined = self.rough.iter().flatten().copied();
+                    self.closest.clear();
+                    self.closest.extend(self.grids.closest.iter().map(full_px).chain(refined));
+                }
+                Err(_) => {}
             }
         }
         let is_other = matches!(best_miss, Miss::OtherBoard { .. } | Miss::OtherSquares { .. });
@@ -347,15 +357,18 @@ impl Detector {
         let level = level?;
         let picture = at_level(image, &self.levels, level);
         let halved = Halved::whole(level);
-        let region = near.map(|near| {
-            let ends = near.corners_px.iter().map(|corner| halved.at(*corner));
+        let is_board = !self.closest.is_empty();
+        let corners = if is_board { Some(&self.closest) } else { near.map(|it| &it.corners_px) };
+        let region = corners.map(|corners| {
+            let ends = corners.iter().map(|corner| halved.at(*corner));
             let start = [f32::MAX, f32::MAX, 0.0, 0.0];
             let ends = ends.fold(start, |[left, top, right, bottom], [x, y]| {
                 [left.min(x), top.min(y), right.max(x), bottom.max(y)]
             });
             ends.map(|end| end.max(0.0) as usize)
         });
-        picture_quality::reason(picture, region, halved.scale, &mut self.edge_widths)
+        let place = (region, is_board);
+        picture_quality::reason(picture, place, halved.scale, &mut self.edge_widths)
     }
 
     /// Builds the halved pictures, and returns the levels to search, most promising first.
@@ -378,7 +391,7 @@ impl Detector {
 
     /// Levels of [`search_levels`](Self::search_levels) for boards with markers: the gap between
     /// corner and marker should hold the search ring, so the finest level comes first.
-    fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
+    pub(super) fn fine_levels(&mut self, image: &GrayImage) -> [Option<usize>; 3] {
         let [primary, coarser, finer] = self.search_levels(image);
         if finer.is_some() { [finer, primary, coarser] } else { [primary, coarser, None] }
     }
@@ -391,17 +404,13 @@ impl Detector {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
         let Self { params, levels, grown, grown_rows, grids, expected, .. } = self;
-        let at = |level: usize| at_level(image, levels, level);
         let (picture, plain) = match pass {
-            Pass::Level(level) => (at(level), at(level)),
             Pass::Grown(level, what) => {
-                grow(at(level), what, grown_rows, grown);
-                (&*grown, at(level))
+                let plain = at_level(image, levels, level);
+                grow(plain, what, grown_rows, grown);
+                (&*grown, plain)
             }
-            Pass::Doubled => {
-                double(image, grown);
-                (&*grown, &*grown)
-            }
+            _ => [picture_of(pass, image, levels, grown); 2].into(),
         };
         let halved = pass.halved();
         let before = grids.weighed.as_ref().map_or(0, Vec::len);
@@ -410,6 +419,27 @@ impl Detector {
             grid.was_searched(pass.searched(), halved);
         }
         found
+    }
+}
+
+/// Doubled picture, if it isn't too large.
+pub(super) fn doubled(image: &GrayImage) -> Option<Pass> {
+    (image.len() <= MOST_DOUBLED_PX).then_some(Pass::Doubled)
+}
+
+/// Picture of a pass, halved, or doubled in the buffer `grown`.
+pub(super) fn picture_of<'a>(
+    pass: Pass,
+    image: &'a GrayImage,
+    levels: &'a [GrayImage],
+    grown: &'a mut GrayImage,
+) -> &'a GrayImage {
+    match pass.level() {
+        Some(level) => at_level(image, levels, level),
+        None => {
+            double(image, grown);
+            grown
+        }
     }
 }
 

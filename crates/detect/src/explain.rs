@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use super::{
     lattice::{Lattice, Node},
-    missing::{Behind, SIDES, behind},
+    missing::{Behind, PLAIN, SIDES, behind},
     outcome::{Miss, Side},
     placement::{Weighed, places},
     reduce::Halved,
@@ -133,7 +133,7 @@ impl WeighedGrid {
         outcome: GridOutcome,
     ) -> Self {
         let ends = SIDES.map(|out| {
-            let Behind { white, squares } = behind(image, lattice, out);
+            let Behind { white, squares } = behind(image, lattice, out, PLAIN);
             let side = side_of(lattice, out);
             WeighedEnd { side, white_bits: white.into(), squares_bits: squares.into() }
         });

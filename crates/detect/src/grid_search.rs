@@ -10,10 +10,11 @@ use super::{
     grow::{Grower, Limits},
     junction::{self, Junction},
     lattice::Lattice,
-    marked_board::name_corners,
+    marked_board::{LEAST_OTHER, name_corners},
     marker_cells::Polarity,
-    marker_votes::{read_markers, votes},
-    outcome::Miss,
+    marker_votes::{Verdict, place, read_markers, votes},
+    missing::Behind,
+    outcome::{Miss, OtherBoard},
     params::DetectorParams,
     response::{Peak, peaks as find_peaks, respond},
     track::Expected,
@@ -47,6 +48,8 @@ pub(super) struct GridSearch {
     corners: Vec<Option<[f32; 2]>>,
     /// Largest part of the board so far.
     part: Vec<Option<[f32; 2]>>,
+    /// Corners of the grid with the reason of the last search.
+    pub(super) closest: Vec<[f32; 2]>,
     /// Weighed grids, if requested.
     pub(super) weighed: Option<Vec<WeighedGrid>>,
 }
@@ -74,6 +77,7 @@ impl GridSearch {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
         self.start(picture, params);
+        self.closest.clear();
         if !keep_on() {
             return Err(Miss::OutOfTime);
         }
@@ -88,15 +92,15 @@ impl GridSearch {
         }
     }
 
-    /// Counts the inner corners of any whole board surrounded by white: columns and rows, at least
-    /// as many columns as rows. `None` without such a board.
+    /// Counts the inner corners of any whole board surrounded by white in the started `picture`:
+    /// columns and rows, at least as many columns as rows. `None` without such a board.
     pub(super) fn count(
         &mut self,
         picture: &GrayImage,
         params: &DetectorParams,
     ) -> Option<(usize, usize)> {
-        self.start(picture, params);
         let Self { junctions, grower, lattice, .. } = self;
+        grower.start(junctions, picture.width(), picture.height());
         let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
             let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
@@ -130,8 +134,50 @@ impl GridSearch {
         is_no_part(picture, &mut self.lattice)
     }
 
+    /// First of `others` whose markers are in one of the largest grids of the started `picture`; all
+    /// have steps alike, and boards of the same cells come together. True if there's any grid.
+    pub(super) fn read_others(
+        &mut self,
+        picture: &GrayImage,
+        others: &[(OtherBoard, Board)],
+        params: &DetectorParams,
+    ) -> (bool, Option<OtherBoard>) {
+        let Self { junctions, grower, lattice, kept, .. } = self;
+        let Some((_, first)) = others.first() else { return (false, None) };
+        let limits = grid_limits(first);
+        grower.start(junctions, picture.width(), picture.height());
+        clear(kept, limits);
+        while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
+            keep(kept, lattice);
+        }
+        for lattice in kept.iter_mut().filter(|lattice| lattice.len() >= LEAST_MARKED_GRID) {
+            prune(lattice);
+            let mut read = (None, Vec::new());
+            for (other, board) in others {
+                let Some(markers) = board.markers() else { continue };
+                let cells = Some((markers.cells(), markers.side_squares));
+                if read.0 != cells {
+                    read = (cells, read_markers(picture, lattice, markers));
+                }
+                let is_seen = match place(&read.1, lattice, board, markers, [Behind::default(); 4])
+                {
+                    Verdict::Clear(_) | Verdict::Ambiguous(_) | Verdict::OtherSquares => true,
+                    // Tags are in no other grid.
+                    Verdict::Unexplained => {
+                        let sure = read.1.iter().filter(|reading| reading.is_sure).count();
+                        *other == OtherBoard::AprilGrid && sure >= LEAST_OTHER
+                    }
+                };
+                if is_seen {
+                    return (true, Some(*other));
+                }
+            }
+        }
+        (kept.iter().any(|lattice| lattice.len() > 0), None)
+    }
+
     /// Finds the junctions of `picture`.
-    fn start(&mut self, picture: &GrayImage, params: &DetectorParams) {
+    pub(super) fn start(&mut self, picture: &GrayImage, params: &DetectorParams) {
         let (width, height) = picture.dimensions();
         respond(picture, &mut self.response);
         let limits = (params.min_response, params.max_candidates);
@@ -149,7 +195,7 @@ impl GridSearch {
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
-        let Self { junctions, grower, lattice, corners, weighed, .. } = self;
+        let Self { junctions, grower, lattice, corners, closest, weighed, .. } = self;
         let limits = grid_limits(board);
         let mut best_miss = Miss::NoBoard;
         while grower.next_grid(junctions, max_seeds, limits, lattice).is_some() {
@@ -173,7 +219,11 @@ impl GridSearch {
                 Ok(polarity) => return Ok(polarity),
                 // A smaller piece of that other board may have only markers shared with ours.
                 Err(miss @ Miss::OtherSquares { .. }) => return Err(miss),
-                Err(miss) => best_miss = best_miss.or_closer(miss),
+                Err(miss) if miss.is_closer_than(best_miss) => {
+                    best_miss = miss;
+                    lattice.write(closest);
+                }
+                Err(_) => {}
             }
         }
         Err(best_miss)
@@ -188,10 +238,9 @@ impl GridSearch {
         expected: &Expected,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
-        let Self { junctions, grower, lattice, kept, corners, part, weighed, .. } = self;
+        let Self { junctions, grower, lattice, kept, corners, part, closest, weighed, .. } = self;
         let (wanted, limits) = (board.corner_count(), grid_limits(board));
-        kept.resize_with(GRIDS_KEPT, Lattice::default);
-        kept.iter_mut().for_each(|lattice| lattice.clear(limits.longest));
+        clear(kept, limits);
         part.clear();
         let mut best_miss = Miss::NoBoard;
         let mut is_whole = |lattice: &mut Lattice| {
@@ -206,7 +255,10 @@ impl GridSearch {
                 weighed.push(WeighedGrid::of(picture, lattice, board, expected, outcome));
             }
             if let Err(miss) = matched {
-                best_miss = best_miss.or_closer(miss);
+                if miss.is_closer_than(best_miss) {
+                    best_miss = miss;
+                    lattice.write(closest);
+                }
                 return false;
             }
             let seen = |corners: &[Option<[f32; 2]>]| corners.iter().flatten().count();
@@ -226,9 +278,8 @@ impl GridSearch {
                 if is_whole(lattice) {
                     return Ok(());
                 }
-            } else if let Some(place) = kept.iter().position(|kept| kept.len() < lattice.len()) {
-                kept[place..].rotate_right(1);
-                std::mem::swap(&mut kept[place], lattice);
+            } else {
+                keep(kept, lattice);
             }
         }
         for lattice in kept.iter_mut().filter(|lattice| lattice.len() >= LEAST_GRID) {
@@ -245,6 +296,19 @@ impl GridSearch {
         }
         corners.clone_from(part);
         Ok(())
+    }
+}
+
+fn clear(kept: &mut Vec<Lattice>, limits: Limits) {
+    kept.resize_with(GRIDS_KEPT, Lattice::default);
+    kept.iter_mut().for_each(|lattice| lattice.clear(limits.longest));
+}
+
+/// Exchanges the grid for a smaller one of `kept`, largest first.
+fn keep(kept: &mut [Lattice], lattice: &mut Lattice) {
+    if let Some(place) = kept.iter().position(|kept| kept.len() < lattice.len()) {
+        kept[place..].rotate_right(1);
+        std::mem::swap(&mut kept[place], lattice);
     }
 }
 

@@ -125,6 +125,12 @@ impl Lattice {
         &self.nodes
     }
 
+    /// Writes the corners to `into`, in order of insertion.
+    pub(super) fn write(&self, into: &mut Vec<[f32; 2]>) {
+        into.clear();
+        into.extend(self.nodes.iter().filter_map(|node| self.get(*node)));
+    }
+
     pub(super) fn len(&self) -> usize {
         self.nodes.len()
     }

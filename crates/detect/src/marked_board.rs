@@ -10,14 +10,14 @@ use super::{
     lattice::{Lattice, Node},
     marker_cells::Polarity,
     marker_votes::{Candidate, Reading, Verdict, place},
-    missing::why_missing,
+    missing::{Behind, SIDES, behind, why_missing},
     outcome::Miss,
 };
 use boresight_geometry::{boards::Board, markers::Markers};
 
 /// Least number of mismatched markers, and of corners without an adjacent marker, for another
 /// board.
-const LEAST_OTHER: usize = 3;
+pub(super) const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
 /// Largest deviation of a corner from the neighbours' prediction, in squares.
 const OFF_SQUARES: f32 = 0.4;
@@ -44,17 +44,30 @@ pub(super) fn name_corners(
 ) -> Result<Polarity, Miss> {
     let size = [board.columns() as i32, board.rows() as i32];
     let partial = |lattice: &Lattice| Miss::PartialBoard {
-        found: lattice.len().min(board.corner_count()),
+        found: lattice.len(),
         wanted: board.corner_count(),
+        size: [0; 2],
         cut_off_by: why_missing(image, lattice, Some(size), 0.0).cut_off_by(),
     };
-    let best = match place(readings, lattice, board, markers) {
+    let on = (board, markers);
+    let best = match place(readings, lattice, board, markers, [Behind::default(); 4]) {
         Verdict::Clear(best) => best,
-        Verdict::Ambiguous => return Err(partial(lattice)),
+        // The layouts differ in the first and last columns only: white behind an end decides.
+        Verdict::Ambiguous(best) => {
+            fill(image, lattice, readings, &best, on);
+            let gap = 0.5 * markers.gap_steps as f32;
+            let end = |out| behind(image, lattice, out, [gap, 1.0 - gap, gap]);
+            match place(readings, lattice, board, markers, SIDES.map(end)) {
+                Verdict::Clear(best) => best,
+                _ => return Err(partial(lattice)),
+            }
+        }
         Verdict::OtherSquares => return Err(Miss::OtherSquares { markers: readings.len() }),
         Verdict::Unexplained => {
             let seen = readings.iter().filter(|reading| reading.is_sure).count();
-            let is_other = seen >= LEAST_OTHER || (seen == 0 && lattice.len() >= LEAST_PLAIN);
+            let is_other = seen >= LEAST_OTHER
+                || (seen == 0 && lattice.len() >= LEAST_PLAIN)
+                || lattice.len() >= board.corner_count();
             return Err(if is_other {
                 Miss::OtherMarkers { markers: seen }
             } else {
@@ -62,26 +75,38 @@ pub(super) fn name_corners(
             });
         }
     };
-    keep_agreeing(lattice, readings, &best, board, markers);
+    if !fill(image, lattice, readings, &best, on) || lattice.len() < LEAST_CORNERS {
+        return Err(partial(lattice));
+    }
+    best.placement.write(lattice, board, into);
+    Ok(best.polarity)
+}
+
+/// Adds the corners of the placed board that the picture shows, and drops all that it doesn't.
+/// Returns `false` if the squares' colours aren't the board's.
+fn fill(
+    image: &GrayImage,
+    lattice: &mut Lattice,
+    readings: &[Reading],
+    best: &Candidate,
+    (board, markers): (&Board, Markers),
+) -> bool {
+    keep_agreeing(lattice, readings, best, board, markers);
     let far = (GAP_SHARE * markers.gap_steps as f32).min(FAR_SQUARES);
     let sign = |node: Node| if best.is_light(node, board) { 1.0 } else { -1.0 };
     let typical = colours(image, lattice, far, &sign).filter(|typical| *typical > 0.0);
-    let Some(typical) = typical else { return Err(partial(lattice)) };
+    let Some(typical) = typical else { return false };
     let step = |node: Node| typical * sign(node);
     let squares = Squares { far, step: &step };
     lattice.retain(|lattice, node| squares.show(image, lattice, node));
     keep_in_line(lattice);
-    let size = size.map(|count| 0..count);
+    let size = [board.columns() as i32, board.rows() as i32].map(|count| 0..count);
     complete(image, lattice, &squares, |_, node| {
         let place = best.placement.place(node);
         (0..2).all(|k| size[k].contains(&place[k]))
     });
     keep_in_line(lattice);
-    if lattice.len() < LEAST_CORNERS {
-        return Err(partial(lattice));
-    }
-    best.placement.write(lattice, board, into);
-    Ok(best.polarity)
+    true
 }
 
 /// Drops corners outside of the board, and corners that touch only squares with other markers than

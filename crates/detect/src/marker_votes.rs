@@ -11,8 +11,8 @@ use super::{
     explain::{PLACES, ReadMarker, VotedPlace, WeighedMarkers},
     lattice::{Lattice, Node},
     marker_cells::{Polarity, read_cells},
-    missing::{CORNER_BITS, LEAD, ONE_IS_OTHER},
-    placement::{Placement, TURNS},
+    missing::{Behind, CORNER_BITS, LEAD, ONE_IS_OTHER},
+    placement::{Placement, TURNS, of_ends},
 };
 use boresight_geometry::{
     boards::Board,
@@ -99,9 +99,9 @@ impl Candidate {
 /// Result of weighing the placements.
 pub(super) enum Verdict {
     Clear(Candidate),
-    /// Several equally good placements: with an even number of rows, both layouts have the same
-    /// markers except for the first and last columns.
-    Ambiguous,
+    /// Best of several equally good placements: with an even number of rows, both layouts have the
+    /// same markers except for the first and last columns.
+    Ambiguous(Candidate),
     /// Some markers are in the board's places, but others aren't.
     OtherSquares,
     Unexplained,
@@ -158,14 +158,21 @@ fn square_at(placement: &Placement, (i, j): Node) -> [i32; 2] {
     std::array::from_fn(|k| ends[0][k].min(ends[1][k]) + 1)
 }
 
-/// Placement that explains the readings and has the grid's corners on the board.
+/// Placement that explains the readings and the evidence behind the grid's `ends`, if any, and has
+/// the grid's corners on the board.
 pub(super) fn place(
     readings: &[Reading],
     lattice: &Lattice,
     board: &Board,
     markers: Markers,
+    ends: [Behind; 4],
 ) -> Verdict {
-    let (candidates, searched) = weighed(readings, lattice, board, markers);
+    let (mut candidates, searched) = weighed(readings, lattice, board, markers);
+    let extent = lattice.extent().unwrap_or_default();
+    for it in &mut candidates {
+        it.bits += f64::from(of_ends(&it.placement, extent, board, ends));
+    }
+    candidates.sort_by(|one, other| other.bits.total_cmp(&one.bits));
     let lead = f64::from(LEAD);
     let (chance, needed) = (libm::log2(searched.max(1) as f64), BY_CHANCE_BITS + lead);
     let Some(best) = candidates.first() else { return Verdict::Unexplained };
@@ -177,7 +184,7 @@ pub(super) fn place(
         return Verdict::Unexplained;
     }
     let is_near = candidates.get(1).is_some_and(|second| best.bits - second.bits < lead);
-    if is_near { Verdict::Ambiguous } else { Verdict::Clear(*best) }
+    if is_near { Verdict::Ambiguous(*best) } else { Verdict::Clear(*best) }
 }
 
 /// Placements with most votes, best first, and the number of placements with votes.

@@ -107,9 +107,10 @@ fn glares(image: &GrayImage, lattice: &Lattice, node: Node, (di, dj): Node) -> b
 
 /// Outward steps through each side of a grid.
 pub(super) const SIDES: [Node; 4] = [(-1, 0), (1, 0), (0, -1), (0, 1)];
-/// Sampling distances beyond a corner of the rim, in squares: in the outer square, and behind it,
-/// before a printed code.
-const IN_OUTER: [f32; 2] = [0.4, 0.75];
+/// Sampling distances from a corner of the rim, in squares: twice in the outer square, and in the
+/// inner one, on a board without markers.
+pub(super) const PLAIN: [f32; 3] = [0.4, 0.75, 0.5];
+/// Sampling distances behind the outer square, before a printed code.
 const BEHIND: [f32; 2] = [1.18, 1.34];
 /// Sampling places between two corners of the rim.
 const ALONG: [f32; 3] = [0.3, 0.5, 0.7];
@@ -151,9 +152,16 @@ impl Behind {
     }
 }
 
-/// Evidence behind the outer squares in the direction `out`. A dark square is followed by light in
-/// either case; behind a light one, white or a dark square decides.
-pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind {
+/// Evidence behind the outer squares in the direction `out`; squares have their own colour at
+/// [`PLAIN`] places, or in the gap around a marker. A dark square is followed by light in either
+/// case; behind a light one, white or a dark square decides. Places outside of the picture are no
+/// evidence.
+pub(super) fn behind(
+    image: &GrayImage,
+    lattice: &Lattice,
+    out: Node,
+    own_colour: [f32; 3],
+) -> Behind {
     let mut bits = Behind::default();
     let Some(extent) = lattice.extent() else { return bits };
     for &(i, j) in lattice.nodes() {
@@ -161,7 +169,9 @@ pub(super) fn behind(image: &GrayImage, lattice: &Lattice, out: Node) -> Behind 
         if !is_at_end(extent, out, (i, j)) || !lattice.contains(beside) {
             continue;
         }
-        let seen = outer_square(image, lattice, [(i, j), beside], out);
+        let Some(seen) = outer_square(image, lattice, [(i, j), beside], out, own_colour) else {
+            continue;
+        };
         let bits_of = |brightness: f32| {
             let Some((_, behind)) = seen else { return -libm::log2f(ONE_IS_OTHER) };
             let places = behind.map(|seen| log2_likelihood(seen - brightness, SPREAD));
@@ -186,14 +196,15 @@ pub(super) fn log2_likelihood(off: f32, spread: f32) -> f32 {
 }
 
 /// Colour of the outer square beyond two neighbouring corners of the rim (`true`: light), and the
-/// brightness of places behind it, from 0 for dark squares to 1 for light ones. `None` outside of
-/// the picture, or without a square.
+/// brightness of places behind it, from 0 for dark squares to 1 for light ones, or `None` without a
+/// square; `None` outside of the picture.
 fn outer_square(
     image: &GrayImage,
     lattice: &Lattice,
     corners: [Node; 2],
     (di, dj): Node,
-) -> Option<(bool, [f32; 6])> {
+    [near, far, inside]: [f32; 3],
+) -> Option<Option<(bool, [f32; 6])>> {
     let between = |from: [f32; 2], to: [f32; 2], share: f32| -> [f32; 2] {
         std::array::from_fn(|k| from[k] + share * (to[k] - from[k]))
     };
@@ -212,14 +223,14 @@ fn outer_square(
         let is_inside = (1.0..right).contains(&x) && (1.0..bottom).contains(&y);
         is_inside.then(|| sample(image, x, y))
     };
-    let (inside, next) = (level(-0.5, 0.5)?, level(-1.5, 0.5)?);
-    let outer = [level(IN_OUTER[0], 0.5)?, level(IN_OUTER[1], 0.5)?];
+    let (inside, next) = (level(-inside, 0.5)?, level(-1.0 - inside, 0.5)?);
+    let outer = [level(near, 0.5)?, level(far, 0.5)?];
     let is_square = outer.iter().all(|at| (at - next).abs() <= UNEVEN_TO * (inside - next).abs());
     let outside = 0.5 * (outer[0] + outer[1]);
     let (dark, light) = (inside.min(outside), inside.max(outside));
     let step = light - dark;
     if step < LEAST_STEP || !is_square {
-        return None;
+        return Some(None);
     }
     let share = |level: f32| (level - dark) / step;
     let mut places = [0.0; 6];
@@ -227,5 +238,5 @@ fn outer_square(
     for (place, (steps, along)) in places.iter_mut().zip(all) {
         *place = share(level(steps, along)?);
     }
-    Some((outside > inside, places))
+    Some(Some((outside > inside, places)))
 }

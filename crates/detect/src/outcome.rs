@@ -98,6 +98,34 @@ impl OtherBoard {
     }
 }
 
+/// Board on which pictures agree that all miss the named one: the only board named, or without one,
+/// the largest full [rectangle](Miss::rectangle) seen in two pictures, if no picture shows more.
+pub fn agreed(misses: &[Miss]) -> Option<BoardChoice> {
+    let named = misses.iter().filter_map(|miss| match miss {
+        Miss::OtherBoard(other) => Some(*other),
+        _ => None,
+    });
+    let rectangles = || misses.iter().filter_map(Miss::rectangle).filter_map(OtherBoard::choice);
+    let largest = || {
+        let largest = rectangles().max_by_key(|it| it.columns * it.rows)?;
+        let is_seen_twice = rectangles().filter(|it| *it == largest).count() > 1;
+        is_seen_twice.then_some(largest)
+    };
+    let choice = match named.clone().next() {
+        Some(_) => named.clone().find_map(OtherBoard::choice)?,
+        None => largest()?,
+    };
+    let holds = |columns: usize, rows: usize| {
+        columns <= usize::from(choice.columns) && rows <= usize::from(choice.rows)
+    };
+    let is_held = |other: OtherBoard| match other {
+        OtherBoard::Larger { columns, rows } => choice.pattern.is_plain() && holds(columns, rows),
+        _ => other.choice() == Some(choice),
+    };
+    let are_held = rectangles().all(|it| holds(it.columns.into(), it.rows.into()));
+    (named.clone().all(is_held) && (are_held || !choice.pattern.is_plain())).then_some(choice)
+}
+
 /// Treatment of other boards by a search without the named board or a clear reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Others {
@@ -119,8 +147,12 @@ pub enum Miss {
     PartialBoard {
         /// Number of inner corners found.
         found: usize,
-        /// Number of corners of the whole board.
+        /// Number of corners of the whole board. All of them are found if white, or circles' ground,
+        /// is missing around the board.
         wanted: usize,
+        /// Corners of a plain grid between the outermost ones found, along the longer and the
+        /// shorter side; zeros if the grid doesn't count.
+        size: [usize; 2],
         /// Side of the picture at which the board is cut off, if any.
         cut_off_by: Option<Side>,
     },
@@ -188,10 +220,22 @@ impl Miss {
         }
     }
 
-    /// The more informative of two misses; the first of equals.
-    #[must_use]
-    pub(super) fn or_closer(self, other: Self) -> Self {
-        if other.closeness() > self.closeness() { other } else { self }
+    /// Board without markers as large as the grid found, if that's a full rectangle inside the
+    /// picture: a smaller board, or an uncovered part of the named one.
+    pub fn rectangle(&self) -> Option<OtherBoard> {
+        match *self {
+            Self::PartialBoard { found, size: [columns, rows], cut_off_by: None, .. }
+                if found == columns * rows =>
+            {
+                Some(OtherBoard::Plain { columns, rows }).filter(|it| it.choice().is_some())
+            }
+            _ => None,
+        }
+    }
+
+    /// True if more informative than `other`.
+    pub(super) fn is_closer_than(&self, other: Self) -> bool {
+        self.closeness() > other.closeness()
     }
 
     /// Rank of a miss by information.
@@ -201,11 +245,11 @@ impl Miss {
             // Many pictures without a board contain a few corners.
             Self::PartialBoard { found, wanted, .. } if 4 * found < wanted || found < 9 => 0,
             Self::PartialBoard { found, .. } | Self::Glare { found, .. } => found,
+            // A part of another board is less clear than the whole.
+            Self::OtherBoard(OtherBoard::Larger { columns, rows }) => columns * rows,
             Self::OtherBoard(
-                OtherBoard::Plain { columns, rows }
-                | OtherBoard::Larger { columns, rows }
-                | OtherBoard::Circles { columns, rows, .. },
-            ) => columns * rows,
+                OtherBoard::Plain { columns, rows } | OtherBoard::Circles { columns, rows, .. },
+            ) => 2 * columns * rows,
             // Recognised if no other reason is clear.
             Self::OtherBoard(OtherBoard::Charuco { .. } | OtherBoard::AprilGrid) => 0,
             Self::OtherMarkers { markers } => 10 + markers,
@@ -214,5 +258,32 @@ impl Miss {
             | Self::Blurred { .. }
             | Self::LowContrast { .. } => 100_000,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(found: usize, size: [usize; 2]) -> Miss {
+        Miss::PartialBoard { found, wanted: 88, size, cut_off_by: None }
+    }
+
+    #[test]
+    fn one_whole_board_or_two_equal_parts_name_the_board_of_a_folder() {
+        let plain = |columns, rows| Miss::OtherBoard(OtherBoard::Plain { columns, rows });
+        let named = |misses: &[Miss]| agreed(misses).map(|it| it.to_string());
+        assert_eq!(named(&[plain(10, 7), Miss::NoBoard]).as_deref(), Some("10x7"));
+        assert_eq!(named(&[plain(10, 7), plain(9, 7)]), None);
+        let larger = |columns, rows| Miss::OtherBoard(OtherBoard::Larger { columns, rows });
+        assert_eq!(named(&[larger(9, 7), plain(10, 7)]).as_deref(), Some("10x7"));
+        assert_eq!(named(&[larger(11, 7), plain(10, 7)]), None);
+        assert_eq!(named(&[part(63, [9, 7])]), None);
+        assert_eq!(
+            named(&[part(63, [9, 7]), part(54, [9, 6]), part(63, [9, 7])]).as_deref(),
+            Some("9x7")
+        );
+        assert_eq!(named(&[part(62, [9, 7]), part(62, [9, 7])]), None, "a corner is covered");
+        assert_eq!(named(&[part(63, [9, 7]), plain(8, 7)]), None);
     }
 }

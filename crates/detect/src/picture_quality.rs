@@ -30,11 +30,12 @@ const SLOPE: f64 = 0.398_942;
 /// Rectangle: left, top, right, bottom.
 pub(super) type Region = [usize; 4];
 
-/// Reason for a missing board in `picture`, if visible. `scale` is full-size pixels per pixel.
-/// `widths` is a buffer.
+/// Reason for a missing board in the `region` of `picture`, if visible; if the region surely is a
+/// part of a board, its own contrast counts. `scale` is full-size pixels per pixel. `widths` is a
+/// buffer.
 pub(super) fn reason(
     picture: &GrayImage,
-    region: Option<Region>,
+    (region, is_board): (Option<Region>, bool),
     scale: f64,
     widths: &mut Vec<f32>,
 ) -> Option<Miss> {
@@ -62,7 +63,7 @@ pub(super) fn reason(
     };
     let (dark, light) = (percentile(0.01)? as f64, percentile(0.99)? as f64);
     let contrast = (light - dark) / 2.0;
-    if light <= DARK_TO && contrast < NEEDED_CONTRAST {
+    if (is_board || light <= DARK_TO) && contrast < NEEDED_CONTRAST {
         return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
     }
     // Motion smears only the edges across it.
@@ -119,13 +120,14 @@ mod tests {
     #[test]
     fn a_sharp_picture_has_no_reason_and_a_dark_or_blurred_one_has() {
         let mut widths = Vec::new();
-        assert_eq!(reason(&squares(200), None, 1.0, &mut widths), None);
+        assert_eq!(reason(&squares(200), (None, false), 1.0, &mut widths), None);
         let soft = imageops::blur(&squares(200), 1.5);
-        assert_eq!(reason(&soft, None, 1.0, &mut widths), None);
-        let dark = reason(&squares(18), None, 1.0, &mut widths);
+        assert_eq!(reason(&soft, (None, false), 1.0, &mut widths), None);
+        let dark = reason(&squares(18), (None, false), 1.0, &mut widths);
         assert!(matches!(dark, Some(Miss::LowContrast { .. })), "{dark:?}");
         let blurred = imageops::blur(&squares(200), 6.0);
-        let Some(Miss::Blurred { blur_px, .. }) = reason(&blurred, None, 2.0, &mut widths) else {
+        let Some(Miss::Blurred { blur_px, .. }) = reason(&blurred, (None, false), 2.0, &mut widths)
+        else {
             panic!("not blurred")
         };
         assert!((8.0..18.0).contains(&blur_px), "{blur_px}");
@@ -137,10 +139,20 @@ mod tests {
             0,
             0,
         );
-        assert_eq!(reason(&half, None, 1.0, &mut widths), None);
-        let right = reason(&half, Some([320, 0, 600, 400]), 1.0, &mut widths);
+        assert_eq!(reason(&half, (None, false), 1.0, &mut widths), None);
+        let right = reason(&half, (Some([320, 0, 600, 400]), false), 1.0, &mut widths);
         assert!(matches!(right, Some(Miss::Blurred { .. })), "{right:?}");
-        assert_eq!(reason(&GrayImage::new(3, 3), None, 1.0, &mut widths), None);
+        assert_eq!(reason(&GrayImage::new(3, 3), (None, false), 1.0, &mut widths), None);
+    }
+
+    /// A wall may have any contrast; the squares of a board need their own.
+    #[test]
+    fn a_dim_board_is_too_dark_and_a_dim_wall_is_not() {
+        let mut dim = squares(200);
+        dim.iter_mut().for_each(|level| *level = 60 + *level / 8);
+        let seen = |is_board| reason(&dim, (None, is_board), 1.0, &mut Vec::new());
+        assert_eq!(seen(false), None);
+        assert!(matches!(seen(true), Some(Miss::LowContrast { .. })), "{:?}", seen(true));
     }
 
     #[test]
@@ -151,7 +163,7 @@ mod tests {
                 (0..20).map(|k| u32::from(sharp.get_pixel((x + k).min(599), y).0[0])).sum();
             Luma([(sum / 20) as u8])
         });
-        let seen = reason(&smeared, None, 1.0, &mut Vec::new());
+        let seen = reason(&smeared, (None, false), 1.0, &mut Vec::new());
         assert!(matches!(seen, Some(Miss::Blurred { .. })), "{seen:?}");
     }
 }

@@ -12,7 +12,7 @@ use nalgebra::Point2;
 use super::{
     colours::{dark_outside, inside},
     lattice::{Lattice, Node, axes, height, is_at_end},
-    missing::{Behind, LEAD, ONE_IS_OTHER, SIDES, behind},
+    missing::{Behind, LEAD, ONE_IS_OTHER, PLAIN, SIDES, behind},
     plane::Plane,
     printed_code::is_named_by_code,
     track::Expected,
@@ -20,7 +20,7 @@ use super::{
 use boresight_geometry::{boards::Board, frame::ImageSize};
 
 /// Least number of corners of a part, and of rows and columns.
-const LEAST_CORNERS: usize = 12;
+pub(super) const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
 /// Least number of corners in a row or column at the end of a part: fewer may be chance corners
 /// beside the board.
@@ -101,7 +101,7 @@ pub(super) fn place_part(
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
         return false;
     }
-    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let ends = SIDES.map(|out| behind(image, lattice, out, PLAIN));
     let all = weigh(image, lattice, board, expected, ends);
     let tracked = leading(all.clone().map(|it| (it.placement, it.bits(), it.is_tracked)));
     let named = || {
@@ -190,7 +190,7 @@ pub(super) fn places(
 ) -> Vec<(Weighed, bool)> {
     let by_code = by_code(image, lattice, board);
     let has_code = |it: &Weighed| by_code.as_ref().is_some_and(|is_named| is_named(&it.placement));
-    let ends = SIDES.map(|out| behind(image, lattice, out));
+    let ends = SIDES.map(|out| behind(image, lattice, out, PLAIN));
     let all = weigh(image, lattice, board, expected, ends);
     let mut places: Vec<_> = all.map(|it| (it, has_code(&it))).collect();
     places.sort_by(|a, b| b.0.bits().total_cmp(&a.0.bits()));
@@ -238,7 +238,7 @@ fn inside_board(
 }
 
 /// Bits for a place by the part's ends: white where the board ends, squares where it continues.
-fn of_ends(
+pub(super) fn of_ends(
     placement: &Placement,
     (low, high): (Node, Node),
     board: &Board,

@@ -3,16 +3,18 @@
 use image::GrayImage;
 
 use super::{
-    detector::{Detector, Search, at_level},
+    detector::{Detector, Pass, Search, at_level, doubled, picture_of},
     outcome::{Detection, Miss, OtherBoard},
 };
 use boresight_geometry::{
     boards::{Board, BoardChoice, MarkerSide, Pattern},
-    markers::{Dictionary, Tags},
+    markers::{Dictionary, Markers, Tags},
 };
 
 /// Sides of markers tried after the usual side, in squares.
 const OTHER_SIDES: [f64; 3] = [0.5, 0.6, 0.9];
+/// Difference of sides, in squares, from which markers of one side aren't read as those of another.
+const APART_SQUARES: f64 = 0.13;
 /// Longest side of a counted grid of circles.
 const LONGEST_COUNTED: usize = 20;
 /// Squares less one, or tags, of the boards with markers compared with a picture. Another board of
@@ -25,6 +27,7 @@ impl Detector {
     pub fn count(&mut self, image: &GrayImage) -> Option<(usize, usize)> {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);
+            self.grids.start(picture, &self.params);
             self.grids.count(picture, &self.params)
         })
     }
@@ -32,64 +35,41 @@ impl Detector {
     /// Recognises a board of another kind than `named`, or of any kind without `named`: a board
     /// with markers of another family or side, an AprilGrid like Kalibr's, squares with white
     /// around them, or a whole grid of circles of another layout. `None` if the picture shows none
-    /// of these, or if `keep_on` ends the search. Takes as long as several searches.
+    /// of these, or if `keep_on` ends the search.
     pub fn recognise(
         &mut self,
         image: &GrayImage,
         named: Option<&Board>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
+        let named_markers = named.and_then(Board::markers);
         let named = named.map(Board::pattern);
-        let family = named.and_then(Pattern::dictionary).map(Dictionary::family);
-        let charuco = self.charuco(image, family, keep_on);
-        if charuco.is_some() {
-            return charuco;
-        }
-        let usual = Pattern::AprilGrid(Tags::default());
-        if named != Some(usual) {
-            // Two corners per tag.
-            match self.look(image, BoardChoice::of(USUAL.map(|tags| 2 * tags), usual), keep_on) {
-                Ok(_) | Err(Miss::OtherSquares { .. } | Miss::OtherMarkers { markers: 1.. }) => {
-                    return Some(OtherBoard::AprilGrid);
-                }
-                Err(_) => {}
+        let (charucos, tags) = (other_charucos(named_markers), other_tags(named));
+        let mut plain = None;
+        let mut has_grid = false;
+        let levels = self.fine_levels(image).into_iter().flatten().map(Pass::Level);
+        for pass in levels.chain(doubled(image)) {
+            if !keep_on() || (pass == Pass::Doubled && !has_grid) {
+                break;
+            }
+            let picture = picture_of(pass, image, &self.levels, &mut self.grown);
+            let params = &self.params;
+            self.grids.start(picture, params);
+            let marked =
+                [&charucos, &tags].map(|others| self.grids.read_others(picture, others, params));
+            let [(seen, is_charuco), (_, is_tags)] = marked;
+            if is_charuco.is_some() || is_tags.is_some() {
+                return is_charuco.or(is_tags);
+            }
+            has_grid |= seen;
+            if named != Some(Pattern::Plain) && pass != Pass::Doubled {
+                plain = plain.or_else(|| self.grids.count(picture, params));
             }
         }
-        if named != Some(Pattern::Plain)
-            && let Some((columns, rows)) = self.count(image)
-        {
-            return Some(OtherBoard::Plain { columns, rows });
+        match plain {
+            Some((columns, rows)) => Some(OtherBoard::Plain { columns, rows }),
+            None => self.whole_circles(image, named, keep_on),
         }
-        self.whole_circles(image, named, keep_on)
-    }
-
-    /// Board with markers in the light squares, if not of the named family or the usual side.
-    fn charuco(
-        &mut self,
-        image: &GrayImage,
-        named_family: Option<Dictionary>,
-        keep_on: &dyn Fn() -> bool,
-    ) -> Option<OtherBoard> {
-        for side in std::iter::once(MarkerSide::Usual).chain(OTHER_SIDES.map(MarkerSide::Squares)) {
-            let is_usual_side = side == MarkerSide::Usual;
-            for dictionary in Dictionary::families() {
-                if is_usual_side && Some(dictionary) == named_family {
-                    continue;
-                }
-                let choice = BoardChoice::of(USUAL, Pattern::Charuco { dictionary, side });
-                match self.look(image, choice, keep_on) {
-                    Ok(_) | Err(Miss::OtherSquares { .. }) => {
-                        return Some(OtherBoard::Charuco { dictionary, is_usual_side });
-                    }
-                    // Markers of other families have a dark frame, too.
-                    Err(Miss::OtherMarkers { markers: 1.. }) => {}
-                    // Without a grid of squares, there's none for other sides, either.
-                    Err(Miss::NoBoard) => return None,
-                    Err(_) => break,
-                }
-            }
-        }
-        None
     }
 
     /// Whole grid of circles with another layout than a `named` one.
@@ -123,4 +103,37 @@ impl Detector {
         let board = choice.drawn(1.0).ok_or(Miss::NoBoard)?;
         self.search(image, &board, Search { keep_on, ..Search::FULL })
     }
+}
+
+/// Boards with markers in the light squares, of other families or sides than the named ones.
+fn other_charucos(named: Option<Markers>) -> Vec<(OtherBoard, Board)> {
+    let sides = std::iter::once(MarkerSide::Usual).chain(OTHER_SIDES.map(MarkerSide::Squares));
+    let all = sides.flat_map(|side| Dictionary::families().map(move |it| (it, side)));
+    let others = all.filter(|(dictionary, side)| {
+        !named.is_some_and(|named| {
+            let apart = (named.side_squares - side.in_squares_of(1.0)).abs();
+            named.dictionary.family() == *dictionary && apart < APART_SQUARES
+        })
+    });
+    let boards = others.filter_map(|(dictionary, side)| {
+        let is_usual_side = side == MarkerSide::Usual;
+        let board = BoardChoice::of(USUAL, Pattern::Charuco { dictionary, side }).drawn(1.0)?;
+        Some((OtherBoard::Charuco { dictionary, is_usual_side }, board))
+    });
+    let mut boards: Vec<_> = boards.collect();
+    // The usual side first; boards of the same cells are read at once.
+    boards.sort_by_key(|(other, board)| {
+        let is_usual = matches!(other, OtherBoard::Charuco { is_usual_side: true, .. });
+        (!is_usual, board.markers().map(|it| (it.side_squares.to_bits(), it.cells())))
+    });
+    boards
+}
+
+/// AprilGrid like Kalibr's, unless named.
+fn other_tags(named: Option<Pattern>) -> Vec<(OtherBoard, Board)> {
+    let usual = Pattern::AprilGrid(Tags::default());
+    // Two corners per tag.
+    let board = BoardChoice::of(USUAL.map(|tags| 2 * tags), usual).drawn(1.0);
+    let board = board.filter(|_| named != Some(usual));
+    board.map(|board| (OtherBoard::AprilGrid, board)).into_iter().collect()
 }

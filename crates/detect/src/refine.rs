@@ -143,7 +143,7 @@ impl Refiner {
             (false, false) => (LOST_SHARE, LEAST_CORNERS),
         };
         if found < least.min(wanted) || share * (tried - found) > tried {
-            return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
+            return Err(Miss::PartialBoard { found, wanted, size: [0; 2], cut_off_by: None });
         }
         let contrast = self.median(|_, fit| fit.contrast()).unwrap_or(0.0);
         if contrast < params.min_contrast {
@@ -161,7 +161,7 @@ impl Refiner {
             expect_unseen(&board.corners_in_board_m(), &mut corners);
             // Without a plane, it's no board.
             if corners.iter().any(|corner| !corner.px.x.is_finite()) {
-                return Err(Miss::PartialBoard { found, wanted, cut_off_by: None });
+                return Err(Miss::PartialBoard { found, wanted, size: [0; 2], cut_off_by: None });
             }
         }
         self.bent_edges.correct(&self.fits, lines, &mut corners);

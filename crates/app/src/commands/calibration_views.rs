@@ -13,9 +13,16 @@ use crate::session::report::picture_beside;
 use crate::{Announcer, SavedSession, session::result};
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_capture::{CaptureError, Upright, read_picture_turned};
+use boresight_detect::agreed;
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_formats::{CalibrationFile, ViewName, corner_table};
-use boresight_geometry::{Corner, boards::Board, expect_unseen, frame::ImageSize, seen_count};
+use boresight_geometry::{
+    Corner,
+    boards::{Board, BoardChoice},
+    expect_unseen,
+    frame::ImageSize,
+    seen_count,
+};
 #[cfg(feature = "report")]
 use boresight_present::report::Thumbnail;
 use boresight_present::text;
@@ -37,6 +44,8 @@ pub struct CalibrationViews {
     pub names: Vec<ViewName>,
     /// Thumbnails of the used pictures, if requested and available.
     pub pictures: Vec<Option<Thumbnail>>,
+    /// Board on which the pictures agree that none of them shows the named one.
+    pub instead: Option<BoardChoice>,
 }
 
 /// Thumbnail in a report; uninhabited in builds without reports.
@@ -67,8 +76,13 @@ impl CalibrationViews {
         image_size: ImageSize,
         board: &Board,
     ) -> Self {
-        let mut views =
-            Self { image_size, corners: Vec::new(), names: Vec::new(), pictures: Vec::new() };
+        let mut views = Self {
+            image_size,
+            corners: Vec::new(),
+            names: Vec::new(),
+            pictures: Vec::new(),
+            instead: None,
+        };
         let board_m = board.corners_in_board_m();
         for (name, corners) in given {
             let enough = corners.and_then(|mut corners| match seen_count(&corners) {
@@ -263,7 +277,9 @@ pub fn from_pictures(
         corners: Vec::new(),
         names: Vec::new(),
         pictures: Vec::new(),
+        instead: None,
     };
+    let mut misses = Vec::new();
     for ((path, seen), read) in inputs.iter().zip(found).zip(read) {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let other_size = read.as_ref().map(|(size, _)| *size).filter(|size| *size != image_size);
@@ -286,9 +302,10 @@ pub fn from_pictures(
                     None => differs,
                 })
             }
-            (Ok(seen), None) => {
-                seen.map(|detection| detection.corners).map_err(|miss| text::miss(&miss))
-            }
+            (Ok(seen), None) => seen.map(|detection| detection.corners).map_err(|miss| {
+                misses.push(miss);
+                text::miss(&miss)
+            }),
         };
         let reason = corners.as_ref().err().cloned();
         match &reason {
@@ -298,5 +315,7 @@ pub fn from_pictures(
         views.names.push(ViewName { name, number: None, reason });
         views.corners.extend(corners);
     }
+    text::misses(&misses, inputs.len()).iter().for_each(|line| announcer.say(line));
+    views.instead = agreed(&misses).filter(|_| views.corners.is_empty());
     Ok(views)
 }

@@ -107,26 +107,3 @@ pub fn versions(more: &[&str]) -> Vec<(String, String)> {
         (words::name::SCHEMAS.into(), schemas),
     ]
 }
-
-/// A word quoted for a shell.
-pub fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        word.into()
-    } else {
-        format!("'{}'", word.replace('\'', r"'\''"))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_are_quoted_where_a_shell_needs_it() {
-        assert_eq!(quoted("pictures/0.png"), "pictures/0.png");
-        assert_eq!(quoted("my picture.png"), "'my picture.png'");
-        assert_eq!(quoted("it's; rm *"), r"'it'\''s; rm *'");
-        assert_eq!(quoted(""), "''");
-    }
-}

@@ -12,7 +12,7 @@ use crate::{
     Announcer, REPORT_FILE, RESULT_FILE, SavedSession,
     session::{
         certificate::{Circumstances, certificate},
-        report::{quoted, versions},
+        report::versions,
         result::calibration_file,
     },
 };
@@ -124,7 +124,7 @@ fn compose(
     let check = check(path)?;
     let command = match (&check, &header.against) {
         (Some(_), Some(against)) => check_command(header, against),
-        _ => format!("boresight replay {}", quoted(&path.to_string_lossy())),
+        _ => format!("boresight replay {}", text::terminal::quoted(&path.to_string_lossy())),
     };
     let calibration = calibration_file(session, header);
     let result = path.join(RESULT_FILE);
@@ -279,8 +279,8 @@ fn check_command(header: &Header, against: &str) -> String {
     };
     format!(
         "boresight {command} --against {} --source {} --board {board} --square {square_mm}mm",
-        quoted(against),
-        quoted(&header.source)
+        text::terminal::quoted(against),
+        text::terminal::quoted(&header.source)
     )
 }
 

@@ -308,7 +308,8 @@ impl Prompt {
         }
     }
 
-    fn of_miss(miss: &Miss) -> Self {
+    /// Prompt for a frame without the board.
+    pub fn of_miss(miss: &Miss) -> Self {
         match *miss {
             Miss::NoBoard => Self::ShowBoard,
             Miss::PartialBoard { cut_off_by: Some(side), .. } => Self::CutOff(side),

@@ -13,6 +13,7 @@ pub mod doctor;
 mod drift;
 mod findings;
 mod gauge;
+mod misses;
 mod numbers;
 pub mod paths;
 pub mod phone;
@@ -43,6 +44,7 @@ pub use findings::{
     FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, leaving_out,
     not_calibrated, of_source, verdict, verdict_on,
 };
+pub use misses::{agreed, miss, misses};
 pub use run::{resuming, simulated_gave_up, views_are_safe};
 pub use speech::{NO_VOICE, VOICE_TEST, spoken, spoken_after};
 pub use target::{
@@ -52,7 +54,7 @@ pub use target::{
 pub use trouble::{Trouble, troubles};
 pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
-use boresight_detect::{Miss, OtherBoard, Side};
+use boresight_detect::{OtherBoard, Side};
 use boresight_guide::{
     guidance::{Lack, Plan, Refusal, Role},
     session::{Across, Edge, Ending, Outcome, Prompt, Snapshot, Upright, ViewNumber},
@@ -175,84 +177,6 @@ pub fn refusal(refusal: &Refusal) -> String {
     }
 }
 
-/// Reason for finding no board, with the action and the measured value.
-pub fn miss(miss: &Miss) -> String {
-    match *miss {
-        Miss::NoBoard => "Show the whole board".into(),
-        Miss::PartialBoard { found, wanted, cut_off_by: Some(side) } => {
-            let way = match side {
-                Side::Left => "right",
-                Side::Right => "left",
-                Side::Top => "down",
-                Side::Bottom => "up",
-            };
-            format!(
-                "Move {way}: part of the board is out of view, {found} of {wanted} corners found"
-            )
-        }
-        Miss::PartialBoard { found, wanted, cut_off_by: None } => {
-            format!("{found} of {wanted} corners found: uncover the board, or tip it less")
-        }
-        Miss::Glare { found, wanted } => format!(
-            "Too much glare: {found} of {wanted} corners found. Tip the board away from the light"
-        ),
-        Miss::OtherBoard(other) => different(other),
-        Miss::OtherMarkers { markers: 0 } => {
-            "No markers seen on this board. Come closer, or choose a plain board: --board CxR"
-                .into()
-        }
-        Miss::OtherMarkers { .. } => {
-            "Different markers than the board's. Check the squares and the dictionary in --board"
-                .into()
-        }
-        Miss::OtherSquares { .. } => {
-            "Different board: it has these markers, but in other places. Check the columns and rows in --board (exchanged?), and the first tag of an AprilGrid"
-                .into()
-        }
-        Miss::TooSmall { square_px, needed_px } => {
-            let (square, least) = apart(square_px, needed_px, 0);
-            format!("Come closer: squares of {square} px (at least {least} px)")
-        }
-        Miss::Blurred { blur_px, limit_px } => {
-            let (blur, most) = apart(blur_px, limit_px, 1);
-            format!("Hold still or focus the lens: blurred by {blur} px (limit {most} px)")
-        }
-        Miss::LowContrast { contrast, needed } => {
-            let (contrast, least) = apart(contrast, needed, 0);
-            format!("Too dark. Add light: {contrast} grey levels of contrast (at least {least})")
-        }
-        Miss::OutOfTime => {
-            "The search took too long. Use a plain wall, smaller pictures or a faster computer".into()
-        },
-    }
-}
-
-/// Name of the board seen instead, and the way to choose it.
-fn different(other: OtherBoard) -> String {
-    let it = match other {
-        OtherBoard::Plain { columns, rows } => {
-            format!("it has {columns}x{rows} inner corners. To use it: --board {columns}x{rows}")
-        }
-        OtherBoard::Larger { columns, rows } => {
-            format!("it has {columns}x{rows} inner corners or more. Show it whole to count them")
-        }
-        OtherBoard::Charuco { dictionary, is_usual_side: true } => format!(
-            "it's a ChArUco board. To use it, count its squares: --board charuco:CxR:{dictionary}"
-        ),
-        OtherBoard::Charuco { dictionary, is_usual_side: false } => format!(
-            "it's a ChArUco board whose markers aren't 0.75 of a square. To use it, count its squares and measure both: --board charuco:CxR:{dictionary}:MARKERmm --square SQUAREmm"
-        ),
-        OtherBoard::AprilGrid => {
-            "it's an AprilGrid. To use it, count its tags: --board aprilgrid:CxR".into()
-        }
-        OtherBoard::Circles { columns, rows, .. } => {
-            let argument = other.choice().map_or_else(String::new, |it| format!(": --board {it}"));
-            format!("it has {columns}x{rows} circles. To use it{argument}")
-        }
-    };
-    format!("Different board: {it}")
-}
-
 /// Name of a view: "view 3".
 pub fn view_name(number: ViewNumber) -> String {
     format!("view {number}")
@@ -360,6 +284,8 @@ fn apart(measured: f64, limit: f64, places: usize) -> (String, String) {
 
 #[cfg(test)]
 mod tests {
+    use boresight_detect::Miss;
+
     use super::*;
     use boresight_geometry::{
         device::Control,

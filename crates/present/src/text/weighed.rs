@@ -171,6 +171,7 @@ mod tests {
             outcome: GridOutcome::Missed(Miss::PartialBoard {
                 found: 40,
                 wanted: 54,
+                size: [8, 5],
                 cut_off_by: Some(Side::Right),
             }),
         };

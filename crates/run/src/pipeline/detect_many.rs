@@ -15,7 +15,7 @@ use super::error::PipelineError;
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
 /// Number of pictures without the named board to search for other boards before giving up.
-pub const LOOKS_FOR_OTHERS: usize = 5;
+const LOOKS_FOR_OTHERS: usize = 5;
 
 /// Detects the board in `count` pictures from `load`, on `threads` threads; `near` predicts its
 /// place. If some pictures show another board, all pictures without the named one are searched for

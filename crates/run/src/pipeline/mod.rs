@@ -28,7 +28,7 @@ mod worker;
 
 pub use background::Background;
 pub use capture_stage::SOURCE_PATIENCE;
-pub use detect_many::{LOOKS_FOR_OTHERS, Seen, detect_many};
+pub use detect_many::{Seen, detect_many};
 pub use detector_stage::BoardFinder;
 pub use error::PipelineError;
 pub use latest::{Closed, LatestReceiver, LatestSender, latest};

@@ -119,6 +119,9 @@ enum SeenLine {
     PartialBoard {
         found: usize,
         wanted: usize,
+        /// Corners along the longer and the shorter side of the grid; absent if it doesn't count.
+        #[serde(default, skip_serializing_if = "is_unknown")]
+        size: [usize; 2],
         cut_off_by: Option<SideLine>,
     },
     Glare {
@@ -337,14 +340,14 @@ impl From<SeenLine> for Result<Detection, Miss> {
                 });
             }
             SeenLine::NoBoard => Miss::NoBoard,
-            SeenLine::PartialBoard { found, wanted, cut_off_by } => {
+            SeenLine::PartialBoard { found, wanted, size, cut_off_by } => {
                 let cut_off_by = cut_off_by.map(|side| match side {
                     SideLine::Left => Side::Left,
                     SideLine::Right => Side::Right,
                     SideLine::Top => Side::Top,
                     SideLine::Bottom => Side::Bottom,
                 });
-                Miss::PartialBoard { found, wanted, cut_off_by }
+                Miss::PartialBoard { found, wanted, size, cut_off_by }
             }
             SeenLine::Glare { found, wanted } => Miss::Glare { found, wanted },
             SeenLine::OtherBoard { columns, rows } => {
@@ -370,17 +373,21 @@ impl From<SeenLine> for Result<Detection, Miss> {
     }
 }
 
+fn is_unknown(size: &[usize; 2]) -> bool {
+    *size == [0; 2]
+}
+
 fn miss_to_line(miss: Miss) -> SeenLine {
     match miss {
         Miss::NoBoard => SeenLine::NoBoard,
-        Miss::PartialBoard { found, wanted, cut_off_by } => {
+        Miss::PartialBoard { found, wanted, size, cut_off_by } => {
             let cut_off_by = cut_off_by.map(|side| match side {
                 Side::Left => SideLine::Left,
                 Side::Right => SideLine::Right,
                 Side::Top => SideLine::Top,
                 Side::Bottom => SideLine::Bottom,
             });
-            SeenLine::PartialBoard { found, wanted, cut_off_by }
+            SeenLine::PartialBoard { found, wanted, size, cut_off_by }
         }
         Miss::Glare { found, wanted } => SeenLine::Glare { found, wanted },
         Miss::OtherBoard(other) => match other {

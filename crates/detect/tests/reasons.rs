@@ -1,0 +1,81 @@
+//! True reasons for a missing board, and no boards where there are none.
+
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, OtherBoard};
+use boresight_geometry::boards::{Board, BoardChoice};
+use image::{GrayImage, Luma, imageops};
+
+/// Level of the paper around the squares.
+const WHITE: u8 = 210;
+
+fn board(name: &str) -> Board {
+    name.parse::<BoardChoice>().expect("a board").board(0.025).expect("fits")
+}
+
+/// `columns` by `rows` squares with sides of `px`, the first dark, in front of a wall.
+fn squares([columns, rows]: [u32; 2], px: u32, wall: u8) -> GrayImage {
+    let drawn = GrayImage::from_fn(640, 480, |x, y| {
+        let (column, row) = (x.wrapping_sub(90) / px, y.wrapping_sub(70) / px);
+        Luma([match (column < columns && row < rows, (column + row) % 2) {
+            (false, _) => wall,
+            (true, 0) => 40,
+            (true, _) => WHITE,
+        }])
+    });
+    imageops::blur(&drawn, 0.8)
+}
+
+fn found(picture: &GrayImage, name: &str) -> Result<Detection, Miss> {
+    Detector::new(DetectorParams::default()).detect(picture, &board(name))
+}
+
+#[test]
+fn a_size_wrong_by_a_row_or_two_is_named() {
+    for (columns, rows) in [(9, 6), (8, 6), (7, 7), (10, 7)] {
+        let picture = squares([columns + 1, rows + 1], 40, WHITE);
+        let right = OtherBoard::Plain { columns: columns as usize, rows: rows as usize };
+        for (more, down) in [(1, 0), (2, 0), (0, 1), (0, 2), (1, 1), (-1, 0), (-2, 0), (0, -1)] {
+            let wrong = format!("{}x{}", columns as i32 + more, rows as i32 + down);
+            let reason = found(&picture, &wrong).expect_err("another board");
+            assert_eq!(reason, Miss::OtherBoard(right), "{columns}x{rows} named {wrong}");
+        }
+    }
+}
+
+/// Squares up to the edge of a card: no white tells where the board ends.
+#[test]
+fn a_smaller_board_without_a_rim_may_be_the_named_one_covered() {
+    let reason = found(&squares([9, 7], 40, 125), "9x6").expect_err("another board");
+    assert_eq!(reason.rectangle(), Some(OtherBoard::Plain { columns: 8, rows: 6 }), "{reason:?}");
+}
+
+#[test]
+fn a_larger_board_that_is_cut_off_has_at_least_the_corners_seen() {
+    let picture = squares([20, 8], 40, WHITE);
+    for named in ["6x5", "9x6"] {
+        let reason = found(&picture, named).expect_err("another board");
+        let Miss::OtherBoard(OtherBoard::Larger { columns, rows: 7 }) = reason else {
+            panic!("{named}: {reason:?}")
+        };
+        assert!((12..=13).contains(&columns), "{named}: {columns}");
+    }
+}
+
+#[test]
+fn squares_are_no_circles() {
+    for px in [9, 14, 24] {
+        let picture = imageops::blur(&squares([11, 8], px, WHITE), 0.9);
+        for named in ["acircles:4x11", "acircles:5x7", "acircles:4x9", "circles:7x4"] {
+            assert!(found(&picture, named).is_err(), "{named}, {px} px");
+            let mut detector = Detector::new(DetectorParams::default());
+            let other = detector.recognise(&picture, Some(&board(named)), &|| true);
+            assert!(!matches!(other, Some(OtherBoard::Circles { .. })), "{px} px: {other:?}");
+        }
+    }
+}
+
+/// Nine corners are in many things; white all around is only around a board.
+#[test]
+fn three_by_three_corners_need_a_rim() {
+    found(&squares([4, 4], 40, WHITE), "3x3").expect("a board with its white");
+    found(&squares([4, 4], 40, 125), "3x3").expect_err("a chequered card");
+}
