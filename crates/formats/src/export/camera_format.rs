@@ -151,6 +151,7 @@ impl CameraFormat {
             }
             Self::OpencvJson
             | Self::Nerf
+            | Self::InstantNgp
             | Self::Basalt
             | Self::Photonvision
             | Self::Gyroflow
