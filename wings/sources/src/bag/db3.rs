@@ -4,10 +4,7 @@ use std::path::Path;
 
 use rusqlite::{Connection, OpenFlags, OptionalExtension, limits::Limit};
 
-use super::{
-    files::MESSAGE_LIMIT,
-    message::{Message, Topic},
-};
+use super::message::{MESSAGE_LIMIT, Message, Topic};
 
 /// A database.
 pub(super) struct Db3 {

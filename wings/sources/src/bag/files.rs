@@ -8,7 +8,7 @@ use std::{
 use super::{
     db3::Db3,
     mcap::Mcap,
-    message::{Message, Topic},
+    message::{MESSAGE_LIMIT, Message, Topic, most_unpacked},
 };
 use boresight_files::{FileError, Links, Unnamed, open};
 
@@ -88,9 +88,6 @@ pub(super) fn plain_message(data: Vec<u8>) -> Vec<u8> {
     if unpacked.is_ok() { plain } else { Vec::new() }
 }
 
-/// Most bytes of a message.
-pub(super) const MESSAGE_LIMIT: u64 = 1 << 28;
-
 /// True if the file at `path` is packed as a whole.
 pub(super) fn is_packed(path: &Path) -> Result<bool, FileError> {
     Ok(start_of(path)?.starts_with(ZSTD))
@@ -157,9 +154,4 @@ fn unpack(path: &Path) -> Result<Unnamed, FileError> {
         let place = tempfile::env::temp_dir();
         plain.file().write_all(&piece[..count]).map_err(FileError::writing(&place))?;
     }
-}
-
-/// Most bytes that come of `packed_bytes`: far more than of any recording.
-pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
-    (64 << 20) + packed_bytes.saturating_mul(100)
 }

@@ -15,10 +15,7 @@ use mcap::{
     },
 };
 
-use super::{
-    files::{MESSAGE_LIMIT, most_unpacked},
-    message::{Message, Topic},
-};
+use super::message::{MESSAGE_LIMIT, Message, Topic, most_unpacked};
 use boresight_files::{Links, Unnamed, open};
 
 /// Most bytes of a record, and of an unpacked chunk.

@@ -6,6 +6,14 @@ use super::foxglove::FoxgloveType;
 use crate::{RosImageType, RosImages};
 use boresight_capture::{Decompressor, RosFlaw};
 
+/// Most bytes of a message.
+pub(super) const MESSAGE_LIMIT: u64 = 1 << 28;
+
+/// Most bytes that come of `packed_bytes`: far more than of any recording.
+pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
+    (64 << 20) + packed_bytes.saturating_mul(100)
+}
+
 /// A topic of a bag.
 pub(super) struct Topic {
     pub(super) name: String,
