@@ -29,7 +29,7 @@ const FOLDER: &str = "boresight-bundle";
 /// Replacement of hidden text.
 const HIDDEN: &str = "hidden";
 /// Texts of a result that go in; any other is hidden.
-const TEXTS: [&str; 13] = [
+const TEXTS: [&str; 15] = [
     "schema",
     "source",
     "model",
@@ -40,6 +40,8 @@ const TEXTS: [&str; 13] = [
     "message",
     "action",
     "reason",
+    "format",
+    "unit",
     "kind",
     "dictionary",
     "circles",
