@@ -254,7 +254,7 @@ pub(crate) fn export(
             Ok((written, board.map(|board| board.note)))
         }
         None => {
-            let exported = export_result(&input, known, name, &Announcer::silent())?;
+            let exported = export_result(&input, known, name, None, &Announcer::silent())?;
             Ok((exported.text, exported.board.map(|board| board.note)))
         }
     };
