@@ -307,22 +307,21 @@ fn a_limit_that_the_check_can_see_is_answered() {
 fn as_many_views_as_are_asked_for_show_the_change() {
     let mut installed = Installed::new(9006);
     let views = filling(&mut installed.scene, 4);
-    let limit_px = |visible_px: f64| {
-        let found = drift(&views, &board(), SIZE, &installed.lens(), Some(visible_px));
-        found.expect("a verdict")
+    let check = |installed: &Installed, views: &[Vec<Corner>], limit_px: f64| {
+        drift(views, &board(), SIZE, &installed.lens(), Some(limit_px)).expect("a verdict")
     };
-    let four = limit_px(0.75 * limit_px(1.0).shift.visible_px);
+    let visible_px = check(&installed, &views, 1.0).shift.visible_px;
+    let four = check(&installed, &views, 0.75 * visible_px);
     assert_eq!(four.verdict, DriftVerdict::CannotTell);
     let needed = four.views_needed.expect("a few more views");
     assert!((5..40).contains(&needed), "{needed}");
     let more = filling(&mut installed.scene, needed);
-    let found = drift(&more, &board(), SIZE, &installed.lens(), Some(four.matters_px));
-    let found = found.expect("a verdict");
+    let found = check(&installed, &more, four.matters_px);
     let ratio = found.shift.visible_px / four.matters_px;
     println!("{needed} views: {ratio:.2} of the limit visible");
     assert!((0.5..1.25).contains(&ratio), "{ratio}");
     // What the old calibration hides, no number of views shows.
-    assert_eq!(limit_px(0.01).views_needed, None);
+    assert_eq!(check(&installed, &views, 0.01).views_needed, None);
 }
 
 /// A change of about the limit is neither fine nor surely too large.
