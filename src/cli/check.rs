@@ -27,7 +27,8 @@ use boresight_terminal::{announcer, board_args::BoardArguments, print, say, stop
 /// Check an installed camera against its old calibration.
 ///
 /// Guides through two opposed pairs, then compares: OK if any change is surely within the limit,
-/// RECALIBRATE if it's surely beyond, else CAN'T TELL, with what would tell. There is no verdict for a different picture size, a different
+/// RECALIBRATE if it's surely beyond, else CAN'T TELL, with what would tell. There is no verdict
+/// for a different picture size, a different
 /// camera, or views outside the part of the picture that the old calibration covers. The old file
 /// is never changed.
 ///

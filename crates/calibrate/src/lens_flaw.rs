@@ -30,8 +30,8 @@ pub enum LensFlaw {
 }
 
 impl LensFlaw {
-    /// Flaw of `camera` in pictures of `image_size`, calibrated with boards at `outlines`, which are
-    /// empty if unknown. `None` for a lens that may be right.
+    /// Flaw of `camera` in pictures of `image_size`, calibrated with boards at `outlines`,
+    /// which are empty if unknown. `None` for a lens that may be right.
     pub fn of(camera: &Camera, image_size: ImageSize, outlines: &[BoardOutline]) -> Option<Self> {
         let widths = camera.f_px / f64::from(image_size.width_px);
         if !widths.iter().all(|widths| POSSIBLE_F.contains(widths)) {

@@ -598,8 +598,8 @@ impl CalibrationFile {
         })
     }
 
-    /// Largest distance of the board's points as found from those of a flat board with even squares,
-    /// in millimetres. `None` for such a board: a calibration that corrected nothing.
+    /// Largest distance of the board's points as found from those of a flat board with even
+    /// squares, in millimetres. `None` for such a board: a calibration that corrected nothing.
     pub fn board_off_mm(&self) -> Option<f64> {
         self.board.as_ref()?.points_mm.as_ref()?;
         let flat_m = self.checkerboard()?.corners_in_board_m();

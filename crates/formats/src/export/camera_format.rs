@@ -133,7 +133,7 @@ impl CameraFormat {
 
     /// `text`, a file of the format, with lines for a person. `None` if the format has no comments.
     ///
-    /// OpenCV's YAML must begin with its directive, so YAML gets them at the end; XML inside its root.
+    /// OpenCV's YAML must begin with its directive, so YAML gets them at the end; XML inside.
     pub fn with_comment(self, text: &str, lines: &[String]) -> Option<String> {
         let commented = |mark: &str| -> String {
             lines.iter().map(|line| format!("{mark} {line}\n")).collect()

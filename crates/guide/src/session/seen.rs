@@ -62,8 +62,8 @@ impl Seen {
         self.noise.corner_sigma_px(NOISE_FREEDOM)
     }
 
-    /// Limits for a board no nearer than so far. The board leaves the picture only if parts of it can
-    /// be identified.
+    /// Limits for a board no nearer than so far. The board leaves the picture only if parts of it
+    /// can be identified.
     pub(super) fn limits(
         &self,
         guidance: &GuidanceParams,

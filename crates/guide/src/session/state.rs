@@ -386,7 +386,7 @@ impl Session {
         self.ground.seen.noise_px()
     }
 
-    /// Typical error of corners by the motion of the boards while the camera read its rows, in pixels.
+    /// Typical error of corners by the motion of the boards during the readout, in pixels.
     pub fn moved_px(&self) -> f64 {
         self.derived.moved_px
     }

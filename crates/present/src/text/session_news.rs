@@ -116,8 +116,8 @@ fn missed_goals(session: &Session) -> Option<String> {
     (!missed.is_empty()).then(|| capital(&missed.join(", and ")))
 }
 
-/// Larger cause of corners too coarse for a principal point of `goal_px` in four views: the camera's
-/// `noise_px`, or moving boards. `None` if they aren't.
+/// Larger cause of corners too coarse for a principal point of `goal_px` in four views: the
+/// camera's `noise_px`, or moving boards. `None` if they aren't.
 fn why_coarse(noise_px: f64, moved_px: f64, goal_px: f64) -> Option<String> {
     if PP_TO_NOISE * libm::hypot(noise_px, moved_px) <= goal_px {
         return None;
