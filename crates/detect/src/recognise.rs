@@ -47,8 +47,11 @@ impl Detector {
         let (charucos, tags) = (other_charucos(named_markers), other_tags(named));
         let mut plain = None;
         let mut has_grid = false;
+        let [primary, ..] = self.search_levels(image);
+        // Wider pictures show the gaps around markers by themselves.
+        let doubled = doubled(image).filter(|_| primary == Some(0));
         let levels = self.fine_levels(image).into_iter().flatten().map(Pass::Level);
-        for pass in levels.chain(doubled(image)) {
+        for pass in levels.chain(doubled) {
             if !keep_on() || (pass == Pass::Doubled && !has_grid) {
                 break;
             }
@@ -79,7 +82,8 @@ impl Detector {
         named: Option<Pattern>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
-        for level in self.search_levels(image).into_iter().flatten() {
+        let [primary, coarser, _] = self.search_levels(image);
+        for level in [primary, coarser].into_iter().flatten() {
             let picture = at_level(image, &self.levels, level);
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;
