@@ -10,14 +10,14 @@ const MOST_WORDS: usize = 20;
 /// Command line of the run, quoted for a shell.
 #[cfg(feature = "report")]
 pub(super) fn this_command() -> String {
-    joined(words())
+    joined(&words())
 }
 
 /// Command line of the run with `board` instead of the named board; only the argument if a shell
 /// has replaced a pattern by many names.
 pub(super) fn with_board(board: BoardChoice) -> String {
     let words = replaced(words(), &board.to_string());
-    if words.len() > MOST_WORDS { format!("--board {board}") } else { joined(words) }
+    if words.len() > MOST_WORDS { format!("--board {board}") } else { joined(&words) }
 }
 
 fn words() -> Vec<String> {
@@ -25,7 +25,7 @@ fn words() -> Vec<String> {
     words.map(|word| without_secrets(&word.to_string_lossy())).collect()
 }
 
-fn joined(words: Vec<String>) -> String {
+fn joined(words: &[String]) -> String {
     let words = words.iter().map(|word| quoted(word));
     std::iter::once("boresight".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
@@ -53,7 +53,7 @@ mod tests {
         for before in
             ["detect --json my", "detect --board 9x6 --json my", "detect --json --board=9x6 my"]
         {
-            let after = joined(replaced(typed(before), "10x7"));
+            let after = joined(&replaced(typed(before), "10x7"));
             assert_eq!(after, "boresight detect --board 10x7 --json my");
         }
     }
