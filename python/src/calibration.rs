@@ -129,7 +129,8 @@ pub(crate) fn calibrate_corners(
     py.detach(work).map_err(|err| raised(&err))
 }
 
-/// Compares corners with the calibration `old`, the text of a file named `against`. Returns `boresight.check/1`.
+/// Compares corners with the calibration `old`, the text of a file named `against`. Returns
+/// `boresight.check/1`.
 #[pyfunction]
 pub(crate) fn check_corners(
     py: Python<'_>,
@@ -232,8 +233,8 @@ fn imported(old: &OldCalibration) -> serde_json::Value {
     })
 }
 
-/// A result in another program's format: of a session folder or a calibration file, or of `text`, a calibration. Beside it a
-/// note about the board, if the calibration corrected it.
+/// A result in another program's format: of a session folder or a calibration file, or of `text`, a
+/// calibration. Beside it a note about the board, if the calibration corrected it.
 #[pyfunction]
 pub(crate) fn export(
     py: Python<'_>,

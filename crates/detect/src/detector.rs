@@ -119,8 +119,9 @@ pub struct Detector {
 /// let cam_from_board = Isometry3::new(Vector3::new(0.01, 0.0, 0.35), Vector3::new(0.5, 0.3, 0.0));
 /// let image = render_view(&scene, &cam_from_board);
 ///
-/// let detection = detect(&image, &scene.board, DetectorParams::default()).expect("the board is visible");
-/// for (corner, point_m) in detection.corners.iter().zip(scene.board.corners_in_board_m()) {
+/// let detection = detect(&image, &scene.board, DetectorParams::default()).expect("the board is
+/// visible"); for (corner, point_m) in
+/// detection.corners.iter().zip(scene.board.corners_in_board_m()) {
 ///     let truth_px = scene.camera.px_from_board(&cam_from_board, &point_m).expect("in front");
 ///     assert!((corner.px - truth_px).norm() < 0.3);
 /// }

@@ -134,8 +134,8 @@ impl GridSearch {
         is_no_part(picture, &mut self.lattice)
     }
 
-    /// First of `others` whose markers are in one of the largest grids of the started `picture`; all
-    /// have steps alike, and boards of the same cells come together. True if there's any grid.
+    /// First of `others` whose markers are in one of the largest grids of the started `picture`;
+    /// all have steps alike, and boards of the same cells come together. True if there's any grid.
     pub(super) fn read_others(
         &mut self,
         picture: &GrayImage,

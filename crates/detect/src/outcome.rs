@@ -147,8 +147,8 @@ pub enum Miss {
     PartialBoard {
         /// Number of inner corners found.
         found: usize,
-        /// Number of corners of the whole board. All of them are found if white, or circles' ground,
-        /// is missing around the board.
+        /// Number of corners of the whole board. All of them are found if white, or circles'
+        /// ground, is missing around the board.
         wanted: usize,
         /// Corners of a plain grid between the outermost ones found, along the longer and the
         /// shorter side; zeros if the grid doesn't count.

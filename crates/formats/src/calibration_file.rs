@@ -58,7 +58,8 @@ pub struct CalibrationFile {
     /// 95 % bound of the root mean square error of projection.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bound_px: Option<BoundEntry>,
-    /// Relative change of the focal length from the first view to the last that would have been reported.
+    /// Relative change of the focal length from the first view to the last that would have been
+    /// reported.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub visible_drift: Option<f64>,
     /// Whether the calibration meets the goal that was set for it.
@@ -84,8 +85,9 @@ pub struct CalibrationFile {
     pub camera: Option<Option<CameraEntry>>,
 }
 
-/// The board in front of the camera. Of an AprilGrid, the corners of its tags are the inner corners, and a square is a tag;
-/// of circles, their centres are, and a square is as wide as rows are apart.
+/// The board in front of the camera. Of an AprilGrid, the corners of its tags are the inner
+/// corners, and a square is a tag; of circles, their centres are, and a square is as wide as rows
+/// are apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BoardEntry {
@@ -101,8 +103,8 @@ pub struct BoardEntry {
     /// `symmetric` or `asymmetric` for a grid of circles, as OpenCV calls them; none on other boards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub circles: Option<String>,
-    /// The inner corners as the views show them, row by row, from the middle, in millimetres; left out if the board is flat
-    /// and its squares are square.
+    /// The inner corners as the views show them, row by row, from the middle, in millimetres; left
+    /// out if the board is flat and its squares are square.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points_mm: Option<Vec<[f64; 3]>>,
 }
@@ -378,7 +380,8 @@ pub struct BoundEntry {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ValidAreaEntry {
-    /// Error that its points stay below, each with 95 % probability: the goal of `--accept`, or the default.
+    /// Error that its points stay below, each with 95 % probability: the goal of `--accept`, or the
+    /// default.
     pub goal_px: f64,
     /// Its share of the picture, 0 to 1.
     pub share: f64,
@@ -445,7 +448,8 @@ pub struct PoseEntry {
     pub translation_m: [f64; 3],
 }
 
-/// A principal line: the points at distance `c_px` from `x0_px` along the normal `(cos phi, sin phi)`.
+/// A principal line: the points at distance `c_px` from `x0_px` along the normal `(cos phi, sin
+/// phi)`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct LineEntry {
@@ -464,7 +468,8 @@ pub struct LineEntry {
     pub foot_px: Option<[f64; 2]>,
 }
 
-/// Mode and locked controls of a live camera; controls are in the driver's units, null if not locked.
+/// Mode and locked controls of a live camera; controls are in the driver's units, null if not
+/// locked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(default)]

@@ -25,7 +25,8 @@ pub struct CheckFile {
     /// Width and height of the old calibration's picture, in pixels.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub image_size: Option<[u32; 2]>,
-    /// `ok`, `cannot-tell` or `recalibrate`; null if there is no verdict. Earlier versions wrote `watch` for a change too small to matter.
+    /// `ok`, `cannot-tell` or `recalibrate`; null if there is no verdict. Earlier versions wrote
+    /// `watch` for a change too small to matter.
     #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["ok", "watch", "cannot-tell", "recalibrate", null])))]
     pub verdict: Option<String>,
     /// Stable name of why there is no verdict, such as `OTHER-SIZE`.
@@ -65,7 +66,8 @@ pub struct CheckFile {
     /// Whether f and principal point, or the distortion, changed by more than chance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub changed: Option<bool>,
-    /// With `cannot-tell`: how many views like these would show every change that matters; missing if no number would.
+    /// With `cannot-tell`: how many views like these would show every change that matters; missing
+    /// if no number would.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub views_needed: Option<usize>,
     /// The displacement from which a change matters.
@@ -113,7 +115,8 @@ pub struct VisibleEntry {
     pub pp_px: f64,
     /// Of the focal length.
     pub f_px: f64,
-    /// Displacement of a ray by a change of the distortion in proportion, if the views don't leave it open.
+    /// Displacement of a ray by a change of the distortion in proportion, if the views don't leave
+    /// it open.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lens_px: Option<f64>,
     /// Displacement anywhere in the picture: every larger one would have been found.

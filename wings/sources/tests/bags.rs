@@ -1,5 +1,5 @@
-//! Bags that others wrote (tests/sources/write_bags.py), whole and broken: each picture that is delivered is the one that was
-//! recorded.
+//! Bags that others wrote (tests/sources/write_bags.py), whole and broken: each picture that is
+//! delivered is the one that was recorded.
 
 use std::{
     fs,
@@ -36,7 +36,8 @@ fn picture(number: u64) -> GrayImage {
     GrayImage::from_fn(16, 12, |x, y| Luma([(7 * x + 13 * y + 31 * number as u32) as u8]))
 }
 
-/// Counts the pictures that `bag` delivers, each of which must be the recorded one with its time; and how it ends.
+/// Counts the pictures that `bag` delivers, each of which must be the recorded one with its time;
+/// and how it ends.
 fn good_pictures(bag: &mut Box<dyn FrameSource>, what: &str) -> (u64, Option<CaptureError>) {
     let mut count = 0;
     loop {
@@ -131,7 +132,8 @@ fn a_bag_that_is_cut_anywhere_gives_its_whole_pictures_and_says_so() {
             "{name}: {} bytes, {refused} too short for a picture, {most} at most",
             bytes.len()
         );
-        // A file that is packed as a whole is a single block here, of which nothing is known before its end.
+        // A file that is packed as a whole is a single block here, of which nothing is known before
+        // its end.
         assert_eq!(most, if name == "file.db3.zstd" { 0 } else { PICTURES }, "{name}");
     }
 }

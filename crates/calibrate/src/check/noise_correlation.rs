@@ -6,7 +6,8 @@
 //! view are therefore modelled as
 //!
 //! ```text
-//! cov(eᵢ, eⱼ) = s² ((1 − a) δᵢⱼ + a exp(−dᵢⱼ²/2ℓ²))        d: distance of two corners in the picture
+//! cov(eᵢ, eⱼ) = s² ((1 − a) δᵢⱼ + a exp(−dᵢⱼ²/2ℓ²))        d: distance of two corners in the
+//! picture
 //! ```
 //!
 //! in units of the stated covariances. Each pair (a, ℓ) of a grid gets a weight by its restricted

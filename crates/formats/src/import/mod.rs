@@ -20,7 +20,8 @@
 //! | Open3D (`named`) | `intrinsic_matrix` as one list | – |
 //!
 //! ```text
-//! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶ OldCalibration
+//! text ─ syntax: JSON, YAML, or mrcal's Python literal (literal) ─▶ tree ─ one reader a format ─▶
+//! OldCalibration
 //! ```
 //!
 //! A file of OpenCV, ORB-SLAM3, RealityCapture (in `tiff:` or `exif:`) or `transforms.json` may

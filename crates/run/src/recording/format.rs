@@ -25,8 +25,8 @@ pub(super) struct Envelope {
     /// CRC-32 of the bytes of `session.toml`, in the first line; older recordings have none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) session: Option<String>,
-    /// Lines that were synced when this one was written, in the first line after each time. Damage before them
-    /// is no cut.
+    /// Lines that were synced when this one was written, in the first line after each time. Damage
+    /// before them is no cut.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) synced: Option<u64>,
     #[cfg_attr(feature = "schemas", schemars(with = "Line"))]

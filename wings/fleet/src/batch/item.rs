@@ -14,8 +14,8 @@ pub(super) const HEADER: &str = "session.toml";
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// Largest valid header, in bytes.
 pub(super) const HEADER_LIMIT: u64 = 1 << 20;
-/// Maximum bytes of a journal or bag in the hash: of a longer bag the first, of a longer journal only
-/// the length. No session of a day reaches it.
+/// Maximum bytes of a journal or bag in the hash: of a longer bag the first, of a longer journal
+/// only the length. No session of a day reaches it.
 pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 
 /// A line of a manifest: one session, or a recorded bag that becomes one.
@@ -24,8 +24,8 @@ pub(super) const JOURNAL_LIMIT: u64 = 1 << 30;
 pub struct Item {
     /// The session's folder or the bag: an absolute path, or `s3://BUCKET/PREFIX`.
     pub session: String,
-    /// Hash of what the session holds: `session.toml`, the journal, whose lines hold the checksums of the pictures, and the
-    /// result; of a bag, its files.
+    /// Hash of what the session holds: `session.toml`, the journal, whose lines hold the checksums
+    /// of the pictures, and the result; of a bag, its files.
     pub content: String,
     /// Length of the journal, or of the bag.
     pub bytes: u64,

@@ -18,9 +18,9 @@ use boresight_capture::{
 };
 use boresight_geometry::frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize};
 
-/// Opens the bag at `path`, a file or a folder of ROS 2, and reads the first picture. `topic` is the
-/// topic of the pictures; by default, the only one with pictures. Pictures have the times in their
-/// headers, or else those of the recording.
+/// Opens the bag at `path`, a file or a folder of ROS 2, and reads the first picture. `topic` is
+/// the topic of the pictures; by default, the only one with pictures. Pictures have the times in
+/// their headers, or else those of the recording.
 ///
 /// # Errors
 ///
