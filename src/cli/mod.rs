@@ -216,8 +216,13 @@ fn not_run(err: &clap::Error) -> ExitCode {
         let words = err.to_string();
         let cause = words.split("\n\n").next().unwrap_or_default();
         tell_program("USAGE", cause.trim_start_matches("error: "), Some(HELP));
-        // If printing fails, the exit code tells.
-        let _ = err.print();
+        // Pasted arguments with commands to a terminal are shown without them, and without colours.
+        if *terminal::harmless(&words) != *words {
+            terminal::say(words.trim_end());
+        } else {
+            // If printing fails, the exit code tells.
+            let _ = err.print();
+        }
         return ExitCode::from(WRONG_USAGE);
     }
     match err.print().and_then(|()| std::io::stdout().flush()) {

@@ -80,7 +80,7 @@ fn a_folder_stands_for_its_pictures() {
     assert_eq!(table.code, 0, "{}", table.stderr);
     assert!(table.stdout.contains("0.png"), "{}", table.stdout);
     fs::create_dir(folder.path().join("empty")).expect("a folder");
-    says(&calibrate(folder.path(), &["empty".into()], &[]), 1, &["empty", "PNG or JPEG"]);
+    says(&calibrate(folder.path(), &["empty".into()], &[]), 1, &["empty", "PNG, JPEG, BMP"]);
 }
 
 /// An unwritable result is reported before the search of the pictures: here, there are none to
@@ -253,7 +253,7 @@ fn files_that_are_no_pictures_are_named() {
         says(&boresight(folder.path(), &["detect", "--board", "9x6", wrong]), 1, &[wrong, word]);
     }
     let guided = ["guide", "--headless", "--source", "texts", "--out", "session"];
-    says(&boresight(folder.path(), &guided), 1, &["texts", "no PNG or JPEG"]);
+    says(&boresight(folder.path(), &guided), 1, &["texts", "no picture that can be read"]);
     assert_eq!(contents(folder.path()), before, "nothing is touched");
 }
 

@@ -145,7 +145,7 @@ impl CameraFormat {
             Self::Colmap | Self::Mrcal => Some(commented("#") + text),
             Self::Matlab => Some(commented("%") + text),
             Self::OpencvXml | Self::Metashape | Self::Realitycapture => {
-                let (inside, end) = text.split_at(text.rfind("</")?);
+                let (inside, end) = text.split_at(text.rfind("</").unwrap_or(text.len()));
                 let lines = lines.join("\n").replace("--", "- -");
                 Some(format!("{inside}<!-- {lines} -->\n{end}"))
             }
