@@ -49,6 +49,7 @@
 //! | `lens_difference` | two calibrations of one camera, by what they state |
 //! | `lens_change`, `shift` | tests of a change; its displacement as an interval against a limit |
 //! | `lens_flaw` | lenses that can't be right |
+//! | `judge` | a calibration of another program, held to a fresh one |
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top
 //! level uses both. Everything is deterministic. Findings and errors are values with numbers;
@@ -85,6 +86,7 @@ mod drift;
 mod examined;
 mod free_fit;
 mod inputs;
+mod judge;
 mod known_lens;
 mod lens_change;
 mod lens_difference;
@@ -105,6 +107,9 @@ pub use check::{
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, NoDrift, OldLens, drift};
+pub use judge::{
+    Answer, GivenLens, Judgement, NotJudged, SizeFit, WrongPart, is_pp_assumed, judge,
+};
 pub use known_lens::{Combined, KnownLens, NotHeld};
 pub use lens_difference::{LensDifference, StatedLens};
 pub use lens_flaw::LensFlaw;

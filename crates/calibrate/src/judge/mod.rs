@@ -1,0 +1,266 @@
+//! Judges the calibration of another program, or of another day, by a fresh one: the difference
+//! between the two lenses is held to the uncertainty of the fresh one. `docs/method.md`, section 5.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `mod` | the answer |
+//! | `closest` | the turn of the camera, and the numbers, that bring one lens nearest to another |
+//! | `wrong_part` | the numbers of a lens that explain a difference, a row a kind |
+//! | `sized` | a lens for pictures of another size |
+
+mod closest;
+mod sized;
+mod wrong_part;
+
+use nalgebra::{Point2, SVector, Vector2};
+
+use self::closest::Rays;
+pub use self::{sized::SizeFit, wrong_part::WrongPart};
+use crate::{Calibration, LensFlaw, Limits, Verdict, projection_jacobian};
+use boresight_geometry::{
+    BoardOutline, Camera, Corner, LENS_PARAMETERS, boards::Board, cell_centres_px, fit_pose,
+    frame::ImageSize, seen_count,
+};
+
+/// Least number of corners in a view whose residuals count.
+const LEAST_SEEN: usize = 6;
+
+/// Standard deviations below a measured error that the true one doesn't lie under, 39 times of 40.
+const SDS: f64 = 1.96;
+
+/// Answer to the question whether a calibration is true.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// The error of projection is surely within the limit.
+    True,
+    /// The error of projection is surely beyond the limit.
+    Off,
+    /// The pictures don't tell.
+    CannotTell,
+}
+
+impl Answer {
+    /// Stable name, for files and programs.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::True => "true",
+            Self::Off => "off",
+            Self::CannotTell => "cannot-tell",
+        }
+    }
+}
+
+/// A lens to judge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GivenLens {
+    /// Focal lengths and principal point in pixels, and distortion.
+    pub camera: Camera,
+    /// Size of the calibrated pictures.
+    pub image_size: ImageSize,
+}
+
+/// A judged lens.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// The answer.
+    pub answer: Answer,
+    /// Error of projection: root mean square per coordinate over the area covered by boards, after
+    /// the best turn of the camera, in pixels.
+    pub off_px: f64,
+    /// Lower bound of the true error, with a probability of 97.5 %, in pixels.
+    pub least_px: f64,
+    /// Upper bound of the true error, with a probability of 95 %, in pixels: `off_px` and the bound
+    /// of the fresh lens.
+    pub most_px: f64,
+    /// Largest displacement of a ray in that area, in pixels.
+    pub worst_px: f64,
+    /// Largest error that doesn't matter, in pixels.
+    pub goal_px: f64,
+    /// Displacement at each cell of the picture, from the fresh lens to the given one, in pixels.
+    pub displaced_px: Vec<(Point2<f64>, Vector2<f64>)>,
+    /// Reprojection residuals per coordinate by the given lens, with the best poses, in pixels.
+    /// `None` if no view has a pose.
+    pub rms_px: Option<f64>,
+    /// Reprojection residuals per coordinate by the fresh lens, in pixels.
+    pub fresh_rms_px: f64,
+    /// Relation between the sizes of the pictures.
+    pub size: SizeFit,
+    /// Numbers of the lens that explain the error. `None` if several differ, or if nothing is off.
+    pub wrong: Option<WrongPart>,
+    /// True if the lens's principal point is the exact middle of the picture.
+    pub pp_assumed: bool,
+    /// Lens as compared: for pictures of the new size.
+    pub camera: Camera,
+}
+
+/// Reason for no judgement.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum NotJudged {
+    /// The lens can't be right in any picture.
+    #[error("the lens can't be right: {0}")]
+    Impossible(LensFlaw),
+    /// The pictures are cropped or stretched from those of the calibration.
+    #[error("pictures of {pictures}, calibrated for {given}")]
+    OtherSize {
+        /// Size of the pictures.
+        pictures: ImageSize,
+        /// Size in the calibration.
+        given: ImageSize,
+    },
+    /// The fresh lens isn't trustworthy: its findings say why.
+    #[error("the pictures give no trustworthy lens")]
+    NoFreshLens,
+    /// The boards cover no part of the picture with rays of both lenses.
+    #[error("the lenses share no part of the picture")]
+    NothingShared,
+}
+
+impl NotJudged {
+    /// Answer without numbers: a lens that can't be right, or has no rays, is off.
+    pub fn answer(&self) -> Answer {
+        match self {
+            Self::Impossible(_) | Self::NothingShared => Answer::Off,
+            Self::OtherSize { .. } | Self::NoFreshLens => Answer::CannotTell,
+        }
+    }
+
+    /// Stable name, for files and programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::Impossible(_) => "LENS-IMPOSSIBLE",
+            Self::OtherSize { .. } => "OTHER-SIZE",
+            Self::NoFreshLens => "NO-FRESH-LENS",
+            Self::NothingShared => "NOTHING-SHARED",
+        }
+    }
+}
+
+/// True if the principal point of `given` is the exact middle of the picture, which no measurement
+/// gives.
+pub fn is_pp_assumed(given: &GivenLens) -> bool {
+    let size = [given.image_size.width_px, given.image_size.height_px].map(f64::from);
+    let middle = |pp_px: f64, side: f64| {
+        let from_middle = (pp_px - (side - 1.0) / 2.0).abs();
+        from_middle < 1e-6 || (from_middle - 0.5).abs() < 1e-6
+    };
+    middle(given.camera.pp_px.x, size[0]) && middle(given.camera.pp_px.y, size[1])
+}
+
+/// Judges `given` by `fresh`, the calibration of `views` of `board`.
+///
+/// Errors above `goal_px` matter; without it, those that no GOOD calibration has. The error is the
+/// root mean square over the area covered by boards, after the best turn of the camera: the
+/// orientation of a camera is no part of its calibration. The residuals of the given lens never
+/// count.
+///
+/// With the difference `d` of the lenses and the error `ε` of the fresh one, the true error is
+/// `|d − ε|`: at most `|d| + |ε|`, and at least `|d| − ε·d/|d|`, whose variance follows from the
+/// covariance of the fresh lens. Both hold however the two lenses' errors depend on each other.
+///
+/// # Errors
+///
+/// [`NotJudged`].
+pub fn judge(
+    given: &GivenLens,
+    views: &[Vec<Corner>],
+    board: &Board,
+    fresh: &Calibration,
+    goal_px: Option<f64>,
+) -> Result<Judgement, NotJudged> {
+    let outlines: Vec<BoardOutline> =
+        views.iter().filter_map(|view| outline(view, board)).collect();
+    let pictures = fresh.image_size;
+    let known: &[BoardOutline] = if given.image_size == pictures { &outlines } else { &[] };
+    if let Some(flaw) = LensFlaw::of(&given.camera, given.image_size, known) {
+        return Err(NotJudged::Impossible(flaw));
+    }
+    let bound_px = match fresh.covered_bound_px {
+        Some(bound_px) if fresh.verdict != Verdict::Untrustworthy => bound_px,
+        _ => return Err(NotJudged::NoFreshLens),
+    };
+    let pictures = fresh.image_size;
+    let outlines: Vec<BoardOutline> =
+        views.iter().filter_map(|view| outline(view, board)).collect();
+    let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
+    let covered = Rays::of(&fresh.camera, cell_centres_px(pictures).filter(is_covered));
+    let off = |(camera, _): &(Camera, SizeFit)| {
+        covered.closest_to(camera, &[]).map_or(f64::INFINITY, |closest| closest.off_px)
+    };
+    // A picture may have been turned either way.
+    let sized = sized::sized(given, pictures).into_iter();
+    let (camera, size) = sized
+        .min_by(|a, b| off(a).total_cmp(&off(b)))
+        .ok_or(NotJudged::OtherSize { pictures, given: given.image_size })?;
+    let closest = covered.closest_to(&camera, &[]).ok_or(NotJudged::NothingShared)?;
+    let off_px = closest.off_px;
+    let goal_px = goal_px.unwrap_or_else(|| Limits::of(pictures).goal_px);
+    let sd_px =
+        sd_along(&closest.displaced_px, fresh, is_covered).ok_or(NotJudged::NothingShared)?;
+    let (least_px, most_px) = ((off_px - SDS * sd_px).max(0.0), off_px + bound_px);
+    let answer = if least_px > goal_px {
+        Answer::Off
+    } else if most_px <= goal_px {
+        Answer::True
+    } else {
+        Answer::CannotTell
+    };
+    let is_off = answer == Answer::Off;
+    let whole = Rays::of(&fresh.camera, cell_centres_px(pictures));
+    Ok(Judgement {
+        answer,
+        off_px,
+        least_px,
+        most_px,
+        worst_px: closest.displaced_px.iter().map(|(_, by)| by.norm()).fold(0.0, f64::max),
+        goal_px,
+        displaced_px: whole.displaced(&camera, &closest.turn),
+        rms_px: rms_px(&camera, views, board),
+        fresh_rms_px: fresh.rms_px,
+        size,
+        wrong: is_off.then(|| WrongPart::of(&camera, &covered, bound_px, off_px)).flatten(),
+        pp_assumed: is_pp_assumed(given),
+        camera,
+    })
+}
+
+/// Standard deviation of the mean displacement along the measured ones, by the covariance of the
+/// fresh lens. `None` if the covered part determines no turn of the camera.
+fn sd_along(
+    displaced_px: &[(Point2<f64>, Vector2<f64>)],
+    fresh: &Calibration,
+    is_covered: impl Fn(&Point2<f64>) -> bool,
+) -> Option<f64> {
+    let whole = projection_jacobian(&fresh.camera, fresh.image_size)?;
+    let jacobian = whole.turned_over(is_covered)?;
+    let (mut by_lens, mut squares) = (SVector::<f64, LENS_PARAMETERS>::zeros(), 0.0);
+    for (px, by) in displaced_px {
+        let cell = jacobian.px.iter().position(|cell| cell == px)?;
+        by_lens += jacobian.jac_lens[cell].transpose() * by;
+        squares += by.norm_squared();
+    }
+    let variance = (by_lens.transpose() * fresh.covariance_all * by_lens).x;
+    let scale = squares * (2 * displaced_px.len()) as f64;
+    Some((variance / scale.max(f64::MIN_POSITIVE)).max(0.0).sqrt())
+}
+
+fn outline(view: &[Corner], board: &Board) -> Option<BoardOutline> {
+    let px: Vec<Point2<f64>> = view.iter().map(|corner| corner.px).collect();
+    board.target().outline(&px, &|index| view[index].is_seen())
+}
+
+/// Reprojection residuals of `views` per coordinate, each with its best pose.
+fn rms_px(camera: &Camera, views: &[Vec<Corner>], board: &Board) -> Option<f64> {
+    let board_m = board.corners_in_board_m();
+    let (mut sum, mut count) = (0.0, 0);
+    for view in views.iter().filter(|view| view.len() == board_m.len()) {
+        let seen = seen_count(view);
+        if seen < LEAST_SEEN {
+            continue;
+        }
+        if let Ok(pose) = fit_pose(camera, &board_m, view) {
+            sum += pose.rms_px.powi(2) * seen as f64;
+            count += 2 * seen;
+        }
+    }
+    (count > 0).then(|| (sum / count as f64).sqrt())
+}
