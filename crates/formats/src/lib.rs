@@ -36,6 +36,7 @@
 //! | `from_calibration` | [`Calibration`](boresight_calibrate::Calibration) → file |
 //! | `field_of_view` | viewing angles of a file's camera |
 //! | `check_file` | `boresight.check/1` |
+//! | `judgement_file` | `boresight.judgement/1` |
 //! | `schema` | reading files with a schema |
 //! | [`corner_table`] | corners of many pictures, from other detectors |
 //! | [`import`] | files of many programs → [`OldCalibration`](import::OldCalibration) |
@@ -70,6 +71,7 @@ pub mod export;
 mod field_of_view;
 mod from_calibration;
 pub mod import;
+mod judgement_file;
 mod named_covariance;
 mod nullable;
 mod schema;
@@ -81,6 +83,7 @@ pub use calibration_file::{
 };
 pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};
 pub use from_calibration::{FindingWords, ViewName};
+pub use judgement_file::{FreshLens, JUDGEMENT_SCHEMA, JudgementFile};
 pub use named_covariance::{LensCovariance, NamedCovariance};
 pub use schema::NotRead;
 

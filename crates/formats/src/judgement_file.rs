@@ -1,0 +1,137 @@
+//! `boresight.judgement/1`: a calibration held to a fresh one, as JSON.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::schema::{self, NotRead};
+use boresight_calibrate::{Calibration, Judgement, WrongPart};
+use boresight_geometry::frame::ImageSize;
+
+/// Name and version of the format.
+pub const JUDGEMENT_SCHEMA: &str = "boresight.judgement/1";
+
+/// Whether a calibration is true. Without pictures, or without an answer, the file has no numbers.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct JudgementFile {
+    /// [`JUDGEMENT_SCHEMA`].
+    #[cfg_attr(feature = "schemas", schemars(extend("const" = "boresight.judgement/1")))]
+    pub schema: String,
+    /// Path of the calibration.
+    pub file: String,
+    /// Format of the calibration.
+    pub format: String,
+    /// Width and height of the calibration's pictures, in pixels.
+    pub image_size: [u32; 2],
+    /// `true`, `off` or `cannot-tell`.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["true", "off", "cannot-tell"])))]
+    pub answer: String,
+    /// Stable name of why there are no numbers, such as `OTHER-SIZE` or `NO-PICTURES`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The answer in words.
+    pub message: String,
+    /// What to do.
+    pub action: String,
+    /// What the file shows by itself, in words.
+    pub doubts: Vec<String>,
+    /// Error of projection: root mean square per coordinate where the boards were, after the best
+    /// turn of the camera.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub off_px: Option<f64>,
+    /// Where the true error lies: least and most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub off_interval_px: Option<[f64; 2]>,
+    /// Largest displacement of a ray where the boards were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_px: Option<f64>,
+    /// Largest error that doesn't matter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal_px: Option<f64>,
+    /// Stable name of the part of the lens that explains the error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wrong: Option<String>,
+    /// Residuals by the calibration, per coordinate. They are no evidence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_px: Option<f64>,
+    /// Lens of the same pictures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fresh: Option<FreshLens>,
+    /// Displacements over the picture, from the fresh lens: x, y, and the displacement along both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub displaced_px: Vec<[f64; 4]>,
+}
+
+/// The lens that a calibration is held to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FreshLens {
+    /// Focal length along x and y.
+    pub f_px: [f64; 2],
+    /// Principal point.
+    pub pp_px: [f64; 2],
+    /// Residuals, per coordinate.
+    pub rms_px: f64,
+    /// Views behind it.
+    pub views: usize,
+}
+
+impl JudgementFile {
+    /// The file of a judgement of the calibration `file` of `format`, or of the stable name of why
+    /// there is none; `message`, `action` and `doubts` in words.
+    pub fn of(
+        (file, format): (&str, &str),
+        image_size: ImageSize,
+        judged: Result<(&Judgement, &Calibration), &str>,
+        answer: &str,
+        (message, action, doubts): (String, String, Vec<String>),
+    ) -> Self {
+        let mut judgement = Self {
+            schema: JUDGEMENT_SCHEMA.into(),
+            file: file.into(),
+            format: format.into(),
+            image_size: [image_size.width_px, image_size.height_px],
+            answer: answer.into(),
+            reason: judged.err().map(Into::into),
+            message,
+            action,
+            doubts,
+            ..Self::default()
+        };
+        if let Ok((found, fresh)) = judged {
+            judgement.off_px = Some(found.off_px);
+            judgement.off_interval_px = Some([found.least_px, found.most_px]);
+            judgement.worst_px = Some(found.worst_px);
+            judgement.goal_px = Some(found.goal_px);
+            judgement.wrong = found.wrong.as_ref().map(WrongPart::code).map(Into::into);
+            judgement.rms_px = found.rms_px;
+            judgement.fresh = Some(FreshLens {
+                f_px: fresh.camera.f_px.into(),
+                pp_px: fresh.camera.pp_px.into(),
+                rms_px: fresh.rms_px,
+                views: fresh.views.len(),
+            });
+            judgement.displaced_px =
+                found.displaced_px.iter().map(|(at, by)| [at.x, at.y, by.x, by.y]).collect();
+        }
+        judgement
+    }
+
+    /// Reads the tree of a JSON file. Unknown fields are skipped.
+    ///
+    /// # Errors
+    ///
+    /// [`NotRead`] if it is of another schema, or a field is missing or of another type.
+    pub fn read(tree: &Value) -> Result<Self, NotRead> {
+        schema::read(tree, JUDGEMENT_SCHEMA)
+    }
+
+    /// Builds the tree to write, with fields sorted by name.
+    ///
+    /// # Errors
+    ///
+    /// Never for a value of this type: all of its fields have a form in JSON.
+    pub fn to_json(&self) -> Result<Value, serde_json::Error> {
+        serde_json::to_value(self)
+    }
+}
