@@ -26,7 +26,9 @@ use boresight_app::{
     },
 };
 use boresight_calibrate::CalibrationParams;
+use boresight_capture::Upright;
 use boresight_files::{Overwrite, may_save, save};
+use boresight_geometry::boards::Board;
 use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
@@ -136,38 +138,17 @@ impl Arguments {
         if self.out.is_some() && self.out == self.report {
             bail!("--out and --report name the same file: give each its own");
         }
-        let is_table =
-            |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
         let mut noise_floor_px = None;
         let mut session = None;
-        let mut views = match self.inputs.as_slice() {
-            _ if let Some(taken) = of_session => {
+        let mut views = match of_session {
+            Some(taken) => {
                 noise_floor_px = taken.noise_floor_px;
                 session = Some(taken.saved);
                 taken.views
             }
-            [table] if is_table(table) => {
-                let Size(image_size) = self.image_size.ok_or_else(|| {
-                    let wanted = "a corner table needs --image-size WxH, the size of its pictures";
-                    WrongUsage(wanted.into())
-                })?;
-                from_table(table, image_size, &board, self.report.is_some())?
-            }
-            inputs if inputs.iter().any(is_table) => {
-                bail!("give pictures, or one corner table, not both")
-            }
-            inputs => {
-                let progress = Progress::new(FINDING, inputs.len());
-                let step = || progress.step();
-                let views = from_pictures(
-                    (inputs, config.camera.upright()),
-                    &board,
-                    self.report.is_some(),
-                    &announcer(),
-                    step,
-                )?;
-                progress.finish();
-                views
+            None => {
+                let upright = config.camera.upright();
+                views_of((&self.inputs, upright), self.image_size, &board, self.report.is_some())?
             }
         };
         let threads = available_parallelism().map_or(1, usize::from);
@@ -230,6 +211,36 @@ impl Arguments {
             print(&json)?;
         }
         Ok(exit)
+    }
+}
+
+/// Views of pictures, or of one corner table of pictures of `image_size`.
+pub(super) fn views_of(
+    (inputs, upright): (&[PathBuf], Upright),
+    image_size: Option<Size>,
+    board: &Board,
+    with_thumbnails: bool,
+) -> anyhow::Result<CalibrationViews> {
+    let is_table = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
+    match inputs {
+        [table] if is_table(table) => {
+            let Size(image_size) = image_size.ok_or_else(|| {
+                let wanted = "a corner table needs --image-size WxH, the size of its pictures";
+                WrongUsage(wanted.into())
+            })?;
+            from_table(table, image_size, board, with_thumbnails)
+        }
+        inputs if inputs.iter().any(is_table) => {
+            bail!("give pictures, or one corner table, not both")
+        }
+        inputs => {
+            let progress = Progress::new(FINDING, inputs.len());
+            let step = || progress.step();
+            let views =
+                from_pictures((inputs, upright), board, with_thumbnails, &announcer(), step)?;
+            progress.finish();
+            Ok(views)
+        }
     }
 }
 

@@ -223,7 +223,8 @@ impl Arguments {
     }
 }
 
-fn pixels(typed: &str) -> Result<f64, String> {
+/// A length in pixels, above 0.
+pub(super) fn pixels(typed: &str) -> Result<f64, String> {
     let px: Result<f64, _> = typed.trim().trim_end_matches("px").trim_end().parse();
     px.ok().filter(|px| *px > 0.0 && px.is_finite()).ok_or_else(|| "needs pixels above 0".into())
 }

@@ -14,6 +14,7 @@ mod doctor;
 mod errors;
 mod export;
 mod guide;
+mod judge;
 #[cfg(not(all(
     feature = "report",
     feature = "manual",
@@ -104,6 +105,7 @@ Examples:
   boresight target --paper a4                 print a board
   boresight guide --board 9x6 --square 25mm   calibrate with that board
   boresight check --against calibration.json  check an installed camera
+  boresight judge ost.yaml pictures           is somebody's calibration true?
   boresight watch cam7 --reference calibration.json --once
                                               watch it without a board
 
@@ -115,7 +117,7 @@ Exit codes:
   1  failed
   2  wrong usage
   3  ended, but the result isn't trustworthy or falls short: the output says why
-  4  check, watch: the camera needs a new calibration
+  4  check, watch: the camera needs a new calibration; judge: this calibration is off
   5  watch: the camera points elsewhere; its calibration stays valid";
 
 #[derive(Debug, Subcommand)]
@@ -125,6 +127,7 @@ enum Command {
     Serve(serve::Arguments),
     Web(web::Arguments),
     Check(check::Arguments),
+    Judge(judge::Arguments),
     Watch(watch::Arguments),
     Calibrate(calibrate::Arguments),
     Target(target::Arguments),
@@ -168,6 +171,7 @@ pub fn main() -> ExitCode {
         Some(Command::History(arguments)) => arguments.run(),
         Some(Command::Calibrate(arguments)) => arguments.run(),
         Some(Command::Check(arguments)) => arguments.run(),
+        Some(Command::Judge(arguments)) => arguments.run(),
         Some(Command::Watch(arguments)) => arguments.run(),
         Some(Command::Detect(arguments)) => arguments.run(),
         Some(Command::Devices(arguments)) => arguments.run(),

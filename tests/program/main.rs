@@ -24,6 +24,7 @@ mod demo;
 #[cfg(unix)]
 mod files;
 mod history;
+mod judge;
 #[cfg(target_os = "linux")]
 mod long_runs;
 mod manual;

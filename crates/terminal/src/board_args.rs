@@ -144,18 +144,23 @@ impl BoardArguments {
         Ok(self.square.is_some() || self.sets_of_board("square_mm")?)
     }
 
-    /// Properties of the board left to a code in the margin.
-    pub fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
+    /// True if the arguments or the settings name the board's counts, or one with markers.
+    pub fn names_board(&self) -> anyhow::Result<bool> {
         let says_counts =
             self.board.is_some() || self.sets_of_board("columns")? || self.sets_of_board("rows")?;
-        // Only plain boards have a code.
-        let has_markers = self.board.is_some_and(|board| !board.pattern.is_plain())
+        Ok(says_counts || self.names_markers()?)
+    }
+
+    fn names_markers(&self) -> anyhow::Result<bool> {
+        Ok(self.board.is_some_and(|board| !board.pattern.is_plain())
             || self.sets_of_board("dictionary")?
-            || self.sets_of_board("tag_spacing")?;
-        Ok(BoardFromCode::unless_given(
-            says_counts || has_markers,
-            self.says_square()? || has_markers,
-        ))
+            || self.sets_of_board("tag_spacing")?)
+    }
+
+    /// Properties of the board left to a code in the margin, which only plain boards have.
+    pub fn open_to_code(&self) -> anyhow::Result<BoardFromCode> {
+        let says_square = self.says_square()? || self.names_markers()?;
+        Ok(BoardFromCode::unless_given(self.names_board()?, says_square))
     }
 
     /// Configuration, with the board from a code in `pictures` if the arguments name none.

@@ -13,6 +13,7 @@ pub mod doctor;
 mod drift;
 mod findings;
 mod gauge;
+pub mod judgement;
 mod misses;
 mod numbers;
 pub mod paths;

@@ -1,0 +1,139 @@
+//! Whether a calibration is true, in words.
+
+use boresight_calibrate::{Answer, Judgement, NotJudged, SizeFit, WrongPart};
+use boresight_formats::import::OldCalibration;
+use nalgebra::Point2;
+
+/// A pixel ratio that differs from 1 by more than this is worth a word.
+const STRETCHED: f64 = 0.01;
+
+/// Answer with numbers, and the next action.
+pub fn judgement(judged: &Judgement) -> (String, String) {
+    let Judgement { off_px, least_px, most_px, worst_px, goal_px, .. } = judged;
+    let off = format!("{off_px:.2} px ({least_px:.2} to {most_px:.2} px) where the board was");
+    let hidden_px = most_px - off_px;
+    match judged.answer {
+        Answer::True => (
+            format!("TRUE: off by {off}, within the limit of {goal_px:.2} px"),
+            "Use it where the board was.".into(),
+        ),
+        Answer::Off => (
+            format!(
+                "OFF by {off}, beyond the limit of {goal_px:.2} px; at worst by {worst_px:.1} px"
+            ),
+            "Use the lens of these pictures: add --out FILE.".into(),
+        ),
+        Answer::CannotTell => (
+            format!("CAN'T TELL: off by {off}, around the limit of {goal_px:.2} px"),
+            if hidden_px > *goal_px {
+                format!(
+                    "These pictures would hide {hidden_px:.1} px. To tell, add some with the board tipped by 30 to 50°, over the whole picture."
+                )
+            } else {
+                "Add pictures, or state what matters: --limit PX.".into()
+            },
+        ),
+    }
+}
+
+/// Why there is no answer, and the next action.
+pub fn not_judged(reason: &NotJudged) -> (String, String) {
+    match reason {
+        NotJudged::Impossible(flaw) => (
+            format!("OFF: {flaw}, as no lens has"),
+            "Calibrate again: boresight calibrate PICTURES.".into(),
+        ),
+        NotJudged::OtherSize { pictures, given } => (
+            format!("CAN'T TELL: it's for pictures of {given}, and these have {pictures}"),
+            "Give the pictures that it was made from, or those of its mode.".into(),
+        ),
+        NotJudged::NoFreshLens => (
+            "CAN'T TELL: these pictures give no trustworthy lens to hold it to".into(),
+            "boresight calibrate PICTURES says why.".into(),
+        ),
+        NotJudged::NothingShared => (
+            "OFF: it has no rays for most of the part where the board was".into(),
+            "Use the lens of these pictures: add --out FILE.".into(),
+        ),
+    }
+}
+
+const PP_ASSUMED: &str =
+    "Its principal point is the exact middle of the picture: assumed, not measured";
+
+/// The file without pictures.
+pub const NO_PICTURES: (&str, &str) = (
+    "CAN'T TELL: a file alone can't show that it's true",
+    "Give its pictures, too: boresight judge FILE PICTURES.",
+);
+
+/// What explains the answer, one sentence each. `pp_px` is the principal point of the fresh lens.
+pub fn judgement_reasons(judged: &Judgement, pp_px: &Point2<f64>) -> Vec<String> {
+    let mut reasons = Vec::new();
+    match judged.size {
+        SizeFit::Same => {}
+        SizeFit::Scaled(scale) => {
+            let ratio = scale.recip();
+            reasons.push(format!("It's for pictures {ratio:.3} times as large, and was scaled"));
+        }
+        SizeFit::Turned => reasons.push("It's for pictures turned by 90°, and was turned".into()),
+    }
+    if judged.pp_assumed {
+        reasons.push(format!("These pictures put it at ({:.1}, {:.1})", pp_px.x, pp_px.y));
+    }
+    if judged.answer == Answer::Off {
+        reasons.push(wrong_part(judged.wrong.as_ref()));
+    }
+    if let Some(rms_px) = judged.rms_px {
+        reasons.push(format!(
+            "Its residuals are {rms_px:.3} px, those of the best lens {:.3} px: residuals are no evidence",
+            judged.fresh_rms_px
+        ));
+    }
+    reasons
+}
+
+fn wrong_part(wrong: Option<&WrongPart>) -> String {
+    let longer = |ratio: f64| {
+        let percent = 100.0 * (ratio - 1.0);
+        format!("{:.2} % too {}", percent.abs(), if percent > 0.0 { "long" } else { "short" })
+    };
+    match wrong {
+        Some(WrongPart::FocalLength { ratio }) => format!(
+            "Its focal length is {}: another focus, zoom or camera, or too few tipped views",
+            longer(*ratio)
+        ),
+        Some(WrongPart::Stretched { exactly: Some((a, b)), .. }) => {
+            format!("Its pixels are stretched by exactly {a}:{b}: made from pictures in a different shape")
+        }
+        Some(WrongPart::Stretched { ratio, .. }) => {
+            format!("Its focal length along y is {} against that along x", longer(*ratio))
+        }
+        Some(WrongPart::Scaled { ratio }) => {
+            format!("It fits pictures {ratio:.2} times as large as these")
+        }
+        Some(WrongPart::PrincipalPoint { off_px: [x, y] }) => {
+            format!("Its principal point is off by ({x:+.1}, {y:+.1}) px")
+        }
+        Some(WrongPart::Distortion { none_stated: true }) => "It states no distortion".into(),
+        Some(WrongPart::Distortion { none_stated: false }) => "Its distortion is wrong".into(),
+        None => "Several of its numbers are off: another camera, focus or mode, or views that couldn't tell them apart".into(),
+    }
+}
+
+/// What a file shows by itself, one sentence each.
+pub fn file_doubts(old: &OldCalibration, pp_assumed: bool) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if pp_assumed {
+        doubts.push(PP_ASSUMED.into());
+    }
+    let ratio = old.camera.f_px.y / old.camera.f_px.x;
+    if (ratio - 1.0).abs() > STRETCHED {
+        let shape = WrongPart::whole_ratio(ratio)
+            .map_or_else(String::new, |(a, b)| format!(", exactly {a}:{b}"));
+        doubts.push(format!(
+            "Its fy is {ratio:.4} times fx{shape}: stretched pictures, or views that couldn't tell"
+        ));
+    }
+    doubts
+}
