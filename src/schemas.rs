@@ -15,8 +15,7 @@ use boresight_fleet::{
 };
 use boresight_formats::{CalibrationFile, CheckFile, JudgementFile};
 use boresight_run::recording::journal_line_schema;
-use boresight_station::{StateLine, WatchFile};
-use boresight_watch::Input;
+use boresight_station::{StateLine, StoreLine, WatchFile};
 
 /// Name of each file in `docs/schemas`, with schema (draft 2020-12). The schemas describe the
 /// output of this version; readers skip unknown fields.
@@ -38,7 +37,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("truth.v1.json", of::<TruthFile>()),
         ("paths.v1.json", of::<PathsFile>()),
         ("watch.v1.json", of::<WatchFile>()),
-        ("watch-line.v1.json", of::<Input>()),
+        ("watch-line.v1.json", of::<StoreLine>()),
         ("watch-state.v1.json", of::<StateLine>()),
         ("session-journal-line.v1.json", journal_line_schema(generator())),
     ];

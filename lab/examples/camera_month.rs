@@ -12,7 +12,7 @@
 use std::{collections::BTreeMap, path::Path, time::Instant};
 
 use boresight_station::street::Street;
-use boresight_station::{Named, Store};
+use boresight_station::{Access, Named, Store};
 use boresight_watch::{Answer, Input, Lens, Picture, Watch};
 
 /// Scatter of a picture's estimate: pan, tilt (px), roll (degrees), focal ratio, as a webcam's
@@ -51,8 +51,8 @@ fn main() -> anyhow::Result<()> {
             }
         }
         spent += began.elapsed().as_secs_f64();
-        let (mut store, _) = Store::open(&store)?;
-        store.record(&inputs)?;
+        let (mut store, _) = Store::open(&store, Access::Watch)?;
+        store.record(&inputs, None)?;
         bytes += std::fs::metadata(store.folder().join("watch.jsonl"))?.len();
         *states
             .entry((said.join(" → "), if plan.is_empty() { "nothing" } else { plan }))
@@ -85,9 +85,10 @@ fn picture(street: &Street, at: f64, chance: &mut Chance) -> Picture {
         turn: of.map(|v| v * 1e6),
         cov: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.01, 0.0, 0.01],
         patches: [180, 140],
+        sought: Some(200),
+        sought: Some(200),
         sharp: Some(0.05 * chance.normal()),
         contrast: Some(0.1 * chance.normal()),
-        cells: None,
         shake: None,
         causes: None,
     };

@@ -210,7 +210,7 @@ impl Days {
                 let at_secs = day as f64 * DAY_SECS + at;
                 let value = self.cycle.at(at_secs) + off * times;
                 let turn = (value.component_div(&self.px) * 1e6).into();
-                all.push((at_secs, Answer { turn, causes: None, cells: None, ..answer.clone() }));
+                all.push((at_secs, Answer { turn, causes: None, ..answer.clone() }));
             }
         }
         all

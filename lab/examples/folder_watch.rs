@@ -39,18 +39,17 @@ fn main() -> Result<(), Failed> {
     );
     let tested: Vec<&PathBuf> = files[learn..].iter().step_by(option("--every", 1)).collect();
     let (mut answers, mut spent) = (Vec::new(), 0.0);
-    let (mut sharpness, mut contrast, mut darkest) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut sharpness, mut contrast) = (Vec::new(), Vec::new());
     for file in &tested {
         let grey = read(file)?;
         let began = spent_secs();
         let view = View::of(grey);
         let measured = gallery.measure(&view, &lens);
-        let glass = measured.as_ref().ok().and_then(|m| Glass::of(m, &gallery, &view, &lens));
+        let glass = measured.as_ref().ok().and_then(|m| Glass::of(m, &gallery, &view));
         spent += spent_secs() - began;
         if let Some(glass) = glass {
             sharpness.push(glass.sharpness);
             contrast.push(glass.contrast);
-            darkest.push(glass.cells.iter().flatten().copied().fold(0.0, f64::min));
         }
         if let Err(reason) = &measured {
             println!("{}: {reason:?}", file.display());
@@ -74,12 +73,11 @@ fn main() -> Result<(), Failed> {
         (0..4).map(|i| format!("{:.3}", spread(found.iter().map(|s| s[i])))).collect();
     println!("scatter of all: {}", over.join(", "));
     println!(
-        "glass: sharpness {:.2} ± {:.2}, contrast {:.2} ± {:.2}, darkest cell {:.2}",
+        "glass: sharpness {:.2} ± {:.2}, contrast {:.2} ± {:.2}",
         middle(&mut sharpness.clone()),
         spread(sharpness),
         middle(&mut contrast.clone()),
-        spread(contrast),
-        middle(&mut darkest)
+        spread(contrast)
     );
     let every = option("--plant", 0);
     if every > 0 {

@@ -128,29 +128,20 @@ fn glass(lens: &Lens, gallery: &Gallery, tested: &[GrayImage]) {
         ("dirt", dirty),
     ];
     for (name, change) in changes {
-        let (mut sharp, mut contrast, mut darkest, mut right) =
-            (Vec::new(), Vec::new(), Vec::new(), 0);
+        let (mut sharp, mut contrast) = (Vec::new(), Vec::new());
         for grey in tested {
             let view = View::of(change(grey));
             let Ok(measured) = gallery.measure(&view, lens) else { continue };
-            let Some(glass) = Glass::of(&measured, gallery, &view, lens) else { continue };
+            let Some(glass) = Glass::of(&measured, gallery, &view) else { continue };
             sharp.push(glass.sharpness);
             contrast.push(glass.contrast);
-            let cells = glass.cells.iter().enumerate().filter_map(|(i, cell)| Some((i, (*cell)?)));
-            if let Some((cell, value)) = cells.min_by(|a, b| a.1.total_cmp(&b.1)) {
-                darkest.push(value);
-                // The spot is at 0.63 of the width and half of the height.
-                right +=
-                    usize::from((4..=6).contains(&(cell % 8)) && (2..=3).contains(&(cell / 8)));
-            }
         }
         println!(
-            "row 11, {name}: {} of {} judged; sharpness {:.2}, contrast {:.2}, darkest cell {:.2}, at the spot {right}",
+            "row 11, {name}: {} of {} judged; sharpness {:.2}, contrast {:.2}",
             sharp.len(),
             tested.len(),
             middle(&mut sharp),
-            middle(&mut contrast),
-            middle(&mut darkest)
+            middle(&mut contrast)
         );
     }
 }

@@ -118,7 +118,8 @@ Exit codes:
   2  wrong usage
   3  ended, but the result isn't trustworthy or falls short: the output says why
   4  check, watch: the camera needs a new calibration; judge: this calibration is off
-  5  watch: the camera points elsewhere; its calibration stays valid";
+  5  watch: the camera points elsewhere; its calibration stays valid
+  6  watch: nobody can tell whether the camera has moved; the output says why";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -33,6 +33,7 @@ mod operation;
 #[cfg(unix)]
 mod platform;
 mod power_cut;
+mod power_cut_watch;
 #[cfg(unix)]
 mod release;
 mod report;

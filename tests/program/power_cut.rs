@@ -60,13 +60,13 @@ enum Node {
 
 /// A disk, as seen by the program and as is.
 #[derive(Clone, Debug)]
-struct Disk {
+pub(crate) struct Disk {
     nodes: Vec<Node>,
 }
 
 impl Disk {
     /// A disk with the contents of `folder`.
-    fn holding(folder: &Path) -> Self {
+    pub(crate) fn holding(folder: &Path) -> Self {
         let mut disk = Self { nodes: Vec::new() };
         disk.load(folder);
         disk
@@ -123,7 +123,7 @@ impl Disk {
         (now, synced)
     }
 
-    fn apply(&mut self, change: &LoggedChange) {
+    pub(crate) fn apply(&mut self, change: &LoggedChange) {
         match change {
             LoggedChange::MakeFolder(path) => {
                 let (now, synced) = (Names::new(), Names::new());
@@ -156,7 +156,11 @@ impl Disk {
     }
 
     /// Contents after a power failure: paths with contents, `None` for folders.
-    fn left(&self, fate: Fate, rng: &mut ChaCha8Rng) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
+    pub(crate) fn left(
+        &self,
+        fate: Fate,
+        rng: &mut ChaCha8Rng,
+    ) -> BTreeMap<PathBuf, Option<Vec<u8>>> {
         let mut left = BTreeMap::new();
         self.leave(0, Path::new(""), fate, rng, &mut left);
         left
@@ -201,7 +205,7 @@ fn name_of(path: &Path) -> String {
 
 /// Surviving part of unsynced changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
+pub(crate) enum Fate {
     /// Nothing.
     Least,
     /// Everything.
@@ -400,7 +404,7 @@ impl Checks {
 }
 
 /// Random states tried at each instant; `BORESIGHT_CRASHES` sets another number.
-fn chances() -> usize {
+pub(crate) fn chances() -> usize {
     std::env::var("BORESIGHT_CRASHES").ok().and_then(|count| count.parse().ok()).unwrap_or(1)
 }
 

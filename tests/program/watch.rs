@@ -94,7 +94,7 @@ fn a_push_is_found_said_stored_and_replayed_and_accepted() {
     // A single look without pictures, any time later, gives CANNOT-TELL.
     fs::create_dir(here.join("silent")).expect("made");
     let silent = boresight(here, &["watch", "silent", "--store", "cam", "--once"]);
-    says(&silent, 3, &["CANNOT-TELL", "no picture comes.", "Check the camera"]);
+    says(&silent, 6, &["CANNOT-TELL", "no picture comes.", "Check the camera"]);
 
     says(&boresight(here, &["watch", "accept", "--store", "cam"]), 1, &["--reason"]);
     says(
@@ -167,12 +167,16 @@ fn what_is_wrong_is_said_and_nothing_is_made() {
         .expect("written");
     says(&run(&["--list", "list.toml", "--once"]), 1, &["can't be the name of a folder"]);
     assert!(!here.join("watch").exists());
-    // A damaged line is named.
+    // A damaged line is named, and left out on request.
     says(&watch(here, "sim:street:2,days=0.1", "cam", &[]), 3, &[]);
     let lines = here.join("cam/watch.jsonl");
     let text = fs::read_to_string(&lines).expect("readable");
     fs::write(&lines, format!("nonsense\n{text}")).expect("written");
-    says(&run(&["state", "--store", "cam"]), 1, &["line 1 of"]);
+    let recover = "boresight watch --recover --store \"cam\"";
+    says(&run(&["state", "--store", "cam"]), 1, &["line 1 of", recover]);
+    let whole = ["lines are kept, 1 were damaged", "references are whole"];
+    says(&run(&["--recover", "--store", "cam"]), 0, &whole);
+    says(&run(&["state", "--store", "cam"]), 3, &["LEARNING"]);
 }
 
 #[test]
@@ -284,12 +288,12 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
     let before = unanswered(&told(here, &["state"], 3));
 
     // Nothing comes for months, a picture is still being written, and then the backlog comes.
-    let empty = told(here, &["ftp", "--once"], 3);
+    let empty = told(here, &["ftp", "--once"], 6);
     assert_eq!((&empty["state"], unanswered(&empty)), (&Value::from("CANNOT-TELL"), before + 1));
     assert!(empty["sentence"].to_string().contains("no picture comes."), "{empty}");
     let next = folder.join(format!("{}.png", camera.street.began_secs + 15.0 * 3600.0));
     fs::write(&next, "half of").expect("written");
-    told(here, &["ftp", "--once"], 3);
+    told(here, &["ftp", "--once"], 6);
     camera.put(3, 1);
     let state = told(here, &["ftp", "--once"], 3);
     assert_eq!(state["state"], "LEARNING");
@@ -306,15 +310,15 @@ fn a_picture_that_comes_after_a_look_for_nothing_is_looked_at() {
     let gone = ["ftp/gone.png".to_owned()].into_iter().chain(pictures_in(&folder));
     let gone: Vec<String> = gone.collect();
     let gone: Vec<&str> = gone.iter().map(String::as_str).chain(["--once"]).collect();
-    let late = told(here, &gone, 3);
+    let late = told(here, &gone, 6);
     assert_eq!((&late["pictures"][0], unanswered(&late)), (&5.into(), unanswered(&state) + 1));
     // The deleted picture isn't there now, and the newest is from long ago.
     assert_eq!((&late["state"], &late["answered"]), (&"CANNOT-TELL".into(), &state["answered"]));
     let lines = fs::read_to_string(here.join("cam/watch.jsonl")).expect("readable");
     assert_eq!(lines.matches("\"late\":true").count(), 1, "{lines}");
     // It's looked at once.
-    told(here, &["ftp", "--once"], 3);
-    assert_eq!(told(here, &["state"], 3)["pictures"][0], 5);
+    told(here, &["ftp", "--once"], 6);
+    assert_eq!(told(here, &["state"], 6)["pictures"][0], 5);
 }
 
 #[test]
@@ -334,7 +338,7 @@ fn a_camera_that_sends_one_picture_again_and_again_isnt_ok() {
         fs::copy(newest(0), newest(hours)).expect("copied");
     }
     let ended = boresight(here, &["watch", "ftp", "--once", "--store", "cam", "--json"]);
-    says(&ended, 3, &["byte for byte: the camera or its upload has stopped"]);
+    says(&ended, 6, &["byte for byte: the camera or its upload has stopped"]);
     let state = last_state(&ended.stdout);
     assert_eq!(state["state"], "CANNOT-TELL");
     assert!(state["sentence"].to_string().contains("no picture comes."), "{state}");
@@ -348,13 +352,13 @@ fn pictures_of_another_size_are_told_by_every_run() {
     let mut camera = Filled::new(&folder);
     fs::create_dir(here.join("empty")).expect("made");
     says(&watch(here, "sim:street:1,days=0", "cam", &[]), 3, &[]);
-    let empty = told(here, &["empty", "--once"], 3);
+    let empty = told(here, &["empty", "--once"], 6);
     assert_eq!((&empty["state"], &empty["pictures"][1]), (&"CANNOT-TELL".into(), &1.into()));
 
     camera.put(2, 2);
     let arguments = [&["ftp", "--once"][..], &["ftp", "--once"], &["state"]];
     for arguments in arguments {
-        let state = told(here, arguments, 3);
+        let state = told(here, arguments, 6);
         assert_eq!(state["state"], "CANNOT-TELL", "{state}");
         assert!(state["sentence"].to_string().contains("another size"), "{state}");
         assert!(state["action"].to_string().contains("Set the camera to the size"), "{state}");
@@ -384,7 +388,7 @@ fn a_camera_that_is_away_or_wrong_keeps_no_other_from_being_watched() {
     says(&watch(here, "sim:street:2,days=0.01", "all/yard", &[]), 3, &[]);
     let list = listed("yard", "source = \"yard\"") + &gate;
     let ended = run(list.clone());
-    says(&ended, 3, &["yard: no source \"yard\""]);
+    says(&ended, 6, &["yard: no source \"yard\""]);
     assert!(ended.stdout.contains("gate: LEARNING"), "{}", ended.stdout);
     Filled::new(&here.join("yard")).put(1, 1);
     let ended = run(list);

@@ -84,6 +84,11 @@ impl BesideArguments {
         self.voice.speak.map(|_| self.voice.faces())
     }
 
+    /// True if the person faces the camera, which is usual.
+    pub fn faces(&self) -> bool {
+        self.voice.faces()
+    }
+
     /// `announcer` with the person's left and right.
     pub fn for_person(&self, announcer: Announcer) -> Announcer {
         self.voice.for_person(announcer)

@@ -12,7 +12,7 @@ use image::GrayImage;
 use super::{
     burst::of_burst,
     feed::Taken,
-    store::{Named, Store, inputs},
+    store::{Access, Named, Store, Stored, inputs},
 };
 use boresight_app::{RESULT_FILE, session::comparison};
 use boresight_files::{Links, TEXT_LIMIT, read};
@@ -102,7 +102,22 @@ impl WatchedCamera {
             }
             (Some(_), None) => {}
         }
-        let (store, stored) = Store::open(folder)?;
+        let (store, stored) = Store::open(folder, Access::Watch)?;
+        let was_cut = stored.was_cut;
+        Ok((Self::of(store, stored), was_cut))
+    }
+
+    /// Opens the store in `folder` to look at, also while it's watched. Nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// If there is no store, or it's damaged.
+    pub fn look_at(folder: &Path) -> anyhow::Result<Self> {
+        let (store, stored) = Store::open(folder, Access::Look)?;
+        Ok(Self::of(store, stored))
+    }
+
+    fn of(store: Store, stored: Stored) -> Self {
         let mut camera = Self {
             store,
             watch: Watch::new(&stored.station.lens),
@@ -116,7 +131,7 @@ impl WatchedCamera {
             before_accepted: None,
         };
         camera.handle_all(&stored.inputs);
-        Ok((camera, stored.was_cut))
+        camera
     }
 
     /// Name of the camera.
@@ -186,10 +201,8 @@ impl WatchedCamera {
                 picture.late = taken.is_late;
             }
         }
-        self.store.record(&looked.inputs)?;
-        if looked.references_changed {
-            self.store.save_references(&self.station)?;
-        }
+        let changed = looked.references_changed.then_some(&self.station);
+        self.store.record(&looked.inputs, changed)?;
         self.store.shelf().clear_dropped();
         Ok(self.handle_all(&looked.inputs))
     }
@@ -204,7 +217,7 @@ impl WatchedCamera {
         let (at, late) = (taken.at_secs.round(), taken.is_late);
         let picture = Picture { at, late, answer: None, none: Some(reason) };
         let inputs = [Input::Picture(Box::new(picture))];
-        self.store.record(&inputs)?;
+        self.store.record(&inputs, None)?;
         Ok(self.handle_all(&inputs))
     }
 
@@ -220,8 +233,10 @@ impl WatchedCamera {
     fn count(&mut self, input: &Input) {
         let picture = match input {
             Input::Picture(picture) => picture,
-            Input::Accepted { .. } => {
-                self.before_accepted = self.looked_at.last().copied();
+            Input::Accepted { at, .. } => {
+                // A time to come was wrong.
+                self.before_accepted = self.looked_at.range(..=*at as i64).next_back().copied();
+                self.newest_picture_secs = self.before_accepted.map(|at| at as f64);
                 return;
             }
             Input::Learned { .. } => return,
@@ -231,7 +246,7 @@ impl WatchedCamera {
             self.newest_secs = Some(picture.at);
         }
         let at = picture.at as i64;
-        if picture.none == Some(NoAnswer::NoPicture) {
+        if let Some(NoAnswer::NoPicture | NoAnswer::WrongClock) = picture.none {
             self.unread.insert(at);
             return;
         }
@@ -249,8 +264,7 @@ impl WatchedCamera {
             return Ok(());
         }
         self.station.forget(self.store.shelf());
-        self.store.record(&accepted)?;
-        self.store.save_references(&self.station)?;
+        self.store.record(&accepted, Some(&self.station))?;
         self.store.shelf().clear_dropped();
         self.handle_all(&accepted);
         Ok(())

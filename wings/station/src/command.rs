@@ -62,6 +62,9 @@ pub struct Arguments {
     /// Look at what is there, print the state, and end with its exit code: for cron and tests.
     #[arg(long)]
     once: bool,
+    /// Keep what is whole of a damaged store, and tell what isn't.
+    #[arg(long, conflicts_with_all = ["source", "list"])]
+    recover: bool,
     /// Watch the cameras of this list (TOML): a [[camera]] each, with name, source, reference, and
     /// if you like every, presets and patches_only. Each has a folder of its name in --store. One
     /// that can't be opened fails the command, but stops none of the others.
@@ -209,6 +212,7 @@ impl Arguments {
             Some(Command::Accept { place, reason }) => accept(&place.store, reason.as_deref()),
             Some(Command::Replay { place, json }) => replay(&place.store, *json),
             Some(Command::State { place, json }) => state(&place.store, *json),
+            None if self.recover => recover(&self.place.store),
             None => self.watch(),
         }
     }
@@ -418,7 +422,7 @@ fn adjust(
     beside: &BesideArguments,
 ) -> anyhow::Result<Exit> {
     let feed = Feed::parse(source, &Config::load(None, &[])?, &announcer())?;
-    let (camera, _) = WatchedCamera::open(folder, "", None, (None, false))?;
+    let camera = WatchedCamera::look_at(folder)?;
     if !camera.station().is_learned {
         say("The camera is still being learned: the way back is as good as the pictures so far.");
     }
@@ -434,7 +438,10 @@ fn adjust(
         if let Some(voice) = &voice {
             watch::say_aloud(voice, &step.advice);
         }
-        let cue = watch::with_scale(camera.lens(), |scale| words::cue(&step.advice, scale));
+        // Programs get the side as seen from behind the camera.
+        let faces = !json && beside.faces();
+        let advice = if faces { words::facing(&step.advice) } else { step.advice };
+        let cue = watch::with_scale(camera.lens(), |scale| words::cue(&advice, scale));
         if json {
             let line = json!({
                 "arrow": cue.arrow, "number": cue.number, "sentence": cue.sentence, "closeness": step.closeness,
@@ -485,6 +492,14 @@ fn accept(folder: &Path, reason: Option<&str>) -> anyhow::Result<Exit> {
     Ok(Exit::Good)
 }
 
+fn recover(folder: &Path) -> anyhow::Result<Exit> {
+    for folder in watch::stores_below(folder)? {
+        let found = watch::recover(&folder, watch::times::now_secs())?;
+        say(&words::recovered(&folder, &found));
+    }
+    Ok(Exit::Good)
+}
+
 fn replay(folder: &Path, json: bool) -> anyhow::Result<Exit> {
     let name = Store::read(folder)?.map_or(String::new(), |file| file.name);
     let (lens, decisions) = watch::replayed(folder)?;
@@ -507,7 +522,7 @@ fn state(folder: &Path, json: bool) -> anyhow::Result<Exit> {
     let folders = watch::stores_below(folder)?;
     let mut states = Vec::new();
     for folder in &folders {
-        let (camera, _) = WatchedCamera::open(folder, "", None, (None, false))?;
+        let camera = WatchedCamera::look_at(folder)?;
         if json {
             print(&serde_json::to_string(&StateLine::of(&camera))?)?;
         } else {

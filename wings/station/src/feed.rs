@@ -8,7 +8,7 @@ use std::{
 use anyhow::{Context, bail};
 use image::GrayImage;
 
-use super::times::{now_secs, picture_secs};
+use super::times::{PictureTime, changed_secs, now_secs, picture_time};
 use crate::street::Street;
 use boresight_app::{Announcer, session::source::SourceName};
 use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
@@ -23,6 +23,8 @@ const BURST_TIME: Duration = Duration::from_secs(2);
 /// Longest wait for the first picture of a live source, and the settling time of the exposure.
 const FIRST_PICTURE: Duration = Duration::from_secs(20);
 const SETTLES: Duration = Duration::from_secs(2);
+/// Time by which a picture may be ahead of this computer: clocks of other zones are.
+const AHEAD_SECS: f64 = 86_400.0;
 
 /// Name of the simulated fixed camera; planted changes follow after a colon.
 const STREET: &str = "sim:street";
@@ -52,6 +54,15 @@ pub(super) struct PictureFile {
     pub(super) path: PathBuf,
     /// Previous picture.
     before: Option<PathBuf>,
+}
+
+/// New pictures in files.
+#[derive(Clone, Debug)]
+pub(super) struct NewFiles {
+    /// Pictures, oldest first.
+    pub(super) files: Vec<PictureFile>,
+    /// Arrival of the newest picture whose time is still to come, seconds since 1970.
+    pub(super) ahead_came_secs: Option<f64>,
 }
 
 /// Time of a picture, or of a missing one.
@@ -134,8 +145,8 @@ impl Feed {
     /// Pictures with times, if the source is files.
     pub(super) fn stills(&self) -> Option<Vec<(f64, PathBuf)>> {
         let is_files = matches!(self, Self::Files(_) | Self::Folder(_));
-        let all = || self.new_files(|_| false).into_iter().map(|file| (file.at_secs, file.path));
-        is_files.then(|| all().collect())
+        let all = || self.new_files(|_| false).files.into_iter();
+        is_files.then(|| all().map(|file| (file.at_secs, file.path)).collect())
     }
 
     /// Opens a camera, stream or recording; a simulated street needs no source.
@@ -161,8 +172,9 @@ impl Feed {
     }
 
     /// Files with seconds not `known`, oldest first. A file deleted since the listing gets the
-    /// present time, and can't be read.
-    pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> Vec<PictureFile> {
+    /// present time, and can't be read. In a folder of files whose names tell the time, others are
+    /// passed over: a `latest.jpg` is one of them again.
+    pub(super) fn new_files(&self, known: impl Fn(i64) -> bool) -> NewFiles {
         let paths = match self {
             Self::Files(paths) => paths.clone(),
             Self::Folder(folder) => {
@@ -170,17 +182,28 @@ impl Feed {
             }
             Self::Recorded(_) | Self::Live(_) | Self::Street(_) | Self::Away(..) => Vec::new(),
         };
-        let with_time = |path: PathBuf| (picture_secs(&path).unwrap_or_else(|_| now_secs()), path);
-        let mut files: Vec<(f64, PathBuf)> = paths.into_iter().map(with_time).collect();
-        files.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let now = now_secs();
+        let with_time = |path: PathBuf| {
+            let unknown = PictureTime { secs: now, is_named: false };
+            (picture_time(&path).unwrap_or(unknown), path)
+        };
+        let mut files: Vec<(PictureTime, PathBuf)> = paths.into_iter().map(with_time).collect();
+        if matches!(self, Self::Folder(_)) && files.iter().any(|(time, _)| time.is_named) {
+            files.retain(|(time, _)| time.is_named);
+        }
+        let (mut files, ahead): (Vec<_>, Vec<_>) =
+            files.into_iter().partition(|(time, _)| time.secs <= now + AHEAD_SECS);
+        files.sort_by(|a, b| a.0.secs.total_cmp(&b.0.secs));
         let before = |place: usize| Some(files.get(place.checked_sub(1)?)?.1.clone());
-        let new = files.iter().enumerate().filter(|(_, (at, _))| !known(at.round() as i64));
-        new.map(|(place, (at_secs, path))| PictureFile {
-            at_secs: *at_secs,
+        let new =
+            files.iter().enumerate().filter(|(_, (time, _))| !known(time.secs.round() as i64));
+        let new = new.map(|(place, (time, path))| PictureFile {
+            at_secs: time.secs,
             path: path.clone(),
             before: before(place),
-        })
-        .collect()
+        });
+        let came = ahead.iter().filter_map(|(_, path)| changed_secs(path).ok());
+        NewFiles { files: new.collect(), ahead_came_secs: came.reduce(f64::max) }
     }
 
     /// Hands the pictures of a recorded source to `take`, every `every_secs` of source time, with

@@ -3,10 +3,10 @@
 //! | file | holds |
 //! |---|---|
 //! | `feed` | pictures from files, folders, recordings, cameras and streams |
-//! | `times` | times of pictures |
+//! | `times`, `exif` | times of pictures |
 //! | `burst` | several pictures of a moment |
 //! | `camera` | one camera: store, references, state; its replay |
-//! | `store`, `reference_files`, `shelf` | the folder of a camera |
+//! | `store`, `store_lines`, `reference_files`, `shelf` | the folder of a camera |
 //! | `places` | a single place, or the presets of a camera |
 //! | `rounds` | many cameras, each at its interval |
 //! | `adjusting` | helps to push a camera back |
@@ -18,8 +18,6 @@
 //! | `command` | `boresight watch` |
 
 #![forbid(unsafe_code)]
-//! | `curve` | a camera over time, for drawing |
-//! | `said` | the state for people, programs and Prometheus |
 
 mod adjusting;
 mod burst;
@@ -27,6 +25,7 @@ mod camera;
 pub mod command;
 #[cfg(feature = "report")]
 mod curve;
+mod exif;
 mod feed;
 #[cfg(feature = "serve")]
 mod phone_page;
@@ -38,6 +37,7 @@ mod rounds;
 mod said;
 mod shelf;
 mod store;
+mod store_lines;
 pub mod street;
 pub mod times;
 #[cfg(feature = "window")]
@@ -54,6 +54,9 @@ pub use rounds::{Round, run, say_left_out};
 pub use said::{
     Amounts, CameraMetrics, FindingLine, StateLine, exit, lines, metrics, with_scale, worst,
 };
-pub use store::{Named, Store, StoredLens, WatchFile, accept, stores_below};
+pub use store::{
+    Access, Named, Recovered, Store, StoredLens, WatchFile, accept, recover, stores_below,
+};
+pub use store_lines::{InUse, StoreLine};
 #[cfg(feature = "window")]
 pub use window_page::{AdjustPage, Link, WayBack};

@@ -1,5 +1,5 @@
-//! References as files: `NAME.json` with the learned data, `NAME.png` with the patches, and for
-//! some `NAME.picture.png`.
+//! References as files: `NAME.json` with the learned data, and `NAME.png` with the patches. A name
+//! ends with the checksum of both.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use image::{GenericImageView, GrayImage};
 use serde::{Deserialize, Serialize};
 
-use super::shelf::{PictureShelf, png};
+use super::{shelf::png, store_lines::sum_of};
 use boresight_capture::read_picture;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, entries, read_text, remove, save};
 use boresight_watch::{
@@ -16,9 +16,6 @@ use boresight_watch::{
 
 const FINE: u32 = 2 * FINE_HALF as u32 + 1;
 const COARSE: u32 = 2 * COARSE_HALF as u32 + 1;
-/// Number of references with a picture, for the page to push the camera back.
-const WITH_PICTURE: usize = 12;
-const PICTURE: &str = ".picture.png";
 
 #[derive(Debug, Serialize, Deserialize)]
 struct ReferenceFile {
@@ -38,54 +35,23 @@ struct PatchLine {
     has_coarse: bool,
 }
 
-/// Writes the references of a gallery.
-pub(super) struct ReferenceFiles<'a> {
-    folder: &'a Path,
-    learned: u64,
-    patches_only: bool,
-}
-
-impl<'a> ReferenceFiles<'a> {
-    pub(super) fn new(folder: &'a Path, learned: u64, patches_only: bool) -> Self {
-        Self { folder, learned, patches_only }
-    }
-
-    /// Writes missing references; returns the names of all.
-    pub(super) fn save(
-        &mut self,
-        gallery: &Gallery,
-        shelf: &mut PictureShelf,
-    ) -> anyhow::Result<Vec<String>> {
-        let mut names = Vec::new();
-        let mut pictures = 0;
-        for reference in &gallery.references {
-            // The number of patches tells versions of a reference apart: an adopted one is judged
-            // later.
-            let patches = reference.landmarks.len();
-            let name = format!("{:04}-{}-{patches}", self.learned, reference.taken_secs);
-            let path = self.folder.join(format!("{name}.json"));
-            if !path.is_file() {
-                let (file, patches) = written(reference);
-                save(
-                    &self.folder.join(format!("{name}.png")),
-                    &png(&patches)?,
-                    Overwrite::Allowed,
-                )?;
-                save(&path, serde_json::to_string(&file)?.as_bytes(), Overwrite::Allowed)?;
-            }
-            if reference.is_first && !self.patches_only && pictures < WITH_PICTURE {
-                pictures += 1;
-                let picture = self.folder.join(format!("{name}{PICTURE}"));
-                if !picture.is_file()
-                    && let Some(grey) = shelf.taken_at(reference.taken_secs)
-                {
-                    save(&picture, &png(&grey)?, Overwrite::Allowed)?;
-                }
-            }
-            names.push(name);
+/// Writes missing references of a gallery; returns the names of all.
+pub(super) fn save_all(folder: &Path, gallery: &Gallery) -> anyhow::Result<Vec<String>> {
+    let mut names = Vec::new();
+    for reference in &gallery.references {
+        let (file, patches) = written(reference);
+        let text = serde_json::to_string(&file)?;
+        let sum = sum_of(&[text.as_bytes(), patches.as_raw()]);
+        let name = format!("{}-{sum}", reference.taken_secs);
+        let path = folder.join(format!("{name}.json"));
+        if !path.is_file() {
+            let picture = folder.join(format!("{name}.png"));
+            save(&picture, &png(&patches)?, Overwrite::Allowed)?;
+            save(&path, text.as_bytes(), Overwrite::Allowed)?;
         }
-        Ok(names)
+        names.push(name);
     }
+    Ok(names)
 }
 
 fn written(reference: &Reference) -> (ReferenceFile, GrayImage) {
@@ -133,8 +99,11 @@ pub(super) fn load(folder: &Path, name: &str, lens: &Lens) -> anyhow::Result<Ref
     let patches = read_picture(&folder.join(format!("{name}.png")))?;
     let is_whole = patches.width() == FINE + COARSE
         && u64::from(patches.height()) >= u64::from(FINE) * file.patches.len() as u64;
-    if !is_whole {
-        bail!("the patches of {path:?} aren't as many as it lists");
+    // Names of earlier versions end with the number of patches.
+    let sum = name.rsplit_once('-').map(|(_, sum)| sum).filter(|sum| sum.len() == 16);
+    let is_same = |sum| sum == sum_of(&[text.as_bytes(), patches.as_raw()]);
+    if !is_whole || !sum.is_none_or(is_same) {
+        bail!("{path:?} is damaged, or its patches are");
     }
     let damaged = || format!("{path:?} is damaged");
     let cut =
@@ -160,8 +129,7 @@ pub(super) fn forget_others(folder: &Path, names: &[String]) -> anyhow::Result<(
     let is_used = |path: &PathBuf| {
         let file = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
         names.iter().any(|name| {
-            file.strip_prefix(name.as_str())
-                .is_some_and(|rest| [".json", ".png", PICTURE].contains(&rest))
+            file.strip_prefix(name.as_str()).is_some_and(|rest| [".json", ".png"].contains(&rest))
         })
     };
     for path in entries(folder).into_iter().filter(|path| !is_used(path)) {

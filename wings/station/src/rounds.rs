@@ -18,6 +18,9 @@ use boresight_app::{Announcer, explain};
 use boresight_geometry::{frame::ImageSize, panic_message::caught};
 use boresight_watch::NoAnswer;
 
+/// Time by which a picture may come after a later one.
+const HOUR_SECS: f64 = 3600.0;
+
 /// Time between two checks for a due camera or a request to stop.
 const LOOK: Duration = Duration::from_millis(200);
 
@@ -82,18 +85,25 @@ impl Round {
             }
             return Ok(());
         }
-        let files = self.feed.new_files(|at| self.places.knows(at));
-        if files.is_empty() && self.is_overdue() {
-            self.places.no_picture(NoAnswer::NoPicture, Taken::at(now_secs()), hear)?;
-        }
+        let new = self.feed.new_files(|at| self.places.knows(at));
         let newest = self.places.newest_picture_secs();
-        for file in files {
+        // A time before the newest picture's: a picture that was held up, or a clock set back.
+        let by = |at_secs: f64| newest.map_or(f64::NEG_INFINITY, |newest| newest - at_secs.round());
+        let is_set_back =
+            !new.files.is_empty() && new.files.iter().all(|f| by(f.at_secs) > HOUR_SECS);
+        let is_ahead = new.ahead_came_secs.is_some_and(|came| newest.is_none_or(|at| came > at));
+        let is_silent = new.files.is_empty() && (self.is_overdue() || is_ahead);
+        for file in new.files {
             if stop.load(Ordering::Relaxed) {
-                break;
+                return Ok(());
             }
-            let is_late = newest.is_some_and(|newest| file.at_secs.round() < newest);
-            let taken = Taken { at_secs: file.at_secs, is_late };
+            let taken = Taken { at_secs: file.at_secs, is_late: by(file.at_secs) > 0.0 };
             self.take(read_moment(taken, &file), taken, hear, announcer)?;
+        }
+        if is_silent || is_set_back {
+            let is_wrong = is_set_back || is_ahead;
+            let reason = if is_wrong { NoAnswer::WrongClock } else { NoAnswer::NoPicture };
+            self.places.no_picture(reason, Taken::at(now_secs()), hear)?;
         }
         Ok(())
     }

@@ -67,7 +67,7 @@ pub struct Amounts {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FindingLine {
-    /// `CREEPS`, `DIRTY`, `HAZY`, `ALSO-SHIFTED`, `SWAYS-MORE` or `SHAKES`.
+    /// `ALSO-SHIFTED`, `SWAYS-MORE` or `SHAKES`.
     pub code: &'static str,
     /// In a sentence.
     pub sentence: String,
@@ -141,7 +141,7 @@ impl StateLine {
                 findings: decision
                     .findings
                     .iter()
-                    .map(|f| FindingLine { code: f.code(), sentence: words::finding(f, scale) })
+                    .map(|f| FindingLine { code: f.code(), sentence: words::finding(f) })
                     .collect(),
             }
         })
@@ -174,7 +174,8 @@ pub fn exit(state: State) -> Exit {
         State::Ok => Exit::Good,
         State::Moved(Cause::Turned | Cause::Either) => Exit::Moved,
         State::Moved(Cause::Knocked) | State::Zoom | State::Blurred => Exit::Recalibrate,
-        State::Learning { .. } | State::CannotTell { .. } => Exit::NotTrustworthy,
+        State::Learning { .. } => Exit::NotTrustworthy,
+        State::CannotTell { .. } => Exit::CannotTell,
     }
 }
 

@@ -39,12 +39,6 @@ impl PictureShelf {
         entries(folder).into_iter().filter_map(of).collect()
     }
 
-    /// Picture by time.
-    pub(super) fn taken_at(&mut self, at_secs: f64) -> Option<GrayImage> {
-        let (number, _) = self.kept().into_iter().find(|(_, at)| *at == at_secs)?;
-        self.take(number)
-    }
-
     /// Removes dropped pictures: references learned from them are stored by now.
     pub(super) fn clear_dropped(&mut self) {
         for number in std::mem::take(&mut self.dropped) {

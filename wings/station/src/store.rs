@@ -1,9 +1,9 @@
 //! Store of a watched camera: a folder with `watch.json`, `watch.jsonl`, `references/` and, while
 //! learning, `learning/`.
 //!
-//! Lines are appended and synced before being announced. References are written under new names,
-//! then `watch.json` names them, then the old ones are removed: a power cut loses at most the
-//! newest line.
+//! The lines of `watch.jsonl` are the truth: everything else follows. References are written under
+//! new names, then a line names them, then `watch.json` follows and the old ones are removed: a
+//! power cut loses at most the newest lines. Lines are synced before being announced.
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +11,13 @@ use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    reference_files::{self, ReferenceFiles},
+    reference_files,
     shelf::{LEARNING, PictureShelf},
+    store_lines::{InUse, Lines, StoreLine, Unread},
 };
 use boresight_files::{
-    Appending, LineReader, Links, Overwrite, TEXT_LIMIT, entries, make_folder, read_text, save,
-    sync_folder,
+    Appending, FileLock, Links, Overwrite, TEXT_LIMIT, copy, entries, make_folder, read_text,
+    remove, save, sync_folder,
 };
 use boresight_geometry::{Camera, LENS_PARAMETERS, LensKind, LensMatrix, frame::ImageSize};
 use boresight_watch::{Gallery, Input, Lens, Mask, Station};
@@ -26,10 +27,9 @@ const SCHEMA: &str = "boresight.watch/1";
 /// Names in the folder.
 pub(super) const WATCH_FILE: &str = "watch.json";
 const LINES_FILE: &str = "watch.jsonl";
+const DAMAGED_FILE: &str = "watch.damaged.jsonl";
 const ACCEPTED_FILE: &str = "accepted.jsonl";
 const REFERENCES: &str = "references";
-/// Maximum bytes of a line: `learned` holds every learning picture.
-const LINE_LIMIT: u64 = 1 << 20;
 
 /// `watch.json`: the camera, its lens, and which references are in use.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -45,15 +45,11 @@ pub struct WatchFile {
     pub lens: StoredLens,
     /// True if no picture is stored, only patches.
     pub patches_only: bool,
-    /// Boxes of text and logos: left, top, right, bottom, px.
-    #[cfg_attr(feature = "schemas", schemars(with = "Vec<[u32; 4]>"))]
-    pub text: Vec<[u32; 4]>,
     /// How often references have been learned: the number of `learned` lines that they belong to.
     pub learned: u64,
-    /// True once the learning days are over.
-    pub is_learned: bool,
-    /// Names of the references in `references/`.
-    pub references: Vec<String>,
+    /// The references in use.
+    #[serde(flatten)]
+    pub in_use: InUse,
 }
 
 /// A file by path and content.
@@ -116,9 +112,21 @@ struct AcceptedLine {
 pub struct Store {
     folder: PathBuf,
     file: WatchFile,
-    lines: Appending,
+    /// The lines, to append to; `None` if the store is only read.
+    lines: Option<(Appending, FileLock)>,
+    count: usize,
     shelf: PictureShelf,
-    accepted: usize,
+    /// Times of the acceptances in the lines.
+    accepted: Vec<f64>,
+}
+
+/// What a store is opened for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// To append to, by one program at a time.
+    Watch,
+    /// To read; nothing is changed.
+    Look,
 }
 
 /// Contents of an opened store.
@@ -178,50 +186,51 @@ impl Store {
             calibration,
             lens: StoredLens::of(lens),
             patches_only,
-            text: Vec::new(),
             learned: 0,
-            is_learned: false,
-            references: Vec::new(),
+            in_use: InUse::default(),
         };
         save(&folder.join(WATCH_FILE), to_json(&file)?.as_bytes(), Overwrite::Never)?;
         Ok(())
     }
 
-    /// Opens the store in `folder` for appending.
+    /// Opens the store in `folder`.
     ///
     /// # Errors
     ///
-    /// If there is none, or if a line is damaged: the message names the line.
-    pub fn open(folder: &Path) -> anyhow::Result<(Self, Stored)> {
-        let Some(file) = Self::read(folder)? else {
-            bail!("there is no {WATCH_FILE} in {folder:?}");
+    /// If there is none, if another program watches it, or if it's damaged: the message names the
+    /// line and the way out.
+    pub fn open(folder: &Path, access: Access) -> anyhow::Result<(Self, Stored)> {
+        let lock = match access {
+            Access::Watch => Some(lock(folder)?),
+            Access::Look => None,
         };
-        let lens = file.lens.lens().with_context(|| format!("{:?}", folder.join(WATCH_FILE)))?;
-        let path = folder.join(LINES_FILE);
-        let (inputs, whole_bytes, was_cut) = read_lines(&path)?;
-        let mut lines = Appending::open(&path)?;
-        if was_cut {
-            lines.cut(whole_bytes)?;
+        let (lens, mut file, lines) = whole(folder)?;
+        if lines.in_use().is_some() && file.follow(&lines) && lock.is_some() {
+            file.save(folder)?;
         }
         let references = folder.join(REFERENCES);
         let mut gallery = Gallery::default();
-        for name in &file.references {
-            gallery.references.push(reference_files::load(&references, name, &lens)?);
+        for name in &file.in_use.references {
+            let reference = reference_files::load(&references, name, &lens);
+            gallery.references.push(reference.with_context(|| way_out(folder))?);
         }
+        let appending = |lock| {
+            let mut file = Appending::open(&folder.join(LINES_FILE))?;
+            if lines.was_cut {
+                file.cut(lines.bytes)?;
+            }
+            Ok::<_, anyhow::Error>((file, lock))
+        };
+        let appending = lock.map(appending).transpose()?;
         let mut shelf = PictureShelf::at(folder, file.patches_only);
-        let kept = shelf.kept();
-        let is_learned_line =
-            |input: &&Input| matches!(input, Input::Learned { .. } | Input::Accepted { .. });
-        // References and line are written in sequence: after a crash between them, they are learned
-        // again.
-        let since = inputs.iter().filter(is_learned_line).count() as u64;
-        let in_step = since == file.learned;
-        let gallery = if in_step || !kept.is_empty() { gallery } else { Gallery::default() };
-        let is_learned = file.is_learned && in_step;
-        let known = (gallery, Mask { boxes: file.text.clone() });
-        let station = Station::resumed(lens, known, is_learned, &kept, &mut shelf);
-        let accepted = inputs.iter().filter(|i| matches!(i, Input::Accepted { .. })).count();
-        let store = Self { folder: folder.to_path_buf(), file, lines, shelf, accepted };
+        let kept = if file.in_use.is_learned { Vec::new() } else { shelf.kept() };
+        let known = (gallery, Mask { boxes: file.in_use.text.clone() });
+        let station = Station::resumed(lens, known, file.in_use.is_learned, &kept, &mut shelf);
+        let was_cut = lines.was_cut;
+        let inputs: Vec<Input> = lines.lines.into_iter().map(|line| line.input).collect();
+        let accepted = inputs.iter().filter_map(accepted_at).collect();
+        let (folder, count) = (folder.to_path_buf(), inputs.len());
+        let store = Self { folder, file, lines: appending, count, shelf, accepted };
         Ok((store, Stored { station, inputs, was_cut }))
     }
 
@@ -240,41 +249,42 @@ impl Store {
         &mut self.shelf
     }
 
-    /// Appends inputs durably.
+    /// Appends inputs durably; with the references of `station`, if they have changed.
     ///
     /// # Errors
     ///
-    /// If the inputs can't be written.
-    pub fn record(&mut self, inputs: &[Input]) -> anyhow::Result<()> {
+    /// If something can't be written; the older references are then still in use.
+    pub fn record(&mut self, inputs: &[Input], station: Option<&Station>) -> anyhow::Result<()> {
+        let Some((lines, _)) = &mut self.lines else {
+            bail!("{:?} was opened to be read only", self.folder);
+        };
+        let references = self.folder.join(REFERENCES);
+        let in_use = station.map(|station| {
+            let names = reference_files::save_all(&references, &station.gallery)?;
+            sync_folder(&references)?;
+            let (text, is_learned) = (station.mask.boxes.clone(), station.is_learned);
+            Ok::<_, anyhow::Error>(InUse { text, is_learned, references: names })
+        });
+        let in_use = in_use.transpose()?;
         let mut text = String::new();
-        for input in inputs {
-            text.push_str(&serde_json::to_string(input)?);
-            text.push('\n');
+        for (n, input) in inputs.iter().enumerate() {
+            let is_last = n + 1 == inputs.len();
+            let in_use = in_use.clone().filter(|_| is_last);
+            let line = StoreLine { input: input.clone(), in_use, seq: None, sum: None };
+            text.push_str(&line.text(self.count + n)?);
         }
-        self.lines.append(text.as_bytes())?;
-        self.lines.sync()?;
+        lines.append(text.as_bytes())?;
+        lines.sync()?;
+        self.count += inputs.len();
         self.file.learned += inputs
             .iter()
             .filter(|i| matches!(i, Input::Learned { .. } | Input::Accepted { .. }))
             .count() as u64;
-        Ok(())
-    }
-
-    /// Stores the references of `station`, and forgets the previous ones.
-    ///
-    /// # Errors
-    ///
-    /// If the references can't be written; the older ones are then still in use.
-    pub fn save_references(&mut self, station: &Station) -> anyhow::Result<()> {
-        let folder = self.folder.join(REFERENCES);
-        let mut files = ReferenceFiles::new(&folder, self.file.learned, self.file.patches_only);
-        let names = files.save(&station.gallery, &mut self.shelf)?;
-        sync_folder(&folder)?;
-        self.file.references = names;
-        self.file.text.clone_from(&station.mask.boxes);
-        self.file.is_learned = station.is_learned;
-        save(&self.folder.join(WATCH_FILE), to_json(&self.file)?.as_bytes(), Overwrite::Allowed)?;
-        reference_files::forget_others(&folder, &self.file.references)?;
+        if let Some(in_use) = in_use {
+            self.file.in_use = in_use;
+            self.file.save(&self.folder)?;
+            reference_files::forget_others(&references, &self.file.in_use.references)?;
+        }
         Ok(())
     }
 
@@ -284,12 +294,12 @@ impl Store {
     ///
     /// If the file is damaged.
     pub fn newly_accepted(&mut self) -> anyhow::Result<Vec<Input>> {
-        let lines = accepted_lines(&self.folder)?;
-        let new = lines.get(self.accepted..).unwrap_or_default();
-        let inputs =
-            new.iter().map(|l| Input::Accepted { at: l.at, reason: l.reason.clone() }).collect();
-        self.accepted = lines.len().max(self.accepted);
-        Ok(inputs)
+        let lines = accepted_lines(&self.folder)?.into_iter();
+        let new = lines.filter(|line| !self.accepted.contains(&line.at));
+        let new: Vec<Input> =
+            new.map(|line| Input::Accepted { at: line.at, reason: line.reason }).collect();
+        self.accepted.extend(new.iter().filter_map(accepted_at));
+        Ok(new)
     }
 }
 
@@ -319,7 +329,7 @@ pub fn stores_below(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 /// If there is no store in `folder`, or it can't be written.
 pub fn accept(folder: &Path, at_secs: f64, reason: &str) -> anyhow::Result<()> {
     if Store::read(folder)?.is_none() {
-        bail!("there is no watched camera in {folder:?}: name its folder with --store");
+        bail!(no_store(folder));
     }
     let path = folder.join(ACCEPTED_FILE);
     let mut file = if path.is_file() { Appending::open(&path)? } else { Appending::create(&path)? };
@@ -328,6 +338,13 @@ pub fn accept(folder: &Path, at_secs: f64, reason: &str) -> anyhow::Result<()> {
     file.sync()?;
     sync_folder(folder)?;
     Ok(())
+}
+
+fn accepted_at(input: &Input) -> Option<f64> {
+    match input {
+        Input::Accepted { at, .. } => Some(*at),
+        Input::Picture(_) | Input::Learned { .. } => None,
+    }
 }
 
 fn accepted_lines(folder: &Path) -> anyhow::Result<Vec<AcceptedLine>> {
@@ -342,34 +359,123 @@ fn accepted_lines(folder: &Path) -> anyhow::Result<Vec<AcceptedLine>> {
     lines.with_context(|| format!("could not read {path:?}"))
 }
 
-/// Inputs of a store, size in bytes, and true if the last line was cut.
-pub(super) fn read_lines(path: &Path) -> anyhow::Result<(Vec<Input>, u64, bool)> {
-    let mut reader = LineReader::open(path, LINE_LIMIT, Links::Refused)?;
-    let (mut line, mut inputs, mut bytes) = (Vec::new(), Vec::new(), 0);
-    while reader.read(&mut line)? {
-        if line.last() != Some(&b'\n') {
-            return Ok((inputs, bytes, true));
-        }
-        let input = serde_json::from_slice(&line);
-        inputs.push(
-            input.with_context(|| format!("line {} of {path:?} is damaged", inputs.len() + 1))?,
-        );
-        bytes += line.len() as u64;
-    }
-    Ok((inputs, bytes, false))
-}
-
 /// Inputs of the store in `folder`, oldest first.
 ///
 /// # Errors
 ///
-/// If there is no store, or a line is damaged.
+/// If there is no store, or it's damaged.
 pub(super) fn inputs(folder: &Path) -> anyhow::Result<(Lens, Vec<Input>)> {
-    let Some(file) = Store::read(folder)? else {
-        bail!("there is no watched camera in {folder:?}: name its folder with --store");
-    };
-    let (inputs, _, _) = read_lines(&folder.join(LINES_FILE))?;
-    Ok((file.lens.lens()?, inputs))
+    let (lens, _, lines) = whole(folder)?;
+    Ok((lens, lines.lines.into_iter().map(|line| line.input).collect()))
+}
+
+/// Outcome of a recovery.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Recovered {
+    /// Number of lines kept and left out.
+    pub lines: [usize; 2],
+    /// True if the references were lost, so that the camera is learned again.
+    pub is_relearned: bool,
+}
+
+/// Recovers the whole part of a damaged store. The lines as they were are kept beside; the camera
+/// is learned again if its references don't belong to the lines any more.
+///
+/// # Errors
+///
+/// If there is no store in `folder`, if another program watches it, if a line is of a newer
+/// version, or if something can't be written.
+pub fn recover(folder: &Path, at_secs: f64) -> anyhow::Result<Recovered> {
+    let Some(mut file) = Store::read(folder)? else { bail!(no_store(folder)) };
+    let _lock = lock(folder)?;
+    let (path, lens) = (folder.join(LINES_FILE), file.lens.lens()?);
+    let all = if path.is_file() { Lines::each(&path)? } else { Vec::new() };
+    let (mut lines, before) = (Lines::default(), all.len());
+    for (line, _) in all {
+        match line {
+            Ok(line) => lines.lines.push(line),
+            Err(Unread::Newer(what)) => bail!("{path:?} was written by a newer boresight: {what}"),
+            Err(Unread::Damaged(_) | Unread::Hole) => {}
+        }
+    }
+    let kept = lines.lines.len();
+    let learned = file.learned;
+    file.follow(&lines);
+    let references = folder.join(REFERENCES);
+    let is_there = |name: &String| reference_files::load(&references, name, &lens).is_ok();
+    let named = file.in_use.references.len();
+    file.in_use.references.retain(is_there);
+    let is_relearned = file.learned < learned || 2 * file.in_use.references.len() < named;
+    if is_relearned {
+        file.in_use = InUse::default();
+        // Nobody knows whether the camera stood as it does.
+        entries(&folder.join(LEARNING)).iter().try_for_each(|path| remove(path))?;
+        let reason = "the references were lost".into();
+        let input = Input::Accepted { at: at_secs.round(), reason };
+        lines.lines.push(StoreLine { input, in_use: None, seq: None, sum: None });
+    }
+    file.learned = lines.learned();
+    if let Some(last) = lines.lines.last_mut() {
+        last.in_use = Some(file.in_use.clone());
+    }
+    let mut text = String::new();
+    for (seq, line) in lines.lines.into_iter().enumerate() {
+        text.push_str(&line.text(seq)?);
+    }
+    if path.is_file() {
+        copy(&path, &folder.join(DAMAGED_FILE), Overwrite::Allowed)?;
+    }
+    save(&path, text.as_bytes(), Overwrite::Allowed)?;
+    file.save(folder)?;
+    Ok(Recovered { lines: [kept, before - kept], is_relearned })
+}
+
+/// Lens, camera file and lines of a whole store.
+fn whole(folder: &Path) -> anyhow::Result<(Lens, WatchFile, Lines)> {
+    let Some(file) = Store::read(folder)? else { bail!(no_store(folder)) };
+    let path = folder.join(LINES_FILE);
+    let lens = file.lens.lens().with_context(|| format!("{:?}", folder.join(WATCH_FILE)))?;
+    let lines = Lines::read(&path).with_context(|| way_out(folder))?;
+    let (named, there) = (file.learned, lines.learned());
+    // Earlier versions named references in the camera file only.
+    if there < named || (there > named && lines.in_use().is_none()) {
+        let lacks = format!("{path:?} has {there} lines about learning instead of {named}");
+        return Err(anyhow::Error::msg(lacks).context(way_out(folder)));
+    }
+    Ok((lens, file, lines))
+}
+
+fn way_out(folder: &Path) -> String {
+    format!(
+        "the store is damaged. Keep what is whole: boresight watch --recover --store {folder:?}"
+    )
+}
+
+fn no_store(folder: &Path) -> String {
+    format!("there is no watched camera in {folder:?}: name its folder with --store")
+}
+
+fn lock(folder: &Path) -> anyhow::Result<FileLock> {
+    let lock = FileLock::try_for(&folder.join(WATCH_FILE))?;
+    lock.with_context(|| {
+        format!("another boresight is watching {folder:?}: wait, or stop it first")
+    })
+}
+
+impl WatchFile {
+    /// Takes the references from the lines; true if that changes something.
+    fn follow(&mut self, lines: &Lines) -> bool {
+        let in_use = lines.in_use().unwrap_or(&self.in_use).clone();
+        let new = (lines.learned(), in_use);
+        let is_new = (self.learned, &self.in_use) != (new.0, &new.1);
+        (self.learned, self.in_use) = new;
+        is_new
+    }
+
+    fn save(&self, folder: &Path) -> anyhow::Result<()> {
+        save(&folder.join(WATCH_FILE), to_json(self)?.as_bytes(), Overwrite::Allowed)?;
+        Ok(())
+    }
 }
 
 fn to_json<T: Serialize>(value: &T) -> anyhow::Result<String> {

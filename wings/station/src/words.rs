@@ -1,5 +1,8 @@
 //! Sentences about a watched camera. Left and right are as seen from behind it.
 
+use std::path::Path;
+
+use crate::store::Recovered;
 use boresight_guide::session::Gravity;
 use boresight_watch::{Advice, Axis, Cause, Decision, Finding, NoAnswer, State};
 
@@ -17,9 +20,6 @@ pub struct Scale<'a> {
 
 /// Parts below this share of the largest part aren't mentioned.
 const WORTH_A_WORD: f64 = 1.0 / 3.0;
-/// Columns and rows of the glass.
-const CELLS: [usize; 2] = [8, 6];
-
 /// Part of a move, with the action that undoes it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
@@ -31,7 +31,7 @@ pub struct Part {
     pub action: String,
 }
 
-/// Parts of a move, the largest first, without comparatively small parts.
+/// Visible parts of a move, the largest first, without comparatively small parts.
 pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
     let since = (scale.day)(decision.reference_secs);
     let off = decision.off_px;
@@ -54,7 +54,7 @@ pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
     let turned =
         if off[2] > 0.0 { ["anticlockwise", "clockwise"] } else { ["clockwise", "anticlockwise"] };
     let larger = if off[3] > 0.0 { "larger" } else { "smaller" };
-    let mut all = [
+    let all = [
         points(off[0], scale.f_px[0], pan),
         points(off[1], scale.f_px[1], tilt),
         Part {
@@ -75,9 +75,14 @@ pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
             action: String::new(),
         },
     ];
-    all.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
-    let largest_px = all[0].size_px;
-    all.into_iter().filter(|part| part.size_px >= WORTH_A_WORD * largest_px).collect()
+    let largest_px = off.amax();
+    let visible_px = decision.smallest_visible_px;
+    let is_said =
+        |(i, part): &(usize, Part)| part.size_px >= visible_px[*i].max(WORTH_A_WORD * largest_px);
+    let mut said: Vec<Part> =
+        all.into_iter().enumerate().filter(is_said).map(|(_, part)| part).collect();
+    said.sort_by(|a, b| b.size_px.total_cmp(&a.size_px));
+    said
 }
 
 /// State in a sentence, and the next action; the action is empty if nothing needs doing.
@@ -102,6 +107,15 @@ pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
             let all = parts(decision, scale);
             // Pushing doesn't undo a zoom.
             let all: Vec<&Part> = all.iter().filter(|part| !part.action.is_empty()).collect();
+            if all.is_empty() {
+                return (
+                    format!(
+                        "The camera has moved since {}, and is off by less than the smallest visible change.",
+                        since()
+                    ),
+                    "Wait, and don't push it.".into(),
+                );
+            }
             let what: Vec<&str> = all.iter().map(|part| part.what.as_str()).collect();
             let actions: Vec<&str> = all.iter().map(|part| part.action.as_str()).collect();
             let doubt = match cause {
@@ -157,6 +171,14 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
             format!("only {agree} of {found} patches of the scene agree"),
             "Check whether something large is in front of the camera, or whether it was shifted.",
         ),
+        NoAnswer::TwoMotions { agree, other } => (
+            format!("{agree} patches of the scene moved one way and {other} another"),
+            "Check whether part of the mount or of a window is in the picture, and accept it without.",
+        ),
+        NoAnswer::LittleSeen { agree, of } => (
+            format!("only {agree} of {of} patches of the scene agree, fewer than usual"),
+            "Check whether the camera is covered or points elsewhere.",
+        ),
         NoAnswer::OneCorner => (
             "only one corner of the picture shows what it did".into(),
             "Check whether something large is in front of the camera.",
@@ -169,6 +191,17 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
         ),
         NoAnswer::BetweenPresets => {
             ("the camera doesn't look there".into(), "Check whether it still visits this preset.")
+        }
+        NoAnswer::WrongClock => (
+            "its clock is wrong: its pictures have times to come, or from before".into(),
+            "Set the camera's clock, or this computer's. If both are right now, accept the camera.",
+        ),
+        NoAnswer::Unsure => (
+            "it may have moved by what is just visible".into(),
+            "Wait: a lasting change is found within two days.",
+        ),
+        NoAnswer::Unconfirmed => {
+            ("its answers have only just come back".into(), "Wait for three answers in a row.")
         }
         NoAnswer::NoPicture => ("no picture comes".into(), "Check the camera and its connection."),
     }
@@ -190,25 +223,8 @@ pub fn smallest_visible(decision: &Decision, scale: &Scale<'_>) -> String {
 }
 
 /// Finding in a sentence.
-pub fn finding(finding: &Finding, scale: &Scale<'_>) -> String {
+pub fn finding(finding: &Finding) -> String {
     match finding {
-        Finding::Creeps { px_per_day, matters_secs } => {
-            let when = (scale.day)(*matters_secs);
-            let per_day = |i: usize, [more, less]: [&str; 2]| {
-                let side = if px_per_day[i] > 0.0 { more } else { less };
-                format!("{:.2} px a day {side}", px_per_day[i].abs())
-            };
-            let how = [
-                per_day(0, ["to the left", "to the right"]),
-                per_day(1, ["down", "up"]),
-                per_day(2, ["anticlockwise", "clockwise"]),
-                per_day(3, ["larger", "smaller"]),
-            ];
-            let largest = (0..4).find(|i| px_per_day[*i] != 0.0).unwrap_or(0);
-            format!("It creeps: {}; matters from about {when}.", how[largest])
-        }
-        Finding::Dirty { cell } => format!("Dirty or covered {}.", place(*cell)),
-        Finding::Hazy => "Little contrast for two days: haze, or a film on the glass.".into(),
         Finding::AlsoShifted => "It was also shifted: the direction is approximate.".into(),
         Finding::SwaysMore { was_px, is_px } => {
             format!(
@@ -216,19 +232,6 @@ pub fn finding(finding: &Finding, scale: &Scale<'_>) -> String {
             )
         }
         Finding::Shakes { by_px } => format!("It shakes by {by_px:.1} px."),
-    }
-}
-
-/// Position of a cell of the glass.
-fn place([column, row]: [usize; 2]) -> String {
-    let third = |at: usize, of: usize| (3 * at + 1) / of;
-    let down = ["at the upper", "at the middle", "at the lower"][third(row, CELLS[1]).min(2)];
-    let across = ["left", "middle", "right"][third(column, CELLS[0]).min(2)];
-    match (down, across) {
-        ("at the middle", "middle") => "in the middle".into(),
-        ("at the middle", side) => format!("at the {side}"),
-        (edge, "middle") => format!("{edge} edge"),
-        (edge, side) => format!("{edge} {side}"),
     }
 }
 
@@ -340,6 +343,17 @@ pub fn accepted(name: &str) -> String {
     format!("{name} stays as it is. It learns again from the next picture, for three days.")
 }
 
+/// Sentence after recovering a store.
+pub fn recovered(folder: &Path, found: &Recovered) -> String {
+    let [kept, left_out] = found.lines;
+    let learned = if found.is_relearned {
+        "Its references are lost: it learns again where the camera points. Check whether it has moved."
+    } else {
+        "Its references are whole."
+    };
+    format!("{folder:?}: {kept} lines are kept, {left_out} were damaged. {learned}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -352,6 +366,7 @@ mod tests {
             smallest_visible_px: [0.85; 4].into(),
             reference_secs: 0.0,
             answered_secs: None,
+            usual_seen: None,
             findings: Vec::new(),
         }
     }
@@ -374,6 +389,17 @@ mod tests {
             say(&moved([0.0, -3.0, -5.0, 0.1])),
             "The camera is turned 0.45° clockwise, and points 3.0 px (0.17°) above where it was on 12 March. Turn it back anticlockwise. Push it back down."
         );
+    }
+
+    #[test]
+    fn what_cant_be_seen_is_no_order_to_push() {
+        let said = say(&moved([0.8, 0.1, -0.7, 0.2]));
+        assert!(
+            said.ends_with("Wait, and don't push it.") && !said.contains("ush it back"),
+            "{said}"
+        );
+        let said = say(&moved([0.84, 1.2, 0.0, 0.0]));
+        assert!(said.contains("up") && !said.contains("right"), "{said}");
     }
 
     #[test]
@@ -428,13 +454,5 @@ mod tests {
             off[axis] += sign * off[axis].abs().min(3.0);
         }
         assert!(off.iter().all(|left| left.abs() < 0.5), "{off:?}");
-    }
-
-    #[test]
-    fn places_on_the_glass_have_names() {
-        assert_eq!(place([0, 5]), "at the lower left");
-        assert_eq!(place([4, 0]), "at the upper edge");
-        assert_eq!(place([7, 2]), "at the right");
-        assert_eq!(place([3, 3]), "in the middle");
     }
 }

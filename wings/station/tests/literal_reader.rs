@@ -12,14 +12,12 @@ use boresight_station::{
     with_scale, words,
 };
 use boresight_watch::{
-    Adjust, Advice, Answer, Decision, Finding, Input, Lens, NoAnswer, Picture, RELEVANT, State,
-    Station, View, Watch,
+    Adjust, Advice, Answer, Decision, Input, Lens, NoAnswer, Picture, State, Station, View, Watch,
 };
 use image::GrayImage;
 use nalgebra::{UnitQuaternion, Vector3, Vector4};
 
 const HOUR_SECS: f64 = 3600.0;
-const DAY_SECS: f64 = 24.0 * HOUR_SECS;
 
 /// A camera on a mount over a street, with a watch.
 #[derive(Clone)]
@@ -174,10 +172,7 @@ impl Installed {
 
 fn said(lens: &Lens, decision: &Decision) -> String {
     let (what, action) = with_scale(lens, |scale| words::state(decision, scale));
-    let findings = decision
-        .findings
-        .iter()
-        .map(|finding| with_scale(lens, |scale| words::finding(finding, scale)));
+    let findings = decision.findings.iter().map(words::finding);
     [what, action].into_iter().chain(findings).collect::<Vec<_>>().join(" ")
 }
 
@@ -240,13 +235,13 @@ fn who_takes_each_sentence_literally_sets_the_camera_right() {
     assert!(told.contains("Check whether the camera is covered"), "{told}");
     camera.glass.clear();
     println!("{told} → uncovered");
-    assert_eq!(camera.wait(1, 1.0), State::Ok, "{}", camera.said());
+    assert_eq!(camera.wait(3, 1.0), State::Ok, "{}", camera.said());
 }
 
 #[test]
 fn who_wipes_as_told_sees_clearly() {
     let learned = Installed::learned();
-    let mut camera = learned.clone();
+    let mut camera = learned;
     camera.glass = vec![(What::Blur, 1.5)];
     let seen = (1..=12).find(|_| camera.wait(1, 3.0) == State::Blurred);
     let told = camera.said();
@@ -254,17 +249,6 @@ fn who_wipes_as_told_sees_clearly() {
     camera.glass.clear();
     let back = (1..=9).find(|_| camera.wait(1, 3.0) == State::Ok);
     println!("{told} → seen after {seen:?} pictures, wiped, OK after {back:?}");
-    assert!(back.is_some(), "{}", camera.said());
-
-    // The spot is at its stated place.
-    let mut camera = learned;
-    camera.glass = vec![(What::Dirt, 0.8)];
-    let is_told = |camera: &Installed| camera.said().contains("Dirty or covered at the lower left");
-    let seen = (1..=12).find(|_| camera.wait(1, 3.0) == State::Ok && is_told(&camera));
-    assert!(seen.is_some(), "{}", camera.said());
-    camera.glass.clear();
-    let back = (1..=9).find(|_| camera.wait(1, 3.0) == State::Ok && !is_told(&camera));
-    println!("dirt → told after {seen:?} pictures, wiped, gone after {back:?}");
     assert!(back.is_some(), "{}", camera.said());
 }
 
@@ -360,9 +344,9 @@ fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
         turn: [1e6 * (pan_px + chance_px * chance) / lens.camera.f_px.x, 0.0, 0.0, 0.0],
         cov: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.01, 0.0, 0.01],
         patches: [180, 140],
+        sought: Some(200),
         sharp: None,
         contrast: None,
-        cells: None,
         shake: None,
         causes: None,
     };
@@ -371,7 +355,7 @@ fn panned(lens: &Lens, hour: u32, (pan_px, chance_px): (f64, f64)) -> Input {
 }
 
 #[test]
-fn a_push_and_its_way_back_are_no_creep() {
+fn pictures_from_before_a_push_put_nothing_back() {
     let lens = undrawn();
     let mut watch = Watch::new(&lens);
     let mut moved = 0;
@@ -381,8 +365,6 @@ fn a_push_and_its_way_back_are_no_creep() {
         let pushed_px = if (18.0..23.0).contains(&day) || day > 36.0 { 2.5 } else { 0.0 };
         let decision = watch.handle(&panned(&lens, hour, (pushed_px, 0.1)));
         moved += u32::from(matches!(decision.state, State::Moved(_)));
-        let creeps = decision.findings.iter().any(|f| matches!(f, Finding::Creeps { .. }));
-        assert!(!creeps, "day {day:.1}: {decision:?}");
     }
     assert!(moved > 24 * 7, "{moved} hours");
     // Late pictures from before don't put it back.
@@ -393,28 +375,4 @@ fn a_push_and_its_way_back_are_no_creep() {
         let late = Input::Picture(Box::new(Picture { late: true, ..*picture }));
         assert_eq!(watch.handle(&late), told);
     }
-}
-
-#[test]
-fn a_creep_matters_on_the_day_that_is_told() {
-    let lens = undrawn();
-    let mut watch = Watch::new(&lens);
-    let (per_day_px, matters_px) = (0.02, RELEVANT * f64::from(lens.image_size.width_px));
-    let pan_px = |day: f64| per_day_px * (day - 4.0).max(0.0);
-    let mut told = None;
-    for hour in 0..24 * 60 {
-        let decision = watch.handle(&panned(&lens, hour, (pan_px(f64::from(hour) / 24.0), 0.05)));
-        if let Some(creep @ Finding::Creeps { matters_secs, .. }) = decision.findings.first() {
-            told = Some((with_scale(&lens, |scale| words::finding(creep, scale)), *matters_secs));
-            break;
-        }
-    }
-    let (sentence, matters_secs) = told.expect("seen");
-    let true_secs = 1.774e9 + DAY_SECS * (4.0 + matters_px / per_day_px);
-    println!("{sentence} In truth {:.1} days later", (true_secs - matters_secs) / DAY_SECS);
-    assert!(
-        sentence.starts_with("It creeps: 0.02 px a day to the left; matters from about "),
-        "{sentence}"
-    );
-    assert!((true_secs - matters_secs).abs() < 4.0 * DAY_SECS, "{sentence}");
 }

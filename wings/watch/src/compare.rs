@@ -33,7 +33,11 @@ impl Gallery {
         if !view.shows_something() {
             return Err(NoAnswer::TooDark);
         }
-        credible(self.fit_nearest(view, lens), self.sought(view))
+        let measured = credible(self.fit_nearest(view, lens), self.sought(view))?;
+        match measured.second_motion(lens) {
+            Some(other) => Err(NoAnswer::TwoMotions { agree: measured.inliers as u32, other }),
+            None => Ok(measured),
+        }
     }
 
     /// Most similar references, the nearest first.
@@ -75,6 +79,7 @@ impl Gallery {
         Some(Measured {
             turn,
             covariance,
+            sought: self.sought(view),
             found,
             inliers,
             spread,

@@ -4,16 +4,14 @@ use nalgebra::{Matrix4, Vector4};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    glass::{CELLS, Glass},
+    glass::Glass,
     measure::{Causes, Measured, NoAnswer},
     turn::Turn,
 };
 
-/// Steps of a cell's letter: tenths, from −2.5 to 1.0.
-const CELL_STEPS: f64 = 10.0;
-const CELL_LOWEST: f64 = -25.0;
-const CELL_LETTERS: &[u8; 36] = b"0123456789abcdefghijklmnopqrstuvwxyz";
-const CELL_UNKNOWN: char = '.';
+/// Bounds of times and turns: the year 2200, and millionths that fill a circle.
+const LATEST_SECS: f64 = 7.3e9;
+const LARGEST_TURN: f64 = 7e6;
 
 /// Something that happened. A store is a list of these, and its states follow from them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,15 +75,15 @@ pub struct Answer {
     pub cov: [f64; 10],
     /// Patches found, and those that agree.
     pub patches: [u32; 2],
+    /// Patches looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sought: Option<u32>,
     /// Logarithm of sharpness against the references.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sharp: Option<f64>,
     /// Logarithm of contrast against the references.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contrast: Option<f64>,
-    /// Contrast of each cell against the median, row by row, a letter each: tenths from −2.5 (0) to 1.0 (z), `.` unknown.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cells: Option<String>,
     /// How much the camera shakes within a burst, px.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shake: Option<f64>,
@@ -119,6 +117,27 @@ pub fn turn_of(line: &[f64; 4]) -> Turn {
     Turn::from_vector(&(Vector4::from(*line) * 1e-6))
 }
 
+impl Input {
+    /// True if every number is one that a picture can give.
+    pub fn is_sound(&self) -> bool {
+        let is_time = |at: f64| (0.0..LATEST_SECS).contains(&at);
+        let is_turn = |turn: &[f64; 4]| turn.iter().all(|part| part.abs() < LARGEST_TURN);
+        match self {
+            Self::Picture(picture) => {
+                let is_answer = |answer: &Answer| {
+                    let variance = answer.covariance().diagonal();
+                    is_turn(&answer.turn) && variance.iter().all(|v| *v > 0.0 && v.is_finite())
+                };
+                is_time(picture.at) && picture.answer.as_ref().is_none_or(is_answer)
+            }
+            Self::Learned { at, samples, .. } => {
+                is_time(*at) && samples.iter().all(|s| is_time(s.at) && is_turn(&s.turn))
+            }
+            Self::Accepted { at, .. } => is_time(*at),
+        }
+    }
+}
+
 impl Answer {
     /// Record of a measured picture.
     pub fn of(measured: &Measured, glass: Option<&Glass>, causes: Option<Causes>) -> Self {
@@ -131,9 +150,9 @@ impl Answer {
             turn: line_turn(&measured.turn),
             cov: upper,
             patches: [measured.found as u32, measured.inliers as u32],
+            sought: Some(measured.sought as u32),
             sharp: glass.map(|g| rounded(g.sharpness, 3)),
             contrast: glass.map(|g| rounded(g.contrast, 3)),
-            cells: glass.map(|g| g.cells.iter().map(|cell| letter(*cell)).collect()),
             shake: None,
             causes: causes.map(|c| Causes {
                 turned_px: rounded(c.turned_px, 3),
@@ -157,23 +176,6 @@ impl Answer {
         }
         out
     }
-
-    /// Cells, row by row.
-    pub fn cell_values(&self) -> Vec<Option<f64>> {
-        let letters = self.cells.as_deref().unwrap_or_default();
-        let values = letters.bytes().take(CELLS[0] * CELLS[1]).map(|letter| {
-            let at = CELL_LETTERS.iter().position(|l| *l == letter)?;
-            Some((at as f64 + CELL_LOWEST) / CELL_STEPS)
-        });
-        values.collect()
-    }
-}
-
-fn letter(cell: Option<f64>) -> char {
-    cell.map_or(CELL_UNKNOWN, |value| {
-        let at = (value * CELL_STEPS - CELL_LOWEST).round().clamp(0.0, 35.0) as usize;
-        char::from(CELL_LETTERS[at])
-    })
 }
 
 #[cfg(test)]
@@ -181,7 +183,6 @@ mod tests {
     use super::*;
 
     fn answer() -> Answer {
-        let cells = [Some(-3.0), None, Some(-0.52), Some(0.0), Some(0.95)];
         Answer {
             turn: line_turn(&Turn {
                 pan_rad: 1.234_567e-3,
@@ -191,9 +192,9 @@ mod tests {
             }),
             cov: [1.23, 0.0, 0.0, 0.0, 4.5, 0.0, 0.0, 7.0, 0.0, 8.0],
             patches: [150, 120],
+            sought: Some(170),
             sharp: Some(-0.02),
             contrast: None,
-            cells: Some(cells.map(letter).iter().collect()),
             shake: None,
             causes: None,
         }
@@ -214,8 +215,6 @@ mod tests {
             let line = serde_json::to_string(&input).expect("a line");
             assert_eq!(serde_json::from_str::<Input>(&line).expect("an input"), input, "{line}");
         }
-        let values = answer().cell_values();
-        assert_eq!(values, [Some(-2.5), None, Some(-0.5), Some(0.0), Some(1.0)]);
         assert!((answer().turn().roll_rad - 0.1).abs() < 1e-8);
         assert_eq!(answer().covariance()[(1, 1)], 4.5e-12);
     }

@@ -56,7 +56,7 @@ pub use cycle::{Cycle, Sample};
 pub use far::turn_back;
 pub use fit::{Fit, SIGMA_OF_MEDIAN, Sighting, fit, lens_covariance};
 pub use gallery::{Gallery, Glance, SIZE, choose};
-pub use glass::{CELLS, Glass};
+pub use glass::Glass;
 pub use input::{Answer, Input, LearnedSample, Picture, turn_of};
 pub use level::{Thumb, View};
 pub use measure::{Causes, Measured, NEAREST, NoAnswer};

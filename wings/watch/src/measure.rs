@@ -15,6 +15,8 @@ const FEWEST_INLIERS: usize = 20;
 const LEAST_AGREEING: f64 = 0.4;
 /// Minimum spread of the agreeing patches, as a share of an even spread over the picture.
 const LEAST_SPREAD: f64 = 0.35;
+/// Minimum distance between two motions in one picture, px.
+const APART_PX: f64 = 1.0;
 /// Minimum number of patches for a fit.
 pub(crate) const FEWEST_FOUND: usize = 8;
 
@@ -25,6 +27,8 @@ pub struct Measured {
     pub turn: Turn,
     /// Covariance of pan, tilt, roll (rad) and log focal ratio, with the lens's own error.
     pub covariance: Matrix4<f64>,
+    /// Number of patches looked for.
+    pub sought: usize,
     /// Number of patches found.
     pub found: usize,
     /// Number of agreeing patches.
@@ -62,6 +66,20 @@ pub enum NoAnswer {
         /// Patches that were found.
         found: u32,
     },
+    /// Patches agree about two different motions.
+    TwoMotions {
+        /// Patches that agree about one.
+        agree: u32,
+        /// Patches that agree about the other.
+        other: u32,
+    },
+    /// What agrees is little of what usually does.
+    LittleSeen {
+        /// Patches that agree.
+        agree: u32,
+        /// Patches that were looked for.
+        of: u32,
+    },
     /// What agrees lies in one corner of the picture only.
     OneCorner,
     /// The camera shakes too much during a burst.
@@ -74,6 +92,12 @@ pub enum NoAnswer {
     NoPicture,
     /// The camera looks somewhere between its presets.
     BetweenPresets,
+    /// The answer's interval reaches beyond the smallest visible change.
+    Unsure,
+    /// Too few answers in a row since the last doubt.
+    Unconfirmed,
+    /// The times of pictures lie ahead, or go back: a clock is wrong.
+    WrongClock,
 }
 
 /// Judges a fit.
@@ -124,6 +148,25 @@ pub struct Causes {
 }
 
 impl Measured {
+    /// Number of patches outside the fit that agree about another motion, if they are many: part of
+    /// the picture moves with the camera, such as its mount, or part of the scene has moved. Neither
+    /// is known to be the scene that stands still.
+    pub fn second_motion(&self, lens: &Lens) -> Option<u32> {
+        let left = self.sightings.iter().zip(&self.weights).filter(|(_, w)| **w <= AGREES);
+        let left: Vec<Sighting> = left.map(|(sighting, _)| *sighting).collect();
+        if left.len() < FEWEST_INLIERS {
+            return None;
+        }
+        let fitted = fit(lens, &left, None)?;
+        let off = offsets_px(lens, &self.turn, &left).into_iter().zip(&fitted.weights);
+        let agreeing = off.filter(|(_, weight)| **weight > AGREES);
+        let mut apart_px: Vec<f64> = agreeing.filter_map(|(off, _)| Some(off?.norm())).collect();
+        let count = apart_px.len();
+        let is_apart = fit::median(&mut apart_px).is_some_and(|px| px > APART_PX);
+        let is_wide = spread(&left, &fitted.weights, lens) > LEAST_SPREAD;
+        (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
+    }
+
     /// Compares a turn with a shift of the picture as causes of this move. `None` without a move,
     /// when both fit.
     pub fn causes(&self, lens: &Lens) -> Option<Causes> {

@@ -45,20 +45,6 @@ pub enum Cause {
 /// Finding for a person besides the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
-    /// Slow movement.
-    Creeps {
-        /// Daily distance along pan, tilt, roll and focal length, px; only the largest isn't zero.
-        px_per_day: Vector4<f64>,
-        /// Expected time of a relevant change, seconds since 1970.
-        matters_secs: f64,
-    },
-    /// Dirty or covered in one place for a day and a night.
-    Dirty {
-        /// Column and row of the darkest cell, of 8 by 6.
-        cell: [usize; 2],
-    },
-    /// Little contrast everywhere for two days.
-    Hazy,
     /// Shifted, too: part of the scene no longer agrees with a turn.
     AlsoShifted,
     /// Mount sways more than before: the limits have followed.
@@ -91,6 +77,8 @@ pub struct Decision {
     pub reference_secs: f64,
     /// Time of the newest answer, seconds since 1970.
     pub answered_secs: Option<f64>,
+    /// Share of the patches looked for that usually agrees; `None` while learning.
+    pub usual_seen: Option<f64>,
     /// Findings besides the state.
     pub findings: Vec<Finding>,
 }
@@ -116,9 +104,6 @@ impl Finding {
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
-            Self::Creeps { .. } => "CREEPS",
-            Self::Dirty { .. } => "DIRTY",
-            Self::Hazy => "HAZY",
             Self::AlsoShifted => "ALSO-SHIFTED",
             Self::SwaysMore { .. } => "SWAYS-MORE",
             Self::Shakes { .. } => "SHAKES",

@@ -14,7 +14,7 @@ use crate::{
     measure::{Measured, NoAnswer},
     overlay::Mask,
     reference::Reference,
-    slot::DAY_SECS,
+    slot::{DAY_SECS, lived_secs},
     state::{Decision, State},
     turn::Lens,
     watch::{SETTLED_SECS, Watch},
@@ -29,6 +29,9 @@ const FIRST_POOL: usize = 6;
 /// Maximum number of references adopted per day, and maximum number of references kept.
 const ADOPTED_A_DAY: usize = 4;
 const MOST: usize = SIZE + 2 * ADOPTED_A_DAY;
+/// Minimum share of the patches that usually agree, for an adopted reference: what covers half of the
+/// glass isn't the scene.
+const ADOPTED_SEEN: f64 = 0.7;
 /// Number of first references kept as anchors: without them, the errors of new references would add
 /// up.
 const ANCHORS: usize = 10;
@@ -191,7 +194,7 @@ impl Station {
 
     /// Record of a measured picture.
     pub fn answer(&self, view: &View, measured: &Measured) -> Answer {
-        let glass = Glass::of(measured, &self.gallery, view, &self.lens);
+        let glass = Glass::of(measured, &self.gallery, view);
         let px = measured.turn.in_px(&self.lens);
         let has_moved = libm::hypot(px[0], px[1]) > ASKED_PX && measured.turned_back.is_none();
         let causes = has_moved.then(|| measured.causes(&self.lens)).flatten();
@@ -243,9 +246,10 @@ impl Station {
         if measured.as_ref().err() != Some(&NoAnswer::TooDark) && !has_moved {
             self.shelve(view, at_secs, shelf);
         }
-        let began = self.pool.first().map_or(at_secs, |(_, glance)| glance.taken_secs);
-        let is_over = at_secs - began >= SETTLED_SECS && !has_moved;
-        if self.pool.len() >= self.next_learning || (is_over && self.pool.len() >= FIRST_POOL) {
+        let taken = self.pool.iter().map(|(_, glance)| glance.taken_secs);
+        let is_long = lived_secs(taken.chain([at_secs])) >= SETTLED_SECS;
+        let is_over = is_long && self.pool.len() >= FIRST_POOL && !has_moved;
+        if is_over || self.pool.len() >= self.next_learning {
             self.next_learning = 2 * self.next_learning.clamp(FIRST_POOL, usize::MAX / 2);
             let samples = self.learn(shelf);
             let references = self.gallery.references.len() as u32;
@@ -336,7 +340,9 @@ impl Station {
             .iter()
             .map(|r| r.thumb.likeness(&view.thumb))
             .fold(-1.0, f64::max);
-        if is_ok && measured.turned_back.is_none() {
+        let seen = measured.inliers as f64 / measured.sought.max(1) as f64;
+        let is_usual = decision.usual_seen.is_some_and(|usual| seen >= ADOPTED_SEEN * usual);
+        if is_ok && is_usual && measured.turned_back.is_none() {
             let is_candidate = self.candidates.len() < ADOPTED_A_DAY
                 || self.candidates.iter().any(|(other, _)| *other > likeness);
             if is_candidate {

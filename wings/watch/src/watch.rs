@@ -10,8 +10,8 @@ use crate::{
     fit::SHARED,
     input::{Answer, Input, Picture, turn_of},
     measure::NoAnswer,
-    sequential::{MARGIN, RELEVANT, SEEN_WITHIN_SECS, Sequential},
-    slot::{DAY_SECS, HOUR_SECS, SEVERAL, median4},
+    sequential::{MARGIN, SEEN_WITHIN_SECS, Sequential},
+    slot::{DAY_SECS, HOUR_SECS, SEVERAL, lived_secs},
     state::{Cause, Decision, Finding, State},
     turn::{Lens, px_per_turn},
 };
@@ -23,14 +23,12 @@ const LEARNING_HOURS: f64 = 20.0;
 /// limits until then: one day can't show the daily cycle.
 pub(crate) const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
 const UNSETTLED: f64 = 3.0;
-/// Number of days over which the cycle follows the season, and over which a creep is sought.
-const FOLLOWED_DAYS: usize = 14;
-const FOLLOWED_SECS: f64 = FOLLOWED_DAYS as f64 * DAY_SECS;
+/// Time over which the cycle follows the season.
+const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
 /// Threshold of a changed focal length, in standard deviations including the lens's own error.
 const FOCAL_SIGMAS: f64 = 3.0;
-/// Threshold of a creep's slope, in standard deviations. Tested daily on four parameters over a
-/// dozen days (Student's t), chance exceeds it once in some years.
-const CREEP_SIGMAS: f64 = 6.0;
+/// Half width of the interval of an answer that vouches for a camera, in standard deviations.
+const INTERVAL_SIGMAS: f64 = 2.0;
 /// Minimum log-likelihood ratio for preferring a cause: see [`Causes`].
 ///
 /// [`Causes`]: crate::Causes
@@ -39,6 +37,8 @@ const SURE: f64 = 6.0;
 const FARTHEST_KNOCK: f64 = 0.05;
 /// Threshold for a partly disagreeing scene, as a share of the patches' usual agreement.
 const LESS_AGREEMENT: f64 = 0.7;
+/// Share of the patches that usually agree, below which nothing vouches for the camera.
+const LITTLE_SEEN: f64 = 0.5;
 /// Minimum reported shake, px.
 const SHAKES_PX: f64 = 0.5;
 
@@ -55,10 +55,16 @@ pub struct Watch {
     /// Time of the first learning picture.
     began_secs: Option<f64>,
     relearned_secs: f64,
+    /// Time of the newest picture, and the time covered by all: see [`lived_secs`].
+    newest_secs: Option<f64>,
+    lived_secs: f64,
+    /// Time of the newest answer that vouches for the camera, and number of such answers in a row.
+    vouched_secs: Option<f64>,
+    vouched: usize,
+    /// Kind of change, until the camera is back or accepted.
+    kind: Option<State>,
     test: Sequential,
     condition: Condition,
-    days: Vec<(i64, Vec<Vector4<f64>>)>,
-    creeps: Option<Finding>,
     gaps: VecDeque<(f64, f64)>,
     /// Reason of the newest picture for having no answer.
     lacks: Option<NoAnswer>,
@@ -84,10 +90,13 @@ impl Watch {
             cycle: None,
             began_secs: None,
             relearned_secs: f64::NEG_INFINITY,
+            newest_secs: None,
+            lived_secs: 0.0,
+            vouched_secs: None,
+            vouched: 0,
+            kind: None,
             test: Sequential::new(width_px),
             condition: Condition::default(),
-            days: Vec::new(),
-            creeps: None,
             gaps: VecDeque::new(),
             lacks: None,
             causes: VecDeque::new(),
@@ -101,6 +110,7 @@ impl Watch {
                 smallest_visible_px: Vector4::repeat(f64::INFINITY),
                 reference_secs: 0.0,
                 answered_secs: None,
+                usual_seen: None,
                 findings: Vec::new(),
             },
         }
@@ -120,12 +130,11 @@ impl Watch {
                     .iter()
                     .map(|s| Sample { at_secs: s.at, value_px: to_px(&s.turn) })
                     .collect();
+                self.lived_secs = self.lived_secs.max(lived_secs(samples.iter().map(|s| s.at)));
                 self.began_secs = self.samples.iter().map(|s| s.at_secs).reduce(f64::min);
                 self.cycle = None;
                 self.first = None;
                 self.test = Sequential::new(self.width_px);
-                self.days.clear();
-                self.creeps = None;
                 self.decision.reference_secs = *at;
                 self.learn(*at);
             }
@@ -157,8 +166,8 @@ impl Watch {
     }
 
     /// True after three days of learning.
-    pub fn is_settled(&self, at_secs: f64) -> bool {
-        self.cycle.is_some() && self.began_secs.is_some_and(|began| at_secs - began >= SETTLED_SECS)
+    pub fn is_settled(&self) -> bool {
+        self.cycle.is_some() && self.lived_secs >= SETTLED_SECS
     }
 
     fn picture(&mut self, picture: &Picture) {
@@ -166,47 +175,92 @@ impl Watch {
             self.late(picture);
             return;
         }
+        let at_secs = picture.at;
+        let is_taken = !matches!(picture.none, Some(NoAnswer::NoPicture | NoAnswer::WrongClock));
+        if is_taken && self.is_set_back(at_secs) {
+            let (reason, before) = (NoAnswer::WrongClock, None);
+            self.doubt(State::CannotTell { reason, before }, at_secs);
+            return;
+        }
         if let Some(answer) = &picture.answer {
             self.lacks = None;
-            self.answered(picture.at, answer);
+            self.answered(at_secs, answer);
             return;
         }
         let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
         if reason == NoAnswer::NoReferences && self.cycle.is_none() {
             // The first pictures serve for learning.
             self.lacks = None;
-            self.began_secs.get_or_insert(picture.at);
-            self.learn(picture.at);
+            self.began_secs.get_or_insert(at_secs);
+            self.learn(at_secs);
             return;
         }
         // A missing picture says nothing about the newest picture's lack.
-        let before = self.lacks.filter(|_| reason == NoAnswer::NoPicture);
-        if reason != NoAnswer::NoPicture {
+        let before = self.lacks.filter(|_| !is_taken);
+        if is_taken {
             self.lacks = Some(reason);
         }
-        self.unanswered(picture.at, State::CannotTell { reason, before });
+        self.unanswered(at_secs, reason, before);
+    }
+
+    /// True if a picture's time lies an hour before that of an earlier picture.
+    fn is_set_back(&mut self, at_secs: f64) -> bool {
+        let newest = self.newest_secs.unwrap_or(at_secs);
+        if newest - at_secs > HOUR_SECS {
+            return true;
+        }
+        self.lived_secs += lived_secs([newest, at_secs]);
+        self.newest_secs = Some(newest.max(at_secs));
+        false
     }
 
     /// Enters "can't tell" while no picture was usable at all, or after a gap unusual for these
     /// days: at least an hour, at most a day, and a day while the usual gaps are being learned.
-    fn unanswered(&mut self, at_secs: f64, state: State) {
+    fn unanswered(&mut self, at_secs: f64, reason: NoAnswer, before: Option<NoAnswer>) {
         let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
         let least = if self.cycle.is_some() { HOUR_SECS } else { DAY_SECS };
         let patience = (MARGIN * usual).clamp(least, DAY_SECS);
-        let used = self.decision.answered_secs.or(self.began_secs);
+        let told = self.kind.and(self.decision.answered_secs);
+        let used = told.or(self.vouched_secs).or(self.began_secs);
+        self.vouched = 0;
         if used.is_none_or(|used| at_secs - used > patience) {
-            self.enter(state, used.unwrap_or(at_secs));
+            self.doubt(State::CannotTell { reason, before }, used.unwrap_or(at_secs));
         }
     }
 
-    fn answered(&mut self, at_secs: f64, answer: &Answer) {
-        if let Some(before) = self.decision.answered_secs.filter(|before| at_secs > *before) {
+    fn doubt(&mut self, state: State, since_secs: f64) {
+        self.vouched = 0;
+        self.enter(state, since_secs);
+    }
+
+    /// Notes an answer that vouches for the camera.
+    fn vouch(&mut self, at_secs: f64) {
+        if let Some(before) = self.vouched_secs.filter(|before| at_secs > *before) {
             // A silence already reported as "can't tell" isn't usual.
             if !matches!(self.decision.state, State::CannotTell { .. }) {
                 self.gaps.push_back((at_secs, at_secs - before));
             }
         }
         self.gaps.retain(|(at, _)| at_secs - at < FOLLOWED_SECS);
+        self.vouched_secs = Some(at_secs);
+        self.vouched += 1;
+    }
+
+    /// Reason for an answer not to vouch for a camera that points where it did.
+    fn lack(&self, answer: &Answer, off_px: &Vector4<f64>) -> Option<NoAnswer> {
+        let variance = answer.covariance().diagonal();
+        let sd_px = variance.map(|v| v.max(0.0).sqrt()).component_mul(&self.px_per_turn);
+        let farthest_px = off_px.abs() + INTERVAL_SIGMAS * sd_px;
+        let limit_px = self.decision.smallest_visible_px;
+        if (0..4).any(|i| farthest_px[i] > limit_px[i]) {
+            return Some(NoAnswer::Unsure);
+        }
+        let (agree, of) = (answer.patches[1], answer.sought?);
+        let is_little = seen_share(answer)? < LITTLE_SEEN * self.decision.usual_seen?;
+        is_little.then_some(NoAnswer::LittleSeen { agree, of })
+    }
+
+    fn answered(&mut self, at_secs: f64, answer: &Answer) {
         self.decision.answered_secs = Some(at_secs);
         self.began_secs.get_or_insert(at_secs);
         self.condition.note(at_secs, answer);
@@ -221,11 +275,12 @@ impl Watch {
             self.causes.clear();
         }
         let Some(cycle) = self.cycle.clone() else {
+            self.vouch(at_secs);
             self.samples.push_back(sample);
             self.learn(at_secs);
             return;
         };
-        let widened = if self.is_settled(at_secs) { 1.0 } else { UNSETTLED };
+        let widened = if self.is_settled() { 1.0 } else { UNSETTLED };
         let wide_px = self.test.scale_px(&cycle.scatter_px) * widened;
         let off_px = cycle.residual(&sample);
         let verdict = self.test.step(at_secs, &off_px, &wide_px);
@@ -233,24 +288,58 @@ impl Watch {
         self.decision.smallest_visible_px = self.test.smallest_visible_px(&wide_px);
         let focal_sd_px = answer.covariance()[(3, 3)].max(0.0).sqrt() * self.px_per_turn[3];
         let is_zoom = verdict.alarms[3] && verdict.level_px[3].abs() > FOCAL_SIGMAS * focal_sd_px;
-        let state = if is_zoom {
-            State::Zoom
-        } else if verdict.alarms[..3].contains(&true) {
-            State::Moved(self.cause(verdict.alarms[2]))
-        } else if self.condition.is_blurred() {
-            State::Blurred
+        let has_moved = verdict.alarms[..3].contains(&true);
+        let lack = self.lack(answer, &off_px);
+        let told = if is_zoom {
+            Some(State::Zoom)
+        } else if has_moved {
+            Some(State::Moved(self.cause(verdict.alarms[2])))
         } else {
-            State::Ok
+            self.condition.is_blurred().then_some(State::Blurred)
         };
-        let since =
-            verdict.since_secs.or_else(|| self.condition.blurred_since()).unwrap_or(at_secs);
-        self.enter(state, since);
-        if state == State::Ok {
-            self.note_day(at_secs, off_px);
+        if let Some(told) = told {
+            let is_still = match self.kind {
+                Some(State::Moved(_)) => has_moved,
+                Some(kind) => kind == State::Zoom && is_zoom,
+                None => false,
+            };
+            let blurred_since = || self.condition.blurred_since();
+            let since = verdict.since_secs.or_else(blurred_since).unwrap_or(at_secs);
+            if self.kind.is_none() {
+                // The change itself is no usual movement.
+                self.samples.retain(|s| s.at_secs < since);
+            }
+            let state = self.kind.filter(|_| is_still).map_or(told, |kind| match (kind, told) {
+                (State::Moved(Cause::Either), State::Moved(_)) => told,
+                _ => kind,
+            });
+            self.kind = Some(state);
+            self.doubt(state, since);
+        } else if let Some(reason) = lack {
+            match self.kind {
+                Some(kind) => self.doubt(kind, at_secs),
+                None => self.unanswered(at_secs, reason, None),
+            }
+        } else {
+            self.vouch(at_secs);
+            if self.vouched >= SEVERAL || self.decision.state == State::Ok {
+                self.kind = None;
+                self.enter(State::Ok, at_secs);
+            } else if let State::CannotTell { .. } = self.decision.state {
+                let state = State::CannotTell { reason: NoAnswer::Unconfirmed, before: None };
+                self.enter(state, at_secs);
+            }
+        }
+        if self.decision.state == State::Ok {
             self.samples.push_back(sample);
-            if self.is_settled(at_secs) {
-                self.usual_share =
-                    Some(self.usual_share.map_or(share, |usual| 0.99 * usual + 0.01 * share));
+            if self.is_settled() {
+                let followed = |usual: Option<f64>, now: f64| {
+                    Some(usual.map_or(now, |usual| 0.99 * usual + 0.01 * now))
+                };
+                self.usual_share = followed(self.usual_share, share);
+                if let (Some(seen), None) = (seen_share(answer), lack) {
+                    self.decision.usual_seen = followed(self.decision.usual_seen, seen);
+                }
             }
         }
         self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
@@ -274,9 +363,8 @@ impl Watch {
 
     /// Learns the first cycle, also repeatedly during the first three days.
     fn learn(&mut self, at_secs: f64) {
-        let first = self.samples.iter().map(|s| s.at_secs).fold(f64::INFINITY, f64::min);
-        let last = self.samples.iter().map(|s| s.at_secs).fold(f64::NEG_INFINITY, f64::max);
-        let (pictures, hours) = (self.samples.len(), ((last - first) / HOUR_SECS).max(0.0));
+        let hours = lived_secs(self.samples.iter().map(|s| s.at_secs)) / HOUR_SECS;
+        let pictures = self.samples.len();
         if pictures < LEARNING_ANSWERS || hours < LEARNING_HOURS {
             let since = self.began_secs.unwrap_or(at_secs);
             self.enter(State::Learning { pictures, hours }, since);
@@ -290,7 +378,9 @@ impl Watch {
         if let Some(cycle) = &self.cycle {
             self.decision.smallest_visible_px = self.test.smallest_visible_px(&cycle.scatter_px);
             self.decision.reference_secs = at_secs;
-            self.enter(State::Ok, at_secs);
+            if let State::Learning { .. } = self.decision.state {
+                self.enter(State::Ok, at_secs);
+            }
         }
     }
 
@@ -301,7 +391,7 @@ impl Watch {
             return;
         }
         self.relearned_secs = at_secs;
-        if !self.is_settled(at_secs) {
+        if !self.is_settled() {
             let samples: Vec<Sample> = self.samples.iter().copied().collect();
             self.cycle = Cycle::learn(&samples, self.width_px, None);
             self.first.clone_from(&self.cycle);
@@ -318,20 +408,6 @@ impl Watch {
         }
     }
 
-    fn note_day(&mut self, at_secs: f64, off_px: Vector4<f64>) {
-        let day = (at_secs / DAY_SECS).floor() as i64;
-        match self.days.last_mut() {
-            Some((last, values)) if *last == day => values.push(off_px),
-            _ => {
-                self.creeps = self.creep(at_secs);
-                self.days.push((day, vec![off_px]));
-            }
-        }
-        // The current day isn't complete.
-        let first = self.days.len().saturating_sub(FOLLOWED_DAYS + 1);
-        self.days.drain(..first);
-    }
-
     /// Cause of a moved picture; a knocked lens doesn't roll it.
     fn cause(&self, rolled: bool) -> Cause {
         // A lens knocked farther no longer fills the picture.
@@ -342,7 +418,7 @@ impl Watch {
         if self.causes.len() < SEVERAL {
             return unknown;
         }
-        let evidence = self.causes.iter().rev().take(SEVERAL).sum::<f64>() / SEVERAL as f64;
+        let evidence = self.causes.iter().sum::<f64>() / self.causes.len() as f64;
         match evidence {
             e if e > SURE => Cause::Turned,
             e if e < -SURE => Cause::Knocked,
@@ -352,9 +428,6 @@ impl Watch {
 
     fn findings(&self, cycle: &Cycle) -> Vec<Finding> {
         let mut found = Vec::new();
-        found.extend(self.creeps);
-        found.extend(self.condition.dirt().map(|cell| Finding::Dirty { cell }));
-        found.extend(self.condition.is_hazy().then_some(Finding::Hazy));
         if let (State::Moved(_), Some(usual)) = (self.decision.state, self.usual_share) {
             let mut now: Vec<f64> = self.shares.iter().copied().collect();
             let share = crate::fit::median(&mut now).unwrap_or(usual);
@@ -370,35 +443,6 @@ impl Watch {
         found
     }
 
-    /// Largest slope of the daily medians, if beyond doubt; tested at the end of a day.
-    fn creep(&self, at_secs: f64) -> Option<Finding> {
-        if self.days.len() < FOLLOWED_DAYS {
-            return None;
-        }
-        let medians: Vec<(f64, Vector4<f64>)> =
-            self.days.iter().map(|(day, values)| (*day as f64, median4(values))).collect();
-        let n = medians.len() as f64;
-        let mean_day = medians.iter().map(|(day, _)| day).sum::<f64>() / n;
-        let mean: Vector4<f64> = medians.iter().map(|(_, m)| m).sum::<Vector4<f64>>() / n;
-        let spread: f64 = medians.iter().map(|(day, _)| (day - mean_day).powi(2)).sum();
-        let slope: Vector4<f64> =
-            medians.iter().map(|(day, m)| m * (day - mean_day)).sum::<Vector4<f64>>() / spread;
-        let left =
-            medians.iter().map(|(day, m)| (m - mean - slope * (day - mean_day)).map(|v| v * v));
-        let sd = (left.sum::<Vector4<f64>>() / ((n - 2.0) * spread)).map(f64::sqrt);
-        let significant = (0..4).filter(|i| slope[*i].abs() > CREEP_SIGMAS * sd[*i].max(1e-6));
-        let i = significant.max_by(|a, b| slope[*a].abs().total_cmp(&slope[*b].abs()))?;
-        let now = mean[i] + slope[i] * (at_secs / DAY_SECS - mean_day);
-        let limit = RELEVANT * self.width_px;
-        let days_left = (limit * slope[i].signum() - now) / slope[i];
-        // Not for changes that take years to matter.
-        (days_left < 365.0).then(|| {
-            let mut px_per_day = Vector4::zeros();
-            px_per_day[i] = slope[i];
-            Finding::Creeps { px_per_day, matters_secs: at_secs + days_left.max(0.0) * DAY_SECS }
-        })
-    }
-
     /// Enters a state; its start time is kept if the state is unchanged.
     fn enter(&mut self, state: State, since_secs: f64) {
         if std::mem::discriminant(&state) != std::mem::discriminant(&self.decision.state) {
@@ -406,6 +450,11 @@ impl Watch {
         }
         self.decision.state = state;
     }
+}
+
+/// Agreeing patches as a share of those looked for.
+fn seen_share(answer: &Answer) -> Option<f64> {
+    Some(f64::from(answer.patches[1]) / f64::from(answer.sought?.max(1)))
 }
 
 fn push<T>(values: &mut VecDeque<T>, value: T, most: usize) {

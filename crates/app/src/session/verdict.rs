@@ -14,6 +14,8 @@ pub enum Exit {
     Good,
     /// 3: ended, but the result isn't trustworthy, or misses its goal.
     NotTrustworthy,
+    /// 6: an installed camera can't be judged.
+    CannotTell,
     /// 5: an installed camera points elsewhere; its lens is unchanged.
     Moved,
     /// 4: an installed camera has changed.
@@ -30,6 +32,7 @@ impl From<Exit> for std::process::ExitCode {
             Exit::NotTrustworthy => Self::from(3),
             Exit::Recalibrate => Self::from(4),
             Exit::Moved => Self::from(5),
+            Exit::CannotTell => Self::from(6),
         }
     }
 }
