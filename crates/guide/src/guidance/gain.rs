@@ -29,7 +29,7 @@ const SERVED_AFTER_SECS: f64 = 5.0;
 const PLANNED_VIEWS: f64 = 4.0;
 /// Error of a corner beside its stated covariance: prints, lens models and compression aren't
 /// perfect.
-const UNSTATED_PX: f64 = 0.05;
+pub(super) const UNSTATED_PX: f64 = 0.05;
 
 /// Least share of the best pose's gain to accept a frame, after a board has been in the picture for
 /// `waited_secs` since the last view, which had the share `shown`. Decreases with `shown`.
