@@ -377,6 +377,22 @@ fn a_board_with_other_markers_is_said_to_have_them() {
 }
 
 #[test]
+fn letters_on_a_wall_are_no_board_and_a_mirrored_board_is_called_mirrored() {
+    let charuco = board([8, 11], "DICT_4X4_50", 0.75);
+    let find = |picture: &GrayImage| {
+        Detector::new(DetectorParams::default()).detect(picture, &charuco).err()
+    };
+    assert_eq!(find(&imageops::flip_horizontal(&drawn(DRAWN[0].0))), Some(Miss::Mirrored));
+    // Blocks in a grid that isn't a rectangle.
+    let print = GrayImage::from_fn(640, 480, |x, y| {
+        let (column, row) = (x.wrapping_sub(140) / 40, y.wrapping_sub(100) / 40);
+        let is_there = column < 8 && row < 7 && !(column > 4 && row > 3);
+        Luma([if is_there && (column + row) % 2 == 0 { 40 } else { 210 }])
+    });
+    assert_eq!(find(&imageops::blur(&print, 0.8)), Some(Miss::NoBoard));
+}
+
+#[test]
 fn a_calibration_names_the_markers_of_its_board() {
     let board = board([8, 11], "DICT_4X4_50", 0.75);
     let size = ImageSize { width_px: 1280, height_px: 720 };

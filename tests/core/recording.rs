@@ -352,6 +352,7 @@ fn seen() -> impl Strategy<Value = Result<Detection, Miss>> {
             let dictionary = Dictionary::default();
             Err(Miss::OtherBoard(OtherBoard::Charuco { dictionary, is_usual_side }))
         }),
+        Just(Err(Miss::Mirrored)),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherMarkers { markers })),
         (0_usize..50).prop_map(|markers| Err(Miss::OtherSquares { markers })),
         (0..99_usize, 1..99_usize).prop_map(|(found, wanted)| Err(Miss::Glare { found, wanted })),

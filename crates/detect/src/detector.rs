@@ -286,7 +286,10 @@ impl Detector {
                 Err(_) => {}
             }
         }
-        let is_other = matches!(best_miss, Miss::OtherBoard { .. } | Miss::OtherSquares { .. });
+        let is_other = matches!(
+            best_miss,
+            Miss::OtherBoard { .. } | Miss::OtherSquares { .. } | Miss::Mirrored
+        );
         if let Some(part) = best_part.filter(|_| !is_other) {
             return Ok(part);
         }

@@ -135,6 +135,14 @@ impl Lattice {
         self.nodes.len()
     }
 
+    /// True if the grid has all nodes of its extent.
+    pub(super) fn is_full(&self) -> bool {
+        self.extent().is_some_and(|(low, high)| {
+            let [columns, rows] = [high.0 - low.0 + 1, high.1 - low.1 + 1];
+            self.len() == (columns * rows) as usize
+        })
+    }
+
     /// Lowest and highest node along both axes; `None` if the grid is empty.
     pub(super) fn extent(&self) -> Option<(Node, Node)> {
         let first = *self.nodes.first()?;

@@ -9,13 +9,13 @@ use super::{
     complete::{Squares, complete},
     lattice::{Lattice, Node},
     marker_cells::Polarity,
-    marker_votes::{Candidate, Reading, Verdict, place},
+    marker_votes::{Candidate, Reading, Verdict, are_mirrored, place},
     missing::{Behind, SIDES, behind, why_missing},
     outcome::Miss,
 };
 use boresight_geometry::{boards::Board, markers::Markers};
 
-/// Least number of mismatched markers, and of corners without an adjacent marker, for another
+/// Least number of mismatched markers, and of corners of a full rectangle without any, for another
 /// board.
 pub(super) const LEAST_OTHER: usize = 3;
 const LEAST_PLAIN: usize = 12;
@@ -31,9 +31,9 @@ const LEAST_CORNERS: usize = 4;
 ///
 /// # Errors
 ///
-/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or none;
-/// [`Miss::OtherSquares`] if they are the board's, but elsewhere; [`Miss::PartialBoard`] if too few
-/// are seen.
+/// [`Miss::OtherMarkers`] if there are markers, but not the board's, or a plain board;
+/// [`Miss::Mirrored`] if they are the board's in a mirror; [`Miss::OtherSquares`] if they are the
+/// board's, but elsewhere; [`Miss::PartialBoard`] if too few are seen; [`Miss::NoBoard`] if none is.
 pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,
@@ -65,13 +65,14 @@ pub(super) fn name_corners(
         Verdict::OtherSquares => return Err(Miss::OtherSquares { markers: readings.len() }),
         Verdict::Unexplained => {
             let seen = readings.iter().filter(|reading| reading.is_sure).count();
-            let is_other = seen >= LEAST_OTHER
-                || (seen == 0 && lattice.len() >= LEAST_PLAIN)
-                || lattice.len() >= board.corner_count();
-            return Err(if is_other {
-                Miss::OtherMarkers { markers: seen }
-            } else {
-                partial(lattice)
+            let is_plain = lattice.len() >= LEAST_PLAIN && lattice.is_full();
+            return Err(match seen {
+                // Letters on a wall make grids, too.
+                0 if !is_plain => Miss::NoBoard,
+                LEAST_OTHER.. if are_mirrored(readings, markers) => Miss::Mirrored,
+                0 | LEAST_OTHER.. => Miss::OtherMarkers { markers: seen },
+                _ if lattice.len() >= board.corner_count() => Miss::OtherMarkers { markers: seen },
+                _ => partial(lattice),
             });
         }
     };

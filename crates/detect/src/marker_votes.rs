@@ -135,6 +135,22 @@ pub(super) fn read_markers(image: &GrayImage, lattice: &Lattice, markers: Marker
     readings
 }
 
+/// True if most of the sure readings are markers of the dictionary, seen in a mirror.
+pub(super) fn are_mirrored(readings: &[Reading], markers: Markers) -> bool {
+    let sure = || readings.iter().filter(|reading| reading.is_sure);
+    let side = markers.dictionary.side_cells();
+    let is_mirrored =
+        |reading: &&Reading| reading.codes.iter().any(|code| markers.knows(mirrored(*code, side)));
+    2 * sure().filter(is_mirrored).count() > sure().count()
+}
+
+/// Cells of a marker with left and right exchanged.
+fn mirrored(code: u64, side: usize) -> u64 {
+    let row = |row: usize| (code >> (row * side)) & ((1 << side) - 1);
+    let exchanged = |cells: u64| (0..side).fold(0, |sum, cell| sum << 1 | (cells >> cell & 1));
+    (0..side).map(|at| exchanged(row(at)) << (at * side)).sum()
+}
+
 /// Cells of a marker along axes turned from the grid's axes by `turn`.
 fn turned(code: u64, side: usize, turn: [[i32; 2]; 2]) -> u64 {
     let (count, last) = (side * side, side as i32 - 1);
@@ -320,6 +336,13 @@ mod tests {
         assert_ne!(quarter(code), code);
         assert_eq!(quarter(quarter(quarter(quarter(code)))), code);
         assert_eq!(quarter(quarter(code)), turned(code, 4, TURNS[2]));
+    }
+
+    #[test]
+    fn a_marker_mirrored_twice_is_itself() {
+        assert_eq!(mirrored(0b1011_0101_0011_0010, 4), 0b1101_1010_1100_0100);
+        let code = 0b110_101_000_001_111_010;
+        assert_eq!(mirrored(mirrored(code, 6), 6), code);
     }
 
     #[test]

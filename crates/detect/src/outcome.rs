@@ -165,6 +165,8 @@ pub enum Miss {
     },
     /// Another board, of another size or kind.
     OtherBoard(OtherBoard),
+    /// Board with markers like the named board's, seen in a mirror.
+    Mirrored,
     /// Board without the named board's markers in the light squares.
     OtherMarkers {
         /// Number of markers seen, from any dictionary.
@@ -213,6 +215,7 @@ impl Miss {
             // Some corners of a board with markers can look like this.
             | Self::OtherBoard(OtherBoard::Plain { .. } | OtherBoard::Larger { .. }) => true,
             Self::OtherBoard(_)
+            | Self::Mirrored
             | Self::OtherSquares { .. }
             | Self::TooSmall { .. }
             | Self::LowContrast { .. }
@@ -253,7 +256,8 @@ impl Miss {
             // Recognised if no other reason is clear.
             Self::OtherBoard(OtherBoard::Charuco { .. } | OtherBoard::AprilGrid) => 0,
             Self::OtherMarkers { markers } => 10 + markers,
-            Self::OtherSquares { .. }
+            Self::Mirrored
+            | Self::OtherSquares { .. }
             | Self::TooSmall { .. }
             | Self::Blurred { .. }
             | Self::LowContrast { .. } => 100_000,

@@ -170,7 +170,9 @@ fn moment(prompt: Prompt) -> Moment {
         Prompt::Paused => Moment::Rest,
         Prompt::Taken => Moment::Taken,
         Prompt::HoldStill => Moment::Hold,
-        Prompt::OtherBoard(_) | Prompt::OtherMarkers | Prompt::OtherSquares => Moment::OtherBoard,
+        Prompt::OtherBoard(_) | Prompt::Mirrored | Prompt::OtherMarkers | Prompt::OtherSquares => {
+            Moment::OtherBoard
+        }
         Prompt::ShowWholeFirst => Moment::BeyondEdge,
         Prompt::ShowBoard
         | Prompt::CutOff(_)

@@ -419,6 +419,7 @@ fn miss_code(miss: &Miss) -> &'static str {
         Miss::PartialBoard { .. } => "partial_board",
         Miss::Glare { .. } => "glare",
         Miss::OtherBoard(_) => "other_board",
+        Miss::Mirrored => "mirrored",
         Miss::OtherMarkers { .. } => "other_markers",
         Miss::OtherSquares { .. } => "other_squares",
         Miss::TooSmall { .. } => "too_small",

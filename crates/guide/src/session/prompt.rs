@@ -130,6 +130,8 @@ pub enum Prompt {
     Glare,
     /// Show the chosen board instead of a different one.
     OtherBoard(OtherBoard),
+    /// Show the board itself, not its mirror image.
+    Mirrored,
     /// Show the chosen board: the board in view has no markers, or different ones.
     OtherMarkers,
     /// Show the chosen board: the board in view has its markers in other places.
@@ -206,6 +208,7 @@ impl Prompt {
             | Self::Uncover
             | Self::Glare
             | Self::OtherBoard(_)
+            | Self::Mirrored
             | Self::OtherMarkers
             | Self::OtherSquares
             | Self::Blurred
@@ -316,6 +319,7 @@ impl Prompt {
             Miss::PartialBoard { cut_off_by: None, .. } => Self::Uncover,
             Miss::Glare { .. } => Self::Glare,
             Miss::OtherBoard(other) => Self::OtherBoard(other),
+            Miss::Mirrored => Self::Mirrored,
             Miss::OtherMarkers { .. } => Self::OtherMarkers,
             Miss::OtherSquares { .. } => Self::OtherSquares,
             Miss::TooSmall { .. } => Self::Closer,

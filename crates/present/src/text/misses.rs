@@ -31,6 +31,9 @@ pub fn miss(miss: &Miss) -> String {
             "Too much glare: {found} of {wanted} corners found. Tip the board away from the light"
         ),
         Miss::OtherBoard(other) => different(other),
+        Miss::Mirrored => {
+            "The board is mirrored. Switch the camera's flip off, or show the board's front".into()
+        }
         Miss::OtherMarkers { markers: 0 } => {
             "No markers seen on this board. Come closer, or choose a plain board: --board CxR"
                 .into()

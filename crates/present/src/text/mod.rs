@@ -91,6 +91,7 @@ pub fn prompt(prompt: Prompt) -> String {
             OtherBoard::AprilGrid => "This is an AprilGrid".into(),
             OtherBoard::Circles { .. } => "This is a circle grid".into(),
         },
+        Prompt::Mirrored => "Mirrored. Switch the camera's flip off".into(),
         Prompt::OtherMarkers => "Wrong markers. Show the other board".into(),
         Prompt::OtherSquares => "Different ChArUco layout".into(),
         Prompt::Closer => "Come closer".into(),

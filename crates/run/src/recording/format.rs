@@ -150,6 +150,7 @@ enum SeenLine {
         #[cfg_attr(feature = "schemas", schemars(with = "String"))]
         layout: CircleRows,
     },
+    Mirrored,
     OtherMarkers {
         markers: usize,
     },
@@ -363,6 +364,7 @@ impl From<SeenLine> for Result<Detection, Miss> {
             SeenLine::OtherCircles { columns, rows, layout } => {
                 Miss::OtherBoard(OtherBoard::Circles { columns, rows, layout })
             }
+            SeenLine::Mirrored => Miss::Mirrored,
             SeenLine::OtherMarkers { markers } => Miss::OtherMarkers { markers },
             SeenLine::OtherSquares { markers } => Miss::OtherSquares { markers },
             SeenLine::TooSmall { square_px, needed_px } => Miss::TooSmall { square_px, needed_px },
@@ -401,6 +403,7 @@ fn miss_to_line(miss: Miss) -> SeenLine {
                 SeenLine::OtherCircles { columns, rows, layout }
             }
         },
+        Miss::Mirrored => SeenLine::Mirrored,
         Miss::OtherMarkers { markers } => SeenLine::OtherMarkers { markers },
         Miss::OtherSquares { markers } => SeenLine::OtherSquares { markers },
         Miss::TooSmall { square_px, needed_px } => SeenLine::TooSmall { square_px, needed_px },
