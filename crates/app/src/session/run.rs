@@ -364,6 +364,7 @@ fn announced(mut on_frame: OnFrame, announcer: Announcer) -> impl FnMut(FrameRep
             announcer.ask(&match prompt {
                 // No choice here.
                 Prompt::OtherBoard(other) => text::miss(&Miss::OtherBoard(other)),
+                Prompt::Mirrored => text::miss(&Miss::Mirrored),
                 Prompt::OtherSquares => text::miss(&Miss::OtherSquares { markers: 0 }),
                 _ => now.sentence(mirrored),
             });
