@@ -86,7 +86,6 @@ fn picture(street: &Street, at: f64, chance: &mut Chance) -> Picture {
         cov: [0.01, 0.0, 0.0, 0.0, 0.01, 0.0, 0.0, 0.01, 0.0, 0.01],
         patches: [180, 140],
         sought: Some(200),
-        sought: Some(200),
         sharp: Some(0.05 * chance.normal()),
         contrast: Some(0.1 * chance.normal()),
         shake: None,

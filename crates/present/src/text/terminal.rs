@@ -27,20 +27,6 @@ pub fn keys(is_paused: bool, can_restore: bool) -> String {
     format!("p {pause}  u undo{redo}  t take now  q finish")
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_line_fits_beside_the_drawing() {
-        let line = pose((Some(0.33), 0.7), (Some(0.6), 0.74));
-        assert_eq!(line, "tilt 19° → 40°  size 60 → 74 %");
-        assert!(
-            [line, views(10, Some(14)), keys(true, true)].iter().all(|it| it.chars().count() <= 48)
-        );
-    }
-}
-
 /// A word quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);
@@ -54,6 +40,15 @@ pub fn quoted(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_fits_beside_the_drawing() {
+        let line = pose((Some(0.33), 0.7), (Some(0.6), 0.74));
+        assert_eq!(line, "tilt 19° → 40°  size 60 → 74 %");
+        assert!(
+            [line, views(10, Some(14)), keys(true, true)].iter().all(|it| it.chars().count() <= 48)
+        );
+    }
 
     #[test]
     fn words_are_quoted_where_a_shell_needs_it() {
