@@ -3,16 +3,19 @@
 //! rolling shutter; no picture is drawn.
 //!
 //! ```text
-//! people SEEDS [ROW]
+//! people SEEDS [ROW | grid [ROW]]
 //! ```
+//!
+//! `grid` varies the frame rate and the readout of the usual person's camera.
 
 mod best_turn;
+mod outlines;
 
 use std::{collections::VecDeque, sync::Mutex, thread};
 
 use best_turn::{differences_px, rms_px};
 use boresight_app::PersonCues;
-use boresight_calibrate::{Calibration, CalibrationParams, Verdict};
+use boresight_calibrate::{Calibration, CalibrationParams, Verdict, calibrate};
 use boresight_detect::{Detection, Miss, Quality};
 use boresight_geometry::{
     Camera, Corner,
@@ -27,19 +30,31 @@ use boresight_sim::{
     technician::{Person, Technician, TechnicianParams},
 };
 use nalgebra::{Isometry3, Point2, Point3, Vector2};
+use outlines::outlines;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
 /// Time limit of a person.
 const PATIENCE_SECS: f64 = 120.0;
+/// Causes of a finding, none of them there but a bend.
+const CAUSES: [&str; 8] = [
+    "FOCUS-MOVED",
+    "CAUSE-UNCLEAR",
+    "PIXELS-NOT-SQUARE",
+    "PIXELS-SKEWED",
+    "BOARD-STRETCHED",
+    "BOARD-FLEXES",
+    "ROLLING-SHUTTER",
+    "PICTURE-SHIFTED",
+];
 /// Minimum distance of a measured corner from the picture's edge.
 const EDGE_PX: f64 = 4.0;
 
 /// A person with a camera: times in milliseconds, the noise of a corner in pixels, the board's bend
 /// in millimetres.
 struct Row {
-    name: &'static str,
+    name: String,
     person: Person,
     habit: fn(TechnicianParams) -> TechnicianParams,
     size: (u32, u32),
@@ -52,18 +67,21 @@ struct Row {
 
 fn rows() -> Vec<Row> {
     let same = |habit| habit;
-    let row =
-        |name, person, size, per_sec, [exposure_ms, readout_ms, noise_px, bend_mm]: [f64; 4]| Row {
-            name,
-            person,
-            habit: same,
-            size,
-            per_sec,
-            exposure_ms,
-            readout_ms,
-            noise_px,
-            bend_mm,
-        };
+    let row = |name: &str,
+               person,
+               size,
+               per_sec,
+               [exposure_ms, readout_ms, noise_px, bend_mm]: [f64; 4]| Row {
+        name: name.into(),
+        person,
+        habit: same,
+        size,
+        per_sec,
+        exposure_ms,
+        readout_ms,
+        noise_px,
+        bend_mm,
+    };
     let (hd, vga, usual) = ((1280, 720), (640, 480), Person::Usual);
     vec![
         row("usual 1280, 8 ms", usual, hd, 30.0, [8.0, 0.0, 0.05, 0.0]),
@@ -95,6 +113,24 @@ fn rows() -> Vec<Row> {
     ]
 }
 
+/// Cameras at all frame rates and readouts; every other one is quiet.
+fn grid() -> Vec<Row> {
+    let readouts = [0.0, 10.0, 20.0, 30.0].into_iter().enumerate();
+    let row = |(nth, (per_sec, (of_readout, readout_ms))): (usize, (f64, (usize, f64)))| Row {
+        name: format!("{per_sec} per s, readout {readout_ms} ms"),
+        person: Person::Usual,
+        habit: |habit| habit,
+        size: if nth % 3 == 2 { (720, 1280) } else { (1280, 720) },
+        per_sec,
+        exposure_ms: [8.0, 16.0, 25.0, 33.0][(nth + of_readout) % 4],
+        readout_ms,
+        noise_px: if nth % 2 == 0 { 0.03 } else { 0.1 },
+        bend_mm: 0.2,
+    };
+    let rates = [6.0, 10.0, 15.0, 30.0].into_iter();
+    rates.flat_map(|rate| readouts.clone().map(move |it| (rate, it))).enumerate().map(row).collect()
+}
+
 /// Result of a session.
 struct Came {
     secs: f64,
@@ -102,7 +138,11 @@ struct Came {
     longest_wait_secs: f64,
     complete: bool,
     verdict: Option<Verdict>,
-    inside: bool,
+    /// Error over the boards and over the picture, each as a multiple of the bound.
+    beyond: Option<[f64; 2]>,
+    /// Error over the boards from the corners as seen, as a multiple of the session's error.
+    plain: Option<f64>,
+    causes: usize,
     /// Of f and the principal point.
     z: Option<[f64; 3]>,
     sentences_per_sec: f64,
@@ -199,8 +239,20 @@ fn session_of(row: &Row, seed: u64) -> Came {
         let pp_px = result.camera.pp_px - camera.pp_px;
         [(result.camera.f_px.x - camera.f_px.x) / sd[0], pp_px.x / sd[2], pp_px.y / sd[3]]
     });
-    let inside = result.is_some_and(|result| {
-        result.picture_bound_px().is_some_and(|bound_px| error_px(result, &camera) <= bound_px)
+    let as_seen: Vec<Vec<Corner>> =
+        session.accepted().iter().map(|taken| taken.seen.clone()).collect();
+    let boards = outlines(&scene.board, &as_seen);
+    let is_covered = |px: &Point2<f64>| boards.iter().any(|board| board.covers(px));
+    let covered_px = |result: &Calibration| error_px(result, &camera, &is_covered);
+    let beyond = result.and_then(|result| {
+        let picture = error_px(result, &camera, &|_| true) / result.picture_bound_px()?;
+        Some([covered_px(result) / result.covered_bound_px?, picture])
+    });
+    let plain = calibrate(&as_seen, &scene.board, image_size, &CalibrationParams::default());
+    let plain = result.zip(plain.ok());
+    let causes = result.map_or(0, |result| {
+        let codes = result.findings.iter().map(|finding| finding.code.code());
+        codes.filter(|code| CAUSES.contains(code)).count()
     });
     Came {
         secs,
@@ -208,7 +260,9 @@ fn session_of(row: &Row, seed: u64) -> Came {
         longest_wait_secs: longest_wait_secs.max(secs - last_view_secs),
         complete: session.progress() == Progress::Complete,
         verdict: result.map(|result| result.verdict),
-        inside,
+        beyond,
+        plain: plain.map(|(result, plain)| covered_px(&plain) / covered_px(result)),
+        causes,
         z,
         sentences_per_sec: f64::from(sentences) / secs,
     }
@@ -265,11 +319,11 @@ fn look(
     }
 }
 
-/// Root mean square error of projection over the picture a coordinate, after the best rotation of
-/// the camera.
-fn error_px(found: &Calibration, truth: &Camera) -> f64 {
+/// Root mean square error of projection a coordinate over a part of the picture, after the best
+/// rotation of the camera.
+fn error_px(found: &Calibration, truth: &Camera, is_inside: &dyn Fn(&Point2<f64>) -> bool) -> f64 {
     let project = |point: &_| found.camera.project(point);
-    differences_px(truth, &project, found.image_size, &|_| true)
+    differences_px(truth, &project, found.image_size, is_inside)
         .map_or(f64::INFINITY, |differences| rms_px(&differences))
 }
 
@@ -289,7 +343,7 @@ fn print(name: &str, all: &[Came]) {
     let secs = |part| quantile(all.iter().map(|came| came.secs), part);
     let wait = |part| quantile(all.iter().map(|came| came.longest_wait_secs), part);
     println!(
-        "| {name} | {:.1} / {:.1} | {:.0} | {:.1} / {:.1} | {} of {} | {} / {} / {} | {} | {:.2} {:.2} {:.2} | {:.2} |",
+        "| {name} | {:.1} / {:.1} | {:.0} | {:.1} / {:.1} | {} of {} | {} / {} / {} | {}, {} | {} | {:.2} | {} | {:.2} {:.2} {:.2} | {:.2} |",
         secs(0.5),
         secs(0.95),
         quantile(all.iter().map(|came| came.views as f64), 0.5),
@@ -300,7 +354,14 @@ fn print(name: &str, all: &[Came]) {
         count(&|came| came.verdict == Some(Verdict::Good)),
         count(&|came| came.verdict == Some(Verdict::Care)),
         count(&|came| !matches!(came.verdict, Some(Verdict::Good | Verdict::Care))),
-        count(&|came| came.inside),
+        count(&|came| came.beyond.is_some_and(|[boards, _]| boards <= 1.0)),
+        count(&|came| came.beyond.is_some_and(|[_, picture]| picture <= 1.0)),
+        count(&|came| {
+            let is_far = came.beyond.is_none_or(|of| of.into_iter().any(|times| times > 2.0));
+            came.verdict == Some(Verdict::Good) && is_far
+        }),
+        quantile(all.iter().filter_map(|came| came.plain), 0.5),
+        count(&|came| came.causes > 0),
         z(0),
         z(1),
         z(2),
@@ -311,14 +372,17 @@ fn print(name: &str, all: &[Came]) {
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
     let seeds: u64 = arguments.next().map_or(Ok(10), |seeds| seeds.parse())?;
-    let only = arguments.next();
+    let mut only = arguments.next();
+    let mut rows = rows();
+    if only.as_deref() == Some("grid") {
+        (rows, only) = (grid(), arguments.next());
+    }
     println!(
-        "| person, camera | s: median / 95 % | views | longest wait: median / 95 % | complete | GOOD / CARE / other | inside | z of f, cx, cy | sentences per s |"
+        "| person, camera | s: median / 95 % | views | longest wait: median / 95 % | complete | GOOD / CARE / other | inside: boards, picture | GOOD beyond two bounds | error as seen, times | causes | z of f, cx, cy | sentences per s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let mut everything = Vec::new();
-    for row in rows().iter().filter(|row| only.as_ref().is_none_or(|only| row.name.contains(only)))
-    {
+    for row in rows.iter().filter(|row| only.as_ref().is_none_or(|only| row.name.contains(only))) {
         let (next, came) = (Mutex::new(1..=seeds), Mutex::new(Vec::new()));
         let work = || {
             while let Some(seed) = next.lock().ok().and_then(|mut seeds| seeds.next()) {
@@ -334,7 +398,7 @@ fn main() -> anyhow::Result<()> {
             drop(other);
         });
         let came = came.into_inner().unwrap_or_default();
-        print(row.name, &came);
+        print(&row.name, &came);
         everything.extend(came);
     }
     print("all", &everything);
