@@ -52,14 +52,14 @@ impl Kind {
 
 /// Reader of the pictures of a topic.
 pub(super) enum Pictures {
-    Ros(RosImages),
+    Ros(Box<RosImages>),
     Foxglove(FoxgloveType, Box<Decompressor>),
 }
 
 impl Pictures {
     pub(super) fn new(kind: Kind) -> Self {
         match kind {
-            Kind::Ros(kind) => Self::Ros(RosImages::new(kind)),
+            Kind::Ros(kind) => Self::Ros(Box::new(RosImages::new(kind))),
             Kind::Foxglove(kind) => Self::Foxglove(kind, Box::default()),
         }
     }
