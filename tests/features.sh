@@ -24,26 +24,26 @@ limit 39 "detect" -p boresight-detect
 limit 33 "calibrate" -p boresight-calibrate
 limit 53 "formats" -p boresight-formats
 limit 40 "guide" -p boresight-guide
-# With tar and filetime, which pack what a bug report needs.
-limit 113 "the program's core" --no-default-features
+# With tar and filetime, which pack what a bug report needs, and the decoders of TIFF and WebP.
+limit 116 "the program's core" --no-default-features
 # With shlex, which splits a command into words.
-limit 117 "headless with live cameras" --no-default-features --features live
-limit 129 "headless with everything" --no-default-features --features live,nokhwa,report
+limit 120 "headless with live cameras" --no-default-features --features live
+limit 132 "headless with everything" --no-default-features --features live,nokhwa,report
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
-limit 165 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
-limit 318 "everything"
+limit 168 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
+limit 321 "everything"
 # Not in the default features: GigE Vision and GenICam, its channels, its XML, and waits on sockets.
-limit 136 "headless with machine-vision cameras" --no-default-features --features gige
+limit 138 "headless with machine-vision cameras" --no-default-features --features gige
 # Not in the default features: DDS and what it's made of: async streams (futures), the names of network cards (netlink), a clock
 # and a calendar (chrono), two libraries for bytes.
-limit 167 "headless with cameras of ROS 2" --no-default-features --features ros2
+limit 169 "headless with cameras of ROS 2" --no-default-features --features ros2
 # Not in the default features: MCAP and its two compressions, SQLite, and what describes MCAP's records.
-limit 146 "headless with recorded bags" --no-default-features --features bags
+limit 150 "headless with recorded bags" --no-default-features --features bags
 # Not in the default features: Thrift, its schema language, and Snappy.
-limit 126 "a table of a batch in Parquet" --no-default-features --features parquet
+limit 127 "a table of a batch in Parquet" --no-default-features --features parquet
 # Not in the default features: requests to an object store, their signatures, TLS with the system's certificates, and
 # XML. The most of all features, for names in other scripts (ICU) come with addresses.
-limit 221 "a batch in object stores" --no-default-features --features cloud
+limit 224 "a batch in object stores" --no-default-features --features cloud
 
 # Products of matrices that are chosen by the processor would decide otherwise on another one.
 if cargo tree --quiet --workspace -e normal,features -i nalgebra | grep -q 'nalgebra feature "matrixmultiply"'; then
