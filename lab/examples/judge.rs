@@ -11,7 +11,7 @@ mod corner_lists;
 
 use std::{collections::BTreeMap, path::Path};
 
-use boresight_calibrate::{Answer, CalibrationParams, GivenLens, calibrate, judge};
+use boresight_calibrate::{Answer, CalibrationParams, GivenLens, WrongPart, calibrate, judge};
 use boresight_geometry::Camera;
 use corner_lists::{Set, each, read_list};
 use nalgebra::Vector2;
@@ -102,7 +102,7 @@ fn judged(set: &Set) -> Vec<Row> {
             truth_px: truth.off_px,
             interval_px: [found.least_px, found.off_px, found.most_px],
             goal_px: found.goal_px,
-            code: found.wrong.as_ref().map(|wrong| wrong.code()),
+            code: found.wrong.as_ref().map(WrongPart::code),
         });
     }
     rows

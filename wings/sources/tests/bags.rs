@@ -1,6 +1,8 @@
 //! Bags that others wrote (tests/sources/write_bags.py), whole and broken: each picture that is
 //! delivered is the one that was recorded.
 
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+
 use std::{
     fs,
     path::{Path, PathBuf},
