@@ -48,8 +48,8 @@ const ENDINGS: [&str; 6] = ["yaml", "yml", "xml", "json", "cameramodel", "xmp"];
 /// residuals are shown, and are no evidence: a wrong lens fits its own views, too. The error is the
 /// root mean square where the board was, after the best turn of the camera.
 ///
-/// Reads every format that convert reads. Without pictures, only what the file shows by itself is
-/// told. A folder with a calibration and its pictures needs no other name.
+/// Reads every format that convert reads. Without pictures, only what the file alone shows is
+/// reported. A folder with a calibration and its pictures needs no other name.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

@@ -366,6 +366,7 @@ fn wrong_words_are_usage_errors_that_teach() {
         "replay",
         "calibrate",
         "check",
+        "judge",
         "detect",
         "simulate",
         "export",
@@ -387,7 +388,7 @@ fn wrong_words_are_usage_errors_that_teach() {
     // The exit codes are those of the documentation, word for word.
     let help = boresight(folder.path(), &["--help"]).stdout;
     let page = include_str!("../../docs/commands.md").replace('`', "");
-    for code in 0..=4 {
+    for code in 0..=6 {
         let row = |line: &str| Some(line.strip_prefix(&format!("| {code} | "))?.replace(" |", ""));
         let meaning = page.lines().find_map(row).expect("a row");
         assert!(help.contains(&format!("\n  {code}  {meaning}\n")), "{meaning}: {help}");
