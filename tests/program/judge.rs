@@ -70,7 +70,7 @@ fn a_sound_file_is_true_and_a_wrong_one_off_by_its_part() {
         ["sound.yaml", "long.yaml"].map(|name| ended.stderr.rfind(name).expect("listed")).into();
     assert!(order[0] < order[1], "{}", ended.stderr);
     says(&boresight(place, &["judge", "better.yaml", &session]), 0, &["TRUE"]);
-    says(&boresight(place, &both), 1, &["better.yaml", "exists"]);
+    says(&boresight(place, &both), 1, &["already a file", "better.yaml"]);
 }
 
 #[test]
