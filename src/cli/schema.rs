@@ -43,6 +43,7 @@ const SCHEMAS: &[(&str, &str)] = &[
     schema!("devices", "v1"),
     schema!("doctor", "v1"),
     schema!("history", "v1"),
+    schema!("judgement", "v1"),
     schema!("paths", "v1"),
     schema!("report", "v1"),
     schema!("session-journal-line", "v1"),
