@@ -103,7 +103,7 @@ fn decisions_that_do_not_follow_are_told_from_those_of_other_rules() {
         lines.insert(0, format!("guidance_rules = {stated}"));
         fs::write(&header, lines.join("\n")).expect("written");
     }
-    says(&boresight(place, &["doctor", "same"]), 1, &["session.toml doesn't belong"]);
+    says(&boresight(place, &["doctor", "same"]), 1, &["follow from what was recorded"]);
     says(&boresight(place, &["doctor", "later"]), 0, &["No damage found"]);
     says(&boresight(place, &["replay", "later"]), 1, &["newer boresight"]);
     let same = boresight(place, &["replay", "same"]);

@@ -16,7 +16,11 @@ const LONGEST_GAP_SECS: f64 = DAY_SECS / 2.0;
 pub(crate) fn lived_secs(times: impl IntoIterator<Item = f64>) -> f64 {
     let mut last = None;
     let gap = |at: f64| last.replace(at).map_or(0.0, |before| at - before);
-    times.into_iter().map(gap).map(|gap| gap.clamp(0.0, LONGEST_GAP_SECS)).sum()
+    times
+        .into_iter()
+        .map(gap)
+        .map(|gap| gap.clamp(0.0, LONGEST_GAP_SECS))
+        .fold(0.0, |sum, gap| sum + gap)
 }
 
 /// Component-wise median; zero without values.
