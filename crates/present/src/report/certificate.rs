@@ -119,10 +119,13 @@ fn verdict(calibration: &CalibrationFile) -> String {
         None => found.iter().map(|finding| finding.message.as_str()).collect(),
     };
     let limited = first.map_or(String::new(), |first| format!(": {}", escaped(first)));
+    let said = report_words::verdict_of(calibration);
+    // The warning stands there itself.
+    let points_below = calibration.verdict == "care" && first.is_some();
+    let said = said.split(':').next().filter(|_| points_below).unwrap_or(said);
     let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong>{limited}</p>\n",
-        report_words::sign_of(calibration),
-        report_words::verdict_of(calibration)
+        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{said}</strong>{limited}</p>\n",
+        report_words::sign_of(calibration)
     );
     if !warnings.is_empty() {
         let shown = warnings[..warnings.len().min(WARNINGS)].join(". ");
