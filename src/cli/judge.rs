@@ -167,7 +167,8 @@ impl Arguments {
         Ok((judged, pictures))
     }
 
-    /// Lens of `pictures`, or of a corner table of pictures of `table_size`. If they show another board than the default one, of that.
+    /// Lens of `pictures`, or of a corner table of pictures of `table_size`. Another board than the
+    /// default one is found if the pictures agree on it.
     fn fresh(&self, pictures: &[PathBuf], table_size: Option<Size>) -> anyhow::Result<Fresh> {
         let of_session = match pictures {
             [folder] if is_session(folder) => Some(from_session(folder, &announcer())?),

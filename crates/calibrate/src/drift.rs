@@ -28,7 +28,7 @@ pub const DRIFT_VIEWS: usize = 4;
 /// picture's width.
 const COVERED_MARGIN_FRACTION: f64 = 0.05;
 /// Least number of seen corners in a view: a pose has six parameters.
-const LEAST_SEEN: usize = 6;
+pub(super) const LEAST_SEEN: usize = 6;
 /// Largest fraction of a view's corners beyond the margin.
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
 /// Number of views beyond which more wouldn't help: then the old calibration is what isn't known.

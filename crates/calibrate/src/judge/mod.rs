@@ -1,5 +1,5 @@
 //! Judges the calibration of another program, or of another day, by a fresh one: the difference
-//! between the two lenses is held to the uncertainty of the fresh one. `docs/method.md`, section 5.
+//! between the two lenses is held to the uncertainty of the fresh one. `docs/method.md`, section 4.1.
 //!
 //! | file | holds |
 //! |---|---|
@@ -16,14 +16,11 @@ use nalgebra::{Point2, SVector, Vector2};
 
 use self::closest::Rays;
 pub use self::{sized::SizeFit, wrong_part::WrongPart};
-use crate::{Calibration, LensFlaw, Limits, Verdict, projection_jacobian};
+use crate::{Calibration, LensFlaw, Limits, Verdict, drift::LEAST_SEEN, projection_jacobian};
 use boresight_geometry::{
     BoardOutline, Camera, Corner, LENS_PARAMETERS, boards::Board, cell_centres_px, fit_pose,
     frame::ImageSize, seen_count,
 };
-
-/// Least number of corners in a view whose residuals count.
-const LEAST_SEEN: usize = 6;
 
 /// Standard deviations below a measured error that the true one doesn't lie under, 39 times of 40.
 const SDS: f64 = 1.96;
@@ -178,9 +175,6 @@ pub fn judge(
         Some(bound_px) if fresh.verdict != Verdict::Untrustworthy => bound_px,
         _ => return Err(NotJudged::NoFreshLens),
     };
-    let pictures = fresh.image_size;
-    let outlines: Vec<BoardOutline> =
-        views.iter().filter_map(|view| outline(view, board)).collect();
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
     let covered = Rays::of(&fresh.camera, cell_centres_px(pictures).filter(is_covered));
     let off = |(camera, _): &(Camera, SizeFit)| {
