@@ -177,15 +177,16 @@ pub fn judge(
     };
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
     let covered = Rays::of(&fresh.camera, cell_centres_px(pictures).filter(is_covered));
-    let off = |(camera, _): &(Camera, SizeFit)| {
-        covered.closest_to(camera, &[]).map_or(f64::INFINITY, |closest| closest.off_px)
-    };
+    let sized = sized::sized(given, pictures);
+    if sized.is_empty() {
+        return Err(NotJudged::OtherSize { pictures, given: given.image_size });
+    }
+    let compared = sized
+        .into_iter()
+        .filter_map(|(camera, size)| Some((covered.closest_to(&camera, &[])?, camera, size)));
     // A picture may have been turned either way.
-    let sized = sized::sized(given, pictures).into_iter();
-    let (camera, size) = sized
-        .min_by(|a, b| off(a).total_cmp(&off(b)))
-        .ok_or(NotJudged::OtherSize { pictures, given: given.image_size })?;
-    let closest = covered.closest_to(&camera, &[]).ok_or(NotJudged::NothingShared)?;
+    let nearest = compared.min_by(|a, b| a.0.off_px.total_cmp(&b.0.off_px));
+    let (closest, camera, size) = nearest.ok_or(NotJudged::NothingShared)?;
     let off_px = closest.off_px;
     let goal_px = goal_px.unwrap_or_else(|| Limits::of(pictures).goal_px);
     let sd_px =
