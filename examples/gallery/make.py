@@ -20,7 +20,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 PAGE = ROOT / "book/src/gallery.md"
-VERDICTS = {"good": "GOOD", "care": "USE WITH CARE", "unfinished": "UNFINISHED", "untrustworthy": "NOT TRUSTWORTHY"}
+VERDICTS = {"good": "Good", "care": "Use with care", "unfinished": "Unfinished", "untrustworthy": "Not trustworthy"}
 
 
 def sections(page):

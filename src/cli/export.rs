@@ -136,7 +136,7 @@ pub(super) fn written(
 
 fn ended(untrustworthy: bool) -> Exit {
     if untrustworthy {
-        say("This calibration is NOT TRUSTWORTHY; its findings say why.");
+        say("This calibration isn't trustworthy; its findings say why.");
         return Exit::NotTrustworthy;
     }
     Exit::Good

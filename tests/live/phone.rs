@@ -469,7 +469,7 @@ fn a_session_is_shown_and_obeys_the_page() {
     assert_eq!(said, BTreeSet::new(), "missing in link.js");
     assert!(taken >= 5 && done == 1, "four views at least, one of them twice: {taken}, {done}");
     // Two pairs alone may lie slightly less than 41° apart: a remark.
-    let usable = ["GOOD (SIMULATED)", "USE WITH CARE (SIMULATED)"];
+    let usable = ["Good (SIMULATED)", "Use with care (SIMULATED)"];
     let what = result["what"].as_str().unwrap_or_default();
     assert!(usable.iter().any(|usable| what.starts_with(usable)), "{what}");
     let files = result["files"].as_array().expect("files");

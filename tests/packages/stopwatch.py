@@ -40,7 +40,7 @@ def bytes_in(folder):
 
 
 def is_good(place, said):
-    if "GOOD (SIMULATED)" not in said or not (place / "shown/report.html").stat().st_size:
+    if "Good (SIMULATED)" not in said or not (place / "shown/report.html").stat().st_size:
         sys.exit(f"no good end:\n{said}")
 
 
@@ -68,7 +68,7 @@ def page(file, place):
             el('columns').value = 7; el('rows').value = 5; el('square').value = 30; el('plan').value = 'adaptive'; el('start').click()""")
         browser.find_element("id", "chosen").send_keys("\n".join(map(str, PICTURES)))
         until("live.stage === 'ended' && shown === 'result'")
-        if "GOOD" not in browser.execute_script("return ended.what"):
+        if "Good" not in browser.execute_script("return ended.what"):
             sys.exit(browser.execute_script("return JSON.stringify(ended)"))
         browser.execute_script("[...el('files').children].find(button => button.textContent === 'Report').click()")
         while not (place / "report.html").exists():

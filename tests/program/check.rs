@@ -71,7 +71,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     let moved = scene(folder, "moved.toml", "image_size_px = [640, 480]\npp_px = [317, 238]");
     let again = ["--out", "second", "--recalibrate"];
     let ended = boresight(folder, &[&check[..], &[&moved], &again[..]].concat());
-    says(&ended, 0, &["RECALIBRATE", "Recalibrate.", "GOOD"]);
+    says(&ended, 0, &["RECALIBRATE", "Recalibrate.", "Good"]);
     let checked = fs::read_to_string(folder.join("second/check.json")).expect("readable");
     let found: Value = serde_json::from_str(&checked).expect("JSON");
     assert_eq!(found["verdict"], "recalibrate");
@@ -102,7 +102,7 @@ fn a_camera_is_checked_and_only_a_changed_one_is_told() {
     says(
         &ended,
         0,
-        &["GOOD", "Compared with old/calibration.json:", "RECALIBRATE", "Use the new calibration"],
+        &["Good", "Compared with old/calibration.json:", "RECALIBRATE", "Use the new calibration"],
     );
     assert_eq!(verdict(&ended.stdout)["replaces"], old);
     let checked = fs::read_to_string(folder.join("fourth/check.json")).expect("readable");
@@ -156,7 +156,7 @@ fn a_session_calibrated_again_keeps_its_source() {
     let folder = folder.path();
     let old = calibrated(folder);
     let again = ["calibrate", "old", "--out", "again.json", "--report", "again.html"];
-    says(&boresight(folder, &again), 0, &["GOOD (SIMULATED)"]);
+    says(&boresight(folder, &again), 0, &["Good (SIMULATED)"]);
     let read = |name: &str| fs::read_to_string(folder.join(name)).expect("readable");
     let file = |name: &str| serde_json::from_str::<Value>(&read(name)).expect("JSON");
     for field in ["source", "camera"] {

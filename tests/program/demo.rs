@@ -21,7 +21,7 @@ fn a_session_is_shown_to_its_good_end_and_marked_as_simulated() {
         says(
             &ended,
             0,
-            &["SIMULATED camera", "Taken: view 1", "GOOD (SIMULATED)", "boresight target"],
+            &["SIMULATED camera", "Taken: view 1", "Good (SIMULATED)", "boresight target"],
         );
         let result: Value = serde_json::from_str(ended.stdout.trim()).expect("JSON");
         assert_eq!(

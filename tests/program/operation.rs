@@ -62,7 +62,7 @@ fn the_exit_code_follows_the_verdict_though_the_plan_is_not_complete() {
     let guide = ["guide", "--headless", "--source", "sim:scene.toml", "--out", "s"];
     let ending = ["--max-frames", "120", "--set", "guidance.plan=full"];
     let ended = boresight(place, &[&guide[..], &ending[..]].concat());
-    says(&ended, 0, &["Ended early", "GOOD"]);
+    says(&ended, 0, &["Ended early", "Good"]);
     says(&boresight(place, &["report", "s"]), 0, &[]);
 }
 

@@ -88,7 +88,7 @@ fn a_calibration_goes_through_every_format_that_holds_it() {
     // Nobody judged it: no certificate to sign.
     says(&boresight(place, &["report", "camera.json"]), 3, &["NOT JUDGED", "Report: camera.html"]);
     let page = fs::read_to_string(place.join("camera.html")).expect("written");
-    assert!(page.contains("NOT JUDGED") && !page.contains("USE WITH CARE"));
+    assert!(page.contains("NOT JUDGED") && !page.contains("Use with care"));
     assert!(!page.contains("ertificate</h1>") && !page.contains("id=\"certificate\""));
 }
 
@@ -151,7 +151,7 @@ fn a_sessions_views_calibrate_again() {
     let session = good();
     let session = session.to_str().expect("a path");
     let ended = boresight(place.path(), &["calibrate", session, "--json"]);
-    says(&ended, 0, &["GOOD"]);
+    says(&ended, 0, &["Good"]);
     let recorded = json(&fs::read_to_string(good().join("calibration.json")).expect("readable"));
     let again = json(&ended.stdout);
     let f = |file: &Value| file["result"]["f_px"][0].as_f64().expect("px");
@@ -164,7 +164,7 @@ fn a_sessions_views_calibrate_again() {
     );
     // A person who measures a square afterwards corrects it; a report without effect tells so.
     let larger = boresight(place.path(), &["calibrate", session, "--square", "30mm", "--json"]);
-    says(&larger, 0, &["GOOD"]);
+    says(&larger, 0, &["Good"]);
     let square = |file: &Value| file["board"]["square_mm"].as_f64().expect("mm");
     assert!((square(&json(&larger.stdout)) - 30.0).abs() < 1e-9);
     assert!((f(&json(&larger.stdout)) - f(&again)).abs() < 1e-6);

@@ -139,7 +139,7 @@ fn the_program_reports_and_exports_the_recorded_views() {
     }
     let reported = boresight(place.path(), &["report", "session"]);
     // Three views are too few.
-    says(&reported, 3, &["This version would decide differently", "UNFINISHED"]);
+    says(&reported, 3, &["This version would decide differently", "Unfinished"]);
     let page = fs::read_to_string(path.join("report.html")).expect("written");
     assert!(page.contains(&live.accepted()[0].picture_name()), "no first view in the report");
 }

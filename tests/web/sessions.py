@@ -218,7 +218,7 @@ def session(options, link, place, video, board, square_mm, must_be_good):
     print(f"  a look takes {percentile(stats['looks'], .5):.1f} ms, p95 {percentile(stats['looks'], .95):.1f} ms; browser {peak_mb:.0f} MB")
     for line in verdict[1][:4]:
         print(f"  {line[0]}: {line[1]}")
-    if must_be_good and not verdict[0].startswith("GOOD"):
+    if must_be_good and not verdict[0].startswith("Good"):
         print("  NOT GOOD: the page judged too few pictures, or its guidance is wrong")
         options.failed = True
     beside(options, folder, calibration)

@@ -15,6 +15,7 @@ use boresight::{
         Scene,
         technician::{Cue, CueKind, Technician},
     },
+    ui::{Placed, guide},
 };
 use egui::{Rect, Theme, Vec2, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
@@ -22,7 +23,7 @@ use nalgebra::{Point2, Vector2, Vector3};
 
 use crate::{
     Page, Table,
-    eyes::{Look, Quad, Sight, lit},
+    eyes::{Look, Quad, Sight},
     fixtures::{Moment, moments},
     harness_at,
     matrix::{picture, square_to},
@@ -60,6 +61,8 @@ fn window(moments: &[Moment]) -> Harness<'static, Table> {
     let screen = &mut page.state_mut().screen;
     screen.source = "HD Webcam".into();
     screen.preferences.panels = false;
+    // The board in the air stands still at the requested pose.
+    page.ctx.all_styles_mut(|style| style.animation_time = 0.0);
     page.run();
     page
 }
@@ -103,8 +106,13 @@ fn sitting(seed: u64, page: &mut Harness<'static, Table>) -> (Session, f64, Vec<
         screen.picture.show_frame(&frame, screen.now_secs);
         page.step();
         let painted = page.render().expect("painted");
-        let below = page.get_by_role(Role::Status).rect().bottom();
-        let look = Look { painted: &painted, picture: lit(&painted, below) };
+        let page_rect = page.get_by_role_and_label(Role::Image, "Live picture").rect();
+        let whole = Placed::within(page_rect, SIZE, false).rect;
+        let said = page.get_by_role(Role::Status).rect();
+        let picture = whole.with_max_y(said.top().min(whole.bottom()));
+        let (middle, radius) = guide::air::disc(page_rect);
+        let disc = Rect::from_center_size(middle, Vec2::splat(2.2 * radius));
+        let look = Look { painted: &painted, picture, disc };
         match look.sees() {
             Sight::Flash if last.is_some() => {
                 last = None;
@@ -118,7 +126,7 @@ fn sitting(seed: u64, page: &mut Harness<'static, Table>) -> (Session, f64, Vec<
                 if last.as_ref().is_some_and(|last| apart(last) < ANOTHER) {
                     continue;
                 }
-                let Some(ghost_px) = on_card(&card, look.picture, &scene.board) else { continue };
+                let Some(ghost_px) = on_card(&card, whole, &scene.board) else { continue };
                 if let Some(wanted) = &wanted {
                     let off = ghost_px.iter().zip(&wanted.ghost_px).map(|(a, b)| (a - b).norm());
                     off_px.push(off.sum::<f64>() / ghost_px.len() as f64);

@@ -208,6 +208,7 @@ fn a_control_is_set_on_the_camera_and_recorded_and_kept_for_the_next_session() {
         OneCamera { kernel: kernel.clone(), folder: folder.path().into(), opened: Arc::default() };
     let mut window = app::window(|ctx| App::new(ctx, Box::new(host)));
     let reads = |window: &app::Window, words: &str| window.query_by_label(words).is_some();
+    window.key_press(egui::Key::H);
     app::until(&mut window, "the locked exposure", |window| reads(window, "locked at 156"));
     window.get_by_role_and_label(Role::SpinButton, "Exposure").focus();
     window.step();

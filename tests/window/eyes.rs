@@ -1,6 +1,6 @@
 //! A person's view of the painted pixels: the card, by its colour.
 
-use egui::{Rect, Vec2};
+use egui::{Rect, pos2};
 use image::RgbaImage;
 use nalgebra::{Point2, Vector2};
 
@@ -96,18 +96,13 @@ fn quad(mut polygon: Vec<Point2<f64>>, picture: Rect) -> Option<Quad> {
     (polygon.len() == 4).then(|| std::array::from_fn(|i| polygon[(first + i) % 4]))
 }
 
-/// The camera's picture: the pixels other than black below the sentence.
-pub(crate) fn lit(painted: &RgbaImage, below: f32) -> Rect {
-    let pixels = painted.enumerate_pixels().skip(below.ceil() as usize * painted.width() as usize);
-    pixels.filter(|(_, _, pixel)| pixel.0[0] > 24).fold(Rect::NOTHING, |lit, (x, y, _)| {
-        lit.union(Rect::from_min_size(egui::pos2(x as f32, y as f32), Vec2::splat(1.0)))
-    })
-}
-
 /// A look at a painted window.
 pub(crate) struct Look<'a> {
     pub(crate) painted: &'a RgbaImage,
+    /// The camera's picture, down to the sentence.
     pub(crate) picture: Rect,
+    /// Around the board in the air.
+    pub(crate) disc: Rect,
 }
 
 impl Look<'_> {
@@ -133,25 +128,20 @@ impl Look<'_> {
         found
     }
 
-    /// The dark panel with both cards, if present: dark all around.
-    fn inset(&self) -> Option<Rect> {
-        let side = (0.2 * self.picture.height()).max(96.0).min(0.4 * self.picture.width());
-        [2.2, 1.2].into_iter().find_map(|cells| {
-            let size = Vec2::new(cells * side, 1.15 * side);
-            let place = Rect::from_min_size(
-                self.picture.right_top() + Vec2::new(-12.0 - size.x, 12.0),
-                size,
-            );
-            let rim = place.shrink(2.0);
-            let dark = |x: f32, y: f32| {
-                self.painted.get_pixel(x as u32, y as u32).0[..3].iter().all(|l| *l < 50)
-            };
-            let is_dark = (2..19).all(|i| {
-                let at = rim.min + rim.size() * (i as f32 / 20.0);
-                dark(at.x, rim.top()) && dark(rim.left(), at.y) && dark(rim.right(), at.y)
-            });
-            is_dark.then_some(place)
-        })
+    /// Pixels of the rim in the disc, not those of the ring.
+    fn amber_in_the_disc(&self) -> Vec<Point2<f64>> {
+        let (middle, reach) = (self.disc.center(), 0.43 * self.disc.width());
+        let mut found = Vec::new();
+        for y in self.disc.top().max(0.0) as u32..self.disc.bottom() as u32 {
+            for x in self.disc.left() as u32..(self.disc.right() as u32).min(self.painted.width()) {
+                let at = pos2(x as f32 + 0.5, y as f32 + 0.5);
+                let [r, g, b, _] = self.painted.get_pixel(x, y).0;
+                if at.distance(middle) < reach && r > g && g > b && r - b > 60 {
+                    found.push(Point2::new(f64::from(at.x), f64::from(at.y)));
+                }
+            }
+        }
+        found
     }
 
     pub(crate) fn sees(&self) -> Sight {
@@ -161,19 +151,20 @@ impl Look<'_> {
         if corners.iter().all(|at| self.tint(at.x, at.y) > 12) {
             return Sight::Flash;
         }
-        let inset = self.inset();
-        let seen = self.tinted(picture, 12, inset);
+        let seen = self.tinted(picture, 12, Some(self.disc));
         let outline = hull(seen.clone());
         // The outline of a held board is tinted, too, and empty.
         if outline.len() < 3 || (seen.len() as f64) < 0.5 * area(&outline) {
             return Sight::Nothing;
         }
-        let card = match inset {
-            None => quad(outline, picture),
-            Some(inset) => {
-                let small = hull(self.tinted(inset.shrink(4.0), 60, None));
-                quad(small, inset).and_then(|small| self.placed(&small, inset))
-            }
+        // A small board in the air tells the shape of a card that is cut off by the picture's edge.
+        let is_cut =
+            seen.iter().any(|at| !picture.shrink(3.0).contains(pos2(at.x as f32, at.y as f32)));
+        let card = if is_cut {
+            let small = hull(self.amber_in_the_disc());
+            quad(small, self.disc).and_then(|small| self.placed(&small, self.disc))
+        } else {
+            quad(outline, picture)
         };
         card.map_or(Sight::Nothing, Sight::Card)
     }

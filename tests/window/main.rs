@@ -20,10 +20,13 @@ mod paint_time;
 #[cfg(feature = "serve")]
 mod phone;
 mod picker;
+mod result_card;
 mod screenshots;
 mod start_page;
 #[path = "../common/world.rs"]
 mod world;
+
+use std::path::Path;
 
 use boresight::{
     app::{
@@ -42,7 +45,7 @@ use boresight::{
     session::{Outcome, Prompt, Shown, Snapshot},
     text::{Act, charts::Chart},
     ui::{
-        SMALLEST, Screen, UiAction, apply_theme, guide,
+        Preferences, SMALLEST, Screen, UiAction, apply_theme, guide,
         replay::{self, Replayed},
         result, settings,
         start::{self, StartPage},
@@ -107,7 +110,9 @@ fn show(ui: &mut egui::Ui, table: &mut Table) {
         Page::Result => {
             let ended = Ended {
                 folder: "sessions/one".into(),
-                files: vec!["sessions/one/calibration.json".into()],
+                files: ["calibration.json", "report.html"]
+                    .map(|it| Path::new("sessions/one").join(it))
+                    .into(),
                 compared: None,
                 trouble: None,
             };
@@ -143,6 +148,7 @@ fn harness_at(
         source: "sim:everyday".into(),
         now_secs: 10.0,
         taken_secs: moment.taken.then_some(9.4),
+        preferences: Preferences { panels: true, ..Preferences::default() },
         ..Screen::default()
     };
     let captured_at =
@@ -157,7 +163,7 @@ fn harness_at(
     let table = Table {
         screen: Screen::default(),
         page,
-        result: result::ResultPage::default(),
+        result: result::ResultPage { engineer: true, ..result::ResultPage::default() },
         replayed: None,
         start: StartPage::new(start_page::chosen()),
         choices: start_page::choices(),
@@ -419,6 +425,7 @@ fn a_replay_steps_through_decisions_and_says_why() {
     let mut page = Harness::builder()
         .with_size(SMALLEST)
         .renderer(Painter::default())
+        .with_context_setup(apply_theme)
         .build_ui_state(replay::show, replayed.expect("there are steps"));
     let says = |page: &Harness<'_, Replayed>, words: &str| {
         let labels = page.get_all_by_role(Role::Label);
@@ -457,7 +464,7 @@ fn pages_look_as_they_did() {
         ("guide_searching", Page::Guide, "searching", Theme::Light),
         ("guide_lost", Page::Guide, "camera lost", Theme::Dark),
         ("result_unfinished", Page::Result, "partner wanted", Theme::Light),
-        ("result_good", Page::Result, "done good", Theme::Dark),
+        ("result_engineer", Page::Result, "done good", Theme::Dark),
         ("replay", Page::Replay, "accepted", Theme::Dark),
         ("start", Page::Start, "fresh", Theme::Dark),
         ("start_light", Page::Start, "fresh", Theme::Light),
@@ -467,6 +474,18 @@ fn pages_look_as_they_did() {
         let mut harness = harness(page, moment, theme, 1.0);
         harness.snapshot(file);
         results.extend_harness(&mut harness);
+    }
+    for (file, name, theme) in [
+        ("result_good", "done good", Theme::Dark),
+        ("result_care", "done care", Theme::Light),
+        ("result_untrustworthy", "done untrustworthy", Theme::Dark),
+    ] {
+        let moment = moments.iter().find(|m| m.name == name).expect("a moment of that name");
+        let mut card = harness(Page::Result, moment, theme, 1.0);
+        card.state_mut().result.engineer = false;
+        card.run();
+        card.snapshot(file);
+        results.extend_harness(&mut card);
     }
     let partner = moments.iter().find(|m| m.name == "partner wanted").expect("there");
     let size = egui::vec2(1920.0, 1080.0);

@@ -28,7 +28,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
         folder: "sessions/one".into(),
         when: "21 November 2026, 09:00".into(),
         camera: "Front camera, 1280 × 720".into(),
-        verdict: "GOOD".into(),
+        verdict: "Good".into(),
         judged: Some(Verdict::Good),
         views: Some(5),
         report: Some("sessions/one/report.html".into()),
@@ -36,7 +36,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
     let formats = vec!["OpenCV", "ROS"];
     let mut page = page(Picker { recordings, formats, ..Picker::default() });
     page.run();
-    for said in ["21 November 2026, 09:00", "Front camera, 1280 × 720", "GOOD", "5 views"] {
+    for said in ["21 November 2026, 09:00", "Front camera, 1280 × 720", "Good", "5 views"] {
         page.get_by_label(said);
     }
     let folder = std::path::PathBuf::from("sessions/one");

@@ -117,7 +117,7 @@ function tick(at) {
   const best = clock === null ? took : Math.min(took, clock.best + 1e-4 * (came - clock.came));
   clock = { came, best, late: took - best };
 }
-const UNANSWERED = 'The computer at the camera doesn’t answer. A session that runs goes on without the phone.';
+const UNANSWERED = 'Can’t reach the computer. The session continues without the phone.';
 function lacks() {
   if (!linked()) return { lost: true, what: 'No connection', why: UNANSWERED, result: 'The computer at the camera doesn’t answer any more. The report and every export are stored there.' };
   return late() > SLOW ? { lost: false, what: 'Slow connection', why: 'What arrives is ' + Math.round(late() / 1000) + ' s old. Go nearer to the access point.' } : null;

@@ -21,7 +21,7 @@ pub enum Moment {
     Approach,
     /// Board close to the requested pose: drawn as in `Approach`.
     Match,
-    /// View about to be taken: the board's outline in green, and the ring filling up.
+    /// View about to be taken: the board's outline, traced in green as time passes.
     Hold,
     /// View taken: nothing.
     Taken,

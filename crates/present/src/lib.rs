@@ -3,6 +3,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`instruction`] | the instruction after a decision, as one value |
+//! | [`result_card`] | a result, as one value |
+//! | [`known`] | the map of what is known of the picture |
 //! | [`reading`] | measurements of the newest frame, beside the requested values |
 //! | [`text`] | the sentences; decides nothing |
 //! | [`speech`] | spoken words, and their timing |
@@ -18,9 +20,11 @@ pub mod browser;
 pub mod chart;
 pub mod ghost;
 pub mod instruction;
+pub mod known;
 pub mod reading;
 #[cfg(feature = "report")]
 pub mod report;
+pub mod result_card;
 pub mod sheet;
 pub mod speech;
 pub mod text;

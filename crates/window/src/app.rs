@@ -48,7 +48,7 @@ const IDLE: Duration = Duration::from_millis(500);
 /// Time between two looks while paused or without a session. Without a graphics card, a look costs
 /// the processor 30 ms.
 const REST: Duration = Duration::from_secs(2);
-/// Time without mouse or keys before a session is shown in big letters.
+/// Time without mouse or keys before a session is shown without bar and panels.
 const UNTOUCHED_SECS: f64 = 2.0;
 /// Time of continuous detection of another board, before the first view, until it's used.
 const OTHER_BOARD_SECS: f64 = 1.5;
@@ -102,7 +102,7 @@ pub struct App {
     /// Calibration to compare the next result with.
     compare_later: Option<PathBuf>,
     sound: Sound,
-    /// True for big letters even while the person is at the computer.
+    /// True for the picture alone even while the person is at the computer.
     wants_distance: bool,
     /// Time of the last use of mouse or keys, by the window's clock.
     touched_secs: f64,
@@ -200,7 +200,7 @@ impl App {
         &self.screen
     }
 
-    /// Shows a running session in big letters while the person is away.
+    /// Shows a running session as its picture alone while the person is away.
     fn notice_hands(&mut self, ctx: &Context) {
         let touched = ctx.input(|input| {
             // A window without a person, as in a test, has no focus to gain or lose.

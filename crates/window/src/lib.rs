@@ -12,6 +12,7 @@
 //! | `app` | pages, keys, the session behind them |
 //! | `session_state` | a session from its start to its stored result |
 //! | `screen`, `picture`, `theme` | inputs of the panels, and colours |
+//! | `known_map` | what is known of the picture, on the picture |
 //! | `keys`, `sound` | actions by hand; tones |
 //! | `aloud` | announcements of a screen reader |
 //! | `start` | camera, board and plan of the next session |
@@ -28,6 +29,7 @@ mod aloud;
 mod app;
 pub mod guide;
 pub mod keys;
+mod known_map;
 pub mod open;
 pub mod picture;
 pub mod replay;
@@ -40,13 +42,12 @@ pub mod sound;
 pub mod start;
 pub mod theme;
 pub mod user_error;
-mod valid_map;
 pub mod window_host;
 mod window_icon;
 
 pub use app::{App, Page};
 pub use keys::UiAction;
-pub use picture::{Picture, Placed, Tint};
+pub use picture::{Dressing, Part, Picture, Placed};
 pub use run::{NoWindow, open, options, run, run_replay};
 pub use screen::{Preferences, Screen};
 pub use theme::{SMALLEST, apply as apply_theme};

@@ -9,6 +9,7 @@ use image::GrayImage;
 use nalgebra::Point2;
 
 use boresight_geometry::frame::{CaptureTime, Frame, ImageSize};
+use boresight_present::known::Known;
 
 /// Pixels of a thumbnail.
 pub(super) fn grey(image: &GrayImage) -> ColorImage {
@@ -16,22 +17,33 @@ pub(super) fn grey(image: &GrayImage) -> ColorImage {
     ColorImage::from_gray(size, image.as_raw())
 }
 
-/// Part of the picture in another colour, mixed into the pixels: painting a pixel twice costs
-/// twice, most of all without a graphics card.
+/// Part of the picture inside a rim.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tint {
+pub struct Part {
     /// Points around the part, in pixels of a picture of [`Self::image_size`].
     pub rim_px: Vec<Point2<f64>>,
     /// Size of the picture in the units of the rim; the shown picture may be smaller.
     pub image_size: ImageSize,
-    /// Colour, mixed with the picture.
-    pub color: Color32,
 }
 
-impl Tint {
+/// Colours and brightness, mixed into the pixels: painting a pixel twice costs twice, most of all
+/// without a graphics card.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Dressing {
+    /// Part in another colour.
+    pub tint: Option<(Part, Color32)>,
+    /// What is known of the picture: the rest is dim.
+    pub known: Option<Known>,
+    /// Part that is never dim.
+    pub lit: Option<Part>,
+    /// True for a dark lower part, behind a sentence.
+    pub is_shaded: bool,
+}
+
+impl Part {
     /// Columns of row `y` with middles inside, each run from the first column to the end,
     /// exclusive, in a picture of `width` columns.
-    fn parts(&self, y: usize, width: usize) -> Vec<[usize; 2]> {
+    fn runs(&self, y: usize, width: usize) -> Vec<[usize; 2]> {
         let scale = width as f64 / f64::from(self.image_size.width_px);
         let y = (y as f64 + 0.5) / scale - 0.5;
         let ends = self.rim_px.iter().cycle().skip(1);
@@ -62,7 +74,7 @@ pub struct Picture {
 struct Shown {
     texture: TextureHandle,
     pixels: Arc<ColorImage>,
-    tint: Option<Tint>,
+    dressing: Dressing,
     /// True once a newer picture has come.
     is_old: bool,
 }
@@ -104,48 +116,120 @@ impl Picture {
         self.interval_secs.map(|secs| 1.0 / secs)
     }
 
-    /// Texture of the picture with `tint`, once there is a picture. Pixels are coloured when
+    /// Texture of the picture in its `dressing`, once there is a picture. Pixels are coloured when
     /// painted: faster pictures cost nothing.
-    pub fn texture(&self, ctx: &Context, tint: Option<&Tint>) -> Option<TextureId> {
+    pub fn texture(&self, ctx: &Context, dressing: &Dressing) -> Option<TextureId> {
         let image = self.grey()?;
         let size = [image.width() as usize, image.height() as usize];
         let mut kept = self.shown.borrow_mut();
         let mut shown = match kept.take().filter(|shown| shown.pixels.size == size) {
-            Some(shown) if !shown.is_old && shown.tint.as_ref() == tint => {
+            Some(shown) if !shown.is_old && shown.dressing == *dressing => {
                 return Some(kept.insert(shown).texture.id());
             }
             Some(shown) => shown,
             None => {
                 let pixels = Arc::new(ColorImage::filled(size, Color32::BLACK));
                 let texture = ctx.load_texture("picture", Arc::clone(&pixels), OPTIONS);
-                Shown { texture, pixels, tint: None, is_old: true }
+                Shown { texture, pixels, dressing: Dressing::default(), is_old: true }
             }
         };
         // Unshared once the last one is on the graphics card, which avoids an allocation.
-        color(&mut Arc::make_mut(&mut shown.pixels).pixels, image, tint);
+        color(&mut Arc::make_mut(&mut shown.pixels).pixels, image, dressing);
         shown.texture.set_partial([0, 0], Arc::clone(&shown.pixels), OPTIONS);
-        (shown.tint, shown.is_old) = (tint.cloned(), false);
+        (shown.dressing, shown.is_old) = (dressing.clone(), false);
         Some(kept.insert(shown).texture.id())
     }
 }
 
 const OPTIONS: TextureOptions = TextureOptions::LINEAR;
 
-/// Colours the pixels of `image` with `tint`.
-fn color(pixels: &mut [Color32], image: &GrayImage, tint: Option<&Tint>) {
-    for (to, from) in pixels.iter_mut().zip(image.as_raw()) {
-        *to = Color32::from_gray(*from);
-    }
-    let Some(tint) = tint else { return };
-    let mixed: [Color32; 256] =
-        std::array::from_fn(|grey| Color32::from_gray(grey as u8).blend(tint.color));
-    let width = image.width() as usize;
+/// Columns and rows of the grid of brightness.
+const GAINS: [usize; 2] = [41, 25];
+/// Where the part behind a sentence begins, and from where on it's darkest.
+const SHADED: [f32; 2] = [0.6, 0.84];
+/// Brightness of the darkest rows.
+const DARKEST: f32 = 0.2;
+/// Brightness 1, in fixed point.
+const WHOLE: u32 = 256;
+
+/// Colours the pixels of `image` with `dressing`.
+fn color(pixels: &mut [Color32], image: &GrayImage, dressing: &Dressing) {
+    let Dressing { tint, known, lit, is_shaded } = dressing;
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let gains = known.as_ref().map(gains);
+    let mixed = tint.as_ref().map(|(_, color)| -> [Color32; 256] {
+        std::array::from_fn(|grey| Color32::from_gray(grey as u8).blend(*color))
+    });
     let rows = pixels.chunks_exact_mut(width).zip(image.as_raw().chunks_exact(width));
     for (y, (to, from)) in rows.enumerate() {
-        for [first, end] in tint.parts(y, width) {
-            for (to, from) in to[first..end].iter_mut().zip(&from[first..end]) {
-                *to = mixed[usize::from(*from)];
+        match &gains {
+            Some(gains) => dim(to, from, &gains_of_row(gains, y, height)),
+            None => plain(to, from),
+        }
+        for [first, end] in lit.iter().filter(|_| gains.is_some()).flat_map(|it| it.runs(y, width))
+        {
+            plain(&mut to[first..end], &from[first..end]);
+        }
+        if let Some(((part, _), mixed)) = tint.as_ref().zip(mixed.as_ref()) {
+            for [first, end] in part.runs(y, width) {
+                for (to, from) in to[first..end].iter_mut().zip(&from[first..end]) {
+                    *to = mixed[usize::from(*from)];
+                }
             }
+        }
+        let shade = shade((y as f32 + 0.5) / height as f32);
+        if *is_shaded && shade < WHOLE {
+            for to in to.iter_mut() {
+                let [r, g, b, _] =
+                    to.to_array().map(|level| (u32::from(level) * shade / WHOLE) as u8);
+                *to = Color32::from_rgb(r, g, b);
+            }
+        }
+    }
+}
+
+/// Brightness of a row behind a sentence, by its place from top, 0, to bottom, 1.
+fn shade(y: f32) -> u32 {
+    let down = ((y - SHADED[0]) / (SHADED[1] - SHADED[0])).clamp(0.0, 1.0);
+    (WHOLE as f32 * (1.0 - (1.0 - DARKEST) * down * (2.0 - down))) as u32
+}
+
+fn plain(to: &mut [Color32], from: &[u8]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = Color32::from_gray(*from);
+    }
+}
+
+/// Brightness at the points of the grid, from edge to edge of the picture.
+fn gains(known: &Known) -> Vec<[u32; GAINS[0]]> {
+    let share = |at: usize, count: usize| at as f32 / (count - 1) as f32;
+    let gain = |at| (WHOLE as f32 * known.brightness(at)).round() as u32;
+    let row = |y| std::array::from_fn(|x| gain([share(x, GAINS[0]), share(y, GAINS[1])]));
+    (0..GAINS[1]).map(row).collect()
+}
+
+fn gains_of_row(gains: &[[u32; GAINS[0]]], y: usize, height: usize) -> [u32; GAINS[0]] {
+    let at = WHOLE as usize * y * (GAINS[1] - 1) / height;
+    let (row, share) = (at / WHOLE as usize, at as u32 % WHOLE);
+    std::array::from_fn(|x| ((WHOLE - share) * gains[row][x] + share * gains[row + 1][x]) / WHOLE)
+}
+
+/// Greys of a row, each times the brightness between its two points of the grid.
+fn dim(to: &mut [Color32], from: &[u8], gains: &[u32; GAINS[0]]) {
+    let spans = GAINS[0] - 1;
+    let column = |span: usize| span * from.len() / spans;
+    for (span, ends) in gains.windows(2).enumerate() {
+        let (first, end) = (column(span), column(span + 1));
+        let (to, from) = (&mut to[first..end], &from[first..end]);
+        if ends == [WHOLE; 2] {
+            plain(to, from);
+            continue;
+        }
+        let step = (ends[1] as i32 - ends[0] as i32) * 256 / (end - first).max(1) as i32;
+        let mut gain = ends[0] as i32 * 256;
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = Color32::from_gray(((i32::from(*from) * (gain >> 8)) >> 8) as u8);
+            gain += step;
         }
     }
 }
@@ -156,7 +240,8 @@ pub struct Placed {
     /// Rectangle of the picture on the screen.
     pub rect: Rect,
     size_px: Vec2,
-    mirrored: bool,
+    /// True if left and right are exchanged.
+    pub mirrored: bool,
 }
 
 impl Placed {
@@ -213,9 +298,9 @@ mod tests {
     #[test]
     fn a_tint_colours_the_pixels_inside_its_rim() {
         let image = GrayImage::from_fn(20, 10, |x, y| image::Luma([(10 * x + y) as u8]));
-        let color_of_all = |tint: Option<&Tint>| {
+        let color_of_all = |tint: Option<(Part, Color32)>| {
             let mut pixels = vec![Color32::BLACK; 200];
-            color(&mut pixels, &image, tint);
+            color(&mut pixels, &image, &Dressing { tint, ..Dressing::default() });
             pixels
         };
         let plain = color_of_all(None);
@@ -225,8 +310,9 @@ mod tests {
         let rim_px: Vec<Point2<f64>> = rim.into_iter().map(Point2::from).collect();
         let half = Color32::from_rgba_premultiplied(100, 50, 0, 128);
         let image_size = ImageSize { width_px: 20, height_px: 10 };
-        let mut tint = Tint { rim_px, image_size, color: half };
-        let tinted = color_of_all(Some(&tint));
+        let mut part = Part { rim_px, image_size };
+        let color_of_part = |part: &Part| color_of_all(Some((part.clone(), half)));
+        let tinted = color_of_part(&part);
         let inside = |x: usize, y: usize| tinted[20 * y + x] != plain[20 * y + x];
         assert_eq!(tinted[2 * 20 + 5], Color32::from_gray(52).blend(half));
         for (x, y, is_inside) in [
@@ -242,16 +328,16 @@ mod tests {
             assert_eq!(inside(x, y), is_inside, "{x}, {y}");
         }
         // The same part of a smaller picture of the same scene.
-        tint.image_size = ImageSize { width_px: 80, height_px: 40 };
-        for px in &mut tint.rim_px {
+        part.image_size = ImageSize { width_px: 80, height_px: 40 };
+        for px in &mut part.rim_px {
             *px = (*px * 4.0) + Vector2::new(1.5, 1.5);
         }
-        assert_eq!(color_of_all(Some(&tint)), tinted);
+        assert_eq!(color_of_part(&part), tinted);
         for nowhere in [f64::NAN, f64::INFINITY] {
-            tint.rim_px[2] = Point2::new(nowhere, nowhere);
-            assert_eq!(color_of_all(Some(&tint))[0], plain[0]);
-            tint.rim_px.swap(2, 3);
-            assert_eq!(color_of_all(Some(&tint))[0], plain[0]);
+            part.rim_px[2] = Point2::new(nowhere, nowhere);
+            assert_eq!(color_of_part(&part)[0], plain[0]);
+            part.rim_px.swap(2, 3);
+            assert_eq!(color_of_part(&part)[0], plain[0]);
         }
     }
 

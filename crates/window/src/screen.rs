@@ -40,9 +40,9 @@ impl Default for Preferences {
             mirrored: false,
             tone: true,
             speech: false,
-            panels: true,
+            panels: false,
             lines: false,
-            full_screen: false,
+            full_screen: true,
             hint: false,
         }
     }
@@ -77,7 +77,7 @@ pub struct Screen {
     pub first_locks: Locks,
     /// Requested values of controls not yet read back.
     pub adjusting: BTreeMap<Control, Adjusting>,
-    /// True if the screen is read from afar: big letters, no panels.
+    /// True if the screen is read from afar: the picture alone.
     pub distance: bool,
     /// True for a moment of a recording, which is read-only.
     pub is_recorded: bool,

@@ -1,20 +1,22 @@
 //! Colours. Those on the picture suit bright and dark pictures; the rest follow the theme.
 
+use std::sync::Arc;
+
 use egui::{
-    Color32, Context, FontId, Frame, Rect, Stroke, TextStyle, Theme, ThemePreference, Ui, Vec2,
-    Visuals, ecolor::Hsva,
+    Color32, Context, FontData, FontDefinitions, FontFamily, FontId, Frame, Rect, Stroke,
+    TextStyle, Theme, ThemePreference, Ui, Vec2, Visuals, ecolor::Hsva,
 };
 
 /// Good.
-pub const GREEN: Color32 = Color32::from_rgb(60, 210, 90);
+pub const GREEN: Color32 = Color32::from_rgb(61, 220, 151);
 /// Approaching.
-pub const AMBER: Color32 = Color32::from_rgb(255, 180, 30);
+pub const AMBER: Color32 = Color32::from_rgb(255, 182, 39);
 /// Wrong.
-pub const RED: Color32 = Color32::from_rgb(240, 80, 60);
+pub const RED: Color32 = Color32::from_rgb(255, 122, 107);
 /// Inactive.
 pub const GREY: Color32 = Color32::from_rgb(190, 190, 190);
 /// Measured in the present frame.
-pub const LIVE: Color32 = Color32::from_rgb(70, 200, 255);
+pub const LIVE: Color32 = Color32::from_rgb(108, 184, 255);
 /// Colour behind words about an error, on a picture.
 pub const ALARM: Color32 = Color32::from_rgb(170, 28, 18);
 /// Colour of the main button.
@@ -36,7 +38,7 @@ pub const SMALLEST: Vec2 = Vec2::new(1024.0, 640.0);
 /// Largest window without scaling. A larger one is scaled up.
 pub const LARGEST: Vec2 = Vec2::new(1920.0, 1200.0);
 /// Colour behind the sentence and around the picture.
-pub const BAND: Color32 = Color32::from_gray(18);
+pub const BAND: Color32 = Color32::from_rgb(11, 14, 17);
 /// Colour of the area covered by boards.
 pub const COVERED: Color32 = Color32::from_rgba_premultiplied(8, 26, 12, 30);
 /// Colour behind words on the picture.
@@ -77,11 +79,11 @@ pub(super) struct Palette {
 }
 
 const ON_DARK: Palette =
-    Palette { good: GREEN, care: AMBER, bad: Color32::from_rgb(255, 110, 90), info: GREY };
+    Palette { good: GREEN, care: AMBER, bad: RED, info: Color32::from_rgb(170, 181, 191) };
 const ON_LIGHT: Palette = Palette {
-    good: Color32::from_rgb(0, 105, 40),
-    care: Color32::from_rgb(135, 75, 0),
-    bad: Color32::from_rgb(175, 20, 10),
+    good: Color32::from_rgb(0, 112, 74),
+    care: Color32::from_rgb(143, 86, 0),
+    bad: Color32::from_rgb(179, 38, 30),
     info: Color32::from_rgb(85, 85, 85),
 };
 /// Colours for a screen in sunlight.
@@ -105,7 +107,7 @@ pub(super) fn palette(visuals: &Visuals) -> Palette {
 pub fn ground(visuals: &Visuals) -> Color32 {
     match (visuals.dark_mode, is_sunlit(visuals)) {
         (true, _) => BAND,
-        (false, false) => Color32::from_gray(244),
+        (false, false) => Color32::from_rgb(245, 246, 248),
         (false, true) => Color32::WHITE,
     }
 }
@@ -126,9 +128,35 @@ fn is_sunlit(visuals: &Visuals) -> bool {
     !visuals.dark_mode && visuals.window_fill == Color32::WHITE
 }
 
-/// Sets the differences from the toolkit's style: larger words of four sizes, one unit of spacing,
-/// calmer surfaces.
+/// Letters of headlines and of the one number of a result.
+pub(super) fn headline(size: f32) -> FontId {
+    FontId::new(size, FontFamily::Name(HEADLINE.into()))
+}
+
+/// Name of the family of [`headline`].
+const HEADLINE: &str = "headline";
+
+/// Inter before the toolkit's fonts, which hold the signs that Inter's Latin part lacks.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::default();
+    let text = FontData::from_static(include_bytes!("../fonts/Inter-Regular.otf"));
+    let display = FontData::from_static(include_bytes!("../fonts/InterDisplay-SemiBold.otf"));
+    let others = fonts.families.get(&FontFamily::Proportional).cloned().unwrap_or_default();
+    for (family, name, data) in [
+        (FontFamily::Proportional, "Inter", text),
+        (FontFamily::Name(HEADLINE.into()), "Inter Display", display),
+    ] {
+        fonts.font_data.insert(name.into(), Arc::new(data));
+        let all = std::iter::once(name.to_owned()).chain(others.iter().cloned()).collect();
+        fonts.families.insert(family, all);
+    }
+    fonts
+}
+
+/// Sets the differences from the toolkit's style: fonts, larger words of four sizes, one unit of
+/// spacing, calmer surfaces.
 pub fn apply(ctx: &Context) {
+    ctx.set_fonts(fonts());
     for theme in [Theme::Dark, Theme::Light] {
         ctx.style_mut_of(theme, |style| {
             let dark = theme == Theme::Dark;

@@ -262,7 +262,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     let shown = by_the_page(&browser, &newest, &named, &first, &folder.join("serve-1.txt"));
     println!("first session: {shown}");
     shoot("2-result");
-    assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("GOOD")), "{shown}");
+    assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("Good")), "{shown}");
     assert_eq!(shown["again"], true);
     assert!(shown["files"].as_array().is_some_and(|files| files.len() > 5), "{shown}");
 
@@ -276,7 +276,7 @@ fn sessions_are_started_ended_and_started_again_on_the_page() {
     second.board = second.board.with(markers).expect("enough markers");
     let shown = by_the_page(&browser, &newest, &named, &second, &folder.join("serve-2.txt"));
     println!("second session: {shown}");
-    assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("GOOD")), "{shown}");
+    assert!(shown["what"].as_str().is_some_and(|what| what.starts_with("Good")), "{shown}");
 
     // A third session, ended by the person with two taps.
     browser.run("el('again').click()");

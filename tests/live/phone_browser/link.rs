@@ -141,7 +141,7 @@ fn the_verdict_is_spoken_and_two_more_are_a_tap_away() {
     let Some(_) = asked_for() else { return };
     let page = Played::guided(PHONE);
     page.run(
-        "net.ended = {verdict: 'good', what: 'GOOD', action: '', aloud: 'Good. You can use it', lines: [], findings: [],
+        "net.ended = {verdict: 'good', what: 'Good', action: '', aloud: 'Good. You can use it', lines: [], findings: [],
             image_size_px: [640, 360], map: null, can_restart: false, can_go_on: true, files: []};
         net.live = {...net.live, stage: 'ended'}",
     );
@@ -169,7 +169,7 @@ fn a_link_that_is_used_up_says_so_and_its_first_phone_goes_on() {
 }
 
 #[test]
-fn every_control_is_reached_at_every_size_and_reasons_are_whole() {
+fn every_control_is_reached_at_every_size() {
     let Some(folder) = asked_for() else { return };
     let shoot = |page: &Played, name: &Path| page.browser.shoot(&folder.join(name));
     // Portrait, landscape with and without the browser's bar, and both at 200 %.
@@ -180,7 +180,7 @@ fn every_control_is_reached_at_every_size_and_reasons_are_whole() {
         assert_eq!(page.run("return el('tag').hidden ? '' : el('tag').textContent"), "SIMULATED");
         let outside = page.run(
             "const box = el('guide').getBoundingClientRect(), of = { h: el('guide').scrollHeight, w: el('guide').scrollWidth };
-            return ['pause', 'undo', 'take', 'end', 'sound', 'list', 'views', 'why'].filter(id => {
+            return ['pause', 'undo', 'take', 'end', 'sound', 'list', 'views'].filter(id => {
                 const at = el(id).getBoundingClientRect();
                 return !at.width || at.left < box.left || at.right > box.left + of.w + 1 || at.top < box.top || at.bottom > box.top + of.h + 1
                     || el(id).scrollWidth > el(id).clientWidth + 1 && el(id).clientWidth > 0 || at.right > innerWidth + 1;
@@ -198,7 +198,7 @@ fn a_doubt_is_one_line_that_leaves_the_picture_free() {
     for (width, height) in [PHONE, (740, 360)] {
         let page = Played::guided((width, height));
         page.run(
-            "net.live = { ...net.live, reason: null, doubt: ['Focus, zoom and exposure can\\'t be locked from here', 'Switch off autofocus.'] }; net.break()",
+            "net.live = { ...net.live, doubt: ['Focus, zoom and exposure can\\'t be locked from here', 'Switch off autofocus.'] }; net.break()",
         );
         page.browser.until("!el('doubt').hidden");
         page.browser.shoot(&folder.join(format!("doubt-{width}x{height}.png")));

@@ -31,7 +31,7 @@ use boresight_watch::{Advice, Axis, Lens};
 use boresight_window::{
     guide::icon,
     open::or_say_why,
-    picture::{Picture, Placed},
+    picture::{Dressing, Picture, Placed},
     screen::Preferences,
     sound::{Sound, Tone},
     theme,
@@ -177,7 +177,7 @@ impl AdjustPage {
         let area = ui.available_rect_before_wrap();
         let response = ui.allocate_rect(area, Sense::hover());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::PICTURE));
-        let texture = self.picture.texture(ui.ctx(), None);
+        let texture = self.picture.texture(ui.ctx(), &Dressing::default());
         let (Some(shown), Some(texture)) = (&self.shown, texture) else {
             theme::band(ui, area);
             return;

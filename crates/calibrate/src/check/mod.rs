@@ -14,7 +14,7 @@
 //! | `held_out` | predicts views from the lens of the others |
 //! | `odd_corners` | finds corners in the wrong order, and single corners far off |
 //! | `trust_checks` | turns all evidence into findings |
-//! | `limits` | limits of a GOOD calibration |
+//! | `limits` | limits of a Good calibration |
 //! | `finding` | the possible findings, their severity, and the verdict |
 
 pub(super) mod disagreement;

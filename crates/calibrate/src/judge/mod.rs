@@ -145,7 +145,7 @@ pub fn is_pp_assumed(given: &GivenLens) -> bool {
 
 /// Judges `given` by `fresh`, the calibration of `views` of `board`.
 ///
-/// Errors above `goal_px` matter; without it, those that no GOOD calibration has. The error is the
+/// Errors above `goal_px` matter; without it, those that no Good calibration has. The error is the
 /// root mean square over the area covered by boards, after the best turn of the camera: the
 /// orientation of a camera is no part of its calibration. The residuals of the given lens never
 /// count.

@@ -15,7 +15,7 @@ use crate::{
 };
 use boresight_guide::{
     guidance::Refusal,
-    session::{Gravity, Outcome, Snapshot, ViewNumber},
+    session::{Gravity, Snapshot, ViewNumber},
 };
 
 /// Fields that change with every frame.
@@ -55,8 +55,6 @@ pub struct Live {
     pub to_go: Option<usize>,
     /// True if paused.
     pub paused: bool,
-    /// Reason for not taking the newest frame.
-    pub reason: Option<String>,
     /// Trouble and next action.
     pub trouble: Option<(String, String)>,
     /// Doubt that still permits taking views, and the next action.
@@ -117,7 +115,7 @@ struct View {
     /// Display name.
     name: String,
     /// Edge tipped away, plain and mirrored.
-    edge: [&'static str; 2],
+    edge: [String; 2],
     direction_rad: f64,
     partner: Option<String>,
 }
@@ -155,7 +153,6 @@ impl Live {
             simulated,
             to_go: None,
             paused: false,
-            reason: None,
             trouble: None,
             doubt: None,
             say: None,
@@ -194,14 +191,6 @@ impl Live {
             taken: snapshot.views.iter().map(|view| counted(view.number)).max().unwrap_or(0),
             to_go: snapshot.views_to_go,
             paused: snapshot.paused,
-            reason: match &snapshot.decision.outcome {
-                // "Got it!" is about the view, not about the frames after it.
-                _ if now.moment == Moment::Taken => None,
-                Outcome::Refused { refusal } if *refusal != Refusal::NotFound => {
-                    Some(text::refusal(refusal))
-                }
-                _ => None,
-            },
             trouble: first(troubles),
             doubt: first(doubts),
             say: Narrator::request(&now).filter(|_| stage == "guiding"),
@@ -239,7 +228,7 @@ impl Plan {
                 .map(|view| View {
                     number: view.number.0,
                     name: view.number.to_string(),
-                    edge: [false, true].map(|m| words::direction_name(view.tilt_azimuth_rad, m)),
+                    edge: [false, true].map(|m| words::part_away(view.tilt_azimuth_rad, m)),
                     direction_rad: round(view.tilt_azimuth_rad, 1e3),
                     partner: view.partner.map(|partner| partner.to_string()),
                 })

@@ -29,8 +29,8 @@ function choosePage() {
 function ask() {
   const known = stands !== null;
   say(el('askwhat'), known ? 'Tap to go on' : 'Where do you stand?');
-  say(el('askwhy'), known ? 'Your tap turns the voice on.' : 'Left and right are then yours. Your tap also turns the voice on.');
-  for (const [id, is, text] of [['facing', mirrored, 'I face the camera'], ['behind', !mirrored, 'I look the way the camera looks']]) {
+  say(el('askwhy'), known ? 'Turns on the voice.' : 'So that left and right are yours. Turns on the voice, too.');
+  for (const [id, is, text] of [['facing', mirrored, 'I face the camera'], ['behind', !mirrored, 'I'm behind the camera']]) {
     el(id).classList.toggle('main', known ? is : id === 'facing');
     say(el(id), known && is ? 'Go on: ' + text : text);
   }
@@ -58,7 +58,6 @@ function paint() {
     say(el('views'), String(live.views));
     const about = innerHeight <= 420 && innerWidth > innerHeight ? 'of ≈' : 'of about ';
     say(el('togo'), live.to_go ? about + (live.views + live.to_go) : live.views === 1 ? 'view' : 'views');
-    say(el('why'), !lack && live.reason || '');
     say(el('pause'), live.paused ? 'Resume' : 'Pause');
     el('undo').disabled = !live.views;
     const guiding = live.stage === 'guiding' && !lost;
@@ -506,7 +505,7 @@ function views() {
   el('taken').replaceChildren(...plan.views.map(view => {
     let button = null;
     if (role === 'owner') { button = document.createElement('button'); button.textContent = 'Remove'; button.addEventListener('click', () => command({ command: 'remove', view: view.number })); }
-    return item('View ' + view.name + ': ' + side(view.edge) + ' edge away' + (view.partner ? ', opposite of view ' + view.partner : ', no partner yet'), button);
+    return item('View ' + view.name + ': ' + side(view.edge) + ' away' + (view.partner ? ', opposite of view ' + view.partner : ', no partner yet'), button);
   }));
   if (!plan.views.length) el('taken').append(item('No view yet'));
   say(el('board'), plan.board || '');
@@ -525,10 +524,11 @@ function result() {
   if (ended.findings.length) { const h = document.createElement('h2'); h.textContent = 'What to know'; el('findings').append(h); }
   for (const [what, action] of ended.findings) { const p = document.createElement('p'), b = document.createElement('b'); b.textContent = what + '. '; p.append(b, action); el('findings').append(p); }
   el('files').replaceChildren(...ended.files.map((file, n) => { const b = document.createElement('button'); b.textContent = file.label; b.addEventListener('click', () => fetchFile(file, n)); return b; }));
-  map(ended.map, ended.image_size_px, ['map', 'maphead', 'legend']);
+  map(ended.map, ended.image_size_px, ['map', 'maphead', 'legend'], ended.verdict === 'bad');
 }
-// Green cells meet the goal. The ids are of canvas, heading and legend.
-function map(map, [w, h], ids) {
+// Green cells meet the goal; a result that must not be used is grey. The ids are of canvas, heading and legend.
+function map(map, [w, h], ids, isVoid) {
+  const [met, missed] = isVoid ? [GREY, [90, 90, 90]] : [GREEN, AMBER];
   for (const id of ids) el(id).hidden = !map;
   if (!map) return;
   say(el(ids[2]), map.legend);
@@ -539,7 +539,7 @@ function map(map, [w, h], ids) {
   const most = Math.max(...map.cells.map(m => m[2]));
   for (const [x, y, sd] of map.cells) {
     // The brighter, the surer.
-    c.fillStyle = css(mix([20, 20, 20], sd <= map.valid_px ? GREEN : AMBER, 1 - .3 * sd / most));
+    c.fillStyle = css(mix([20, 20, 20], sd <= map.valid_px ? met : missed, 1 - .3 * sd / most));
     c.fillRect((x - stepX / 2) * k, (y - stepY / 2) * k, stepX * k + 1, stepY * k + 1);
     c.fillStyle = '#111'; c.font = Math.min(28, stepX * k / 3.2) + 'px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'middle';
     c.fillText(sd < 9.95 ? sd.toFixed(most < .1 ? 3 : 2).replace(/^0/, '') : sd.toFixed(0), x * k, y * k);

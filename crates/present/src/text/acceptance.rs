@@ -128,7 +128,7 @@ fn limit(goal: AcceptanceGoal) -> String {
 }
 
 /// Positive number to two significant digits: 1.6, 0.32, 0.5, 12.
-pub(super) fn small(value: f64) -> String {
+pub(crate) fn small(value: f64) -> String {
     if !(value.is_finite() && value > 0.0) {
         return format!("{value}");
     }

@@ -64,9 +64,7 @@ impl Chart {
     /// Explanation of the chart.
     pub fn tip(self) -> &'static str {
         match self {
-            Self::Uncertainty => {
-                "Where the picture is known well enough: the numbers say how far a point is typically off there (1 sd, px)."
-            }
+            Self::Uncertainty => "Typical error in each part of the picture, in pixels.",
             Self::Residuals => {
                 "From predicted to measured corners, enlarged. If the arrows of a view all point the same way, the board or the lens model is wrong."
             }
@@ -127,25 +125,6 @@ pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {
 /// Legend of green cells, where the error stays below the goal.
 pub fn within_goal(goal_px: f64, share: f64) -> String {
     format!("below {goal_px:.1} px: {} of the picture", super::percent(share))
-}
-
-/// Note below the small map of a running session: the share of the picture that meets the goal, if
-/// known yet.
-pub fn valid_so_far(share: Option<f64>) -> String {
-    share.map_or_else(
-        || "Valid: not yet".into(),
-        |share| format!("Valid: {}", super::percent(share)),
-    )
-}
-
-/// Tooltip of the small map.
-pub fn valid_tip(goal_px: Option<f64>) -> String {
-    match goal_px {
-        Some(goal_px) => format!(
-            "The picture as the camera sees it. Green: the error is below {goal_px:.1} px there. Amber: not yet. Photos that reach there help."
-        ),
-        None => "After a few photos, this map shows where the picture is known well enough.".into(),
-    }
 }
 
 /// Legend of amber cells.

@@ -46,7 +46,7 @@ controls! {
     Speech, "Speak", "S", "Speak the sentence.";
     Panels, "Numbers", "H", "Show or hide the numbers beside the picture.";
     FullScreen, "Full screen", "F11", "Fill the screen.";
-    Distance, "Distance", "B", "Big letters, no panels. Comes up when mouse and keys rest for two seconds in a session.";
+    Distance, "Distance", "B", "The picture alone, without bar and panels. Comes up when mouse and keys rest for two seconds in a session.";
     Lines, "Lines", "L", "Show or hide corners, covered area and principal lines.";
     Theme, "Colours", "D", "Switch between dark, light and sunlight.";
     Help, "Keys", "F12", "List all keys.";

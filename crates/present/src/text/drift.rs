@@ -203,7 +203,7 @@ pub fn focal_varied() -> (String, &'static str) {
 pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     let mut doubts = Vec::new();
     if old.verdict == Some(Verdict::Untrustworthy) {
-        doubts.push("The old calibration is NOT TRUSTWORTHY; its findings say why".into());
+        doubts.push("The old calibration isn't trustworthy; its findings say why".into());
     }
     if old.camera_count > 1 {
         doubts.push(first_of_cameras(old.camera_count));

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::{acceptance, apart};
+use crate::result_card::Grade;
 use boresight_calibrate::{
     Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, NotHeld, Severity, Verdict,
-    is_unfinished,
 };
 use boresight_formats::{FindingWords, ViewName};
 use boresight_guide::session::ViewNumber;
@@ -14,19 +14,28 @@ use boresight_guide::session::ViewNumber;
 pub const FINDING_WORDS: FindingWords =
     FindingWords { finding, not_calibrated, acceptance: acceptance::acceptance };
 
+/// Name of a grade.
+pub fn grade(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Good => "Good",
+        Grade::Care => "Use with care",
+        Grade::Unfinished => "Unfinished",
+        Grade::NotTrustworthy => "Not trustworthy",
+    }
+}
+
 /// Verdict on a calibration.
 pub fn verdict_on(calibration: &Calibration) -> &'static str {
-    let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
-    verdict(calibration.verdict, is_unfinished(bad.map(|finding| finding.code.code())))
+    verdict(calibration.verdict, Grade::of(calibration) == Grade::Unfinished)
 }
 
 /// Meaning of a verdict; `unfinished` if more views would fix a bad result.
 pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
-        Verdict::Untrustworthy if unfinished => "UNFINISHED: take more views",
-        Verdict::Good => "GOOD: known well enough to use",
-        Verdict::Care => "USE WITH CARE: see the warnings below",
-        Verdict::Untrustworthy => "NOT TRUSTWORTHY: don't use this calibration",
+        Verdict::Untrustworthy if unfinished => "Unfinished: take more views",
+        Verdict::Good => "Good: ready to use",
+        Verdict::Care => "Use with care: see the warnings below",
+        Verdict::Untrustworthy => "Not trustworthy: don't use this calibration",
     }
 }
 
@@ -35,12 +44,15 @@ pub fn is_simulated(source: &str) -> bool {
     source == "sim" || source.starts_with("sim:")
 }
 
+/// All grades.
+const GRADES: [Grade; 4] = [Grade::Good, Grade::Care, Grade::Unfinished, Grade::NotTrustworthy];
+
 /// `verdict` on a result from `source`; marked if the camera was simulated.
 pub fn of_source(source: &str, verdict: &str) -> String {
     let (grade, why) = verdict.split_at(verdict.find(':').unwrap_or(verdict.len()));
     if !is_simulated(source) {
         verdict.to_owned()
-    } else if grade.chars().all(|c| c.is_uppercase() || c == ' ') {
+    } else if GRADES.map(self::grade).contains(&grade) {
         format!("{grade} (SIMULATED){why}")
     } else {
         format!("SIMULATED: {verdict}")
@@ -399,7 +411,7 @@ pub fn not_calibrated(reason: &NotCalibrated, views: &[ViewName]) -> (String, St
         NotCalibrated::NoViews => {
             let action = commonest_reason(views);
             return (
-                "No view of the board".into(),
+                "No photo was taken before the end".into(),
                 action.unwrap_or_else(|| "Show the whole board, and hold it still.".into()),
             );
         }

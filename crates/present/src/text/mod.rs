@@ -42,7 +42,7 @@ pub use drift::{
     imported, lock_differs, maybe_other_camera, no_drift, other_camera,
 };
 pub use findings::{
-    FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, is_simulated, leaving_out,
+    FINDING_WORDS, NOT_OF_THE_BOARD, finding, finding_in_session, grade, is_simulated, leaving_out,
     not_calibrated, of_source, verdict, verdict_on,
 };
 pub use misses::{agreed, miss, misses};
@@ -55,6 +55,8 @@ pub use target::{
 pub use trouble::{Trouble, troubles};
 pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
+use crate::result_card::Grade;
+use boresight_calibrate::Calibration;
 use boresight_detect::{OtherBoard, Side};
 use boresight_guide::{
     guidance::{Lack, Plan, Refusal, Role},
@@ -99,9 +101,9 @@ pub fn prompt(prompt: Prompt) -> String {
         Prompt::Blurred => "Blurry. Hold still or refocus".into(),
         Prompt::Dark => "Too dark. Add light".into(),
         Prompt::Busy => "Search too slow. Plainer background?".into(),
-        Prompt::Tip(away) => format!("Tip the {} edge away", edge(away)),
-        Prompt::TipInstead(away) => format!("Now the {} edge away", edge(away)),
-        Prompt::TipFurther(away) => format!("Tip the {} edge further", edge(away)),
+        Prompt::Tip(away) => format!("Tip the {} back", part(away)),
+        Prompt::TipInstead(away) => format!("Now the {} back", part(away)),
+        Prompt::TipFurther(away) => format!("Tip the {} further", part(away)),
         Prompt::TipLess => "Tip it a little less".into(),
         Prompt::TipMore => "Tip the board more".into(),
         Prompt::Shift(across, upright) => {
@@ -200,10 +202,10 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option
             let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(
                 String::new(),
                 |summary| {
-                    let away = direction_name(summary.tilt_azimuth_rad, mirrored);
+                    let away = part_away(summary.tilt_azimuth_rad, mirrored);
                     let tilt =
                         summary.tilt_rad.map(|tilt_rad| format!(", tilt {}°", deg(tilt_rad)));
-                    format!(", {away} edge away{}", tilt.unwrap_or_default())
+                    format!(", {away} away{}", tilt.unwrap_or_default())
                 },
             );
             Some(format!("Taken: {}, {what}{slot}", view_name(view)))
@@ -225,9 +227,19 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
     }
 }
 
-/// Sentence for the end of a session; for an early end, with the lack.
-pub fn ending(ending: Ending, lack: Option<Lack>, plan: Plan) -> &'static str {
+/// Sentence for the end of a session; for an early end, with the lack. No goal is reached by a
+/// `result` that isn't trustworthy.
+pub fn ending(
+    ending: Ending,
+    lack: Option<Lack>,
+    plan: Plan,
+    result: Option<&Calibration>,
+) -> &'static str {
+    let is_void = result.is_some_and(|result| Grade::of(result) == Grade::NotTrustworthy);
     match ending {
+        Ending::Finished | Ending::WithoutCorners if is_void => {
+            "Ended: the findings say why the result can't be used"
+        }
         Ending::Finished if plan != Plan::Adaptive => "Finished: all views of the plan are taken",
         Ending::Finished => "Finished: the goal is reached",
         Ending::WithoutCorners => {
@@ -247,13 +259,30 @@ pub fn ending(ending: Ending, lack: Option<Lack>, plan: Plan) -> &'static str {
     }
 }
 
-/// Name of a direction in the picture, by the board's edge that is tipped away.
+/// Name of a direction in the picture, by the board's edge or corner that is tipped away.
 pub fn direction_name(direction_rad: f64, mirrored: bool) -> &'static str {
-    let direction_rad = if mirrored { std::f64::consts::PI - direction_rad } else { direction_rad };
-    edge(Edge::towards(direction_rad))
+    edge(towards(direction_rad, mirrored))
 }
 
-/// Edge of the board, in words.
+/// Edge or corner of the board that is tipped away in a direction of the picture.
+pub fn part_away(direction_rad: f64, mirrored: bool) -> String {
+    part(towards(direction_rad, mirrored))
+}
+
+fn towards(direction_rad: f64, mirrored: bool) -> Edge {
+    Edge::towards(if mirrored { std::f64::consts::PI - direction_rad } else { direction_rad })
+}
+
+/// Part of the board, in words: a rectangle has four edges and four corners.
+fn part(towards: Edge) -> String {
+    let kind = match towards {
+        Edge::Right | Edge::Bottom | Edge::Left | Edge::Top => "edge",
+        Edge::BottomRight | Edge::BottomLeft | Edge::TopLeft | Edge::TopRight => "corner",
+    };
+    format!("{} {kind}", edge(towards))
+}
+
+/// Direction of an edge or a corner, in words.
 fn edge(edge: Edge) -> &'static str {
     match edge {
         Edge::Right => "right",
@@ -296,7 +325,7 @@ mod tests {
 
     #[test]
     fn a_session_that_ended_early_says_what_it_lacks() {
-        let early = |lack| ending(Ending::Early, Some(lack), Plan::Adaptive);
+        let early = |lack| ending(Ending::Early, Some(lack), Plan::Adaptive, None);
         assert_eq!(early(Lack::Opposites), "Ended early: a view lacks its opposite");
         let all = [
             Lack::Views,

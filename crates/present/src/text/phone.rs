@@ -6,8 +6,7 @@ use boresight_calibrate::Verdict;
 /// Line above the QR code.
 pub const SCAN: &str = "Phone: scan this code, on the same network.";
 /// Line above the QR code for another phone.
-pub const SCAN_NEXT: &str =
-    "A phone has come, and its link is used up. Another phone scans this code.";
+pub const SCAN_NEXT: &str = "Phone connected. For another one, scan this code.";
 /// Name of the button and the card in the window.
 pub const PHONE: &str = "Phone";
 /// Tooltip of the button.
@@ -35,7 +34,7 @@ pub fn aloud(verdict: Verdict) -> &'static str {
 /// Warning about the usual port being in use by another program.
 pub fn port_is_taken(port: u16) -> String {
     format!(
-        "Another program uses port {port}, so the page has another one. A QR code that was printed for port {port} leads to that program."
+        "Port {port} is taken: the page has another one. A code printed for port {port} leads to the other program."
     )
 }
 

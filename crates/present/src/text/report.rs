@@ -219,7 +219,7 @@ pub const ESTIMATES_NOTE: &str = "Ellipses: 2 sd. Principal lines come from raw 
 pub const ESTIMATES_NEAR_NOTE: &str = "Free homographies assume no common focal length. They're the independent check of the bundle adjustment.";
 
 /// Note below the cloud.
-pub const SKIP_NOTE: &str = "n neighbouring views removed, starting at each view in turn. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
+pub const SKIP_NOTE: &str = "Each group of n neighbouring views left out once. The scatter shows how much the result depends on single views. It measures stability, not accuracy: evenly spread lines have the same centroid for every n, wherever they meet.";
 
 /// Note for views with a focal length each.
 pub const SKIP_NO_BUNDLE: &str =
@@ -334,7 +334,7 @@ pub mod name {
     pub const NOISE_FLOOR: &str = "Corner error, measured while holding still";
     pub const COVERAGE: &str = "Coverage";
     pub const VIEWS: &str = "Views used";
-    pub const RMS: &str = "Reprojection error (RMS), not a measure of quality";
+    pub const RMS: &str = "RMS residual (says little about accuracy)";
     pub const SKIPPED: &str = "n";
     pub const RADIUS: &str = "distance from the principal point (px)";
     pub const SHIFT: &str = "outwards (px)";

@@ -9,6 +9,44 @@ use boresight_calibrate::{Calibration, LensModel, PrincipalPoints, ValidArea};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
 
+/// Sentences below a good result.
+pub const USE_WHERE_BRIGHT: &str = "Use it where the picture is bright.";
+/// See [`USE_WHERE_BRIGHT`].
+pub const KEEP_THE_LENS: &str = "Keep focus and zoom as they are.";
+/// Name of the error bound held to a person's goal.
+pub const BOUND_95: &str = "Error bound, 95 %";
+/// Button to see the certificate.
+pub const CERTIFICATE: &str = "Certificate";
+/// The same for a simulated camera.
+pub const SAMPLE: &str = "Sample certificate";
+/// Button with the export formats.
+pub const USE_IN: &str = "Use in…";
+/// The same for a result that isn't trustworthy.
+pub const EXPORT_ANYWAY: &str = "Export anyway…";
+/// Button to the evidence behind the result.
+pub const ENGINEERS_VIEW: &str = "Engineer's view";
+/// Way back from it.
+pub const RESULT_CARD: &str = "Back to the result";
+/// Button to start over.
+pub const START_AGAIN: &str = "Start again";
+/// Legend of the map where no board was.
+pub const NO_BOARD_HERE: &str = "no board was here";
+
+/// Caption of the goal beside the error.
+pub fn your_goal(goal: &str) -> String {
+    format!("Goal: {goal}")
+}
+
+/// Legend of the map where the goal is met.
+pub fn meets_goal(share: f64) -> String {
+    format!("meets the goal: {} of the picture", percent(share))
+}
+
+/// Number of photos.
+pub fn photos(count: usize) -> String {
+    if count == 1 { "1 photo".into() } else { format!("{count} photos") }
+}
+
 /// Label before the export buttons.
 pub const EXPORT: &str = "Export:";
 /// Heading of the result page without a result.
@@ -40,7 +78,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
     let [first, .., last] = names.as_slice() else {
         let only = names.first()?;
         return Some(format!(
-            "The board hardly reached the {only} corner of the picture. What's stated there rests on the lens model. Two more views would check it."
+            "The board hardly reached the {only} corner of the picture. Values there are extrapolated. Two more photos would confirm them."
         ));
     };
     let corners = match names.as_slice() {
@@ -49,7 +87,7 @@ pub fn open_corners(open: [bool; 4]) -> Option<String> {
         _ => format!("{first}, {}, {} and {last}", names[1], names[2]),
     };
     Some(format!(
-        "The board hardly reached the {corners} corners of the picture. What's stated there rests on the lens model. Two more views would check it."
+        "The board hardly reached the {corners} corners of the picture. Values there are extrapolated. Two more photos would confirm them."
     ))
 }
 
@@ -200,7 +238,7 @@ pub fn valid_part(calibration: &Calibration) -> Option<String> {
 
 /// Smallest relative change of the focal length that would be reported.
 pub fn unseen_drift(change: f64) -> String {
-    format!("stable to {:.2} % in these views", 100.0 * change)
+    format!("no change above {:.2} % seen", 100.0 * change)
 }
 
 /// Corner noise from the fit, beside the measured noise.

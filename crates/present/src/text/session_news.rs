@@ -49,7 +49,8 @@ pub fn unseen(count: u64) -> String {
 /// goal. The principal point is known to 1.70 px; the goal is 1.00 px. The picture is too noisy:
 /// more light, or about 20 more views".
 pub fn ending(session: &Session) -> String {
-    let said = super::ending(session.ending(), session.lack(), session.limits().plan);
+    let result = session.calibration().map(|calibration| calibration.as_ref());
+    let said = super::ending(session.ending(), session.lack(), session.limits().plan, result);
     match missed_goals(session) {
         Some(missed) if session.ending() == Ending::Stopped => {
             format!("Stopped short of the goal. {missed}{}", remedy(session))
@@ -125,11 +126,11 @@ fn why_coarse(noise_px: f64, moved_px: f64, goal_px: f64) -> Option<String> {
     if moved_px > noise_px {
         let moved = px(moved_px);
         return Some(format!(
-            "The boards moved while the camera read its rows: corners are known to {moved}. Hold stiller for better."
+            "Your hands moved a little: corners are known to {moved}. Hold stiller for a sharper result."
         ));
     }
     let noise = px(noise_px);
-    Some(format!("This camera measures corners to {noise} only. More light may help."))
+    Some(format!("The picture is noisy: corners are known to {noise}. More light helps."))
 }
 
 /// Prediction error of the newest pair: "Check: views 3 and 4 agree with the earlier ones to 0.11
@@ -161,12 +162,12 @@ mod tests {
         assert_eq!(
             why_coarse(0.017, 0.144, 1.0).as_deref(),
             Some(
-                "The boards moved while the camera read its rows: corners are known to 0.14 px. Hold stiller for better."
+                "Your hands moved a little: corners are known to 0.14 px. Hold stiller for a sharper result."
             )
         );
         assert_eq!(
             why_coarse(0.21, 0.02, 1.0).as_deref(),
-            Some("This camera measures corners to 0.21 px only. More light may help.")
+            Some("The picture is noisy: corners are known to 0.21 px. More light helps.")
         );
         assert_eq!(why_coarse(0.03, 0.02, 1.0), None);
     }

@@ -8,10 +8,10 @@ use boresight_geometry::frame::ImageSize;
 /// Short verdict of a session.
 pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
     match verdict {
-        Verdict::Good => "GOOD",
-        Verdict::Care => "USE WITH CARE",
-        Verdict::Untrustworthy if unfinished => "UNFINISHED",
-        Verdict::Untrustworthy => "NOT TRUSTWORTHY",
+        Verdict::Good => "Good",
+        Verdict::Care => "Use with care",
+        Verdict::Untrustworthy if unfinished => "Unfinished",
+        Verdict::Untrustworthy => "Not trustworthy",
     }
 }
 

@@ -64,7 +64,7 @@ pub const NO_COMMAND_BY_PHONE: &str = "a command can only be given on the comput
 
 /// Refusal to give an untrustworthy result to a camera's driver.
 pub const NOT_FOR_THE_DRIVER: &str =
-    "The camera's driver keeps its old calibration: the result is NOT TRUSTWORTHY.";
+    "The camera's driver keeps its old calibration: the result isn't trustworthy.";
 
 /// Note that the camera's driver took the result, with `words` from the driver, possibly empty.
 pub fn driver_has_it(service: &str, words: &str) -> String {

@@ -76,7 +76,7 @@ const CHECKERBOARD: KindWords = KindWords {
         "Inner corners",
         "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.",
     ],
-    length: ["Square", "Measure several squares and divide. It sets distances only, not the lens."],
+    length: ["Square", "Measure ten squares and divide by ten. Only distances depend on it."],
 };
 
 const CIRCLES: KindWords = KindWords {

@@ -11,7 +11,7 @@ use boresight_guide::{
 };
 
 use super::{camera::capital, deg, numbers::signed, view_name};
-pub use super::{direction_name, gauge::*, numbers::*, result::*};
+pub use super::{direction_name, gauge::*, numbers::*, part_away, result::*};
 
 /// Title of the window.
 pub const TITLE: &str = "boresight";
@@ -43,11 +43,11 @@ pub fn slot_state(
     wanted: bool,
     mirrored: bool,
 ) -> String {
-    let name = direction_name(slot_rad, mirrored);
+    let name = part_away(slot_rad, mirrored);
     match (taken, wanted) {
-        (_, true) => format!("{name} edge away: next"),
-        (Some(view), false) => format!("{name} edge away: {}", view_name(view)),
-        (None, false) => format!("{name} edge away: open"),
+        (_, true) => format!("{name} away: next"),
+        (Some(view), false) => format!("{name} away: {}", view_name(view)),
+        (None, false) => format!("{name} away: open"),
     }
 }
 
@@ -71,9 +71,9 @@ pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
     format!(
-        "View {}: {} edge away, tilt {tilt}°. Its principal line misses the principal point by {} px. {partner}{rms}",
+        "View {}: {} away, tilt {tilt}°. Its principal line misses the principal point by {} px. {partner}{rms}",
         view.number,
-        direction_name(view.tilt_azimuth_rad, mirrored),
+        part_away(view.tilt_azimuth_rad, mirrored),
         signed(view.pl_residual_px)
     )
 }
@@ -162,7 +162,7 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
         Some(_) => "Show the chosen board, or use this one.".into(),
         None => "Show the chosen board, or choose this one on the Start page.".into(),
     };
-    Some((format!("{this}. You chose {chosen}"), action))
+    Some((format!("{this}. Expected: {chosen}"), action))
 }
 
 /// Button to use another board.
@@ -234,11 +234,6 @@ pub fn plan(plan: Plan) -> (&'static str, &'static str) {
             ("Adaptive", "Four photos, then the most useful ones until it's accurate enough.")
         }
     }
-}
-
-/// Line below the number of photos in the view from afar: the expected total, if known.
-pub fn of_about(views: usize) -> String {
-    format!("of about {views}")
 }
 
 /// Note after a second Ctrl-C.

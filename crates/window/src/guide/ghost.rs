@@ -1,37 +1,30 @@
-//! The target card and the board's outline, drawn through the lens; and both side by side, where
-//! most of the card lies outside the picture.
+//! The target card and the board's outline, drawn through the lens.
 
-use egui::{Align2, Color32, FontId, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2};
+use egui::{Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, Vec2};
 use nalgebra::Point2;
 
 use super::super::{
-    picture::{Placed, Tint},
+    picture::{Part, Placed},
     theme,
 };
 use boresight_geometry::frame::ImageSize;
 use boresight_present::{
     ghost::Card,
     instruction::{Instruction, Moment},
-    text::window as words,
 };
 
 /// Opacity of the card while the board is far away, and on the board, where the board itself must
 /// be seen.
-const OPACITY: [f32; 2] = [0.45, 0.12];
+const OPACITY: [f32; 2] = [0.2, 0.1];
 /// Width of the rim at the far and at the near edge, in a picture 720 points high.
 const RIM: [f32; 2] = [3.0, 12.0];
-/// Width of the board's outline.
+/// Width of the board's outline, and of its part that the hold has traced.
 const OUTLINE: f32 = 3.0;
+const TRACE: f32 = 10.0;
 /// Offset of the shadow to the right and down.
 const SHADOW: f32 = 14.0;
-/// Size of both cards side by side, as a share of the picture's height, with a minimum in points.
-const INSET: (f32, f32) = (0.2, 96.0);
 
-pub(super) fn paint(
-    painter: &Painter,
-    placed: &Placed,
-    (instruction, image_size): (&Instruction, ImageSize),
-) {
+pub(super) fn paint(painter: &Painter, placed: &Placed, instruction: &Instruction) {
     let canvas = Canvas { painter, placed };
     let color = color(instruction);
     let corners = |card: &Option<Card>| canvas.points(card.as_ref()?);
@@ -40,33 +33,35 @@ pub(super) fn paint(
         canvas.around(rim, color);
     }
     if let Some(rim) = &now {
-        let holds = instruction.moment == Moment::Hold;
-        let (color, width) =
-            if holds { (theme::GREEN, 2.0 * OUTLINE) } else { (Color32::WHITE, OUTLINE) };
         let line: Vec<Pos2> = rim.iter().map(|(at, _)| *at).collect();
-        for stroke in theme::outline(canvas.wide(width), color) {
+        for stroke in theme::outline(canvas.wide(OUTLINE), Color32::WHITE) {
             painter.add(Shape::closed_line(line.clone(), stroke));
         }
+        if let Some(hold) = instruction.hold {
+            let trace = traced(&inside(line, placed.rect.shrink(canvas.wide(TRACE))), hold as f32);
+            for stroke in theme::outline(canvas.wide(TRACE), theme::GREEN) {
+                painter.add(Shape::line(trace.clone(), stroke));
+            }
+        }
     }
-    if let (Some(card), Some(wanted)) = (&instruction.card, &wanted)
-        && card.lies_outside(image_size)
-    {
-        canvas.inset(now.as_deref(), wanted, color);
-    }
+}
+
+/// Part of the picture inside a card.
+pub(super) fn part_of(card: &Card, image_size: ImageSize) -> Option<Part> {
+    Some(Part { rim_px: card.rim()?.into_iter().map(|(px, _)| px).collect(), image_size })
 }
 
 /// Face of the target card, as a tint of the picture.
-pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<Tint> {
-    let rim = instruction.card.as_ref()?.rim()?;
+pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<(Part, Color32)> {
+    let part = part_of(instruction.card.as_ref()?, image_size)?;
     let opacity = OPACITY[0] + closeness(instruction) * (OPACITY[1] - OPACITY[0]);
-    let color = color(instruction).gamma_multiply(opacity);
-    Some(Tint { rim_px: rim.into_iter().map(|(px, _)| px).collect(), image_size, color })
+    Some((part, color(instruction).gamma_multiply(opacity)))
 }
 
 /// Paints the face without a picture to tint.
-pub(super) fn paint_face(painter: &Painter, placed: &Placed, tint: &Tint) {
-    let rim: Vec<(Pos2, f32)> = tint.rim_px.iter().map(|px| (placed.pos(px), 0.0)).collect();
-    face(painter, &rim, tint.color);
+pub(super) fn paint_face(painter: &Painter, placed: &Placed, (part, color): &(Part, Color32)) {
+    let rim: Vec<(Pos2, f32)> = part.rim_px.iter().map(|px| (placed.pos(px), 0.0)).collect();
+    face(painter, &rim, *color);
 }
 
 /// Closeness of the board to the card. The last steps matter most: green comes late.
@@ -81,6 +76,55 @@ fn color(instruction: &Instruction) -> Color32 {
     } else {
         theme::AMBER
     }
+}
+
+/// Part of a polygon inside `rect`: along the rectangle's sides where the polygon lies outside.
+/// Sutherland and Hodgman 1974.
+fn inside(polygon: Vec<Pos2>, rect: Rect) -> Vec<Pos2> {
+    let sides: [(Vec2, f32); 4] = [
+        (Vec2::RIGHT, -rect.left()),
+        (Vec2::LEFT, rect.right()),
+        (Vec2::DOWN, -rect.top()),
+        (Vec2::UP, rect.bottom()),
+    ];
+    sides.into_iter().fold(polygon, |polygon, (inwards, offset)| {
+        let depth = |at: Pos2| at.to_vec2().dot(inwards) + offset;
+        let ends = polygon.iter().cycle().skip(1);
+        let cut = polygon.iter().zip(ends).flat_map(|(from, to)| {
+            let (a, b) = (depth(*from), depth(*to));
+            let crossing = ((a < 0.0) != (b < 0.0)).then(|| *from + (*to - *from) * (a / (a - b)));
+            crossing.into_iter().chain((b >= 0.0).then_some(*to))
+        });
+        cut.collect()
+    })
+}
+
+/// First part of a closed line, clockwise from its point nearest to the upper left.
+fn traced(line: &[Pos2], share: f32) -> Vec<Pos2> {
+    let count = line.len();
+    let from_top_left = |i: &usize| line[*i].x + line[*i].y;
+    let first = (0..count).min_by(|a, b| from_top_left(a).total_cmp(&from_top_left(b)));
+    let Some(first) = first else { return Vec::new() };
+    let cross = |i: usize| {
+        let (a, b) = (line[i].to_vec2(), line[(i + 1) % count].to_vec2());
+        a.x * b.y - a.y * b.x
+    };
+    let is_clockwise = (0..count).map(cross).sum::<f32>() > 0.0;
+    let at = |step: usize| {
+        line[(first + if is_clockwise { step } else { count - step % count }) % count]
+    };
+    let length = |step: usize| (at(step + 1) - at(step)).length();
+    let mut left = share.clamp(0.02, 1.0) * (0..count).map(length).sum::<f32>();
+    let mut trace = vec![at(0)];
+    for step in 0..count {
+        let part = (left / length(step).max(1e-3)).min(1.0);
+        trace.push(at(step) + part * (at(step + 1) - at(step)));
+        left -= length(step);
+        if left <= 0.0 {
+            break;
+        }
+    }
+    trace
 }
 
 /// Points around a card on the screen, with nearness.
@@ -133,50 +177,6 @@ impl Canvas<'_> {
         }
         self.painter.add(Shape::mesh(cast));
     }
-
-    /// Both cards, small and whole, side by side: the present board and the target.
-    fn inset(&self, now: Option<&Rim>, wanted: &Rim, color: Color32) {
-        let picture = self.placed.rect;
-        let side = (INSET.0 * picture.height()).max(INSET.1).min(0.4 * picture.width());
-        let size = Vec2::new(if now.is_some() { 2.2 * side } else { 1.2 * side }, 1.15 * side);
-        let gap = 1.5 * theme::UNIT;
-        let place = Rect::from_min_size(picture.right_top() + Vec2::new(-gap - size.x, gap), size);
-        self.painter.rect_filled(place, theme::UNIT, Color32::from_black_alpha(215));
-        let reach = |rim: &Rim| {
-            let bounds = Rect::from_points(&rim.iter().map(|(at, _)| *at).collect::<Vec<_>>());
-            bounds.width().max(bounds.height()).max(1.0)
-        };
-        let largest = now.map_or(0.0, reach).max(reach(wanted));
-        let scale = 0.8 * side / largest;
-        let small = |rim: &Rim, at: Pos2| -> Vec<(Pos2, f32)> {
-            let middle =
-                Rect::from_points(&rim.iter().map(|(p, _)| *p).collect::<Vec<_>>()).center();
-            // So small, only its corners count.
-            let corners = rim.iter().step_by((rim.len() / 4).max(1));
-            corners.map(|(p, near)| (at + (*p - middle) * scale, *near)).collect()
-        };
-        let cells = if now.is_some() { 2.0 } else { 1.0 };
-        let cell = |number: f32| {
-            Pos2::new(
-                place.left() + place.width() * (number + 0.5) / cells,
-                place.top() + 0.5 * side,
-            )
-        };
-        let label = FontId::proportional((0.13 * side).max(theme::SMALL));
-        let one = |rim: &Rim, at: Pos2, color: Color32, words: &str| {
-            let rim = small(rim, at);
-            face(self.painter, &rim, color.gamma_multiply(0.55));
-            edge(self.painter, &rim, |near| 1.0 + 4.0 * near * near, color);
-            let below = Pos2::new(at.x, place.bottom() - 0.4 * theme::UNIT);
-            self.painter.text(below, Align2::CENTER_BOTTOM, words, label.clone(), Color32::WHITE);
-        };
-        if let Some(now) = now {
-            one(now, cell(0.0), Color32::WHITE, words::NOW);
-            one(wanted, cell(1.0), color, words::WANTED);
-        } else {
-            one(wanted, cell(0.0), color, words::WANTED);
-        }
-    }
 }
 
 fn middle(rim: &Rim) -> Pos2 {
@@ -208,5 +208,33 @@ fn edge(painter: &Painter, rim: &Rim, width: impl Fn(f32) -> f32, color: Color32
         let side = vec![*from + at, to + at_to, to - at_to, *from - at];
         painter.add(Shape::convex_polygon(side, color, Stroke::NONE));
         painter.circle_filled(to, 0.5 * width(near_to), color);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn a_hold_is_traced_where_it_is_seen() {
+        let picture = Rect::from_min_max(pos2(0.0, 0.0), pos2(100.0, 60.0));
+        // A board that reaches beyond the picture at the left and at the top.
+        let board = [[-50.0, -20.0], [80.0, -20.0], [80.0, 40.0], [-50.0, 40.0]];
+        for turned in [false, true] {
+            let mut rim: Vec<Pos2> = board.map(|[x, y]| pos2(x, y)).into();
+            if turned {
+                rim.reverse();
+            }
+            let seen = inside(rim, picture);
+            let half = traced(&seen, 0.5);
+            assert_eq!((half[0], half[1]), (pos2(0.0, 0.0), pos2(80.0, 0.0)), "clockwise");
+            let length: f32 = half.windows(2).map(|ends| (ends[1] - ends[0]).length()).sum();
+            assert!((length - 120.0).abs() < 1e-3, "{length}");
+            let whole = traced(&seen, 1.0);
+            assert!((*whole.last().expect("points") - pos2(0.0, 0.0)).length() < 1e-3);
+        }
+        assert!(traced(&inside(vec![pos2(200.0, 0.0), pos2(300.0, 9.0)], picture), 0.5).is_empty());
     }
 }

@@ -1,8 +1,8 @@
 //! The guide page: the live picture, the next action, and the progress.
 
+pub mod air;
 mod banner;
 mod controls;
-mod distance;
 mod gauges;
 pub(super) mod ghost;
 pub mod icon;
@@ -14,18 +14,20 @@ mod views;
 mod wheel;
 
 use egui::{
-    CentralPanel, Frame, Image, Label, Panel, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder,
+    CentralPanel, Image, Label, Panel, Pos2, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder,
     WidgetInfo, accesskit::Role, style::ScrollStyle,
 };
 
 use super::{
     keys::{UiAction, button, toggle},
-    picture::Placed,
+    known_map,
+    picture::{Dressing, Placed},
     screen::Screen,
     theme,
 };
 use boresight_present::{
     instruction::Instruction,
+    known::Known,
     text::{Act, Trouble, window as words},
 };
 
@@ -34,18 +36,7 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let instruction = screen.instruction();
     let instruction = instruction.as_ref();
     let (obstacles, doubts) = banner::troubles(screen);
-    let high = sentence::height(ui, screen);
-    Panel::top("sentence").frame(Frame::new()).exact_size(high).show_separator_line(false).show(
-        ui,
-        |ui| {
-            sentence::show(ui, screen, instruction);
-        },
-    );
-    if screen.distance {
-        Panel::bottom("hold").frame(Frame::new()).show_separator_line(false).show(ui, |ui| {
-            distance::hold(ui, instruction);
-        });
-    } else if screen.preferences.panels {
+    if screen.preferences.panels && !screen.distance {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
         Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
             // Always show the scroll bar: a camera's controls may not fit.
@@ -69,6 +60,13 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     CentralPanel::no_frame().show(ui, |ui| {
         let area = ui.available_rect_before_wrap();
         picture(ui, screen, instruction, &doubts);
+        if let Some((snapshot, instruction)) = screen.snapshot.as_ref().zip(instruction) {
+            let size = snapshot.setup.image_size;
+            let placed = Placed::within(area, size, screen.preferences.mirrored);
+            air::paint(ui.painter(), (area, &placed), (screen, snapshot), instruction);
+        }
+        let said = sentence::show(ui, area, screen, instruction);
+        overlay::hints_above(ui.painter(), said, screen, instruction);
         // Over the picture, which keeps its place.
         if banner::is_needed(screen, &obstacles) {
             ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
@@ -87,8 +85,13 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     let size = snapshot.setup.image_size;
     let placed = Placed::within(area, size, screen.preferences.mirrored);
     let response = ui.allocate_rect(area, Sense::hover());
-    let face = instruction.and_then(|it| ghost::face_of(it, size));
-    let texture = screen.picture.texture(ui.ctx(), face.as_ref());
+    let dressing = Dressing {
+        tint: instruction.and_then(|it| ghost::face_of(it, size)),
+        known: Known::of(snapshot),
+        is_shaded: true,
+        lit: instruction.and_then(|it| ghost::part_of(it.board.as_ref()?, size)),
+    };
+    let texture = screen.picture.texture(ui.ctx(), &dressing);
     let around = if texture.is_some() { placed.bars(area) } else { [area, Rect::NOTHING] };
     for bar in around {
         theme::band(ui, bar);
@@ -96,13 +99,15 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     let painter = ui.painter_at(placed.rect);
     if let Some(texture) = texture {
         Image::new((texture, placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
-    } else if let Some(face) = face {
-        ghost::paint_face(&painter, &placed, &face);
+    } else if let Some(face) = &dressing.tint {
+        ghost::paint_face(&painter, &placed, face);
+    }
+    if let Some(known) = &dressing.known {
+        let board = dressing.lit.iter().flat_map(|part| &part.rim_px);
+        let board: Vec<Pos2> = board.map(|px| placed.pos(px)).collect();
+        known_map::border(&painter, &placed, known, &board);
     }
     overlay::paint(&painter, &placed, screen, (instruction, doubts));
-    if screen.distance {
-        distance::count(&painter, placed.rect, screen);
-    }
     if let Some(secs) = screen.lost_secs() {
         lost::paint(&painter, placed.rect, secs);
     }

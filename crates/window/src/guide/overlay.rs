@@ -12,7 +12,6 @@ use boresight_geometry::{
 };
 use boresight_guide::session::Snapshot;
 use boresight_present::{
-    ghost::Card,
     instruction::{Instruction, Moment},
     text::{self, Trouble},
 };
@@ -37,7 +36,7 @@ pub(super) fn paint(
         coverage(painter, placed, snapshot);
         views(painter, placed, snapshot);
     }
-    ghost::paint(painter, placed, (instruction, snapshot.setup.image_size));
+    ghost::paint(painter, placed, instruction);
     if marks {
         live(painter, placed, snapshot, opacity(screen.overlay_age_secs()));
         principal_point(painter, placed, snapshot);
@@ -48,15 +47,6 @@ pub(super) fn paint(
         shaded_text(painter, at, Align2::LEFT_TOP, told, size);
         at.y += 1.8 * size;
     }
-    let mut at = placed.rect.center_bottom() - Vec2::new(0.0, 1.5 * theme::UNIT);
-    let size = (0.032 * placed.rect.height()).max(theme::BODY) * screen.larger();
-    for told in hints(screen, instruction) {
-        shaded_text(painter, at, Align2::CENTER_BOTTOM, told, size);
-        at.y -= 1.8 * size;
-    }
-    if let Some(hold) = instruction.hold {
-        ring(painter, placed, instruction, hold as f32);
-    }
     if let Some(since) = screen.since_taken_secs().filter(|since| *since < FLASH_SECS) {
         let strength = (1.0 - since / FLASH_SECS) as f32;
         painter.rect_filled(placed.rect, 0.0, Color32::WHITE.gamma_multiply(0.75 * strength));
@@ -66,6 +56,22 @@ pub(super) fn paint(
             Stroke::new(12.0, theme::GREEN.gamma_multiply(strength)),
             egui::StrokeKind::Middle,
         );
+    }
+}
+
+/// Hints on the next action, above the sentence `said`.
+pub(super) fn hints_above(
+    painter: &Painter,
+    said: Rect,
+    screen: &Screen,
+    instruction: Option<&Instruction>,
+) {
+    let Some(instruction) = instruction else { return };
+    let size = (0.28 * said.height()).clamp(theme::BODY, 28.0);
+    let mut at = said.left_top() - Vec2::new(0.0, theme::UNIT);
+    for told in hints(screen, instruction) {
+        shaded_text(painter, at, Align2::LEFT_BOTTOM, told, size);
+        at.y -= 1.8 * size;
     }
 }
 
@@ -170,23 +176,6 @@ fn cross(painter: &Painter, at: Pos2, arm: f32, color: Color32) {
         painter.line_segment([at - Vec2::new(arm, 0.0), at + Vec2::new(arm, 0.0)], stroke);
         painter.line_segment([at - Vec2::new(0.0, arm), at + Vec2::new(0.0, arm)], stroke);
     }
-}
-
-/// Countdown of the hold, in the middle of the board.
-fn ring(painter: &Painter, placed: &Placed, instruction: &Instruction, hold: f32) {
-    let corners = instruction.board.as_ref().and_then(Card::corners);
-    let Some(corners) = corners else { return };
-    let bounds = Rect::from_points(&corners.map(|(px, _)| placed.pos(&px)));
-    let (centre, radius) = (bounds.center(), 0.16 * placed.rect.height());
-    painter.circle_filled(centre, radius, Color32::from_black_alpha(110));
-    painter.circle_stroke(centre, radius, Stroke::new(10.0, theme::GREY.gamma_multiply(0.4)));
-    let turn = |share: f32| {
-        let angle = std::f32::consts::TAU * share - std::f32::consts::FRAC_PI_2;
-        centre + radius * Vec2::angled(angle)
-    };
-    let steps = (48.0 * hold).ceil().max(1.0) as usize;
-    let arc = (0..=steps).map(|i| turn(hold * i as f32 / steps as f32)).collect();
-    painter.add(Shape::line(arc, Stroke::new(10.0, theme::GREEN)));
 }
 
 /// Line as imaged by the lens: straight lines of the ideal picture are bent in the real one.

@@ -1,8 +1,7 @@
-//! Sentence in letters of constant size, with a sign of the movement.
+//! The sentence over the picture, in letters of constant size, with a sign of the movement.
 
 use egui::{
-    Align2, Color32, FontId, Id, Rect, Response, Sense, Ui, Vec2, WidgetInfo, accesskit::Role,
-    pos2, text::LayoutJob,
+    Color32, Id, Rect, Sense, Ui, Vec2, WidgetInfo, accesskit::Role, pos2, text::LayoutJob,
 };
 
 use super::{
@@ -12,25 +11,14 @@ use super::{
 use boresight_guide::session::Gravity;
 use boresight_present::{instruction::Instruction, text::window as words};
 
-/// Size of the letters, the same for every sentence.
-struct Size {
-    /// Height of the band as a share of the window's.
-    band: f32,
-    /// Size of letters as a share of the band's height.
-    letters: f32,
-    /// Maximum size of letters as a share of the width of a line of the longest sentence.
-    across: f32,
-    /// Height of a line as a share of the letters' size.
-    line: f32,
-}
-
-/// Size at the computer: one line.
-const NEAR: Size = Size { band: 0.14, letters: 0.6, across: 1.0 / 17.5, line: 1.15 };
-/// Size from afar: up to two lines, close to each other.
-const FAR: Size = Size { band: 0.22, letters: 0.47, across: 1.0 / 9.5, line: 1.05 };
-
-/// Side of the sign as a share of the band's height.
-const SIGN: f32 = 0.8;
+/// Size of letters as a share of the page's height, and of a line's width.
+const LETTERS: [f32; 2] = [1.0 / 9.0, 1.0 / 16.0];
+/// Distance of the sentence from the page's edges, as a share of the page's height.
+const MARGIN: f32 = 0.05;
+/// Height of a line as a share of the letters' size.
+const LINE: f32 = 1.1;
+/// Side of the sign as a share of the letters' size.
+const SIGN: f32 = 1.25;
 
 /// Sentence and colour.
 fn words(instruction: Option<&Instruction>, mirrored: bool) -> (String, Color32) {
@@ -48,55 +36,42 @@ fn color(gravity: Gravity) -> Color32 {
     }
 }
 
-fn size(screen: &Screen) -> Size {
-    if screen.distance { FAR } else { NEAR }
-}
-
-pub(super) fn height(ui: &Ui, screen: &Screen) -> f32 {
-    (size(screen).band * ui.ctx().content_rect().height()).max(64.0)
-}
-
-/// Shows the sentence over the full width.
-pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) -> Response {
+/// Shows the sentence in the lower left of `page`. Returns its rectangle.
+pub(super) fn show(
+    ui: &Ui,
+    page: Rect,
+    screen: &Screen,
+    instruction: Option<&Instruction>,
+) -> Rect {
     let mirrored = screen.preferences.mirrored;
     let (words, color) = words(instruction, mirrored);
-    let width = ui.available_width();
-    let Size { letters, across, line, .. } = size(screen);
-    let high = height(ui, screen);
-    let (_, rect) = ui.allocate_space(Vec2::new(width, high));
+    let margin = MARGIN * page.height();
+    // One font size: resizing would draw the eye for nothing. A long sentence has two lines.
+    let room = page.width() - 2.0 * margin;
+    let size = (LETTERS[0] * page.height()).min(LETTERS[1] * room).floor();
+    let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
+    let side = if sign.is_some() { SIGN * size + theme::UNIT } else { 0.0 };
+    let font = theme::headline(size);
+    let mut job = LayoutJob::simple(words.clone(), font, color, room - side);
+    for section in &mut job.sections {
+        section.format.line_height = Some(LINE * size);
+    }
+    let galley = ui.painter().layout_job(job);
+    let text = Vec2::new(side + galley.size().x, galley.size().y);
+    let rect = Rect::from_min_size(page.left_bottom() + Vec2::new(margin, -margin - text.y), text);
     // The same name under any banner: a screen reader reads the news.
     let response = ui.interact(rect, Id::unique("sentence"), Sense::hover());
-    let painter = ui.painter_at(rect);
-    theme::band(ui, rect);
-    let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
-    let side = if sign.is_some() { SIGN * high } else { 0.0 };
-    // One font size: resizing would draw the eye for nothing.
-    let room = width - SIGN * high - 3.0 * theme::UNIT;
-    let size = (letters * high).min(across * room).floor();
-    let wrap = if screen.distance { room } else { f32::INFINITY };
-    let laid_out = |size: f32, wrap: f32| {
-        let mut job = LayoutJob::simple(words.clone(), FontId::proportional(size), color, wrap);
-        for section in &mut job.sections {
-            section.format.line_height = Some(line * size);
-        }
-        painter.layout_job(job)
-    };
-    let mut galley = laid_out(size, wrap);
-    let fits = (room / galley.size().x).min(high / galley.size().y);
-    if fits < 1.0 {
-        // Longer than any sentence of a session.
-        galley = laid_out((size * fits).floor().max(1.0), room);
-    }
-    let gap = if sign.is_some() { theme::UNIT } else { 0.0 };
-    let both = Vec2::new(side + gap + galley.size().x, galley.size().y);
-    let at = Align2::CENTER_CENTER.anchor_size(rect.center(), both);
     if let Some(sign) = sign {
-        let middle = pos2(at.left() + 0.5 * side, rect.center().y);
-        let place = Rect::from_center_size(middle, Vec2::splat(side));
-        icon::paint(&painter, place.shrink(0.12 * side), sign, color);
+        let middle = pos2(rect.left() + 0.5 * SIGN * size, rect.center().y);
+        icon::paint(
+            ui.painter(),
+            Rect::from_center_size(middle, Vec2::splat(SIGN * size)),
+            sign,
+            color,
+        );
     }
-    painter.galley(pos2(at.left() + side + gap, at.top()), galley, color);
+    ui.painter().galley(rect.min + Vec2::new(side, 0.0), galley, color);
     response.widget_info(|| WidgetInfo::labeled(Role::Status, true, &words));
     aloud::read_now(&response);
-    response
+    rect
 }

@@ -1,10 +1,9 @@
-//! Share of the picture with sufficient precision, and thumbnails of the accepted views, each with
-//! a way to take back.
+//! Thumbnails of the accepted views, each with a way to take back.
 
 use egui::{Button, accesskit::Role};
 use egui::{Color32, Frame, Image, RichText, ScrollArea, Sense, Stroke, Ui, Vec2, WidgetInfo};
 
-use super::super::{keys::UiAction, screen::Screen, theme, valid_map};
+use super::super::{keys::UiAction, screen::Screen, theme};
 use boresight_present::text::window as words;
 
 /// Height of a thumbnail.
@@ -13,7 +12,7 @@ const HIGH: f32 = 48.0;
 /// Height of the row.
 pub(super) const PANEL: f32 = 92.0;
 
-/// Shows share and thumbnails in a row, the newest view last.
+/// Shows thumbnails in a row, the newest view last.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let Some(snapshot) = &screen.snapshot else { return };
     if snapshot.views.is_empty() {
@@ -25,7 +24,6 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let aspect = f64::from(size.width_px.max(1)) / f64::from(size.height_px.max(1));
     let small = Vec2::new(HIGH * aspect as f32, HIGH);
     ui.horizontal_top(|ui| {
-        valid_map::so_far(ui, screen, HIGH);
         ScrollArea::horizontal().stick_to_right(true).auto_shrink([false, true]).show(ui, |ui| {
             ui.horizontal(|ui| {
                 for view in snapshot.views.iter() {

@@ -7,7 +7,12 @@ use egui::{
 use nalgebra::Point2;
 
 use super::{
-    super::{guide::overlay::ellipse_px, picture::Placed, screen::Screen, theme, valid_map},
+    super::{
+        guide::overlay::ellipse_px,
+        picture::{Dressing, Placed},
+        screen::Screen,
+        theme,
+    },
     correlations, distance, poses,
     result_page::ResultPage,
     scatter, view_bars,
@@ -17,9 +22,13 @@ use boresight_geometry::{
     GRID_COLUMNS, GRID_ROWS, PrincipalLine, cell_centres_px, frame::ImageSize, intersect_unweighted,
 };
 use boresight_guide::session::Snapshot;
-use boresight_present::text::{
-    charts::{self as words, Chart},
-    knows_sd,
+use boresight_present::{
+    reading::valid_up_to_px,
+    result_card::Grade,
+    text::{
+        charts::{self as words, Chart},
+        knows_sd,
+    },
 };
 
 /// Room for the words below a chart.
@@ -29,7 +38,7 @@ const LOWEST: f32 = 140.0;
 
 /// Shows the choice of charts and the chosen chart.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
-    let ResultPage { chart, comparison, undistorted: share, turn_rad } = table;
+    let ResultPage { chart, comparison, undistorted: share, turn_rad, .. } = table;
     choose(ui, chart, &Chart::PLAIN);
     CollapsingHeader::new(words::MORE).default_open(Chart::EXPERT.contains(chart)).show(ui, |ui| {
         choose(ui, chart, &Chart::EXPERT);
@@ -109,9 +118,10 @@ fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
     let area = &calibration.valid_area;
     let color = ui.visuals().text_color();
     let mut x = at.x;
+    let [met, missed] = colors(calibration);
     for (fill, words) in [
-        (theme::GREEN, words::within_goal(area.goal_px, area.share)),
-        (theme::AMBER, words::BEYOND_GOAL.to_owned()),
+        (met, words::within_goal(area.goal_px, area.share)),
+        (missed, words::BEYOND_GOAL.to_owned()),
     ] {
         let font = FontId::proportional(theme::BODY - 1.0);
         let galley = ui.painter().layout_no_wrap(words, font, color);
@@ -125,12 +135,35 @@ fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
     20.0
 }
 
+/// Colours of a cell within the goal, and beyond: grey for a result that isn't trustworthy.
+fn colors(calibration: &Calibration) -> [Color32; 2] {
+    match Grade::of(calibration) {
+        Grade::NotTrustworthy => [Color32::from_gray(150), Color32::from_gray(90)],
+        Grade::Good | Grade::Care | Grade::Unfinished => [theme::GREEN, theme::AMBER],
+    }
+}
+
 /// Cells of the picture by standard deviation of projection: green where the goal is met.
 fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
     if !knows_sd(calibration) {
         return words::TOO_FEW.into();
     }
-    valid_map::cells(painter, placed, calibration, |place, rect| {
+    let sd = &calibration.projection_sd;
+    let cell =
+        vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
+    let sds_px = sd.grid.iter().map(|place| place.sd_px);
+    let valid_px = valid_up_to_px(sds_px, calibration.valid_area.share);
+    let [met, missed] = colors(calibration);
+    for place in &sd.grid {
+        let fill = if place.sd_px <= valid_px { met } else { missed };
+        // The brighter, the surer.
+        let share = 1.0 - 0.3 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
+        let rect = Rect::from_center_size(placed.pos(&place.px), cell);
+        painter.rect_filled(
+            rect.shrink(0.5),
+            0.0,
+            Color32::from_gray(20).lerp_to_gamma(fill, share),
+        );
         let number = if place.sd_px < 0.095 {
             format!("{:.3}", place.sd_px)
         } else {
@@ -138,8 +171,7 @@ fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) ->
         };
         let font = FontId::proportional((0.28 * rect.height()).clamp(8.0, 14.0));
         painter.text(rect.center(), Align2::CENTER_CENTER, number, font, Color32::BLACK);
-    });
-    let sd = &calibration.projection_sd;
+    }
     words::uncertainty_scale(sd.mean_px, sd.max_px)
 }
 
@@ -275,7 +307,7 @@ fn undistorted(
     screen: &Screen,
     (calibration, share): (&Calibration, f32),
 ) -> String {
-    let Some(texture) = screen.picture.texture(painter.ctx(), None) else {
+    let Some(texture) = screen.picture.texture(painter.ctx(), &Dressing::default()) else {
         return words::NO_PICTURE.into();
     };
     const ACROSS: u32 = 48;

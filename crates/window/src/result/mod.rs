@@ -1,5 +1,7 @@
-//! The result page: the verdict, the evidence for and against it, the numbers, and the actions.
+//! The result page: one card, and behind it the engineer's view with the evidence for and against
+//! the verdict, the numbers, and the actions.
 
+mod card;
 mod charts;
 mod comparison;
 mod correlations;
@@ -24,7 +26,7 @@ use error_lines::error_lines;
 
 use super::{keys::UiAction, screen::Screen, theme};
 use boresight_app::{explain::UserError, window::host::Ended};
-use boresight_present::text::window as words;
+use boresight_present::{result_card::ResultCard, text::window as words};
 
 /// Inputs of the page in addition to the screen.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +47,17 @@ pub fn show(
     table: &mut ResultPage,
     asks: &mut Vec<UiAction>,
 ) {
-    let has_result = screen.snapshot.as_ref().is_some_and(|s| s.calibration.is_some());
+    let snapshot = screen.snapshot.as_ref();
+    let card = snapshot.and_then(|snapshot| Some((snapshot, ResultCard::of(snapshot)?)));
+    if let (Some((snapshot, card)), State::Ended(ended), false) =
+        (&card, context.state, table.engineer)
+    {
+        CentralPanel::default().show(ui, |ui| {
+            card::show(ui, (screen, snapshot, card), (ended, context), table, asks);
+        });
+        return;
+    }
+    let has_result = card.is_some();
     if has_result {
         let width = 0.5 * ui.available_width();
         Panel::right("charts").resizable(false).exact_size(width).show(ui, |ui| {
@@ -56,6 +68,10 @@ pub fn show(
         ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
             if matches!(context.state, State::Ending) {
                 ui.label(RichText::new(words::ENDING).size(theme::TITLE));
+            }
+            if has_result && matches!(context.state, State::Ended(_)) {
+                let back = ui.button(words::RESULT_CARD);
+                table.engineer &= !back.clicked();
             }
             verdict::show(ui, screen, context.state, asks);
             verdict::found(ui, screen);

@@ -7,6 +7,8 @@ use boresight_present::text::charts::Chart;
 /// The person's choices on the page.
 #[derive(Debug)]
 pub struct ResultPage {
+    /// True for the evidence behind the result, false for the result as one card.
+    pub engineer: bool,
     /// Visible chart.
     pub chart: Chart,
     /// Comparison with an older calibration.
@@ -21,7 +23,7 @@ impl Default for ResultPage {
     fn default() -> Self {
         let (chart, comparison) = (Chart::default(), Comparison::default());
         // From the side, to show distances and tilts.
-        Self { chart, comparison, undistorted: 1.0, turn_rad: 0.9 }
+        Self { engineer: false, chart, comparison, undistorted: 1.0, turn_rad: 0.9 }
     }
 }
 
@@ -44,7 +46,7 @@ impl ResultPage {
 
     fn show_change(&mut self) {
         if self.comparison.found().is_some_and(|compared| compared.drift.is_some()) {
-            self.chart = Chart::Change;
+            (self.chart, self.engineer) = (Chart::Change, true);
         }
     }
 }

@@ -32,7 +32,12 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Ve
         let may_go_on = matches!(state, State::Ended(_));
         verdict(ui, screen, snapshot, calibration);
         if may_go_on {
-            ui.label(text::ending(snapshot.ending, snapshot.lack, snapshot.limits.plan));
+            ui.label(text::ending(
+                snapshot.ending,
+                snapshot.lack,
+                snapshot.limits.plan,
+                Some(&**calibration),
+            ));
         }
         uncovered(ui, (snapshot, calibration), may_go_on, asks);
     });

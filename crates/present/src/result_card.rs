@@ -1,0 +1,123 @@
+//! A result as one value: grade, one number against the goal, and two sentences. Every surface
+//! shows nothing else first, so none can contradict another.
+
+use boresight_calibrate::{AcceptanceGoal, Calibration, Severity, Verdict, is_unfinished};
+use boresight_guide::{
+    guidance::GuidanceParams,
+    session::{Snapshot, ViewNumber},
+};
+
+use crate::text::{self, acceptance, is_sd_known, result as words};
+
+/// Grade of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grade {
+    /// Ready to use.
+    Good,
+    /// Usable, with the limits that are named.
+    Care,
+    /// More views would make it usable.
+    Unfinished,
+    /// Not to be used.
+    NotTrustworthy,
+}
+
+impl Grade {
+    /// Grade of `calibration`.
+    pub fn of(calibration: &Calibration) -> Self {
+        let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
+        match calibration.verdict {
+            Verdict::Good => Self::Good,
+            Verdict::Care => Self::Care,
+            Verdict::Untrustworthy if is_unfinished(bad.map(|finding| finding.code.code())) => {
+                Self::Unfinished
+            }
+            Verdict::Untrustworthy => Self::NotTrustworthy,
+        }
+    }
+}
+
+/// What a result page states first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResultCard {
+    /// The grade.
+    pub grade: Grade,
+    /// Error of the result; `None` while unknown.
+    pub error: Option<Error>,
+    /// Largest accepted error, with its unit.
+    pub goal: String,
+    /// What was found, or where to use the result.
+    pub what: String,
+    /// What to do.
+    pub action: String,
+}
+
+/// Error of a result, in the unit of the person's goal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Error {
+    /// The number, with two digits.
+    pub number: String,
+    /// The unit.
+    pub unit: &'static str,
+    /// Error as a share of the goal.
+    pub of_goal: f64,
+    /// What the number is.
+    pub name: &'static str,
+}
+
+impl ResultCard {
+    /// Card of the session's result. `None` without one.
+    pub fn of(snapshot: &Snapshot) -> Option<Self> {
+        let number = |place: usize| snapshot.views.get(place).map(|view| view.number);
+        Some(Self::of_result(snapshot.calibration.as_deref()?, &snapshot.limits, &number))
+    }
+
+    /// Card of `calibration`; `number` is that of the view at a place.
+    pub fn of_result(
+        calibration: &Calibration,
+        guidance: &GuidanceParams,
+        number: &impl Fn(usize) -> Option<ViewNumber>,
+    ) -> Self {
+        let grade = Grade::of(calibration);
+        let (error, goal) = error(calibration, guidance);
+        let wanted = match grade {
+            Grade::Good => None,
+            Grade::Care => Some(Severity::Care),
+            Grade::Unfinished | Grade::NotTrustworthy => Some(Severity::Bad),
+        };
+        let finding = calibration.findings.iter().find(|it| Some(it.severity) == wanted);
+        let (what, action) = match finding {
+            Some(finding) => {
+                let (what, action) = text::finding_in_session(finding, number);
+                (format!("{what}."), action)
+            }
+            None => (words::USE_WHERE_BRIGHT.into(), words::KEEP_THE_LENS),
+        };
+        Self { grade, error, goal, what, action: action.into() }
+    }
+}
+
+/// Error and goal: the 95 % bound with a goal of the person's, else the typical error.
+fn error(calibration: &Calibration, guidance: &GuidanceParams) -> (Option<Error>, String) {
+    let codes = || calibration.findings.iter().map(|finding| finding.code.code());
+    let (value, goal, unit, name) = match &calibration.acceptance {
+        None => (
+            Some(calibration.projection_sd.mean_px),
+            guidance.stop_projection_sigma_px,
+            "px",
+            text::window::TYPICAL_ERROR,
+        ),
+        Some(judged) => {
+            let (scale, unit) = match judged.goal {
+                AcceptanceGoal::Projection { .. } => (1.0, "px"),
+                AcceptanceGoal::Length { .. } => (1e3, "mm"),
+            };
+            let bound = judged.bound.as_ref().map(|bound| scale * bound.total);
+            (bound, scale * judged.goal.limit(), unit, words::BOUND_95)
+        }
+    };
+    let error = value
+        .filter(|value| is_sd_known(codes()) && value.is_finite())
+        .map(|value| Error { number: acceptance::small(value), unit, of_goal: value / goal, name });
+    (error, format!("{} {unit}", acceptance::small(goal)))
+}

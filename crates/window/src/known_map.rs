@@ -1,0 +1,92 @@
+//! What is known of the picture: a line around the part that meets the goal, and a hatching where
+//! no board was.
+
+use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
+
+use super::{picture::Placed, theme};
+use boresight_geometry::{GRID_COLUMNS, GRID_ROWS};
+use boresight_present::known::Known;
+
+/// Cells of the drawing for each cell of the map.
+const FINER: u32 = 4;
+/// Distance of two lines of the hatching, in points.
+const HATCH: f32 = 9.0;
+
+/// Screen position of a place in shares of the picture.
+fn on_screen(placed: &Placed, [x, y]: [f32; 2]) -> Pos2 {
+    let rect = placed.rect;
+    let x = if placed.mirrored { 1.0 - x } else { x };
+    pos2(rect.left() + x * rect.width(), rect.top() + y * rect.height())
+}
+
+/// Draws the line around the part where the goal is met, but not inside `lit`.
+pub(super) fn border(painter: &Painter, placed: &Placed, known: &Known, lit: &[Pos2]) {
+    let [columns, rows] = [GRID_COLUMNS, GRID_ROWS].map(|count| (count * FINER) as usize);
+    let place =
+        |column: usize, row: usize| [column as f32 / columns as f32, row as f32 / rows as f32];
+    let (wide, color) = (1.5 * (placed.rect.height() / 720.0).clamp(0.7, 2.0), theme::GREEN);
+    let [below, above] = theme::strokes(wide, color, 1.0);
+    for row in 0..rows {
+        for column in 0..columns {
+            let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| {
+                let at = place(column + x, row + y);
+                (at, known.margin(at))
+            });
+            let mut crossings = [pos2(0.0, 0.0); 4];
+            let mut count = 0;
+            for side in 0..4 {
+                let ((from, a), (to, b)) = (corners[side], corners[(side + 1) % 4]);
+                if (a < 0.0) != (b < 0.0) {
+                    let share = a / (a - b);
+                    let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+                    crossings[count] = on_screen(placed, at);
+                    count += 1;
+                }
+            }
+            for line in crossings[..count].chunks_exact(2) {
+                let middle = line[0] + 0.5 * (line[1] - line[0]);
+                if !is_inside(lit, middle) {
+                    painter.line_segment([line[0], line[1]], below);
+                    painter.line_segment([line[0], line[1]], above);
+                }
+            }
+        }
+    }
+}
+
+/// True if `at` is inside the polygon.
+fn is_inside(polygon: &[Pos2], at: Pos2) -> bool {
+    let ends = polygon.iter().cycle().skip(1);
+    let crossed = polygon.iter().zip(ends).filter(|(a, b)| {
+        (a.y <= at.y) != (b.y <= at.y) && at.x < a.x + (b.x - a.x) * (at.y - a.y) / (b.y - a.y)
+    });
+    crossed.count() % 2 == 1
+}
+
+/// Hatches the part where no board was.
+pub(super) fn hatch(painter: &Painter, placed: &Placed, known: &Known) {
+    let [columns, rows] = [GRID_COLUMNS, GRID_ROWS].map(|count| count * FINER);
+    let cell = vec2(placed.rect.width() / columns as f32, placed.rect.height() / rows as f32);
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = [(column as f32 + 0.5) / columns as f32, (row as f32 + 0.5) / rows as f32];
+            if !known.is_seen(at) {
+                let cell = Rect::from_center_size(on_screen(placed, at), cell);
+                hatch_rect(painter, cell, Color32::from_white_alpha(60));
+            }
+        }
+    }
+}
+
+/// Lines at 45° that go on in the next rectangle.
+pub(super) fn hatch_rect(painter: &Painter, rect: Rect, color: Color32) {
+    let stroke = Stroke::new(1.0, color);
+    let first = ((rect.left() + rect.top()) / HATCH).ceil() as i32;
+    let last = ((rect.right() + rect.bottom()) / HATCH).floor() as i32;
+    for line in first..=last {
+        let sum = line as f32 * HATCH;
+        let left = rect.left().max(sum - rect.bottom());
+        let right = rect.right().min(sum - rect.top());
+        painter.line_segment([pos2(left, sum - left), pos2(right, sum - right)], stroke);
+    }
+}
