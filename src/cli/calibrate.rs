@@ -194,6 +194,7 @@ impl Arguments {
                 calibration: file,
                 notes,
                 certificate,
+                typical_goal_px: None,
                 camera,
                 corners: views.corners,
                 pictures: views.pictures,

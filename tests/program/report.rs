@@ -165,12 +165,12 @@ fn the_page_has_the_numbers_of_the_file() {
     assert!(cells >= 3.0 && cells.fract() == 0.0, "{cells}");
     // The verdict comes first, in words and in a sign, with the command to repeat it at the end.
     let verdict = text(part(&document, "verdict"));
-    let word = ["GOOD", "USE WITH CARE", "NOT TRUSTWORTHY"][["good", "care", "untrustworthy"]
+    let word = ["Good", "Use with care", "Not trustworthy"][["good", "care", "untrustworthy"]
         .iter()
         .position(|v| result["verdict"] == *v)
         .expect("known")];
     assert!(verdict.contains(word) && verdict.contains("Next:"), "{verdict}");
-    assert_eq!(ended.code == 3, word == "NOT TRUSTWORTHY");
+    assert_eq!(ended.code == 3, word == "Not trustworthy");
     let repeat = text(part(&document, "provenance"));
     assert!(repeat.contains("boresight calibrate --board 9x6 pictures/0.png"), "{repeat}");
     // The full estimates are in the paper's table, with rows n = 0 … 4 for six views.
@@ -303,7 +303,7 @@ fn one_view_and_none_have_a_page_too() {
     says(&none, 3, &["No calibration", "none.html"]);
     let html = read(&folder.path().join("none.html"));
     let document = checked(&html, &PARTS);
-    assert!(text(part(&document, "verdict")).contains("NOT TRUSTWORTHY"));
+    assert!(text(part(&document, "verdict")).contains("Not trustworthy"));
     assert!(text(part(&document, "numbers")).contains("No calibration"));
 }
 
@@ -385,6 +385,7 @@ fn drift_is_shown_where_it_is_known() {
         calibration: CalibrationFile::read(&calibration).expect("whole"),
         notes: Vec::new(),
         certificate: None,
+        typical_goal_px: None,
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures: Vec::new(),
@@ -408,7 +409,7 @@ fn drift_is_shown_where_it_is_known() {
     }
     // On the page of a check its verdict comes first.
     let verdict = text(part(&document, "verdict"));
-    let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("USE WITH CARE"));
+    let (first, then) = (verdict.find("RECALIBRATE"), verdict.find("Use with care"));
     assert!(first.is_some() && first < then, "{verdict}");
     // Without a verdict, the page gives the reason.
     let none = json!({ "schema": "boresight.check/1", "against": "old.json", "verdict": null, "message": "NO VERDICT: other size",

@@ -103,7 +103,7 @@ pub use calibrate::calibrate;
 pub use check::{
     finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity, Verdict, is_unfinished},
     leave_out,
-    limits::Limits,
+    limits::{DEFAULT_TYPICAL_GOAL_PX, Limits},
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, NoDrift, OldLens, drift};

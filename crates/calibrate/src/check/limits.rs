@@ -1,8 +1,8 @@
-//! Limits of a GOOD calibration.
+//! Limits of a Good calibration.
 
 use boresight_geometry::frame::ImageSize;
 
-/// Projection error of a GOOD calibration without an acceptance goal, relative to the picture's
+/// Projection error of a Good calibration without an acceptance goal, relative to the picture's
 /// longer side: 2.6 px at 1280, or 2 mm at the distance where the picture shows a metre. This is
 /// the resolution of a tape measure; finer work states its own goal.
 const GOAL: f64 = 0.002;
@@ -10,13 +10,15 @@ const GOAL: f64 = 0.002;
 const VALID_SHARE: f64 = 0.5;
 /// Multiple of the goal from which a calibration is unfinished.
 const UNFINISHED: f64 = 3.0;
+/// Typical error of projection to aim at without a goal of the person's, in pixels.
+pub const DEFAULT_TYPICAL_GOAL_PX: f64 = 0.3;
 /// Typical error of a corner coordinate. Detectors reach 0.1 px; a pixel means blur or a wrong
 /// board.
 const NOISE_PX: f64 = 1.0;
 /// Least number of distinct views.
 const VIEWS: usize = 4;
 
-/// Limits of a GOOD calibration.
+/// Limits of a Good calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// Largest error of projection in the valid area, in pixels: a 95 % bound.

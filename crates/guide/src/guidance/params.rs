@@ -1,5 +1,6 @@
 //! Settings of the planner.
 
+use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
 use boresight_geometry::frame::ImageSize;
 
 /// Share of the picture below which boards count as far.
@@ -91,7 +92,7 @@ impl Default for GuidanceParams {
             partner_slot_rad: 20_f64.to_radians(),
             hold_secs: 0.3,
             stop_pp_sigma_px: 1.0,
-            stop_projection_sigma_px: 0.3,
+            stop_projection_sigma_px: DEFAULT_TYPICAL_GOAL_PX,
             stop_corner_sigma_px: Some(0.25),
             pairs_beyond_edge: PAIRS_BEYOND_EDGE,
             min_views: 4,

@@ -1,7 +1,7 @@
 //! The first sheet, for the customer: camera, result with its limits, and signature.
 
 use super::{
-    Certificate, Report,
+    Certificate, Report, front,
     number::{brief, plain, text},
     section::section_with,
 };
@@ -59,24 +59,23 @@ pub(super) fn sheet(report: &Report) -> String {
             ),
         );
     }
-    body += &verdict(calibration);
-    body += &identity(report, certificate);
-    body += &results(calibration, lens);
-    body += &to_paste(lens);
+    if certifies {
+        body += &front::front(report, certificate, lens);
+    } else {
+        body += &verdict(calibration);
+    }
     if let Some((file, sha256)) = &certificate.file {
+        let checksum = words::checksum(file, sha256);
         push(
             &mut body,
             format_args!(
-                "<p class=\"checksum\"><b>{}</b> {}</p>\n",
-                name::FILE,
-                escaped(&words::checksum(file, sha256))
+                "<div class=\"checksum\">{}<p><b>{}</b><br/>{}</p></div>\n",
+                front::qr_code(&checksum),
+                words::SCAN,
+                escaped(&checksum)
             ),
         );
     }
-    push(
-        &mut body,
-        format_args!("<p class=\"note\">{} {}</p>\n", words::UNCERTAINTY_NOTE, words::VALIDITY),
-    );
     if certifies {
         body += "<div class=\"signatures\">";
         for (who, by) in [(name::SIGNED, certificate.operator.as_str()), (name::APPROVED, "")] {
@@ -91,6 +90,18 @@ pub(super) fn sheet(report: &Report) -> String {
         }
         body += "</div>\n";
     }
+    body += "<div class=\"numbers\">\n";
+    body += &identity(report, certificate);
+    body += &results(calibration, lens);
+    body += &to_paste(lens);
+    push(
+        &mut body,
+        format_args!(
+            "<p class=\"note\">{} {}</p></div>\n",
+            words::UNCERTAINTY_NOTE,
+            words::VALIDITY
+        ),
+    );
     section_with(report_words::Section::Certificate, "certificate", &body)
 }
 
@@ -107,29 +118,32 @@ pub(super) fn css_string(text: &str) -> String {
     safe
 }
 
+/// Verdict in words, with what limits the use, and further warnings.
 fn verdict(calibration: &CalibrationFile) -> String {
+    format!(
+        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n{}",
+        report_words::sign_of(calibration),
+        report_words::verdict_of(calibration),
+        warnings(calibration)
+    )
+}
+
+/// What limits the use, and further warnings.
+pub(super) fn warnings(calibration: &CalibrationFile) -> String {
     let mut found: Vec<&FindingEntry> =
         calibration.findings.iter().filter(|finding| finding.severity != "info").collect();
     found.sort_by_key(|finding| (finding.severity != "bad", finding.code != LIMITS_USE));
-    let mut warnings = found.iter().map(|finding| finding.message.as_str());
-    // What limits the use is part of the verdict.
-    let first = warnings.next().filter(|_| calibration.verdict != "good");
-    let warnings: Vec<&str> = match first {
-        Some(_) => warnings.collect(),
-        None => found.iter().map(|finding| finding.message.as_str()).collect(),
+    let messages: Vec<&str> = found.iter().map(|finding| finding.message.as_str()).collect();
+    let (first, others) = match messages.split_first() {
+        Some((first, others)) if calibration.verdict != "good" => (Some(first), others),
+        _ => (None, messages.as_slice()),
     };
-    let limited = first.map_or(String::new(), |first| format!(": {}", escaped(first)));
-    let said = report_words::verdict_of(calibration);
-    // The warning stands there itself.
-    let points_below = calibration.verdict == "care" && first.is_some();
-    let said = said.split(':').next().filter(|_| points_below).unwrap_or(said);
-    let mut body = format!(
-        "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{said}</strong>{limited}</p>\n",
-        report_words::sign_of(calibration)
-    );
-    if !warnings.is_empty() {
-        let shown = warnings[..warnings.len().min(WARNINGS)].join(". ");
-        let rest = if warnings.len() > WARNINGS { " …" } else { "" };
+    let mut body = first.map_or(String::new(), |first| {
+        format!("<p class=\"limit\"><b>{}.</b></p>\n", escaped(first))
+    });
+    if !others.is_empty() {
+        let shown = others[..others.len().min(WARNINGS)].join(". ");
+        let rest = if others.len() > WARNINGS { " …" } else { "" };
         push(
             &mut body,
             format_args!("<p><b>{}</b> {}.{rest}</p>\n", words::WARNINGS, escaped(&shown)),
@@ -408,6 +422,7 @@ mod tests {
             calibration: CalibrationFile::read(&tree).expect("whole"),
             notes: Vec::new(),
             certificate: Some(certificate),
+            typical_goal_px: None,
             camera: CameraSection::default(),
             corners: Vec::new(),
             pictures: Vec::new(),
@@ -423,7 +438,7 @@ mod tests {
         assert!(
             good.contains("✓</td>") && good.contains("1 May 2027") && good.contains("sign-here")
         );
-        for (code, words) in [("FOCUS-MOVED", "NOT TRUSTWORTHY"), ("VIEWS-FEW", "UNFINISHED")] {
+        for (code, words) in [("FOCUS-MOVED", "Not trustworthy"), ("VIEWS-FEW", "Unfinished")] {
             let bad = first_sheet("untrustworthy", &[[code, "bad", "The focus moved"]]);
             assert!(bad.contains(words), "{bad}");
             assert!(!bad.contains("✓</td>") && !bad.contains("1 May 2027"), "{bad}");
@@ -440,8 +455,8 @@ mod tests {
             ["PROJECTION-UNCERTAIN", "care", "Projection is known to 3 px only"],
         ];
         let care = first_sheet("care", &found);
-        let lead = "<strong>USE WITH CARE</strong>: Projection is known to 3 px only</p>";
-        assert!(care.contains(lead), "{care}");
+        let lead = "<b>Projection is known to 3 px only.</b></p>";
+        assert!(care.contains("<strong>Use with care</strong>") && care.contains(lead), "{care}");
         assert!(care.contains("Further warnings:</b> The pixels are skewed."), "{care}");
     }
 

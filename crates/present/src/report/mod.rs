@@ -18,6 +18,7 @@ mod certificate;
 mod drift;
 mod estimates;
 mod fit;
+mod front;
 mod lens_curve;
 mod line;
 mod logo;
@@ -52,6 +53,8 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Statements of the first sheet beside the numbers; `None` for a report without a certificate.
     pub certificate: Option<Certificate>,
+    /// Typical error that the session aimed at, in pixels; `None` for the usual one.
+    pub typical_goal_px: Option<f64>,
     /// Camera and changes of the camera.
     pub camera: CameraSection,
     /// Corners of each used view, in pixels; empty if unknown.

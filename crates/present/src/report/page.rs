@@ -38,7 +38,19 @@ p{margin:0 0 .8mm}
 .results thead th:last-child{text-align:center}
 .blank{display:block;border-bottom:.2mm dotted #555;height:1.2em}
 pre{font:8.5pt/1.35 'Liberation Mono',monospace;margin:0 0 3mm;padding:1.5mm 2mm;background:#f2f2f2;white-space:pre-wrap;overflow-wrap:anywhere}
-.checksum{font-size:8pt;overflow-wrap:anywhere}
+.identity{font-size:11pt;color:#4a5661;margin-bottom:3mm}
+.hero{margin:0 0 4mm}.hero svg{max-height:100mm;width:auto;max-width:100%;border-radius:2.5mm}
+figcaption{font-size:10pt;color:#4a5661;margin-top:1.5mm}
+figcaption i{display:inline-block;width:6mm;height:3.6mm;vertical-align:-.4mm;border-radius:.6mm;background:#999}
+figcaption .met{border:.4mm solid #00704a}figcaption .unseen{margin-left:8mm;background:repeating-linear-gradient(135deg,#333 0 .7mm,#999 .7mm 1mm)}
+.grade{display:flex;justify-content:space-between;align-items:center;border-bottom:.3mm solid #d3d9de;margin-bottom:3mm;padding-bottom:2mm}
+.grade strong{font-size:26pt;vertical-align:middle}.grade .sign{font-size:20pt;vertical-align:middle;margin-right:3mm}
+.number{text-align:right}.number b{font-size:26pt}.number small{font-size:10pt;color:#4a5661}
+.limit{font-size:12pt}
+.certificate .answers{font-size:12pt}.certificate .answers th{width:26%;font-weight:bold}.certificate .answers td,.certificate .answers th{border:0;padding:1.2mm 0}
+.checksum{display:flex;gap:6mm;align-items:center;font-size:10pt;overflow-wrap:anywhere;border-top:.3mm solid #d3d9de;padding-top:3mm}
+.checksum .qr{width:26mm;flex:none}
+.numbers{break-before:page;padding-top:6mm}
 .signatures{display:grid;grid-template-columns:1fr 1fr;gap:10mm;margin-top:7mm}
 .sign-here{border-top:.2mm solid #111;margin-top:14mm;font-size:7.5pt;color:#333}
 .certificate>.watermark{position:absolute;inset:30% 0 auto;text-align:center;font-size:72pt;font-weight:bold;color:#b00000;opacity:.13;transform:rotate(-28deg);pointer-events:none}

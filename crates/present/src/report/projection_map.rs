@@ -19,6 +19,9 @@ const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
 /// Colours where the goal isn't met.
 const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
 
+/// Colours of a result that must not be used.
+const VOID: [&str; 4] = ["#f2f2f2", "#e2e2e2", "#d0d0d0", "#bbbbbb"];
+
 /// SVG drawing of the map.
 pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let Some(projection) = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())
@@ -50,7 +53,11 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         } else {
             0.0
         };
-        let shades = if sd_px <= valid_px { MET } else { NOT_MET };
+        let shades = match sd_px <= valid_px {
+            _ if calibration.verdict == "untrustworthy" => VOID,
+            true => MET,
+            false => NOT_MET,
+        };
         // From 0 to the last shade.
         let shade = (share.clamp(0.0, 1.0) * (shades.len() - 1) as f64).round() as usize;
         canvas.area(&corners, shades[shade], Stroke::thin("#fff"));

@@ -2,6 +2,52 @@
 
 /// Title of a usable calibration.
 pub const TITLE: &str = "Calibration certificate";
+/// Names of the customer's three questions.
+pub const HOW_EXACT: &str = "How exact";
+/// See [`HOW_EXACT`].
+pub const WHERE: &str = "Where";
+/// See [`HOW_EXACT`].
+pub const UNTIL_WHEN: &str = "Until when";
+/// Answer without standard deviations.
+pub const NOT_KNOWN: &str = "Not known.";
+/// Label of the picture for screen readers.
+pub const PICTURE: &str = "The valid part of the picture";
+/// Legend of the picture where no board was.
+pub const NO_BOARD_HERE: &str = "no board was here";
+/// Line beside the QR code.
+pub const SCAN: &str = "Scan to check that this sheet belongs to the file";
+
+/// Legend of the picture where the goal is met.
+pub fn meets_goal(share: f64) -> String {
+    format!("meets the goal: {:.0} % of the picture", 100.0 * share)
+}
+
+/// Line below the error.
+pub fn of_goal(is_bound: bool, goal: &str) -> String {
+    let what = if is_bound { "error bound, 95 %" } else { "typical error" };
+    format!("{what}; goal {goal}")
+}
+
+/// How exact the calibration is.
+pub fn how_exact(px: &str, mm: &str, at_m: f64) -> String {
+    format!("A point is typically off by {px} pixels: {mm} mm at {at_m} m.")
+}
+
+/// Where the calibration holds.
+pub fn where_valid(share: f64) -> String {
+    if share > 0.995 {
+        "In the whole picture.".into()
+    } else {
+        "In the bright part of the picture. The rest is extrapolated.".into()
+    }
+}
+
+/// How long the calibration holds.
+pub fn until_when(check_due: Option<&str>) -> String {
+    let due = check_due.map_or(String::new(), |due| format!(" Next check due {due}."));
+    format!("Until focus, zoom or lens is touched.{due}")
+}
+
 /// Title of an unusable calibration.
 pub const NO_CERTIFICATE: &str = "Calibration record (not a certificate)";
 /// Watermark on the sheet of a simulated camera.
@@ -73,7 +119,7 @@ pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
 }
 
 /// Note below the table.
-pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict GOOD. The independent check compares with the principal point from each view alone, without a common lens.";
+pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict Good. The independent check compares with the principal point from each view alone, without a common lens.";
 
 /// Validity conditions of the numbers.
 pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";

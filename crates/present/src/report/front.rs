@@ -1,0 +1,195 @@
+//! The front of the first sheet: the picture with its valid part, grade, error, and three answers
+//! for the customer: how exact, where, until when.
+
+use qrcodegen::{QrCode, QrCodeEcc};
+
+use super::{Certificate, Report, certificate, projection_map::cells};
+use crate::{
+    chart::{escaped, push},
+    known::Known,
+    reading::valid_up_to_px,
+    text::{acceptance::small, certificate as words, report as report_words},
+};
+use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
+use boresight_formats::{CalibrationFile, LensEntry};
+use boresight_geometry::{BoardOutline, frame::ImageSize};
+use nalgebra::Point2;
+
+/// Parts of a cell of the map along each side.
+const FINER: usize = 3;
+/// Distance at which the error is stated in millimetres.
+const AT_M: f64 = 2.0;
+
+/// The customer's part of the sheet, for a result that may be used.
+pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry) -> String {
+    let known = known(report);
+    let mut body = identity_line(report, certificate);
+    if let Some(known) = &known {
+        body += &picture(report, known);
+    }
+    body += &grade(report);
+    body += &certificate::warnings(&report.calibration);
+    body += "<table class=\"answers\"><tbody>\n";
+    let share = known.as_ref().map_or(1.0, Known::share);
+    for (name, answer) in [
+        (words::HOW_EXACT, how_exact(report, lens)),
+        (words::WHERE, words::where_valid(share)),
+        (words::UNTIL_WHEN, words::until_when(certificate.check_due.as_deref())),
+    ] {
+        push(
+            &mut body,
+            format_args!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escaped(&answer)),
+        );
+    }
+    body + "</tbody></table>\n"
+}
+
+/// Camera, mode and customer in one line.
+fn identity_line(report: &Report, c: &Certificate) -> String {
+    let make = [c.camera_make.as_str(), c.camera_model.as_str()].join(" ");
+    let size = report_words::picture(report.calibration.image_size);
+    let parts =
+        [c.site.as_str(), make.trim(), c.camera_serial.as_str(), &size, c.customer.as_str()];
+    let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    format!("<p class=\"identity\">{}</p>\n", escaped(&parts.join(" · ")))
+}
+
+fn image_size(calibration: &CalibrationFile) -> ImageSize {
+    let [width_px, height_px] = calibration.image_size.map(|side| side.max(1));
+    ImageSize { width_px, height_px }
+}
+
+/// Typical error that was aimed at, in pixels.
+fn goal_px(report: &Report) -> f64 {
+    report.typical_goal_px.unwrap_or(DEFAULT_TYPICAL_GOAL_PX)
+}
+
+/// What is known of the picture; `None` without standard deviations.
+fn known(report: &Report) -> Option<Known> {
+    let calibration = &report.calibration;
+    let projection = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())?;
+    let outlines: Vec<BoardOutline> =
+        calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
+    let goal_px = match (&calibration.acceptance, &calibration.valid_area) {
+        (Some(_), Some(area)) => {
+            valid_up_to_px(projection.grid.iter().map(|[_, _, sd_px]| *sd_px), area.share)
+        }
+        _ => goal_px(report),
+    };
+    let cells = projection.grid.iter().map(|[x, y, sd_px]| (Point2::new(*x, *y), *sd_px));
+    Some(Known::by(image_size(calibration), &outlines, cells, goal_px))
+}
+
+/// The first picture, bright where the goal is met, hatched where no board was.
+fn picture(report: &Report, known: &Known) -> String {
+    let [width, height] = report.calibration.image_size;
+    let mut svg = format!(
+        "<figure class=\"hero\"><svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\"><defs><pattern id=\"unseen\" width=\"{step}\" height=\"{step}\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"{step}\" stroke=\"#fff\" stroke-opacity=\".45\" stroke-width=\"{line}\"/></pattern></defs><rect width=\"{width}\" height=\"{height}\" fill=\"#999\"/>",
+        words::PICTURE,
+        step = width / 90,
+        line = width / 500,
+    );
+    if let Some(picture) = report.pictures.iter().flatten().next() {
+        push(
+            &mut svg,
+            format_args!(
+                "<image width=\"{width}\" height=\"{height}\" href=\"{}\"/>",
+                picture.data_uri()
+            ),
+        );
+    }
+    let size = image_size(&report.calibration);
+    let share = |px: Point2<f64>| {
+        [(px.x + 0.5) / f64::from(size.width_px), (px.y + 0.5) / f64::from(size.height_px)]
+            .map(|share| share as f32)
+    };
+    for (_, corners) in cells(size) {
+        let side = (corners[2] - corners[0]) / FINER as f64;
+        for part in 0..FINER * FINER {
+            let (column, row) = ((part % FINER) as f64, (part / FINER) as f64);
+            let at = corners[0] + nalgebra::Vector2::new(column * side.x, row * side.y);
+            let middle = share(at + 0.5 * side);
+            let dark = 1.0 - known.brightness(middle);
+            if dark < 0.02 {
+                continue;
+            }
+            let mut rect = |fill: &str, opacity: f32| {
+                push(
+                    &mut svg,
+                    format_args!(
+                        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" fill-opacity=\"{opacity:.2}\"/>",
+                        at.x + 0.5,
+                        at.y + 0.5,
+                        side.x + 0.5,
+                        side.y + 0.5
+                    ),
+                );
+            };
+            rect("#000", dark);
+            if !known.is_seen(middle) {
+                rect("url(#unseen)", 1.0);
+            }
+        }
+    }
+    let legend = [words::meets_goal(known.share()), words::NO_BOARD_HERE.to_owned()];
+    format!(
+        "{svg}</svg><figcaption><i class=\"met\"></i> {} <i class=\"unseen\"></i> {}</figcaption></figure>\n",
+        legend[0], legend[1]
+    )
+}
+
+/// Grade and error beside each other.
+fn grade(report: &Report) -> String {
+    let calibration = &report.calibration;
+    let said = report_words::verdict_of(calibration);
+    let said = said.split(':').next().unwrap_or(said);
+    let (number, below) = match (&calibration.acceptance, &calibration.projection_sd_px) {
+        (Some(judged), _) => {
+            let number = judged.bound.map(|bound| format!("±{} {}", small(bound), judged.unit));
+            (number, words::of_goal(true, &format!("{} {}", small(judged.limit), judged.unit)))
+        }
+        (None, Some(projection)) => (
+            Some(format!("±{} px", small(projection.mean))),
+            words::of_goal(false, &format!("{} px", small(goal_px(report)))),
+        ),
+        (None, None) => (None, String::new()),
+    };
+    let number = number.map_or(String::new(), |number| {
+        format!(
+            "<p class=\"number\"><b>{}</b><br/><small>{}</small></p>",
+            escaped(&number),
+            escaped(&below)
+        )
+    });
+    format!(
+        "<div class=\"grade\"><p><span class=\"sign\">{}</span> <strong>{said}</strong></p>{number}</div>\n",
+        report_words::sign_of(calibration)
+    )
+}
+
+fn how_exact(report: &Report, lens: &LensEntry) -> String {
+    match (&report.calibration.acceptance, &report.calibration.projection_sd_px) {
+        (Some(judged), _) => judged.message.clone(),
+        (None, Some(projection)) => {
+            let mm = 1e3 * projection.mean * AT_M / lens.f_px[0];
+            words::how_exact(&small(projection.mean), &small(mm), AT_M)
+        }
+        (None, None) => words::NOT_KNOWN.into(),
+    }
+}
+
+/// QR code of `text` as a drawing; empty for a text that's too long.
+pub(super) fn qr_code(text: &str) -> String {
+    let Ok(code) = QrCode::encode_text(text, QrCodeEcc::Medium) else { return String::new() };
+    let side = code.size();
+    let mut path = String::new();
+    for y in 0..side {
+        for x in (0..side).filter(|x| code.get_module(*x, y)) {
+            push(&mut path, format_args!("M{x},{y}h1v1h-1z"));
+        }
+    }
+    format!(
+        "<svg class=\"qr\" viewBox=\"-2 -2 {0} {0}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"QR\"><path d=\"{path}\"/></svg>",
+        side + 4
+    )
+}
