@@ -9,6 +9,7 @@ use boresight_run::config::Config;
 
 /// The goal, and how well the board is known.
 #[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = "Result")]
 pub(super) struct AcceptArguments {
     /// Largest acceptable error, met 95 % of the time: "0.2px" for projection, or "length 800mm at
     /// 2m <= 0.5mm" for a length measured at a distance.

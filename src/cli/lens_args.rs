@@ -10,6 +10,7 @@ use boresight_run::config::{Config, LensName};
 
 /// What is known about the lens.
 #[derive(Clone, Copy, Debug, Default, Args)]
+#[command(next_help_heading = "Result")]
 pub(super) struct LensArguments {
     /// Family of lens models to choose from. Wide lenses are recognised without it.
     #[arg(long, value_name = "FAMILY", value_parser = lens_names())]

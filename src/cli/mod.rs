@@ -86,7 +86,8 @@ use serde_json::json;
     args_conflicts_with_subcommands = true,
     about = "Live pose guidance for camera calibration with principal lines",
     long_about = None,
-    after_help = AFTER_HELP
+    after_help = EXAMPLES,
+    after_long_help = AFTER_HELP
 )]
 struct CommandLine {
     #[command(subcommand)]
@@ -97,6 +98,15 @@ struct CommandLine {
 
 /// Exit code for unsupported arguments, as clap uses for wrong usage.
 const WRONG_USAGE: u8 = 2;
+
+const EXAMPLES: &str = "\
+Examples:
+  boresight demo                              see a session without a camera
+  boresight                                   start a session
+  boresight target --paper a4                 print a board
+  boresight judge ost.yaml pictures           is somebody's calibration true?
+
+`boresight --help` tells more; `boresight guide --help` lists the options of a session.";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -255,7 +265,13 @@ fn tell_program(code: &str, message: &str, next: Option<&str>) {
 
 /// Command line with help.
 fn command_line() -> clap::Command {
-    terminal::board_args::with_true_defaults(CommandLine::command())
+    // `guide --help` lists the options of a session without a command, too.
+    let is_general = |arg: &clap::Arg| ["help", "version"].contains(&arg.get_id().as_str());
+    let program = CommandLine::command().mut_args(|arg| {
+        let hidden = !is_general(&arg);
+        arg.hide(hidden)
+    });
+    terminal::board_args::with_true_defaults(program)
 }
 
 /// Program behind a window of guided sessions, for tests of the window without a display:

@@ -7,6 +7,7 @@ use boresight_run::config::Config;
 
 /// What a source can't say itself.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Camera")]
 pub(super) struct StreamArguments {
     /// Size, format and rate of raw pictures from pipe:COMMAND or -, for example 1280x720:gray@30.
     /// Formats by their names in ffmpeg, GStreamer or ROS: gray, gray16le, rgb24, bgr24, yuv420p,

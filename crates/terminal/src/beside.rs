@@ -22,6 +22,7 @@ const LARGEST_PEM: u64 = 1 << 20;
 
 /// Phone and voice beside a session.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Phone and voice")]
 pub struct BesideArguments {
     /// Serve a page for a phone on the local network, with the live picture, the next pose, a
     /// voice, and buttons. Prints a link with a secret key and a QR code; only who has it is let

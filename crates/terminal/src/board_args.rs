@@ -16,6 +16,7 @@ use boresight_run::config::Config;
 
 /// Board and settings.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Board and settings")]
 pub struct BoardArguments {
     /// Inner corners of the board, columns x rows, for example 9x6 [default: from the code in its
     /// margin, or 9x6]; or squares, dictionary and marker size of a ChArUco board, for example
@@ -24,7 +25,7 @@ pub struct BoardArguments {
     /// shifted.
     #[arg(long, value_name = "BOARD")]
     board: Option<BoardChoice>,
-    /// Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm,
+    /// Side of a square or tag, or spacing between rows of circles, with its unit: 25mm,
     /// 2.5cm, 0.025m, 1in [default: from the code, or 25mm].
     #[arg(long, value_name = "LENGTH")]
     square: Option<Length>,
@@ -63,7 +64,7 @@ pub fn with_true_defaults(program: Command) -> Command {
                 return command;
             }
             let square =
-                format!("Size of a square, or of a tag, or the distance of rows of circles, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
+                format!("Side of a square or tag, or spacing between rows of circles, with its unit: 25mm, 2.5cm, 0.025m, 1in [default: {square}]");
             let board = "Inner corners of the board, columns x rows [default: 9x6]; or squares, dictionary and marker size \
                          of a ChArUco board, for example charuco:8x11:DICT_4X4_50:15mm; or tags of an AprilGrid, for example \
                          aprilgrid:6x6; or circles in a row and rows, for example circles:7x5, or acircles:4x11 with every \

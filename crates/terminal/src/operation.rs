@@ -43,6 +43,7 @@ impl LogForm {
 
 /// Unattended sessions.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Unattended")]
 pub struct OperationArguments {
     /// How sentences and events are written on stderr: for people, or a JSON object a line.
     #[arg(long, value_enum, default_value_t, value_name = "FORM", hide_default_value = true)]
