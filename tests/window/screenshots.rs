@@ -113,6 +113,10 @@ fn shown(
     let moment =
         Moment { name: name.into(), snapshot: step.clone(), sentence: String::new(), taken: false };
     let mut painted = harness_at(page, &moment, (Theme::Dark, 1.0), Vec2::new(1280.0, 800.0));
+    let table = painted.state_mut();
+    (table.result.engineer, table.screen.preferences.panels) = (false, page == Page::Replay);
+    table.screen.now_secs =
+        step.live.as_ref().map_or(0.0, |live| 1e-9 * live.captured_at.nanos as f64);
     let frame = step.live.as_ref().and_then(|live| (recording.load)(live.frame_id.0));
     if let Some(image) = frame {
         let captured_at =

@@ -9,7 +9,7 @@ use boresight_geometry::{
 };
 use boresight_guide::{guidance::GuidanceParams, session::Snapshot};
 
-use crate::{reading::valid_up_to_px, result_card::Grade, text::knows_sd};
+use crate::{grade::Grade, reading::valid_up_to_px, text::knows_sd};
 
 /// Brightness of a part of the picture that no board has reached.
 const UNSEEN: f32 = 0.44;

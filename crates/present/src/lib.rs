@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`instruction`] | the instruction after a decision, as one value |
+//! | [`grade`] | the grade of a result |
 //! | [`result_card`] | a result, as one value |
 //! | [`known`] | the map of what is known of the picture |
 //! | [`reading`] | measurements of the newest frame, beside the requested values |
@@ -19,6 +20,7 @@
 pub mod browser;
 pub mod chart;
 pub mod ghost;
+pub mod grade;
 pub mod instruction;
 pub mod known;
 pub mod reading;

@@ -1,41 +1,16 @@
 //! A result as one value: grade, one number against the goal, and two sentences. Every surface
 //! shows nothing else first, so none can contradict another.
 
-use boresight_calibrate::{AcceptanceGoal, Calibration, Severity, Verdict, is_unfinished};
+use boresight_calibrate::{AcceptanceGoal, Calibration, Severity};
 use boresight_guide::{
     guidance::GuidanceParams,
     session::{Snapshot, ViewNumber},
 };
 
-use crate::text::{self, acceptance, is_sd_known, result as words};
-
-/// Grade of a result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grade {
-    /// Ready to use.
-    Good,
-    /// Usable, with the limits that are named.
-    Care,
-    /// More views would make it usable.
-    Unfinished,
-    /// Not to be used.
-    NotTrustworthy,
-}
-
-impl Grade {
-    /// Grade of `calibration`.
-    pub fn of(calibration: &Calibration) -> Self {
-        let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
-        match calibration.verdict {
-            Verdict::Good => Self::Good,
-            Verdict::Care => Self::Care,
-            Verdict::Untrustworthy if is_unfinished(bad.map(|finding| finding.code.code())) => {
-                Self::Unfinished
-            }
-            Verdict::Untrustworthy => Self::NotTrustworthy,
-        }
-    }
-}
+use crate::{
+    grade::Grade,
+    text::{self, acceptance, is_sd_known, result as words},
+};
 
 /// What a result page states first.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 
 use qrcodegen::{QrCode, QrCodeEcc};
 
-use super::{Certificate, Report, certificate, projection_map::cells};
+use super::{Certificate, Report, projection_map::cells, warnings::warnings};
 use crate::{
     chart::{escaped, push},
     known::Known,
@@ -28,7 +28,7 @@ pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry
         body += &picture(report, known);
     }
     body += &grade(report);
-    body += &certificate::warnings(&report.calibration);
+    body += &warnings(&report.calibration);
     body += "<table class=\"answers\"><tbody>\n";
     let share = known.as_ref().map_or(1.0, Known::share);
     for (name, answer) in [

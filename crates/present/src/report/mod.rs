@@ -33,6 +33,7 @@ mod summary;
 mod thumbnail;
 mod unknown_sd;
 mod views;
+mod warnings;
 
 pub use logo::Logo;
 pub use page::page;

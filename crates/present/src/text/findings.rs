@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{acceptance, apart};
-use crate::result_card::Grade;
+use crate::grade::Grade;
 use boresight_calibrate::{
     Calibration, Finding, FindingCode, FocusMotion, NotCalibrated, NotHeld, Severity, Verdict,
 };

@@ -55,7 +55,7 @@ pub use target::{
 pub use trouble::{Trouble, troubles};
 pub use uncertainty::{SD_UNKNOWN, is_sd_known, knows_sd, measured, projection};
 
-use crate::result_card::Grade;
+use crate::grade::Grade;
 use boresight_calibrate::Calibration;
 use boresight_detect::{OtherBoard, Side};
 use boresight_guide::{

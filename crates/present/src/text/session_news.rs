@@ -49,7 +49,7 @@ pub fn unseen(count: u64) -> String {
 /// goal. The principal point is known to 1.70 px; the goal is 1.00 px. The picture is too noisy:
 /// more light, or about 20 more views".
 pub fn ending(session: &Session) -> String {
-    let result = session.calibration().map(|calibration| calibration.as_ref());
+    let result = session.calibration().map(AsRef::as_ref);
     let said = super::ending(session.ending(), session.lack(), session.limits().plan, result);
     match missed_goals(session) {
         Some(missed) if session.ending() == Ending::Stopped => {

@@ -16,7 +16,7 @@ use boresight_present::{
 /// Radius of the disc as a share of the page's height.
 const RADIUS: f32 = 165.0 / 720.0;
 /// Longest side of a board, as a share of the radius.
-const REACH: f32 = 1.3;
+const REACH: f32 = 1.5;
 /// Seconds of the swing, at the end of it, and back.
 const SWING: [f64; 3] = [0.9, 1.1, 0.3];
 /// Smallest size of the present board beside the requested one.

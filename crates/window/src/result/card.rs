@@ -23,8 +23,9 @@ use super::{
 use boresight_app::window::host::Ended;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
+    grade::Grade,
     known::Known,
-    result_card::{Error, Grade, ResultCard},
+    result_card::{Error, ResultCard},
     text::{self, Act, window as words},
 };
 

@@ -23,8 +23,8 @@ use boresight_geometry::{
 };
 use boresight_guide::session::Snapshot;
 use boresight_present::{
+    grade::Grade,
     reading::valid_up_to_px,
-    result_card::Grade,
     text::{
         charts::{self as words, Chart},
         knows_sd,

@@ -1,0 +1,31 @@
+//! Grade of a result, in a person's terms.
+
+use boresight_calibrate::{Calibration, Severity, Verdict, is_unfinished};
+
+/// Grade of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Grade {
+    /// Ready to use.
+    Good,
+    /// Usable, with the limits that are named.
+    Care,
+    /// More views would make it usable.
+    Unfinished,
+    /// Not to be used.
+    NotTrustworthy,
+}
+
+impl Grade {
+    /// Grade of `calibration`.
+    pub fn of(calibration: &Calibration) -> Self {
+        let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
+        match calibration.verdict {
+            Verdict::Good => Self::Good,
+            Verdict::Care => Self::Care,
+            Verdict::Untrustworthy if is_unfinished(bad.map(|finding| finding.code.code())) => {
+                Self::Unfinished
+            }
+            Verdict::Untrustworthy => Self::NotTrustworthy,
+        }
+    }
+}
