@@ -28,7 +28,8 @@ limit 40 "guide" -p boresight-guide
 limit 116 "the program's core" --no-default-features
 # With shlex, which splits a command into words.
 limit 120 "headless with live cameras" --no-default-features --features live
-limit 132 "headless with everything" --no-default-features --features live,nokhwa,report
+# With qrcodegen, which brings no other crate: the code on a certificate.
+limit 133 "headless with everything" --no-default-features --features live,nokhwa,report
 # The phone's page: a web server (tokio, hyper, axum, rustls, and what they are made of), a QR code, comparison in constant time.
 limit 168 "headless with everything, a phone and history" --no-default-features --features live,nokhwa,report,serve,history
 limit 321 "everything"

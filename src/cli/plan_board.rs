@@ -12,7 +12,7 @@ use boresight_geometry::boards::{BoardChoice, InvalidChoice, length_m};
 use boresight_guide::guidance::GuidanceParams;
 use boresight_terminal::{board_args::Size, print, say, usage::WrongUsage};
 
-/// Say which board to print: from the distance and the field of view to squares and paper.
+/// Say which board to print for a distance and a field of view.
 ///
 /// The board should fill the picture where it's held. For each paper, the command says how large
 /// its board looks there and what it's expected to measure after eight views, and names the

@@ -30,7 +30,7 @@ use boresight_terminal::{
 };
 use boresight_watch::{Decision, State};
 
-/// Watch an installed camera without a board: say when it has moved or its lens has changed.
+/// Watch an installed camera without a board: has it moved, has its lens changed?
 ///
 /// Compares ordinary pictures of the scene with those of the days after installation, through the
 /// calibrated lens. It learns for 20 hours before it says anything, and for three days until it's

@@ -55,7 +55,7 @@ pub(super) fn sheet(report: &Report) -> String {
             ),
         );
     }
-    if certifies {
+    if calibration.is_usable() {
         body += &front::front(report, certificate, lens);
     } else {
         body += &verdict(calibration);

@@ -44,9 +44,11 @@ impl ResultPage {
         }
     }
 
+    /// Shows what has changed, or why nobody can tell.
     fn show_change(&mut self) {
+        self.engineer = true;
         if self.comparison.found().is_some_and(|compared| compared.drift.is_some()) {
-            (self.chart, self.engineer) = (Chart::Change, true);
+            self.chart = Chart::Change;
         }
     }
 }
