@@ -245,6 +245,9 @@ fn with_phone(
     loop {
         let mut onlookers = onlookers.clone();
         let (status, said) = with_status(&mut onlookers, announcer.clone());
+        if let Some(status) = &status {
+            status.offer_code(phone.code());
+        }
         let concluded = phone.session(&opening, &onlookers, (&stop, false), &said)?;
         drop(status);
         report(&concluded, operation, json)?;

@@ -66,14 +66,14 @@ fn the_exit_code_follows_the_verdict_though_the_plan_is_not_complete() {
     says(&boresight(place, &["report", "s"]), 0, &[]);
 }
 
-/// On a terminal by `script` (Debian's bsdutils).
-#[test]
-fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
+/// Output of a session on a terminal by `script` (Debian's bsdutils), with a key pressed at each of
+/// `steps`.
+fn on_terminal(options: &str, steps: &[(&str, u8)]) -> String {
     let place = TempDir::new().expect("folder");
     let place = place.path();
     fs::write(place.join("scene.toml"), SCENE).expect("written");
     let command = format!(
-        "{} guide --headless --source sim:scene.toml --out s --max-frames 3000 --set guidance.plan=full",
+        "{} guide --headless --source sim:scene.toml --out s --max-frames 3000 {options}",
         env!("CARGO_BIN_EXE_boresight")
     );
     let mut child = Command::new("script")
@@ -88,19 +88,35 @@ fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
     let mut keys = child.stdin.take().expect("piped");
     let mut screen = child.stdout.take().expect("piped");
     let (mut seen, mut part) = (String::new(), [0; 4096]);
-    // A taken view is removed, brought back, and the session ended.
-    let mut steps =
-        [("Taken: view 1", b"u"), ("Removed: view 1", b"r"), ("Brought back: view 1", b"q")]
-            .into_iter()
-            .peekable();
+    let mut steps = steps.iter().peekable();
     while let Ok(count @ 1..) = screen.read(&mut part) {
         seen += &String::from_utf8_lossy(&part[..count]);
         if let Some((_, key)) = steps.next_if(|(said, _)| seen.contains(said)) {
-            keys.write_all(key).expect("typed");
+            keys.write_all(&[*key]).expect("typed");
         }
     }
     child.wait().expect("ended");
     assert_eq!(steps.next(), None, "{seen}");
+    seen
+}
+
+#[cfg(feature = "serve")]
+#[test]
+fn the_code_for_a_phone_is_shown_again_by_a_key() {
+    let seen = on_terminal(
+        "--serve 127.0.0.1:0 --set guidance.plan=full",
+        &[("c code for a phone", b'c'), ("c back to the session", 3)],
+    );
+    // Once when it begins, and once for the key.
+    assert!(seen.matches("█▀▀▀▀▀█").count() + seen.matches("█ ▄▄▄▄▄ █").count() >= 4, "{seen}");
+}
+
+#[test]
+fn a_terminal_shows_what_to_do_in_place_and_obeys_keys() {
+    // A taken view is removed, brought back, and the session ended.
+    let steps =
+        [("Taken: view 1", b'u'), ("Removed: view 1", b'r'), ("Brought back: view 1", b'q')];
+    let seen = on_terminal("--set guidance.plan=full", &steps);
     let keys = ["p pause  u undo  t take now  q finish", "u undo  r redo  t take now"];
     for words in keys.into_iter().chain(["taken, about", "tilt ", "Ended early: it needs"]) {
         assert!(seen.contains(words), "no {words:?} in: {seen}");

@@ -268,7 +268,7 @@ fn a_file_by_itself_shows_what_it_holds() {
     fs::write(folder.path().join("pictures/away.json"), away).expect("written");
     boresight(folder.path(), &["report", "pictures/away.json"]);
     let html = read(&folder.path().join("pictures/away.html"));
-    assert_eq!(html.matches("data:image/jpeg").count(), 3);
+    assert_eq!(html.matches("data:image/jpeg").count(), 3 + 1);
     for (name, content, word) in [
         ("text.json", "no JSON", "not a calibration"),
         ("other.json", "{\"schema\":\"boresight.calibration/2\"}", "boresight.calibration/1"),

@@ -17,6 +17,7 @@ use super::{
     guard::Gate,
     hub::Hub,
     keys::{Links, Secret},
+    qr::QrCode,
     routes::router,
     tls::{self, Certificate, TlsAcceptor},
 };
@@ -90,6 +91,16 @@ impl Server {
     /// Valid links to the page, the likeliest first. An owner's link is replaced after its use.
     pub fn links(&self) -> Vec<Links> {
         self.gate.links()
+    }
+
+    /// The valid owner's link as a QR code in letters, whenever asked.
+    pub fn code(&self) -> impl Fn() -> Vec<String> + Send + Sync + 'static {
+        let gate = Arc::clone(&self.gate);
+        move || {
+            let links = gate.links();
+            let first = links.first().map(|links| links.owner.as_str());
+            first.and_then(QrCode::of).map_or_else(Vec::new, |code| code.lines())
+        }
     }
 
     /// Requested port, if in use by another program.

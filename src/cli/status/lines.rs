@@ -1,7 +1,7 @@
 //! Output of the session, and commands of the keys.
 
 use std::sync::{
-    Mutex, PoisonError,
+    Mutex, OnceLock, PoisonError,
     atomic::{AtomicBool, Ordering},
 };
 
@@ -11,7 +11,7 @@ use super::{drawing, layout::laid_out, words};
 #[cfg(unix)]
 use boresight_guide::session::Command;
 use boresight_guide::session::Snapshot;
-use boresight_present::instruction::Instruction;
+use boresight_present::{instruction::Instruction, text::terminal};
 use boresight_run::pipeline::{CommandLink, Onlooker};
 
 /// State shared by the writing session and the keys.
@@ -24,6 +24,10 @@ pub(super) struct Lines {
     draws_dots: bool,
     /// True for a person facing the camera.
     mirrored: bool,
+    /// QR code for a phone.
+    code: OnceLock<Box<dyn Fn() -> Vec<String> + Send + Sync>>,
+    /// True while the code takes the place of the other lines.
+    shows_code: AtomicBool,
 }
 
 impl Lines {
@@ -38,7 +42,15 @@ impl Lines {
             has_keys: AtomicBool::new(false),
             draws_dots,
             mirrored,
+            code: OnceLock::new(),
+            shows_code: AtomicBool::new(false),
         }
+    }
+
+    /// Offers the QR code for a phone, which a key shows instead of the other lines.
+    #[cfg(feature = "serve")]
+    pub(super) fn offer_code(&self, code: impl Fn() -> Vec<String> + Send + Sync + 'static) {
+        self.code.set(Box::new(code)).ok();
     }
 
     /// Runs the command of a key; ignores other keys.
@@ -50,6 +62,10 @@ impl Lines {
             b'u' => Command::UndoLast,
             b'r' => Command::Restore,
             b't' => Command::ForceNext,
+            b'c' => {
+                self.shows_code.fetch_xor(true, Ordering::Relaxed);
+                return;
+            }
             b'q' => {
                 self.wants_end.store(true, Ordering::Relaxed);
                 return;
@@ -82,9 +98,16 @@ impl Onlooker for Lines {
 
     fn decided(&self, snapshot: &Snapshot) {
         self.is_paused.store(snapshot.paused, Ordering::Relaxed);
+        let code = self.code.get().filter(|_| self.shows_code.load(Ordering::Relaxed));
+        if let Some(code) = code {
+            let back = std::iter::once(terminal::CODE_BACK.to_owned());
+            self.bar.set_message(code().into_iter().chain(back).collect::<Vec<_>>().join("\n"));
+            return;
+        }
         let now = Instruction::of(snapshot);
         let keys = self.has_keys.load(Ordering::Relaxed);
-        let words = words::lines(&now, snapshot, self.mirrored, keys);
+        let mut words = words::lines(&now, snapshot, self.mirrored, keys);
+        words.extend(self.code.get().filter(|_| keys).map(|_| terminal::CODE.to_owned()));
         let drawing = drawing::drawing(&now, self.draws_dots, self.mirrored);
         self.bar.set_message(laid_out(&drawing, &words, width()).join("\n"));
     }

@@ -61,6 +61,12 @@ impl Status {
         Some(Self { lines })
     }
 
+    /// See [`Lines::offer_code`].
+    #[cfg(feature = "serve")]
+    pub(super) fn offer_code(&self, code: impl Fn() -> Vec<String> + Send + Sync + 'static) {
+        self.lines.offer_code(code);
+    }
+
     /// Onlooker for a session.
     pub(super) fn onlooker(&self) -> Arc<dyn Onlooker> {
         Arc::clone(&self.lines) as Arc<dyn Onlooker>

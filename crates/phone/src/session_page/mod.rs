@@ -59,6 +59,11 @@ impl Phone {
         self.server.links()
     }
 
+    /// See [`Server::code`].
+    pub fn code(&self) -> impl Fn() -> Vec<String> + Send + Sync + 'static {
+        self.server.code()
+    }
+
     /// Announces the links, the likeliest one also as a QR code; and the next links when the
     /// owner's is used up.
     pub fn announce(&self, announcer: &Announcer) {

@@ -27,6 +27,11 @@ pub fn keys(is_paused: bool, can_restore: bool) -> String {
     format!("p {pause}  u undo{redo}  t take now  q finish")
 }
 
+/// Key that shows the QR code for a phone.
+pub const CODE: &str = "c code for a phone";
+/// Way back from the code.
+pub const CODE_BACK: &str = "c back to the session";
+
 /// A word quoted for a shell.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_./:=,@%+-".contains(c);

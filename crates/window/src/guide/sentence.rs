@@ -63,12 +63,8 @@ pub(super) fn show(
     let response = ui.interact(rect, Id::unique("sentence"), Sense::hover());
     if let Some(sign) = sign {
         let middle = pos2(rect.left() + 0.5 * SIGN * size, rect.center().y);
-        icon::paint(
-            ui.painter(),
-            Rect::from_center_size(middle, Vec2::splat(SIGN * size)),
-            sign,
-            color,
-        );
+        let place = Rect::from_center_size(middle, Vec2::splat(SIGN * size)).shrink(0.15 * size);
+        icon::paint(ui.painter(), place, sign, color);
     }
     ui.painter().galley(rect.min + Vec2::new(side, 0.0), galley, color);
     response.widget_info(|| WidgetInfo::labeled(Role::Status, true, &words));
