@@ -1,9 +1,6 @@
 //! `boresight judge`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -11,25 +8,25 @@ use clap::Args;
 use super::calibrate::views_of;
 use boresight_app::{
     Exit,
-    commands::calibration_views::{CalibrationViews, from_session},
+    commands::{
+        calibration_views::from_session,
+        judgement::{Fresh, judgement},
+    },
     session::{
         comparison,
         export::{Format, export_text},
         source::is_session,
     },
 };
-use boresight_calibrate::{
-    Answer, Calibration, CalibrationParams, GivenLens, LensFlaw, NotCalibrated, NotJudged,
-    is_pp_assumed, judge,
-};
+use boresight_calibrate::{Answer, CalibrationParams};
 use boresight_files::{Overwrite, entries, may_save, save};
 use boresight_formats::{
-    CalibrationFile, FindingEntry, JudgementFile,
     export::CameraFormat,
     import::{OldCalibration, OldFormat},
 };
 use boresight_geometry::boards::Board;
-use boresight_present::text;
+#[cfg(feature = "report")]
+use boresight_present::report::judgement_page;
 use boresight_terminal::{
     announcer,
     board_args::{BoardArguments, Size},
@@ -48,8 +45,9 @@ const ENDINGS: [&str; 6] = ["yaml", "yml", "xml", "json", "cameramodel", "xmp"];
 /// residuals are shown, and are no evidence: a wrong lens fits its own views, too. The error is the
 /// root mean square where the board was, after the best turn of the camera.
 ///
-/// Reads every format that convert reads. Without pictures, only what the file alone shows is
-/// reported. A folder with a calibration and its pictures needs no other name.
+/// Reads every format that convert reads. A file of OpenCV's sample or PhotonVision brings its
+/// corners, and needs no pictures; of any other file alone, only what it shows is reported. A folder
+/// with a calibration and its pictures needs no other name.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -73,7 +71,10 @@ pub(super) struct Arguments {
     /// file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Overwrite an existing file.
+    /// Write a page with the difference over the picture to this file (HTML).
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Overwrite existing files.
     #[arg(long)]
     force: bool,
     /// Print each judgement as a line of JSON on stdout.
@@ -85,17 +86,10 @@ const EXAMPLES: &str = "\
 Examples:
   boresight judge ost.yaml
   boresight judge ost.yaml pictures
+  boresight judge out_camera_data.xml
   boresight judge calibrationdata
   boresight judge camera.xml pictures --board 9x6 --limit 1px --out better.xml
   boresight judge old.yaml new.yaml corners.vnl";
-
-/// Fresh lens, the views behind it, and its file.
-struct Fresh {
-    views: CalibrationViews,
-    board: Board,
-    lens: Result<Calibration, NotCalibrated>,
-    file: CalibrationFile,
-}
 
 /// A calibration with the path of its file.
 type Named = (PathBuf, OldCalibration);
@@ -104,24 +98,50 @@ impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let (judged, pictures) = self.sorted()?;
         if let Some(out) = &self.out {
-            if pictures.is_empty() {
-                return Err(WrongUsage("--out needs pictures: it writes their lens".into()).into());
+            if pictures.is_empty() && judged[0].1.corners.is_none() {
+                let wanted =
+                    "--out needs pictures, or a file with its corners: it writes their lens";
+                return Err(WrongUsage(wanted.into()).into());
             }
             may_save(out, self.overwrite())?;
         }
+        #[cfg(not(feature = "report"))]
+        if self.report.is_some() {
+            return Err(boresight_app::MissingFeature::REPORT.into());
+        }
+        if let Some(page) = &self.report {
+            if judged.len() > 1 {
+                let wanted = "--report is about one calibration: name one file";
+                return Err(WrongUsage(wanted.into()).into());
+            }
+            may_save(page, self.overwrite())?;
+        }
         let size = self.image_size.or_else(|| Some(Size(judged[0].1.image_size)));
-        let fresh = if pictures.is_empty() { None } else { Some(self.fresh(&pictures, size)?) };
+        let shared = if pictures.is_empty() { None } else { Some(self.fresh(&pictures, size)?) };
+        let params = self.board.config()?.calibration();
         let mut answers = Vec::with_capacity(judged.len());
-        for (path, old) in &judged {
-            let (answer, file) = self.judgement(path, old, fresh.as_ref());
+        for (number, (path, old)) in judged.iter().enumerate() {
+            let own = || Fresh::of_own_corners(old, &params, &announcer());
+            let own = if shared.is_none() { own() } else { None };
+            let fresh = shared.as_ref().or(own.as_ref());
+            let (answer, file) = judgement(path, old, fresh, self.limit);
             say(&format!("{}: {}. {}", path.display(), file.message, file.action));
             file.doubts.iter().for_each(|doubt| say(&format!("  {doubt}.")));
             if self.json {
                 print(&file.to_json()?.to_string())?;
             }
+            #[cfg(feature = "report")]
+            if let Some(page) = &self.report {
+                let text = judgement_page(&file, fresh.map(|fresh| &fresh.file));
+                save(page, text.as_bytes(), self.overwrite())?;
+                say(&format!("Report: {}", page.display()));
+            }
+            if let (Some(out), Some(fresh), 0) = (&self.out, fresh, number) {
+                self.write_better(out, old, fresh)?;
+            }
             answers.push((answer, file.off_px, path));
         }
-        if answers.len() > 1 && fresh.is_some() {
+        if answers.len() > 1 && shared.is_some() {
             answers.sort_by(|a, b| {
                 let off = |off_px: Option<f64>| off_px.unwrap_or(f64::INFINITY);
                 off(a.1).total_cmp(&off(b.1))
@@ -131,9 +151,6 @@ impl Arguments {
                 let off = off_px.map_or_else(|| "none".into(), |px| format!("{px:.2} px"));
                 say(&format!("  {off:>10}  {}", path.display()));
             }
-        }
-        if let (Some(out), Some(fresh)) = (&self.out, &fresh) {
-            self.write_better(out, &judged[0].1, fresh)?;
         }
         let has = |wanted: Answer| answers.iter().any(|(answer, ..)| *answer == wanted);
         Ok(match (has(Answer::Off), has(Answer::CannotTell)) {
@@ -199,64 +216,8 @@ impl Arguments {
             board = config.board()?;
             views = found(&board)?;
         }
-        let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
-        let (lens, file) = views.calibrated_with_file(&board, &params, None, &announcer());
-        Ok(Fresh { views, board, lens, file })
-    }
-
-    /// Answer about `old` in the file `path`, with its file.
-    fn judgement(
-        &self,
-        path: &Path,
-        old: &OldCalibration,
-        fresh: Option<&Fresh>,
-    ) -> (Answer, JudgementFile) {
-        let given = GivenLens { camera: old.camera, image_size: old.image_size };
-        let name = path.display().to_string();
-        let of = (&*name, old.format.name());
-        let mut doubts = text::judgement::file_doubts(old, is_pp_assumed(&given));
-        let judged = match fresh {
-            None => match LensFlaw::of(&old.camera, old.image_size, &old.outlines) {
-                Some(flaw) => Err(NotJudged::Impossible(flaw)),
-                None => {
-                    let (message, action) = text::judgement::NO_PICTURES;
-                    let words = (message.into(), action.into(), doubts);
-                    let answer = Answer::CannotTell;
-                    let reason = Err("NO-PICTURES");
-                    return (
-                        answer,
-                        JudgementFile::of(of, old.image_size, reason, answer.code(), words),
-                    );
-                }
-            },
-            Some(fresh) => match &fresh.lens {
-                Ok(lens) => judge(&given, &fresh.views.corners, &fresh.board, lens, self.limit)
-                    .map(|judged| (judged, lens)),
-                Err(_) => Err(NotJudged::NoFreshLens),
-            },
-        };
-        match judged {
-            Ok((judged, lens)) => {
-                let (message, action) = text::judgement::judgement(&judged);
-                doubts.extend(text::judgement::judgement_reasons(&judged, &lens.camera.pp_px));
-                let words = (message, action, doubts);
-                let of_lens = Ok((&judged, lens));
-                let code = judged.answer.code();
-                (judged.answer, JudgementFile::of(of, old.image_size, of_lens, code, words))
-            }
-            Err(reason) => {
-                let bad = |finding: &&FindingEntry| finding.severity == "bad";
-                let findings = fresh.map(|fresh| &fresh.file.findings).into_iter().flatten();
-                let first = findings.filter(|_| reason == NotJudged::NoFreshLens).find(bad);
-                doubts.extend(first.map(|finding| finding.message.clone()));
-                let (message, action) = text::judgement::not_judged(&reason);
-                let answer = reason.answer();
-                let words = (message, action, doubts);
-                let code = Err(reason.code());
-                (answer, JudgementFile::of(of, old.image_size, code, answer.code(), words))
-            }
-        }
+        let params = CalibrationParams { noise_floor_px, ..config.calibration() };
+        Ok(Fresh::of(views, board, &params, &announcer()))
     }
 
     /// Writes the lens of the pictures, in the format of the name `out` or of `old`.

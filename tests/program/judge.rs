@@ -82,6 +82,8 @@ fn a_file_alone_cannot_be_true() {
     });
     let ended = boresight(place, &["judge", "assumed.yaml"]);
     says(&ended, 3, &["CAN'T TELL", "assumed, not measured", "Give its pictures"]);
+    let said = json(boresight(place, &["judge", "assumed.yaml", "--json"]).stdout.trim());
+    assert_eq!((&said["reason"], &said["shown"][0]), (&"NO-PICTURES".into(), &"PP-ASSUMED".into()));
     planted(place, "folded.yaml", |lens| lens["distortion"]["k1"] = (-9.0).into());
     says(&boresight(place, &["judge", "folded.yaml"]), 4, &["OFF", "impossible distortion"]);
     says(&boresight(place, &["judge", &good()]), 2, &["no calibration among the inputs"]);
@@ -100,4 +102,55 @@ fn a_folder_with_a_file_and_its_pictures_needs_no_other_name() {
     }
     let ended = boresight(place, &["judge", "calibrationdata"]);
     says(&ended, 0, &["calibrationdata/ost.yaml: TRUE"]);
+}
+
+/// A file as OpenCV's sample writes it, with the fixture's corners, and its focal length times `by`.
+fn with_own_corners(place: &Path, name: &str, by: f64) {
+    let export = ["export", &good(), "--format", "vnl", "--out", "corners.vnl", "--force"];
+    says(&boresight(place, &export), 0, &["Written"]);
+    let table = fs::read_to_string(place.join("corners.vnl")).expect("readable");
+    let lines = table.lines().filter(|line| !line.starts_with('#'));
+    let px: Vec<f64> = lines
+        .flat_map(|line| line.split_whitespace().skip(1).take(2))
+        .map(|number| number.parse().unwrap_or(-1.0))
+        .collect();
+    let own = json(&fs::read_to_string(Path::new(&good()).join("calibration.json")).expect("file"));
+    let (lens, board) = (&own["result"], &own["board"]);
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let f = [0, 1].map(|axis| number(&lens["f_px"][axis]) * by);
+    let k = ["k1", "k2", "p1", "p2", "k3"].map(|k| number(&lens["distortion"][k]));
+    let (columns, rows) = (number(&board["columns"]), number(&board["rows"]));
+    let tree = serde_json::json!({
+        "nframes": px.len() as f64 / 2.0 / columns / rows,
+        "image_width": own["image_size"][0], "image_height": own["image_size"][1],
+        "board_width": columns as u32, "board_height": rows as u32,
+        "square_size": number(&board["square_mm"]),
+        "camera_matrix": [[f[0], 0.0, lens["pp_px"][0]], [0.0, f[1], lens["pp_px"][1]], [0.0, 0.0, 1.0]],
+        "distortion_coefficients": k,
+        "image_points": { "type_id": "opencv-matrix", "rows": 1, "cols": px.len() / 2, "dt": "2f", "data": px },
+    });
+    fs::write(place.join(name), tree.to_string()).expect("written");
+}
+
+#[test]
+fn a_file_with_its_own_corners_needs_no_pictures() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    with_own_corners(place, "sound.json", 1.0);
+    with_own_corners(place, "short.json", 0.9);
+    says(&boresight(place, &["judge", "sound.json"]), 0, &["TRUE", "residuals are no evidence"]);
+    let ended = boresight(place, &["judge", "short.json", "--out", "better.yml", "--json"]);
+    says(&ended, 4, &["OFF", "10.00 % too short", "Written: better.yml"]);
+    let report = ["judge", "short.json", "--report", "page.html"];
+    says(&boresight(place, &report), 4, &["OFF", "Report: page.html"]);
+    let page = fs::read_to_string(place.join("page.html")).expect("readable");
+    // A number in each of the 96 cells, and an arrow in every third one.
+    assert_eq!(page.matches("font-size=\"8\"").count(), 96);
+    assert_eq!(page.matches("<polyline").count(), 32);
+    for said in ["Judged: short.json", "OFF by", "10.00 % too short", "add --out FILE"] {
+        assert!(page.contains(said), "{said}");
+    }
+    // Each by the corners of its own views.
+    let both = boresight(place, &["judge", "sound.json", "short.json"]);
+    says(&both, 4, &["sound.json: TRUE", "short.json: OFF"]);
 }

@@ -12,7 +12,7 @@ use boresight_geometry::Corner;
 pub const HEADER: &str = "# filename x y level\n";
 /// Standard deviation of a corner at level 0, per coordinate; doubles with each level, a halving of
 /// the picture.
-const LEVEL_0_SIGMA_PX: f64 = 0.1;
+pub(crate) const LEVEL_0_SIGMA_PX: f64 = 0.1;
 /// Largest level; larger ones count as equal.
 const MAX_LEVEL: f64 = 10.0;
 

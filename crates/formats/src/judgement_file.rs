@@ -33,8 +33,11 @@ pub struct JudgementFile {
     pub message: String,
     /// What to do.
     pub action: String,
-    /// What the file shows by itself, in words.
+    /// What the file and the pictures show, in words.
     pub doubts: Vec<String>,
+    /// Stable names of what the file alone shows, such as `PP-ASSUMED`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shown: Vec<String>,
     /// Error of projection: root mean square per coordinate where the boards were, after the best
     /// turn of the camera.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,6 +3,7 @@
 //! | file | does |
 //! |---|---|
 //! | `calibration_views` | views of a calibration without a session, from pictures or a corner table |
+//! | `judgement` | a calibration of any program held to a fresh lens |
 //! | `redetect` | corners of a recording, found again |
 //! | `doctor`, `bundle` | a recording verified; contents of a bug report, in one file |
 //! | `plan_board`, `board_sheet` | a board for a distance; the printed sheet |
@@ -17,6 +18,7 @@ pub mod calibration_views;
 mod camera_driver;
 pub mod doctor;
 pub mod json;
+pub mod judgement;
 pub mod paths;
 pub mod plan_board;
 pub mod redetect;

@@ -84,8 +84,6 @@ pub struct Judgement {
     pub size: SizeFit,
     /// Numbers of the lens that explain the error. `None` if several differ, or if nothing is off.
     pub wrong: Option<WrongPart>,
-    /// True if the lens's principal point is the exact middle of the picture.
-    pub pp_assumed: bool,
     /// Lens as compared: for pictures of the new size.
     pub camera: Camera,
 }
@@ -93,6 +91,9 @@ pub struct Judgement {
 /// Reason for no judgement.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NotJudged {
+    /// No pictures, and nothing that no lens has.
+    #[error("a file alone can't show that it's true")]
+    NoPictures,
     /// The lens can't be right in any picture.
     #[error("the lens can't be right: {0}")]
     Impossible(LensFlaw),
@@ -117,30 +118,20 @@ impl NotJudged {
     pub fn answer(&self) -> Answer {
         match self {
             Self::Impossible(_) | Self::NothingShared => Answer::Off,
-            Self::OtherSize { .. } | Self::NoFreshLens => Answer::CannotTell,
+            Self::NoPictures | Self::OtherSize { .. } | Self::NoFreshLens => Answer::CannotTell,
         }
     }
 
     /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
+            Self::NoPictures => "NO-PICTURES",
             Self::Impossible(_) => "LENS-IMPOSSIBLE",
             Self::OtherSize { .. } => "OTHER-SIZE",
             Self::NoFreshLens => "NO-FRESH-LENS",
             Self::NothingShared => "NOTHING-SHARED",
         }
     }
-}
-
-/// True if the principal point of `given` is the exact middle of the picture, which no measurement
-/// gives.
-pub fn is_pp_assumed(given: &GivenLens) -> bool {
-    let size = [given.image_size.width_px, given.image_size.height_px].map(f64::from);
-    let middle = |pp_px: f64, side: f64| {
-        let from_middle = (pp_px - (side - 1.0) / 2.0).abs();
-        from_middle < 1e-6 || (from_middle - 0.5).abs() < 1e-6
-    };
-    middle(given.camera.pp_px.x, size[0]) && middle(given.camera.pp_px.y, size[1])
 }
 
 /// Judges `given` by `fresh`, the calibration of `views` of `board`.
@@ -213,7 +204,6 @@ pub fn judge(
         fresh_rms_px: fresh.rms_px,
         size,
         wrong: is_off.then(|| WrongPart::of(&camera, &covered, bound_px, off_px)).flatten(),
-        pp_assumed: is_pp_assumed(given),
         camera,
     })
 }

@@ -1,6 +1,7 @@
 //! Numbers of a lens that explain its difference from another.
 
 use super::closest::{Closest, LensDirection, Rays};
+use crate::LensModel;
 use boresight_geometry::{Camera, LensParameter};
 
 /// Share of the difference that may remain where a part is called wrong: a ninth of its square.
@@ -82,19 +83,12 @@ const KINDS: [Kind; 5] = [
     },
     Kind {
         free: |camera| {
-            let own = if camera.distortion.kind.keeps_lines() {
-                [
-                    LensParameter::K1,
-                    LensParameter::K2,
-                    LensParameter::P1,
-                    LensParameter::P2,
-                    LensParameter::K3,
-                ]
-                .as_slice()
+            let richest = if camera.distortion.kind.keeps_lines() {
+                LensModel::K1K2P1P2K3
             } else {
-                &[LensParameter::K1, LensParameter::K2, LensParameter::K3, LensParameter::K4]
+                LensModel::FisheyeK1K2K3K4
             };
-            own.iter().copied().map(unit).collect()
+            richest.distortion().iter().copied().map(unit).collect()
         },
         part: |given, _| {
             let lens = given.lens_parameters();

@@ -308,7 +308,7 @@ impl LensFamily {
 
     /// Richest model determined by `distinct` distinct views. A simple one may be a Brown model
     /// outside the family.
-    pub(crate) fn richest_of(self, distinct: usize) -> LensModel {
+    pub fn richest_of(self, distinct: usize) -> LensModel {
         let [one, two, more] = self.traits().by_views;
         match distinct {
             0 | 1 => one,

@@ -3,6 +3,7 @@ use serde_json::Value;
 use super::{
     numbers::{exactly, first, fisheye_lens, lens, list, sized},
     old_calibration::{NotImported, OldCalibration, OldFormat},
+    own_corners,
 };
 use boresight_geometry::LensKind;
 
@@ -73,6 +74,14 @@ pub(super) fn read(tree: &Value, stated: Option<[f64; 2]>) -> Result<OldCalibrat
     old.rms_px = first(tree, &["avgreprojectionerror"]).and_then(Value::as_f64);
     if matrix_of_two(tree, &SECOND).is_some() {
         old.camera_count = 2;
+    }
+    let views = first(tree, &["nrofframes", "nframes"]).and_then(Value::as_u64);
+    old.views = views.and_then(|views| usize::try_from(views).ok());
+    old.corners = own_corners::of_opencv(tree);
+    old.views = old.views.or(old.corners.as_ref().map(|own| own.views.len()));
+    if is_ros {
+        old.rectification = first(tree, &["rectificationmatrix", "r"]).and_then(exactly);
+        old.projection = first(tree, &["projectionmatrix", "p"]).and_then(exactly);
     }
     old.source = first(tree, &["cameraname"]).and_then(Value::as_str).map(Into::into);
     Ok(old)

@@ -3,11 +3,11 @@
 //! | format | recognised by | holds in addition |
 //! |---|---|---|
 //! | `boresight.calibration/1` (`own`) | its schema | covariance, outlines, verdict, board |
-//! | OpenCV YAML and JSON (`matrices`) | a camera matrix, one or two | number of cameras |
-//! | ROS `camera_info` (`matrices`) | a camera matrix, and a name of ROS | – |
+//! | OpenCV YAML and JSON (`matrices`) | a camera matrix, one or two | number of cameras; corners (`own_corners`) |
+//! | ROS `camera_info` (`matrices`) | a camera matrix, and a name of ROS | rectification |
 //! | Kalibr camchain (`kalibr`) | `cam0` | number of cameras |
 //! | mrcal `.cameramodel` (`mrcal`) | `lensmodel` | – |
-//! | OpenCV XML (`xml`, `matrices`) | `<opencv_storage>` | – |
+//! | OpenCV XML (`xml`, `matrices`) | `<opencv_storage>` | corners (`own_corners`) |
 //! | Metashape (`xml`, `named`) | `<calibration>` | – |
 //! | RealityCapture XMP (`xml`, `named`) | `<x:xmpmeta>` | – |
 //! | COLMAP `cameras.txt` (`colmap`) | a line of number, model, numbers | number of cameras |
@@ -15,7 +15,7 @@
 //! | `transforms.json` (`named`) | `fl_x` | – |
 //! | Basalt (`named`) | `value0` | number of cameras |
 //! | VINS (`named`) | `model_type` | – |
-//! | PhotonVision (`named`) | `cameraIntrinsics` | – |
+//! | PhotonVision (`named`) | `cameraIntrinsics` | corners (`own_corners`) |
 //! | Gyroflow (`named`) | `fisheye_params` | – |
 //! | Open3D (`named`) | `intrinsic_matrix` as one list | – |
 //!
@@ -36,6 +36,7 @@
 //! numbers go out; nothing here opens a file.
 
 mod colmap;
+mod file_doubt;
 mod kalibr;
 mod literal;
 mod matrices;
@@ -44,13 +45,15 @@ mod named;
 mod numbers;
 mod old_calibration;
 mod own;
+mod own_corners;
 mod syntax;
 mod unread;
 mod xml;
 
 use boresight_geometry::{frame::ImageSize, panic_message::caught};
 
-pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat};
+pub use file_doubt::FileDoubt;
+pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat, OwnCorners};
 
 /// Longest text allowed. A calibration has kilobytes; mrcal's, with every observation, has
 /// megabytes.

@@ -1,11 +1,12 @@
 //! Formats with named numbers: ORB-SLAM3, `transforms.json`, Metashape, RealityCapture, Basalt,
-//! VINS, Gyroflow.
+//! VINS, PhotonVision, Gyroflow, Open3D.
 
 use serde_json::Value;
 
 use super::{
     numbers::{exactly, fisheye_lens, lens, sized},
     old_calibration::{NotImported, OldCalibration, OldFormat},
+    own_corners,
 };
 use boresight_geometry::LensKind;
 
@@ -275,7 +276,9 @@ pub(super) fn photonvision(tree: &Value) -> Result<OldCalibration, NotImported> 
         .ok_or(missing("distCoeffs", "5 or 8 finite numbers"))?;
     let lens = lens([fx, fy, cx, cy], &coefficients)?;
     let size = all(&tree["resolution"], ["width", "height"], number)?;
-    OldCalibration::new(OldFormat::Photonvision, LensKind::Perspective, &lens, size)
+    let old = OldCalibration::new(OldFormat::Photonvision, LensKind::Perspective, &lens, size)?;
+    let corners = own_corners::of_photonvision(tree);
+    Ok(OldCalibration { views: corners.as_ref().map(|own| own.views.len()), corners, ..old })
 }
 
 /// Open3D's `PinholeCameraIntrinsic`.

@@ -1,6 +1,6 @@
 //! A calibration read from a file of any format, and reasons for refusing a file.
 
-use crate::named_covariance::LensCovariance;
+use crate::{corner_table::TableView, named_covariance::LensCovariance};
 use boresight_calibrate::Verdict;
 use boresight_geometry::{
     BoardOutline, Camera, LENS_PARAMETERS, LensKind, LensParameter, boards::Board, frame::ImageSize,
@@ -34,6 +34,23 @@ pub struct OldCalibration {
     pub focal_varies: bool,
     /// Number of cameras in the file; the first was read.
     pub camera_count: usize,
+    /// Corners of the calibration's own views, if the file brings them.
+    pub corners: Option<OwnCorners>,
+    /// Number of views behind the lens, if stated.
+    pub views: Option<usize>,
+    /// Rectifying rotation of a ROS file, row by row.
+    pub rectification: Option<[f64; 9]>,
+    /// Projection of the rectified pictures of a ROS file, row by row.
+    pub projection: Option<[f64; 12]>,
+}
+
+/// Corners of a calibration's own views.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OwnCorners {
+    /// The board. A length of 1 or more counts as millimetres, a shorter one as metres.
+    pub board: Board,
+    /// Its corners in each view.
+    pub views: Vec<TableView>,
 }
 
 /// Locked controls with an effect on the calibration, in the driver's units.
@@ -215,6 +232,10 @@ impl OldCalibration {
             locked: LockedLens::default(),
             focal_varies: false,
             camera_count: 1,
+            corners: None,
+            views: None,
+            rectification: None,
+            projection: None,
         })
     }
 }

@@ -19,6 +19,7 @@ mod drift;
 mod estimates;
 mod fit;
 mod front;
+mod judgement;
 mod lens_curve;
 mod line;
 mod logo;
@@ -35,6 +36,7 @@ mod unknown_sd;
 mod views;
 mod warnings;
 
+pub use judgement::judgement_page;
 pub use logo::Logo;
 pub use page::page;
 pub use stated::Certificate;

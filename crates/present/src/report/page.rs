@@ -10,7 +10,7 @@ use crate::{
 };
 
 /// Style sheet in paper sizes: the page looks the same on screen and in print.
-const STYLE: &str = "\
+pub(super) const STYLE: &str = "\
 @page{margin:9mm 10mm}
 *{box-sizing:border-box}
 html{background:#e8e8e8}

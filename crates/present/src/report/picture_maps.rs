@@ -104,7 +104,7 @@ pub(super) fn arrows(report: &Report) -> Vec<(Point2<f64>, Vector2<f64>)> {
 }
 
 /// Largest of 1, 2 or 5 times a power of ten up to `value`; at least 1.
-fn round_down(value: f64) -> f64 {
+pub(super) fn round_down(value: f64) -> f64 {
     let power = libm::pow(10.0, libm::log10(value.max(1.0)).floor());
     let digit = [5.0, 2.0, 1.0].into_iter().find(|digit| digit * power <= value).unwrap_or(1.0);
     digit * power

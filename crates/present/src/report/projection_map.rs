@@ -15,9 +15,9 @@ use boresight_formats::CalibrationFile;
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
 
 /// Colours where the goal is met, from least to most uncertain.
-const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
+pub(super) const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
 /// Colours where the goal isn't met.
-const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
+pub(super) const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
 
 /// Colours of a result that must not be used.
 const VOID: [&str; 4] = ["#f2f2f2", "#e2e2e2", "#d0d0d0", "#bbbbbb"];
@@ -47,20 +47,13 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
             canvas.hatch(&corners);
             continue;
         };
-        // Equal steps of the logarithm: uncertainty grows by factors towards the corners.
-        let share = if projection.max > least && least > 0.0 {
-            libm::log(sd_px / least) / libm::log(projection.max / least)
-        } else {
-            0.0
-        };
         let shades = match sd_px <= valid_px {
-            _ if calibration.verdict == "untrustworthy" => VOID,
-            true => MET,
-            false => NOT_MET,
+            _ if calibration.verdict == "untrustworthy" => &VOID,
+            true => &MET,
+            false => &NOT_MET,
         };
-        // From 0 to the last shade.
-        let shade = (share.clamp(0.0, 1.0) * (shades.len() - 1) as f64).round() as usize;
-        canvas.area(&corners, shades[shade], Stroke::thin("#fff"));
+        let shade = shade(sd_px, shades, [least, projection.max]);
+        canvas.area(&corners, shade, Stroke::thin("#fff"));
         canvas.number(centre, "#111", brief(sd_px, 2).trim_start_matches('0'));
     }
     let [mean_px, max_px] = [projection.mean, projection.max].map(|sd_px| brief_data(sd_px, 2));
@@ -70,6 +63,18 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
         .map_or(String::new(), |area| format!(" {}", words::within_goal(area.goal_px, area.share)));
     let note = words::projection_note(&mean_px, &max_px, hatched) + &goal;
     figure(Section::Projection, &canvas.svg(), &note)
+}
+
+/// One of `shades` for `px` between the least and most of a map. Equal steps of the logarithm: errors grow by
+/// factors towards the corners.
+pub(super) fn shade(px: f64, shades: &[&'static str; 4], [least, most]: [f64; 2]) -> &'static str {
+    let share = if most > least && least > 0.0 {
+        libm::log(px / least) / libm::log(most / least)
+    } else {
+        0.0
+    };
+    // From 0 to the last shade.
+    shades[(share.clamp(0.0, 1.0) * (shades.len() - 1) as f64).round() as usize]
 }
 
 /// Centre and corners of every cell of the grid, row by row.

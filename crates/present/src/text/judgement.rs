@@ -1,11 +1,8 @@
 //! Whether a calibration is true, in words.
 
 use boresight_calibrate::{Answer, Judgement, NotJudged, SizeFit, WrongPart};
-use boresight_formats::import::OldCalibration;
+use boresight_formats::import::FileDoubt;
 use nalgebra::Point2;
-
-/// A pixel ratio that differs from 1 by more than this is worth a word.
-const STRETCHED: f64 = 0.01;
 
 /// Answer with numbers, and the next action.
 pub fn judgement(judged: &Judgement) -> (String, String) {
@@ -39,6 +36,10 @@ pub fn judgement(judged: &Judgement) -> (String, String) {
 /// Why there is no answer, and the next action.
 pub fn not_judged(reason: &NotJudged) -> (String, String) {
     match reason {
+        NotJudged::NoPictures => (
+            "CAN'T TELL: a file alone can't show that it's true".into(),
+            "Give its pictures, too: boresight judge FILE PICTURES.".into(),
+        ),
         NotJudged::Impossible(flaw) => (
             format!("OFF: {flaw}, as no lens has"),
             "Calibrate again: boresight calibrate PICTURES.".into(),
@@ -58,17 +59,9 @@ pub fn not_judged(reason: &NotJudged) -> (String, String) {
     }
 }
 
-const PP_ASSUMED: &str =
-    "Its principal point is the exact middle of the picture: assumed, not measured";
-
-/// The file without pictures.
-pub const NO_PICTURES: (&str, &str) = (
-    "CAN'T TELL: a file alone can't show that it's true",
-    "Give its pictures, too: boresight judge FILE PICTURES.",
-);
-
-/// What explains the answer, one sentence each. `pp_px` is the principal point of the fresh lens.
-pub fn judgement_reasons(judged: &Judgement, pp_px: &Point2<f64>) -> Vec<String> {
+/// What explains the answer, one sentence each. `pp_px` is the principal point of the fresh lens if
+/// the file's is doubtful.
+pub fn judgement_reasons(judged: &Judgement, pp_px: Option<&Point2<f64>>) -> Vec<String> {
     let mut reasons = Vec::new();
     match judged.size {
         SizeFit::Same => {}
@@ -78,8 +71,11 @@ pub fn judgement_reasons(judged: &Judgement, pp_px: &Point2<f64>) -> Vec<String>
         }
         SizeFit::Turned => reasons.push("It's for pictures turned by 90°, and was turned".into()),
     }
-    if judged.pp_assumed {
-        reasons.push(format!("These pictures put it at ({:.1}, {:.1})", pp_px.x, pp_px.y));
+    if let Some(pp_px) = pp_px {
+        reasons.push(format!(
+            "These pictures put the principal point at ({:.1}, {:.1})",
+            pp_px.x, pp_px.y
+        ));
     }
     if judged.answer == Answer::Off {
         reasons.push(wrong_part(judged.wrong.as_ref()));
@@ -121,19 +117,40 @@ fn wrong_part(wrong: Option<&WrongPart>) -> String {
     }
 }
 
-/// What a file shows by itself, one sentence each.
-pub fn file_doubts(old: &OldCalibration, pp_assumed: bool) -> Vec<String> {
-    let mut doubts = Vec::new();
-    if pp_assumed {
-        doubts.push(PP_ASSUMED.into());
+/// A doubt about the file, as a sentence.
+pub fn file_doubt(doubt: &FileDoubt) -> String {
+    match doubt {
+        FileDoubt::PpAssumed => {
+            "Its principal point is the exact middle of the picture: assumed, not measured".into()
+        }
+        FileDoubt::OtherSize { fits } => {
+            format!("Its principal point fits pictures of about {fits}: made at another size?")
+        }
+        FileDoubt::PpFar { widths } => format!(
+            "Its principal point is {:.0} % of the width from the middle: unusual, not impossible",
+            100.0 * widths
+        ),
+        FileDoubt::Units => "Its numbers aren't in pixels: millimetres or fractions?".into(),
+        FileDoubt::Stretched { ratio, exactly } => {
+            let shape = exactly.map_or_else(String::new, |(a, b)| format!(", exactly {a}:{b}"));
+            format!(
+                "Its fy is {ratio:.4} times fx{shape}: stretched pictures, or views that couldn't tell"
+            )
+        }
+        FileDoubt::Tangential { largest } => format!(
+            "A tangential coefficient is {largest:.3}: a lens mounted askew, or views that couldn't tell it from the principal point"
+        ),
+        FileDoubt::Cancelling { share } => format!(
+            "A term of its distortion shifts the picture's edge by {:.0} %, and others take it back: too many terms for its views",
+            100.0 * share
+        ),
+        FileDoubt::FewViews { views, terms } => {
+            let s = if *views == 1 { "" } else { "s" };
+            format!("{views} view{s} can't support {terms} distortion coefficients")
+        }
+        FileDoubt::NoRotation => "Its R is no rotation: rectified pictures will be wrong".into(),
+        FileDoubt::Projection => {
+            "Its P isn't a projection of this lens's rectified pictures: they will be wrong".into()
+        }
     }
-    let ratio = old.camera.f_px.y / old.camera.f_px.x;
-    if (ratio - 1.0).abs() > STRETCHED {
-        let shape = WrongPart::whole_ratio(ratio)
-            .map_or_else(String::new, |(a, b)| format!(", exactly {a}:{b}"));
-        doubts.push(format!(
-            "Its fy is {ratio:.4} times fx{shape}: stretched pictures, or views that couldn't tell"
-        ));
-    }
-    doubts
 }

@@ -38,6 +38,8 @@ pub enum Section {
     Views,
     /// Comparison with an older calibration.
     Drift,
+    /// Displacement by a judged calibration over the picture.
+    Difference,
     /// Refused pictures, with reasons.
     Refused,
     /// Versions, and the command to repeat the result.
@@ -63,6 +65,7 @@ impl Section {
             Self::Residuals => "residuals",
             Self::Views => "views",
             Self::Drift => "drift",
+            Self::Difference => "difference",
             Self::Refused => "refused",
             Self::Provenance => "provenance",
         }
@@ -86,6 +89,7 @@ impl Section {
             Self::Residuals => "Residuals",
             Self::Views => "Views",
             Self::Drift => "Drift",
+            Self::Difference => "Difference over the picture",
             Self::Refused => "Pictures not used, and why",
             Self::Provenance => "Versions and how to repeat",
         }
@@ -95,6 +99,18 @@ impl Section {
 /// Title of the page.
 pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
+}
+
+/// Title of the page about a judged file.
+pub fn title_of_judgement(file: &str) -> String {
+    format!("Judged: {file}")
+}
+
+/// Note below the map of differences.
+pub fn difference_note(times: &str, goal_px: &str) -> String {
+    format!(
+        "Root mean square per coordinate, in pixels, after the best turn of the camera; green: within {goal_px} px. Arrows, {times} times as long: from where the pictures' lens puts a point to where this calibration puts it. Grey: no board was there. Hatched: one of the lenses has no ray."
+    )
 }
 
 /// Verdict in words, from the stable name; an unknown name isn't to be trusted. See
@@ -120,10 +136,10 @@ pub fn sign_of(calibration: &CalibrationFile) -> &'static str {
 /// Another program's calibration.
 const NOT_JUDGED: &str = "NOT JUDGED";
 
-/// Sign of a calibration's or a check's verdict, recognisable by shape.
+/// Sign of a verdict or an answer, recognisable by shape.
 pub fn verdict_sign(code: &str) -> &'static str {
     match code {
-        "good" | "ok" => "✓",
+        "good" | "ok" | "true" => "✓",
         "care" | "watch" => "!",
         "cannot-tell" | "none" => "?",
         _ => "✗",
