@@ -149,6 +149,23 @@ fn a_file_that_is_no_lens_is_not_checked() {
     assert_eq!(contents(folder), before);
 }
 
+/// A file of another program is judged first: its own error is no change of the camera.
+#[test]
+fn a_file_without_uncertainty_is_doubted_before_the_check() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let source = scene(folder, "any.toml", "image_size_px = [640, 480]");
+    let file = "image_width: 1280\nimage_height: 960\n\
+                camera_matrix: {rows: 3, cols: 3, data: [1040, 0, 639.5, 0, 1386.7, 479.5, 0, 0, 1]}\n\
+                distortion_model: plumb_bob\n\
+                distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n";
+    fs::write(folder.join("ost.yaml"), file).expect("written");
+    let ended = boresight(folder, &["check", "--against", "ost.yaml", "--source", &source]);
+    let doubts = ["judge FILE PICTURES", "assumed, not measured", "exactly 4:3"];
+    says(&ended, 3, &doubts);
+    says(&ended, 3, &["the pictures are 640x480"]);
+}
+
 /// A recalibrated session is still a session of the same camera, simulated or not.
 #[test]
 fn a_session_calibrated_again_keeps_its_source() {

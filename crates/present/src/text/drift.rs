@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::{apart, camera};
+use super::{apart, camera, judgement::file_doubt};
 use boresight_calibrate::{Drift, DriftVerdict, LensFlaw, NoDrift, Shift, Verdict};
-use boresight_formats::import::OldCalibration;
+use boresight_formats::import::{FileDoubt, OldCalibration};
 use boresight_geometry::device::{Control, Lock};
 
 /// Verdict with numbers, and the next action. A file without uncertainty may never have been right:
@@ -42,7 +42,7 @@ pub fn drift(drift: &Drift) -> (String, String) {
         (DriftVerdict::Recalibrate, _) => {
             let action = match (drift.assumed, drift.lens_changed) {
                 (true, _) => {
-                    "Recalibrate, and use the new file. The old one doesn't hold for this camera, and perhaps never did."
+                    "Recalibrate, and use the new file. The old one doesn't hold for this camera, and perhaps never did; its own pictures tell: boresight judge FILE PICTURES."
                 }
                 (false, true) => {
                     "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate."
@@ -208,6 +208,13 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
     if old.camera_count > 1 {
         doubts.push(first_of_cameras(old.camera_count));
     }
+    if old.covariance.is_none() {
+        doubts.push(
+            "The old file states no uncertainty: a difference from it may be a change of the camera, or its own error. To learn whether it was ever true: boresight judge FILE PICTURES"
+                .into(),
+        );
+        doubts.extend(FileDoubt::of(old).iter().map(file_doubt));
+    }
     if old.outlines.is_empty() {
         doubts.push(
             "The old file doesn't say where its boards were. Hold the board where it was then; elsewhere a change can't be detected"
@@ -226,7 +233,7 @@ pub fn first_of_cameras(count: usize) -> String {
 pub fn imported(format: &str) -> (String, &'static str) {
     let message =
         format!("The lens comes from a {format} file, which doesn't say how certain it is");
-    (message, "To learn whether it still holds: boresight check --against FILE")
+    (message, "To learn whether it's true: boresight judge FILE PICTURES")
 }
 
 /// Note about a lens and the board that it was found with, which isn't flat or even by up to
