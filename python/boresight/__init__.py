@@ -26,7 +26,7 @@ from typing import Any, Mapping, cast
 from . import _boresight, batch, history
 from ._board import Board, BoardLike
 from ._boresight import __version__
-from ._calibration import Calibration, calibrate, check, export, plain_settings
+from ._calibration import Calibration, calibrate, check, export, judge, plain_settings
 from ._detection import Detection, detect, detect_charuco_corners, find_chessboard_corners
 from ._errors import ArgumentError, BoresightError
 from ._pictures import PathLike
@@ -53,6 +53,7 @@ __all__ = [
     "export",
     "find_chessboard_corners",
     "history",
+    "judge",
     "plan_board",
     "read",
     "read_calibration",
@@ -67,7 +68,7 @@ FORMATS: tuple[str, ...] = tuple(_boresight.formats())
 
 for _public in (
     Advice, ArgumentError, Board, BoresightError, Calibration, Detection, Pose, Session, calibrate, check, detect,
-    detect_charuco_corners, export, find_chessboard_corners, plan_board, report, target,
+    detect_charuco_corners, export, find_chessboard_corners, judge, plan_board, report, target,
 ):  # fmt: skip
     # What users see, and pickles name, is the package; where the source lies may change.
     _public.__module__ = __name__

@@ -5,8 +5,11 @@ use std::path::{Path, PathBuf};
 use boresight::{
     app::{
         Announcer, RESULT_FILE, SavedSession,
-        commands::calibration_views::{
-            CalibrationViews, GivenView, SessionViews, from_pictures, from_session,
+        commands::{
+            calibration_views::{
+                CalibrationViews, GivenView, SessionViews, from_pictures, from_session,
+            },
+            judgement::{Fresh, judgement},
         },
         session::{
             comparison,
@@ -161,6 +164,45 @@ pub(crate) fn check_corners(
         };
         let (_, action) = comparison::words(&found);
         let file = comparison::check_file(&against, "", &old, &found, &action);
+        anyhow::Ok(file.to_json()?.to_string())
+    };
+    py.detach(work).map_err(|err| raised(&err))
+}
+
+/// Judges the calibration `old`, the text of a file named `file`, by the views of a board, else by
+/// those of a session, else by the file's own corners. Returns `boresight.judgement/1`.
+#[pyfunction]
+pub(crate) fn judge(
+    py: Python<'_>,
+    file: PathBuf,
+    old: Option<&str>,
+    views: Option<(Vec<Given<'_>>, Named, (u32, u32))>,
+    session: Option<PathBuf>,
+    limit_px: Option<f64>,
+) -> PyResult<String> {
+    let read =
+        |(views, named, of)| Ok::<_, PyErr>((views_of(views)?, config(&named, &[])?, size(of)?));
+    let given = views.map(read).transpose()?;
+    let work = || {
+        let (old, silent) = (older(&file, old)?, Announcer::silent());
+        let fresh = match (given, session) {
+            (Some((views, config, size)), _) => {
+                let board = config.board()?;
+                let views = CalibrationViews::of(views, size, &board);
+                Some(Fresh::of(views, board, &config.calibration(), &silent))
+            }
+            (None, Some(session)) => {
+                let SessionViews { views, noise_floor_px, saved } =
+                    from_session(&session, &silent)?;
+                let config = saved.header.config;
+                let params = CalibrationParams { noise_floor_px, ..config.calibration() };
+                Some(Fresh::of(views, config.board()?, &params, &silent))
+            }
+            (None, None) => {
+                Fresh::of_own_corners(&old, &Config::load(None, &[])?.calibration(), &silent)
+            }
+        };
+        let (_, file) = judgement(&file, &old, fresh.as_ref(), limit_px);
         anyhow::Ok(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))

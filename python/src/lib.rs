@@ -21,6 +21,7 @@ fn _boresight(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(calibration::calibrate_files, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate_corners, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::check_corners, module)?)?;
+    module.add_function(wrap_pyfunction!(calibration::judge, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::calibrate_session, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::load, module)?)?;
     module.add_function(wrap_pyfunction!(calibration::save_text, module)?)?;

@@ -83,6 +83,23 @@ def test_a_check_of_pictures(good, pictures):
     assert (other["verdict"], other["reason"]) == (None, "OTHER-SIZE")
 
 
+def test_a_judgement_is_that_of_the_command_line(program, good, tmp_path):
+    file = tmp_path / "ost.yaml"
+    file.write_text(boresight.export(good, "ros-yaml"))
+    assert boresight.judge(file, good) == program("judge", "--json", file, good)
+    assert boresight.judge(file)["reason"] == "NO-PICTURES"
+
+
+def test_a_judgement_of_pictures(good, pictures):
+    found = boresight.judge(good / "calibration.json", [grey(path) for path in pictures], "7x5", square_mm=30)
+    assert found["answer"] == "true"
+    assert found["off_interval_px"][0] <= found["off_px"] <= found["off_interval_px"][1]
+    tight = boresight.judge(good / "calibration.json", good, limit_px=1e-4)
+    assert tight["answer"] == "cannot-tell"
+    with pytest.raises(boresight.ArgumentError):
+        boresight.judge(good / "calibration.json", [grey(pictures[0])])
+
+
 def test_every_format_is_written_and_read_back(good, tmp_path):
     result = json.loads((good / "calibration.json").read_text())["result"]
     for name in boresight.FORMATS:
