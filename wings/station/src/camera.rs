@@ -10,7 +10,7 @@ use hmac_sha256::Hash;
 use image::GrayImage;
 
 use super::{
-    burst::of_burst,
+    burst::{of_burst, seen},
     feed::Taken,
     store::{Access, Named, Store, Stored, inputs},
 };
@@ -18,6 +18,9 @@ use boresight_app::{RESULT_FILE, session::comparison};
 use boresight_files::{Links, TEXT_LIMIT, read};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Answer, Decision, Input, Lens, NoAnswer, Picture, Station, Watch};
+
+/// Maximum number of looks for a pin: then it's too dark or too empty for one.
+const PIN_LOOKS: u64 = 12;
 
 /// A watched camera.
 #[derive(Debug)]
@@ -35,6 +38,8 @@ pub struct WatchedCamera {
     unread: BTreeSet<i64>,
     /// Newest second before the camera was accepted in the present pose.
     before_accepted: Option<i64>,
+    /// True for a question: nothing is learned or recorded.
+    is_asked: bool,
 }
 
 /// Lens of a calibration file, or of the session in a folder, and the file's name.
@@ -117,6 +122,30 @@ impl WatchedCamera {
         Ok(Self::of(store, stored))
     }
 
+    /// Opens the store in `folder` for a question about the present, also while it's watched:
+    /// pictures are looked at, and nothing is changed.
+    ///
+    /// # Errors
+    ///
+    /// If there is no store, or it's damaged.
+    pub fn ask(folder: &Path, at_secs: f64) -> anyhow::Result<Self> {
+        let mut camera = Self::look_at(folder)?;
+        camera.watch.ask(at_secs);
+        camera.is_asked = true;
+        Ok(camera)
+    }
+
+    /// Makes the next references a pin, unless the camera is learned.
+    pub fn pin(&mut self) {
+        self.station.is_pinned = true;
+    }
+
+    /// True for the first looks at a camera still to be pinned.
+    pub fn is_to_be_pinned(&self) -> bool {
+        let is_known = !self.station.gallery.references.is_empty() || self.is_asked;
+        self.station.is_pinned && !is_known && self.pictures.iter().sum::<u64>() < PIN_LOOKS
+    }
+
     fn of(store: Store, stored: Stored) -> Self {
         let mut camera = Self {
             store,
@@ -128,9 +157,11 @@ impl WatchedCamera {
             newest_answer: None,
             looked_at: BTreeSet::new(),
             unread: BTreeSet::new(),
+            is_asked: false,
             before_accepted: None,
         };
         camera.handle_all(&stored.inputs);
+        camera.station.is_pinned = camera.watch.is_pinned();
         camera
     }
 
@@ -193,6 +224,13 @@ impl WatchedCamera {
     ///
     /// If the decision can't be recorded.
     pub fn look(&mut self, burst: Vec<GrayImage>, taken: Taken) -> anyhow::Result<Decision> {
+        if self.is_asked {
+            // Each picture of a burst is a look of its own.
+            let looks =
+                burst.into_iter().filter_map(|p| seen(&self.station, vec![p], taken.at_secs));
+            let inputs: Vec<Input> = looks.map(|l| Input::Picture(Box::new(l.picture))).collect();
+            return Ok(self.handle_all(&inputs));
+        }
         self.take_accepted()?;
         let (station, shelf) = (&mut self.station, self.store.shelf());
         let mut looked = of_burst(station, burst, taken.at_secs.round(), &self.watch, shelf);
@@ -213,11 +251,15 @@ impl WatchedCamera {
     ///
     /// If the note can't be recorded.
     pub fn no_picture(&mut self, reason: NoAnswer, taken: Taken) -> anyhow::Result<Decision> {
-        self.take_accepted()?;
+        if !self.is_asked {
+            self.take_accepted()?;
+        }
         let (at, late) = (taken.at_secs.round(), taken.is_late);
         let picture = Picture { at, late, answer: None, none: Some(reason) };
         let inputs = [Input::Picture(Box::new(picture))];
-        self.store.record(&inputs, None)?;
+        if !self.is_asked {
+            self.store.record(&inputs, None)?;
+        }
         Ok(self.handle_all(&inputs))
     }
 

@@ -33,8 +33,9 @@ use boresight_watch::{Decision, State};
 /// Watch an installed camera without a board: has it moved, has its lens changed?
 ///
 /// Compares ordinary pictures of the scene with those of the days after installation, through the
-/// calibrated lens. It learns for 20 hours before it says anything, and for three days until it's
-/// surest. Everything is stored in --store; the same command goes on where it stopped.
+/// calibrated lens. It learns for 20 hours before it says anything (with --pin a minute), and for
+/// three days until it's surest. Everything is stored in --store; the same command goes on where it
+/// stopped.
 ///
 /// States: LEARNING, OK, MOVED (it points elsewhere; the lens calibration stays valid), ZOOM and
 /// LENS (calibrate again), CANNOT-TELL, each with the smallest change that would be seen.
@@ -62,6 +63,14 @@ pub struct Arguments {
     /// Look at what is there, print the state, and end with its exit code: for cron and tests.
     #[arg(long)]
     once: bool,
+    /// Compare the camera with its first six pictures, taken within a minute, until it's learned:
+    /// the limits are wide at first, and said.
+    #[arg(long, conflicts_with = "presets")]
+    pin: bool,
+    /// Look now, at a few pictures, and end within seconds with the exit code: 0, 5 or 6. Needs a
+    /// camera that was pinned or learned. Nothing is recorded, and another boresight may watch it.
+    #[arg(long, conflicts_with_all = ["once", "pin", "list", "presets", "reference", "patches_only"])]
+    check: bool,
     /// Keep what is whole of a damaged store, and tell what isn't.
     #[arg(long, conflicts_with_all = ["source", "list"])]
     recover: bool,
@@ -156,6 +165,8 @@ Examples:
   boresight watch rtsp://192.168.1.20/stream --reference sessions/gate --store watch/gate
   boresight watch /var/ftp/cam7 --reference cam7.yaml --store watch/cam7 --every 10m
   boresight watch pictures/*.jpg --reference calibration.json --once
+  boresight watch /dev/video0 --reference arm.json --store watch/arm --pin --once
+  boresight watch /dev/video0 --store watch/arm --check
   boresight watch --list cameras.toml --store watch --metrics /var/lib/node_exporter/watch.prom
   boresight watch adjust rtsp://192.168.1.20/stream --store watch/gate --serve
   boresight watch accept --store watch/gate --reason \"moved to the new pole\"";
@@ -219,6 +230,7 @@ impl Arguments {
 
     fn watch(&self) -> anyhow::Result<Exit> {
         self.log.begin();
+        let is_once = self.once || self.check;
         if let Some(path) = &self.metrics {
             may_save(path, Overwrite::Allowed)?;
         }
@@ -237,7 +249,7 @@ impl Arguments {
             if let Some(metrics) = &metrics {
                 metrics.note(camera);
             }
-            if self.json && !self.once {
+            if self.json && !is_once {
                 // A closed reader ends nothing.
                 let _ = serde_json::to_string(&StateLine::of(camera)).map(|line| print(&line));
             }
@@ -255,13 +267,11 @@ impl Arguments {
                 "{}  {}: {}. {} {}",
                 line.at, line.camera, line.state, line.sentence, line.action
             ));
-            if !self.once
-                && let Some(on_finish) = &on_finish
-            {
+            if !is_once && let Some(on_finish) = &on_finish {
                 start(on_finish, camera, &line);
             }
         };
-        let left = watch::run(rounds, self.once, &stop, &hear, &announcer())?;
+        let left = watch::run(rounds, is_once, &stop, &hear, &announcer())?;
         if let Some(metrics) = &metrics {
             metrics.write(&announcer());
         }
@@ -270,16 +280,14 @@ impl Arguments {
         }
         let cameras = || left.iter().flat_map(|round| round.places.cameras());
         for camera in cameras() {
-            if self.json && self.once {
+            if self.json && is_once {
                 print(&serde_json::to_string(&StateLine::of(camera))?)?;
-            } else if self.once {
+            } else if is_once {
                 for line in watch::lines(camera) {
                     print(&line)?;
                 }
             }
-            if self.once
-                && let Some(on_finish) = &on_finish
-            {
+            if is_once && let Some(on_finish) = &on_finish {
                 start(on_finish, camera, &StateLine::of(camera));
             }
         }
@@ -305,13 +313,13 @@ impl Arguments {
             let usual =
                 folder.file_name().map_or("camera".into(), |n| n.to_string_lossy().into_owned());
             let name = self.name.clone().unwrap_or(usual);
-            let round = open(
-                folder,
-                &name,
-                (self.reference.as_deref(), self.patches_only, self.presets),
-                feed,
-                self.every,
-            )?;
+            if self.check {
+                let camera = WatchedCamera::ask(folder, watch::times::now_secs())?;
+                let places = Places::one(camera);
+                return Ok((vec![Round { name, places, feed, every: self.every }], 1));
+            }
+            let known = (self.reference.as_deref(), self.patches_only, self.presets);
+            let round = open(folder, &name, known, feed, (self.every, self.pin))?;
             return Ok((vec![round], 1));
         };
         let text = read_text(list, TEXT_LIMIT, Links::Followed)?;
@@ -347,7 +355,7 @@ impl Arguments {
         for (camera, feed, every) in planned {
             let folder = self.place.store.join(&camera.name);
             let known = (camera.reference.as_deref(), camera.patches_only, camera.presets);
-            match open(&folder, &camera.name, known, feed, every) {
+            match open(&folder, &camera.name, known, feed, (every, self.pin)) {
                 Ok(round) => rounds.push(round),
                 Err(err) => watch::say_left_out(&camera.name, &err, &announcer()),
             }
@@ -361,7 +369,7 @@ fn open(
     name: &str,
     (reference, patches_only, presets): (Option<&Path>, bool, Option<u8>),
     feed: Feed,
-    every: Duration,
+    (every, pin): (Duration, bool),
 ) -> anyhow::Result<Round> {
     let say_cut =
         |name: &str| say(&format!("{name}: the newest line was cut by a crash and is left out."));
@@ -369,7 +377,10 @@ fn open(
     let places = if let Some(most) = presets {
         Places::presets((folder, name), reference, own, usize::from(most), say_cut)?
     } else {
-        let (camera, was_cut) = WatchedCamera::open(folder, name, reference, own)?;
+        let (mut camera, was_cut) = WatchedCamera::open(folder, name, reference, own)?;
+        if pin {
+            camera.pin();
+        }
         if was_cut {
             say_cut(name);
         }

@@ -95,6 +95,11 @@ impl Places {
         Ok(Self { cameras, presets: Some(presets) })
     }
 
+    /// True for the first looks at a camera still to be pinned.
+    pub(super) fn is_to_be_pinned(&self) -> bool {
+        self.cameras.iter().any(WatchedCamera::is_to_be_pinned)
+    }
+
     /// Each place as a separate camera.
     pub fn cameras(&self) -> &[WatchedCamera] {
         &self.cameras

@@ -21,6 +21,9 @@ use boresight_watch::NoAnswer;
 /// Time by which a picture may come after a later one.
 const HOUR_SECS: f64 = 3600.0;
 
+/// Time between two looks while a camera is being pinned: six of them are within a minute.
+const PINNING: Duration = Duration::from_secs(5);
+
 /// Time between two checks for a due camera or a request to stop.
 const LOOK: Duration = Duration::from_millis(200);
 
@@ -197,7 +200,8 @@ pub fn run(
             // The end of one source ends no other.
             let looked = caught(|| round.look(stop, hear, announcer))
                 .unwrap_or_else(|panic| Err(anyhow::anyhow!("the program failed ({panic})")));
-            let is_over = is_once
+            let is_pinning = matches!(round.feed, Feed::Live(_)) && round.places.is_to_be_pinned();
+            let is_over = is_once && !is_pinning
                 || matches!(round.feed, Feed::Files(_) | Feed::Recorded(_) | Feed::Street(_));
             match looked {
                 Err(err) => {
@@ -208,7 +212,8 @@ pub fn run(
                 }
                 Ok(()) => {
                     // Looks longer than the interval aren't made up for.
-                    let next = (due + round.every).max(Instant::now());
+                    let every = if is_pinning { round.every.min(PINNING) } else { round.every };
+                    let next = (due + every).max(Instant::now());
                     lock().push((next, round));
                 }
             }

@@ -67,7 +67,7 @@ pub struct Amounts {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FindingLine {
-    /// `ALSO-SHIFTED`, `SWAYS-MORE` or `SHAKES`.
+    /// `PINNED`, `ALSO-SHIFTED`, `SWAYS-MORE` or `SHAKES`.
     pub code: &'static str,
     /// In a sentence.
     pub sentence: String,

@@ -225,6 +225,10 @@ pub fn smallest_visible(decision: &Decision, scale: &Scale<'_>) -> String {
 /// Finding in a sentence.
 pub fn finding(finding: &Finding) -> String {
     match finding {
+        Finding::Pinned => {
+            "It's pinned: compared with its first pictures, with wide limits until it's learned."
+                .into()
+        }
         Finding::AlsoShifted => "It was also shifted: the direction is approximate.".into(),
         Finding::SwaysMore { was_px, is_px } => {
             format!(

@@ -105,6 +105,13 @@ impl Cycle {
         Some(cycle)
     }
 
+    /// Pin: a constant of a few answers, without a wave. `scatter_px` as [`Self::scatter_px`].
+    pub(crate) fn pinned(values_px: &[Vector4<f64>], scatter_px: Vector4<f64>) -> Self {
+        let mut terms = SMatrix::<f64, TERMS, 4>::zeros();
+        terms.set_row(0, &median4(values_px).transpose());
+        Self { terms, scatter_px, slots: 0 }
+    }
+
     /// Value at the hour for a camera that stays, px.
     pub fn at(&self, at_secs: f64) -> Vector4<f64> {
         self.terms.transpose() * harmonics(at_secs)

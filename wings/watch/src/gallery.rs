@@ -95,8 +95,43 @@ impl Gallery {
         glances: &[Glance],
         size: usize,
         mask: &Mask,
-        mut load: impl FnMut(usize) -> Option<View>,
+        load: impl FnMut(usize) -> Option<View>,
     ) -> Self {
+        Self::with_ties(lens, glances, size, mask, load).0
+    }
+
+    /// Learns as [`Self::learn`], but keeps only references tied to the first picture: of others,
+    /// nobody knows whether the camera stood as it had.
+    pub fn learn_tied(
+        lens: &Lens,
+        glances: &[Glance],
+        size: usize,
+        mask: &Mask,
+        load: impl FnMut(usize) -> Option<View>,
+    ) -> Self {
+        let (mut gallery, ties) = Self::with_ties(lens, glances, size, mask, load);
+        let mut tied: Vec<bool> = (0..glances.len()).map(|picture| picture == 0).collect();
+        let mut is_tied = vec![false; gallery.references.len()];
+        let mut pairs: Vec<_> = ties.iter().map(|tie| (tie.reference, tie.picture)).collect();
+        for (k, reference) in gallery.references.iter().enumerate() {
+            let own = glances.iter().position(|g| g.taken_secs == reference.taken_secs);
+            pairs.extend(own.map(|picture| (k, picture)));
+        }
+        while let Some((k, picture)) = pairs.iter().find(|(k, p)| is_tied[*k] != tied[*p]) {
+            (is_tied[*k], tied[*picture]) = (true, true);
+        }
+        let mut is_tied = is_tied.into_iter();
+        gallery.references.retain(|_| is_tied.next().unwrap_or_default());
+        gallery
+    }
+
+    fn with_ties(
+        lens: &Lens,
+        glances: &[Glance],
+        size: usize,
+        mask: &Mask,
+        mut load: impl FnMut(usize) -> Option<View>,
+    ) -> (Self, Vec<Tie>) {
         let chosen: Vec<(usize, Reference)> = choose(glances, size)
             .into_iter()
             .filter_map(|k| Some((k, Reference::of(&load(k)?, glances[k].taken_secs, lens, mask))))
@@ -128,7 +163,7 @@ impl Gallery {
         }
         gallery.set_offsets(&ties, glances.len());
         gallery.set_modes();
-        gallery
+        (gallery, ties)
     }
 
     /// Least squares of the turns of references and pictures from the turns between them, one

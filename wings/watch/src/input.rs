@@ -28,6 +28,9 @@ pub enum Input {
         references: u32,
         /// The learning pictures.
         samples: Vec<LearnedSample>,
+        /// True if the camera is pinned: compared with these pictures until it's learned.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        pinned: bool,
     },
     /// A person accepted the camera as it stands, so learning starts again.
     Accepted {

@@ -17,7 +17,7 @@ const CLIP: f64 = 6.0;
 /// Time limit for seeing a promised change.
 pub(crate) const SEEN_WITHIN_SECS: f64 = 2.0 * DAY_SECS;
 /// Persistent change seen within the time limit, in standard deviations, with half of one to spare.
-const VISIBLE: f64 = ALLOWANCE + LIMIT * SLOT_SECS / SEEN_WITHIN_SECS + 0.5;
+pub(crate) const VISIBLE: f64 = ALLOWANCE + LIMIT * SLOT_SECS / SEEN_WITHIN_SECS + 0.5;
 
 /// Sum for each parameter and direction (CUSUM, Page 1954), and the last hours.
 #[derive(Clone, Debug)]
@@ -30,6 +30,9 @@ pub struct Sequential {
     /// Pointing of the camera since the last jump, px from the cycle.
     pointing_px: Vector4<f64>,
     width_px: f64,
+    /// True for a pinned camera: its newest answers alone tell, and the smallest visible change is
+    /// a jump.
+    is_pinned: bool,
 }
 
 /// Factor on a camera's behaviour so far that still counts as usual.
@@ -101,7 +104,13 @@ impl Sequential {
             recent: Vec::new(),
             pointing_px: Vector4::zeros(),
             width_px,
+            is_pinned: false,
         }
+    }
+
+    /// Fresh test of a pinned camera.
+    pub(crate) fn pinned(width_px: f64) -> Self {
+        Self { is_pinned: true, ..Self::new(width_px) }
     }
 
     /// Scatter for judging a distance from the cycle, px: the camera's own, but at least a third of
@@ -143,6 +152,9 @@ impl Sequential {
         }
         self.recent.retain(|(at, _)| at_secs - at < SLOT_SECS);
         self.recent.push((at_secs, *off_px));
+        if self.is_pinned {
+            self.recent.drain(..self.recent.len().saturating_sub(SEVERAL));
+        }
         self.jump(&scale_px);
         let alarms = std::array::from_fn(|i| self.sums.iter().any(|sum| sum[i] > LIMIT));
         let values: Vec<Vector4<f64>> = self.recent.iter().map(|(_, off)| *off).collect();
@@ -161,7 +173,8 @@ impl Sequential {
         let all = |i: usize, side: f64, from_px: f64, least: f64| {
             newest.iter().all(|(_, off)| side * (off[i] - from_px) > least * scale_px[i])
         };
-        let is_far = |i: usize, side| all(i, side, self.pointing_px[i], CLIP);
+        let least = if self.is_pinned { VISIBLE } else { CLIP };
+        let is_far = |i: usize, side| all(i, side, self.pointing_px[i], least);
         let jumped: Vec<usize> = (0..4).filter(|i| is_far(*i, 1.0) || is_far(*i, -1.0)).collect();
         if jumped.is_empty() {
             return;

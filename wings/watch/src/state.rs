@@ -45,6 +45,8 @@ pub enum Cause {
 /// Finding for a person besides the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
+    /// Compared with a few pictures only, until learned: the limits are wide.
+    Pinned,
     /// Shifted, too: part of the scene no longer agrees with a turn.
     AlsoShifted,
     /// Mount sways more than before: the limits have followed.
@@ -104,6 +106,7 @@ impl Finding {
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
+            Self::Pinned => "PINNED",
             Self::AlsoShifted => "ALSO-SHIFTED",
             Self::SwaysMore { .. } => "SWAYS-MORE",
             Self::Shakes { .. } => "SHAKES",

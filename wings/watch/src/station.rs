@@ -90,6 +90,8 @@ pub struct Station {
     next_learning: usize,
     /// True once the three days are over.
     pub is_learned: bool,
+    /// True if the first references are a pin, to which all others are tied.
+    pub is_pinned: bool,
     tracks: Vec<(usize, Track)>,
     uses: Vec<f64>,
     candidates: Vec<(f64, Reference)>,
@@ -111,6 +113,7 @@ impl Station {
             seen: 0,
             next_learning: FIRST_POOL,
             is_learned: false,
+            is_pinned: false,
             tracks: Vec::new(),
             uses: Vec::new(),
             candidates: Vec::new(),
@@ -164,7 +167,8 @@ impl Station {
         for (number, _) in &self.pool {
             shelf.drop(*number);
         }
-        *self = Self { seen: self.seen, ..Self::new(self.lens.clone()) };
+        let (seen, is_pinned) = (self.seen, self.is_pinned);
+        *self = Self { seen, is_pinned, ..Self::new(self.lens.clone()) };
     }
 
     /// Measures a picture, with the far search if needed.
@@ -177,7 +181,7 @@ impl Station {
             Err(NoAnswer::NoReferences) => Err(NoAnswer::NoReferences),
             Err(NoAnswer::OtherSize) => Err(NoAnswer::OtherSize),
             Err(NoAnswer::TooDark) => Err(NoAnswer::TooDark),
-            Err(reason) if self.is_learned => {
+            Err(reason) if self.is_learned || self.is_pinned => {
                 self.gallery.measure_far(view, &self.lens).map_err(|_| reason)
             }
             answer => answer,
@@ -253,7 +257,8 @@ impl Station {
             self.next_learning = 2 * self.next_learning.clamp(FIRST_POOL, usize::MAX / 2);
             let samples = self.learn(shelf);
             let references = self.gallery.references.len() as u32;
-            looked.inputs.push(Input::Learned { at: at_secs, references, samples });
+            let pinned = self.is_pinned;
+            looked.inputs.push(Input::Learned { at: at_secs, references, samples, pinned });
             looked.references_changed = true;
         }
         if is_over {
@@ -305,9 +310,9 @@ impl Station {
         self.mask = Mask::of(&pictures);
         drop(pictures);
         let size = SIZE.min(numbers.len());
-        self.gallery = Gallery::learn(&self.lens, &glances, size, &self.mask, |i| {
-            shelf.take(numbers[i]).map(View::of)
-        });
+        let load = |i: usize| shelf.take(numbers[i]).map(View::of);
+        let learn = if self.is_pinned { Gallery::learn_tied } else { Gallery::learn };
+        self.gallery = learn(&self.lens, &glances, size, &self.mask, load);
         let mut samples = Vec::new();
         for (number, glance) in &self.pool {
             let Some(view) = shelf.take(*number).map(View::of) else { continue };

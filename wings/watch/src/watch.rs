@@ -10,7 +10,7 @@ use crate::{
     fit::SHARED,
     input::{Answer, Input, Picture, turn_of},
     measure::NoAnswer,
-    sequential::{MARGIN, SEEN_WITHIN_SECS, Sequential},
+    sequential::{MARGIN, RELEVANT, SEEN_WITHIN_SECS, Sequential, VISIBLE},
     slot::{DAY_SECS, HOUR_SECS, SEVERAL, lived_secs},
     state::{Cause, Decision, Finding, State},
     turn::{Lens, px_per_turn},
@@ -23,6 +23,11 @@ const LEARNING_HOURS: f64 = 20.0;
 /// limits until then: one day can't show the daily cycle.
 pub(crate) const SETTLED_SECS: f64 = 3.0 * DAY_SECS;
 const UNSETTLED: f64 = 3.0;
+/// Number of answers of a pin, and Student's t of their scatter: one in ten thousand to a side.
+const PIN_ANSWERS: usize = 6;
+const PIN_T: f64 = 9.68;
+/// Largest scatter of a pin, in relevant changes: a camera that shakes more is in a hand.
+const PIN_SCATTER: f64 = 4.0;
 /// Time over which the cycle follows the season.
 const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
 /// Threshold of a changed focal length, in standard deviations including the lens's own error.
@@ -52,6 +57,8 @@ pub struct Watch {
     /// Cycle of the learning days, whose constant is kept.
     first: Option<Cycle>,
     cycle: Option<Cycle>,
+    /// Time of the pin, and its scatter, as that of a cycle.
+    pin: Option<(f64, Vector4<f64>)>,
     /// Time of the first learning picture.
     began_secs: Option<f64>,
     relearned_secs: f64,
@@ -61,6 +68,8 @@ pub struct Watch {
     /// Time of the newest answer that vouches for the camera, and number of such answers in a row.
     vouched_secs: Option<f64>,
     vouched: usize,
+    /// Number of looks since.
+    unvouched: usize,
     /// Kind of change, until the camera is back or accepted.
     kind: Option<State>,
     test: Sequential,
@@ -88,12 +97,14 @@ impl Watch {
             samples: VecDeque::new(),
             first: None,
             cycle: None,
+            pin: None,
             began_secs: None,
             relearned_secs: f64::NEG_INFINITY,
             newest_secs: None,
             lived_secs: 0.0,
             vouched_secs: None,
             vouched: 0,
+            unvouched: 0,
             kind: None,
             test: Sequential::new(width_px),
             condition: Condition::default(),
@@ -124,7 +135,7 @@ impl Watch {
                 self.decision.reference_secs = *at;
                 self.decision.since_secs = *at;
             }
-            Input::Learned { at, samples, .. } => {
+            Input::Learned { at, samples, pinned, .. } => {
                 let to_px = |turn| turn_of(turn).vector().component_mul(&self.px_per_turn);
                 self.samples = samples
                     .iter()
@@ -136,6 +147,9 @@ impl Watch {
                 self.first = None;
                 self.test = Sequential::new(self.width_px);
                 self.decision.reference_secs = *at;
+                if *pinned && !self.is_pinned() {
+                    self.pin = self.pin_scatter_px().map(|scatter_px| (*at, scatter_px));
+                }
                 self.learn(*at);
             }
             Input::Picture(picture) => self.picture(picture),
@@ -165,9 +179,22 @@ impl Watch {
         self.test.may_be_left_px(&self.scatter_px().unwrap_or_default())
     }
 
+    /// True from the pin of a camera on.
+    pub fn is_pinned(&self) -> bool {
+        self.pin.is_some()
+    }
+
+    /// Asks for answers anew: what was said before vouches for nothing.
+    pub fn ask(&mut self, at_secs: f64) {
+        if self.cycle.is_some() {
+            let reason = NoAnswer::Unconfirmed;
+            self.doubt(State::CannotTell { reason, before: None }, at_secs);
+        }
+    }
+
     /// True after three days of learning.
     pub fn is_settled(&self) -> bool {
-        self.cycle.is_some() && self.lived_secs >= SETTLED_SECS
+        self.first.is_some() && self.lived_secs >= SETTLED_SECS
     }
 
     fn picture(&mut self, picture: &Picture) {
@@ -223,7 +250,10 @@ impl Watch {
         let told = self.kind.and(self.decision.answered_secs);
         let used = told.or(self.vouched_secs).or(self.began_secs);
         self.vouched = 0;
-        if used.is_none_or(|used| at_secs - used > patience) {
+        self.unvouched += 1;
+        let is_long = used.is_none_or(|used| at_secs - used > patience);
+        let is_told = matches!(self.decision.state, State::CannotTell { .. });
+        if is_long || is_told || (self.is_only_pinned() && self.unvouched >= SEVERAL) {
             self.doubt(State::CannotTell { reason, before }, used.unwrap_or(at_secs));
         }
     }
@@ -244,6 +274,7 @@ impl Watch {
         self.gaps.retain(|(at, _)| at_secs - at < FOLLOWED_SECS);
         self.vouched_secs = Some(at_secs);
         self.vouched += 1;
+        self.unvouched = 0;
     }
 
     /// Reason for an answer not to vouch for a camera that points where it did.
@@ -314,6 +345,7 @@ impl Watch {
                 _ => kind,
             });
             self.kind = Some(state);
+            self.unvouched = 0;
             self.doubt(state, since);
         } else if let Some(reason) = lack {
             match self.kind {
@@ -332,7 +364,7 @@ impl Watch {
         }
         if self.decision.state == State::Ok {
             self.samples.push_back(sample);
-            if self.is_settled() {
+            if self.is_settled() || self.is_only_pinned() {
                 let followed = |usual: Option<f64>, now: f64| {
                     Some(usual.map_or(now, |usual| 0.99 * usual + 0.01 * now))
                 };
@@ -343,8 +375,52 @@ impl Watch {
             }
         }
         self.samples.retain(|s| at_secs - s.at_secs < FOLLOWED_SECS);
-        self.follow(at_secs);
+        if self.is_only_pinned() {
+            self.learn(at_secs);
+        } else {
+            self.follow(at_secs);
+        }
         self.decision.findings = self.findings(&cycle);
+    }
+
+    /// True until a pinned camera is learned.
+    fn is_only_pinned(&self) -> bool {
+        self.is_pinned() && self.first.is_none()
+    }
+
+    /// Scatter of the first answers, with which the smallest visible change bounds one more of
+    /// them. `None` if they are too few, or the camera wasn't still.
+    fn pin_scatter_px(&self) -> Option<Vector4<f64>> {
+        let count = self.samples.len() as f64;
+        let mean: Vector4<f64> =
+            self.samples.iter().map(|s| s.value_px).sum::<Vector4<f64>>() / count;
+        let square = |s: &Sample| (s.value_px - mean).map(|off| off * off);
+        let sum: Vector4<f64> = self.samples.iter().map(square).sum();
+        let sd_px = sum.map(|sum| (sum / (count - 1.0)).sqrt());
+        let is_still = sd_px.amax() < PIN_SCATTER * RELEVANT * self.width_px;
+        let factor = PIN_T * (1.0 + 1.0 / count).sqrt() / (UNSETTLED * VISIBLE);
+        (self.samples.len() >= PIN_ANSWERS && is_still).then_some(sd_px * factor)
+    }
+
+    /// Compares the camera with the first answers of its pin.
+    fn take_pin(&mut self, at_secs: f64) {
+        let (Some((pinned_secs, scatter_px)), None) = (self.pin, &self.cycle) else { return };
+        let first = self.samples.iter().filter(|s| s.at_secs <= pinned_secs);
+        let values_px: Vec<Vector4<f64>> = first.map(|s| s.value_px).collect();
+        if values_px.is_empty() {
+            return;
+        }
+        self.cycle = Some(Cycle::pinned(&values_px, scatter_px));
+        self.test = Sequential::pinned(self.width_px);
+        let wide_px = self.test.scale_px(&scatter_px) * UNSETTLED;
+        self.decision.smallest_visible_px = self.test.smallest_visible_px(&wide_px);
+        if let State::Learning { .. } = self.decision.state {
+            self.decision.reference_secs = pinned_secs;
+            self.vouched = SEVERAL;
+            self.unvouched = 0;
+            self.vouched_secs = Some(at_secs);
+            self.enter(State::Ok, at_secs);
+        }
     }
 
     /// Learns from a picture older than earlier arrivals. The newer ones determine the camera's
@@ -366,6 +442,10 @@ impl Watch {
         let hours = lived_secs(self.samples.iter().map(|s| s.at_secs)) / HOUR_SECS;
         let pictures = self.samples.len();
         if pictures < LEARNING_ANSWERS || hours < LEARNING_HOURS {
+            self.take_pin(at_secs);
+            if self.cycle.is_some() {
+                return;
+            }
             let since = self.began_secs.unwrap_or(at_secs);
             self.enter(State::Learning { pictures, hours }, since);
             return;
@@ -373,6 +453,10 @@ impl Watch {
         let samples: Vec<Sample> = self.samples.iter().copied().collect();
         self.cycle = Cycle::learn(&samples, self.width_px, None);
         self.first.clone_from(&self.cycle);
+        if self.is_pinned() {
+            self.test = Sequential::new(self.width_px);
+            self.decision.usual_seen = None;
+        }
         self.relearned_secs = at_secs;
         self.condition.set_usual();
         if let Some(cycle) = &self.cycle {
@@ -428,6 +512,7 @@ impl Watch {
 
     fn findings(&self, cycle: &Cycle) -> Vec<Finding> {
         let mut found = Vec::new();
+        found.extend(self.is_only_pinned().then_some(Finding::Pinned));
         if let (State::Moved(_), Some(usual)) = (self.decision.state, self.usual_share) {
             let mut now: Vec<f64> = self.shares.iter().copied().collect();
             let share = crate::fit::median(&mut now).unwrap_or(usual);
