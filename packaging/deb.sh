@@ -38,6 +38,7 @@ install -D -m 644 $shared/boresight.desktop "$root/usr/share/applications/boresi
 install -D -m 644 $shared/boresight.svg "$root/usr/share/icons/hicolor/scalable/apps/boresight.svg"
 install -D -m 644 $shared/boresight.mime.xml "$root/usr/share/mime/packages/boresight.xml"
 install -D -m 644 -t "$root/usr/share/metainfo" $shared/*.metainfo.xml
+install -D -m 644 -t "$root/usr/lib/systemd/system" $shared/boresight-watch.service
 
 doc=$root/usr/share/doc/boresight
 mkdir -p "$doc"

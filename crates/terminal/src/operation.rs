@@ -3,8 +3,9 @@
 
 use std::{
     ffi::OsString,
+    io::Write,
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::{Command, ExitStatus, Stdio},
     slice,
     sync::{Arc, Mutex, PoisonError},
     thread::{Builder, JoinHandle},
@@ -112,11 +113,14 @@ impl Operation {
             metrics.concluded(result);
         }
         if let Some(on_finish) = &self.on_finish {
-            on_finish.start(vec![
-                ("BORESIGHT_RESULT", file.into()),
-                ("BORESIGHT_SESSION", folder.into()),
-                ("BORESIGHT_VERDICT", verdict.into()),
-            ]);
+            on_finish.start(
+                vec![
+                    ("BORESIGHT_RESULT", file.into()),
+                    ("BORESIGHT_SESSION", folder.into()),
+                    ("BORESIGHT_VERDICT", verdict.into()),
+                ],
+                None,
+            );
         }
     }
 }
@@ -163,10 +167,10 @@ impl OnFinish {
         Self { command, running: Mutex::default() }
     }
 
-    /// Starts the command with `variables`. A failure is reported and changes nothing else. Its
+    /// Starts the command with `variables`, and `input` to read from stdin. A failure is reported and changes nothing else. Its
     /// output goes to stderr: at once for people, and as messages at the end for a reader of JSON
     /// lines.
-    pub fn start(&self, variables: Vec<(&'static str, OsString)>) {
+    pub fn start(&self, variables: Vec<(&'static str, OsString)>, input: Option<String>) {
         let mut shell = if cfg!(windows) {
             let mut shell = Command::new("cmd");
             shell.arg("/C");
@@ -187,7 +191,10 @@ impl OnFinish {
         };
         let command = self.command.clone();
         let waiting = Builder::new().name("on finish".into()).spawn(move || {
-            let ended = shell.status();
+            let ended = match input {
+                None => shell.status(),
+                Some(text) => run_with(&mut shell, &text),
+            };
             if let Some(written) = written {
                 written.say();
             }
@@ -205,6 +212,16 @@ impl OnFinish {
             Err(err) => say(&format!("The command of --on-finish could not be started ({err})")),
         }
     }
+}
+
+/// Runs a command that may read `text` from stdin.
+fn run_with(command: &mut Command, text: &str) -> std::io::Result<ExitStatus> {
+    let mut running = command.stdin(Stdio::piped()).spawn()?;
+    if let Some(mut stdin) = running.stdin.take() {
+        // A command that doesn't read it ends as it likes.
+        let _ = stdin.write_all(text.as_bytes());
+    }
+    running.wait()
 }
 
 /// Output of a command, in a file: unlike a pipe, it isn't held open by processes left running.

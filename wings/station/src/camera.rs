@@ -288,7 +288,7 @@ impl WatchedCamera {
             self.newest_secs = Some(picture.at);
         }
         let at = picture.at as i64;
-        if let Some(NoAnswer::NoPicture | NoAnswer::WrongClock) = picture.none {
+        if picture.none.is_some_and(|none| !none.is_of_a_picture()) {
             self.unread.insert(at);
             return;
         }

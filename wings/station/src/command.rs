@@ -1,10 +1,9 @@
 //! `boresight watch`.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeSet,
     io::{BufRead, IsTerminal},
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError},
     time::Duration,
 };
 
@@ -16,9 +15,11 @@ use serde_json::json;
 #[cfg(feature = "serve")]
 use crate::phone_page::adjust_page;
 use crate::{
-    self as watch, CameraMetrics, Feed, Places, Round, StateLine, Store, WatchedCamera, words,
+    self as watch, Feed, Places, Round, StateLine, Store, WatchedCamera,
+    heard::{Metrics, Told, start},
+    words,
 };
-use boresight_app::{Exit, commands::paths::WATCH, prometheus::Page};
+use boresight_app::{Exit, commands::paths::WATCH};
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, may_save, read_text};
 use boresight_run::config::Config;
 use boresight_terminal::{
@@ -90,9 +91,10 @@ pub struct Arguments {
     /// Write the states to this file for Prometheus' node exporter.
     #[arg(long, value_name = "FILE.prom")]
     metrics: Option<PathBuf>,
-    /// Run this command with the shell when a camera's state changes, and with --once at the end.
-    /// BORESIGHT_CAMERA is its name, BORESIGHT_STATE the state, BORESIGHT_SENTENCE what is said,
-    /// BORESIGHT_STORE its folder.
+    /// Run this command with the shell when a camera's state changes or has a new finding or
+    /// reason, and with --once at the end. BORESIGHT_CAMERA is its name, BORESIGHT_STATE the state,
+    /// BORESIGHT_SENTENCE what is said, BORESIGHT_STORE its folder. On its stdin is the line of
+    /// --json, for `curl --data-binary @- URL` or `mosquitto_pub -l -t TOPIC`.
     #[arg(long, value_name = "COMMAND")]
     on_finish: Option<String>,
     /// Print a JSON object on stdout for each picture, or with --once for each camera.
@@ -238,14 +240,11 @@ impl Arguments {
         let stop = stop_flag()?;
         let on_finish = self.on_finish.clone().map(OnFinish::new);
         let metrics = self.metrics.as_ref().map(|path| Metrics::new(path.clone()));
-        let before: Mutex<BTreeMap<String, &'static str>> = Mutex::new(
-            rounds
-                .iter()
-                .flat_map(|round| round.places.cameras())
-                .map(|camera| (camera.name().to_owned(), camera.watch().decision().state.code()))
-                .collect(),
-        );
-        let hear = |camera: &WatchedCamera, decision: &Decision| {
+        let told = Told::default();
+        for camera in rounds.iter().flat_map(|round| round.places.cameras()) {
+            told.is_new(&StateLine::of(camera));
+        }
+        let hear = |camera: &WatchedCamera, _: &Decision| {
             if let Some(metrics) = &metrics {
                 metrics.note(camera);
             }
@@ -253,15 +252,10 @@ impl Arguments {
                 // A closed reader ends nothing.
                 let _ = serde_json::to_string(&StateLine::of(camera)).map(|line| print(&line));
             }
-            let code = decision.state.code();
-            let was = before
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .insert(camera.name().to_owned(), code);
-            if was == Some(code) {
+            let line = StateLine::of(camera);
+            if !told.is_new(&line) {
                 return;
             }
-            let line = StateLine::of(camera);
             log("state", || json!(line));
             say(&format!(
                 "{}  {}: {}. {} {}",
@@ -387,43 +381,6 @@ fn open(
         Places::one(camera)
     };
     Ok(Round { name: name.into(), places, feed, every })
-}
-
-fn start(on_finish: &OnFinish, camera: &WatchedCamera, line: &StateLine) {
-    on_finish.start(vec![
-        ("BORESIGHT_CAMERA", line.camera.clone().into()),
-        ("BORESIGHT_STATE", line.state.into()),
-        ("BORESIGHT_SENTENCE", format!("{} {}", line.sentence, line.action).trim().into()),
-        ("BORESIGHT_STORE", camera.folder().into()),
-    ]);
-}
-
-/// File of `--metrics`: looking at a camera replaces its part.
-struct Metrics {
-    path: PathBuf,
-    parts: Mutex<BTreeMap<String, CameraMetrics>>,
-}
-
-impl Metrics {
-    fn new(path: PathBuf) -> Self {
-        Self { path, parts: Mutex::default() }
-    }
-
-    fn note(&self, camera: &WatchedCamera) {
-        let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
-        parts.insert(camera.name().to_owned(), CameraMetrics::of(camera));
-        drop(parts);
-        self.write(&announcer());
-    }
-
-    fn write(&self, announcer: &boresight_app::Announcer) {
-        let parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut page = Page::at(&self.path);
-        watch::metrics(&mut page, &parts.values().collect::<Vec<_>>());
-        if let Err(err) = page.save(&self.path) {
-            announcer.say(&format!("The metrics couldn't be written: {err}"));
-        }
-    }
 }
 
 fn adjust(

@@ -11,8 +11,9 @@ use image::GrayImage;
 use super::times::{PictureTime, changed_secs, now_secs, picture_time};
 use crate::street::Street;
 use boresight_app::{Announcer, session::source::SourceName};
-use boresight_capture::{Arrival, FrameSource, is_picture, read_picture};
+use boresight_capture::{Arrival, CaptureError, FrameSource, is_picture, read_picture};
 use boresight_files::{entries, is_same_file};
+use boresight_geometry::device::{CameraEvent, Fault};
 use boresight_present::text::is_simulated;
 use boresight_run::config::Config;
 use boresight_watch::Lens;
@@ -274,6 +275,11 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
         match source.next_frame(Duration::from_millis(100))? {
             Arrival::Frame(frame) => return Ok(frame.image.clone()),
             Arrival::End => bail!("the source has ended"),
+            Arrival::Event(
+                CameraEvent::Lost { fault, detail } | CameraEvent::Doubtful { fault, detail },
+            ) if [Fault::Frozen, Fault::NotLoggedIn, Fault::Unreachable].contains(&fault) => {
+                return Err(CaptureError::Camera { fault, detail }.into());
+            }
             Arrival::Event(_) | Arrival::NothingYet if Instant::now() < until => {}
             Arrival::Event(_) | Arrival::NothingYet => bail!("no picture came in time"),
         }
@@ -288,7 +294,8 @@ fn next(source: &mut dyn FrameSource, until: Instant) -> anyhow::Result<GrayImag
 pub(super) fn read_moment(taken: Taken, file: &PictureFile) -> anyhow::Result<Moment> {
     let PictureFile { path, before, .. } = file;
     if let Some(before) = before.as_ref().filter(|before| is_same_file(path, before)) {
-        bail!("{path:?} is {before:?} again, byte for byte: the camera or its upload has stopped");
+        let again = format!("{path:?} is {before:?} again, byte for byte");
+        return Err(CaptureError::Camera { fault: Fault::Frozen, detail: again }.into());
     }
     let grey = read_picture(path).with_context(|| format!("{path:?}"))?;
     Ok(Moment { taken, burst: vec![grey] })

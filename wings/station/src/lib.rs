@@ -11,6 +11,7 @@
 //! | `rounds` | many cameras, each at its interval |
 //! | `adjusting` | helps to push a camera back |
 //! | `curve` | one camera over time, as it's drawn |
+//! | `heard` | a command at each change, and Prometheus |
 //! | `said`, `words` | the state for people, programs and Prometheus |
 //! | `report` | a drawing of one camera over time |
 //! | `window_page`, `phone_page` | the way back of a camera that was pushed, in the window and on a phone |
@@ -27,6 +28,7 @@ pub mod command;
 mod curve;
 mod exif;
 mod feed;
+mod heard;
 #[cfg(feature = "serve")]
 mod phone_page;
 mod places;

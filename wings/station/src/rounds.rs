@@ -15,7 +15,8 @@ use super::{
     times::now_secs,
 };
 use boresight_app::{Announcer, explain};
-use boresight_geometry::{frame::ImageSize, panic_message::caught};
+use boresight_capture::CaptureError;
+use boresight_geometry::{device::Fault, frame::ImageSize, panic_message::caught};
 use boresight_watch::NoAnswer;
 
 /// Time by which a picture may come after a later one.
@@ -134,10 +135,27 @@ impl Round {
                     Err(err) => (NoAnswer::OtherSize, err),
                 }
             }
-            Err(err) => (NoAnswer::NoPicture, err),
+            Err(err) => (reason_of(&err), err),
         };
         announcer.say(&format!("{}: {err:#}", self.name));
+        if let Some(action) = explain(&err) {
+            announcer.say(&action);
+        }
         self.places.no_picture(reason, taken, hear)
+    }
+}
+
+/// Why no picture came, by the error of its source.
+fn reason_of(err: &anyhow::Error) -> NoAnswer {
+    let fault = err.chain().find_map(|cause| match cause.downcast_ref()? {
+        CaptureError::Camera { fault, .. } => Some(*fault),
+        _ => None,
+    });
+    match fault {
+        Some(Fault::NotLoggedIn) => NoAnswer::NotLoggedIn,
+        Some(Fault::Unreachable | Fault::NotFound) => NoAnswer::NotReached,
+        Some(Fault::Frozen) => NoAnswer::Frozen,
+        _ => NoAnswer::NoPicture,
     }
 }
 

@@ -1,6 +1,7 @@
 //! State of a watched camera for people and programs.
 
 use serde::Serialize;
+use serde_json::Value;
 
 use super::{
     camera::WatchedCamera,
@@ -35,6 +36,8 @@ pub struct StateLine {
     pub off: Option<Amounts>,
     /// The smallest change that is found within two days; `null` while learning.
     pub smallest_visible: Option<Amounts>,
+    /// Why there is no answer, such as `no-picture`; `null` if there is one.
+    pub reason: Option<String>,
     /// When the references were learned.
     pub reference: String,
     /// When a picture last had an answer; empty if none had.
@@ -135,6 +138,7 @@ impl StateLine {
                 off: is_known.then(|| Amounts::of(&decision.off_px, lens)),
                 smallest_visible: is_known
                     .then(|| Amounts::of(&decision.smallest_visible_px, lens)),
+                reason: reason(decision),
                 reference: for_programs(decision.reference_secs),
                 answered: time(decision.answered_secs),
                 pictures,
@@ -157,6 +161,19 @@ impl StateLine {
         lines.extend(self.findings.iter().map(|f| format!("  {}", f.sentence)));
         lines.push(format!("  {smallest}"));
         lines
+    }
+}
+
+/// Stable name of the reason for having no answer, as in the store's lines.
+fn reason(decision: &Decision) -> Option<String> {
+    let reason = match decision.state {
+        State::CannotTell { reason, .. } => Some(reason),
+        _ => decision.lacks,
+    };
+    // A reason with numbers is an object of one key.
+    match serde_json::to_value(reason?).ok()? {
+        Value::Object(named) => named.into_iter().next().map(|(name, _)| name),
+        name => name.as_str().map(str::to_owned),
     }
 }
 
@@ -226,6 +243,19 @@ pub fn metrics(page: &mut Page, cameras: &[&CameraMetrics]) {
         help,
         states.iter().map(|(labels, value)| (&labels[..], *value)),
     );
+    let findings = cameras.iter().flat_map(|camera| {
+        let name = camera.line.camera.as_str();
+        camera.line.findings.iter().map(move |f| [("camera", name), ("finding", f.code)])
+    });
+    let findings: Vec<_> = findings.collect();
+    let help = "1 for each finding besides the state.";
+    page.add("boresight_watch_finding", help, findings.iter().map(|labels| (&labels[..], 1.0)));
+    let reasons = cameras.iter().filter_map(|CameraMetrics { line, .. }| {
+        Some([("camera", line.camera.as_str()), ("reason", line.reason.as_deref()?)])
+    });
+    let reasons: Vec<_> = reasons.collect();
+    let help = "1 for the reason why there is no answer.";
+    page.add("boresight_watch_reason", help, reasons.iter().map(|labels| (&labels[..], 1.0)));
     let mut gauge = |name: &str, help: &str, of: &dyn Fn(&CameraMetrics) -> Option<f64>| {
         let values: Vec<([(&str, &str); 1], f64)> = cameras
             .iter()

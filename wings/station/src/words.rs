@@ -203,6 +203,18 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
         NoAnswer::Unconfirmed => {
             ("its answers have only just come back".into(), "Wait for three answers in a row.")
         }
+        NoAnswer::NotLoggedIn => (
+            "the camera asks for another user name or password".into(),
+            "Name them in the source, as in rtsp://USER:PASSWORD@CAMERA/PATH.",
+        ),
+        NoAnswer::NotReached => (
+            "the camera isn't reached".into(),
+            "Check whether it's switched on, its address and the network.",
+        ),
+        NoAnswer::Frozen => (
+            "the same picture comes again and again".into(),
+            "Restart the camera, or what stores its pictures.",
+        ),
         NoAnswer::NoPicture => ("no picture comes".into(), "Check the camera and its connection."),
     }
 }
@@ -371,6 +383,7 @@ mod tests {
             reference_secs: 0.0,
             answered_secs: None,
             usual_seen: None,
+            lacks: None,
             findings: Vec::new(),
         }
     }

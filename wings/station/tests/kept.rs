@@ -13,8 +13,8 @@ use std::{
 use boresight_app::Announcer;
 use boresight_geometry::frame::ImageSize;
 use boresight_station::{
-    Access, Feed, Places, Recovered, Round, Store, Taken, WatchedCamera, accept, exit, recover,
-    street::Street, times,
+    Access, Feed, Places, Recovered, Round, StateLine, Store, Taken, WatchedCamera, accept, exit,
+    recover, street::Street, times,
 };
 use boresight_watch::{Lens, NoAnswer, State};
 use serde_json::Value;
@@ -335,6 +335,31 @@ fn one_wrong_picture_hides_none() {
     assert!(is_clock(ftp.state()));
     ftp.put(87, "latest.png", false);
     assert!(is_clock(ftp.state()));
+}
+
+#[test]
+fn a_state_comes_with_the_reason_why_no_answer_does() {
+    let mut ftp = Ftp::new();
+    let reason = |ftp: &mut Ftp| {
+        ftp.state();
+        StateLine::of(&ftp.round.places.cameras()[0]).reason
+    };
+    let name = ftp.at(80);
+    ftp.put(80, &name, false);
+    assert_eq!(reason(&mut ftp), None);
+    // Byte for byte again.
+    let folder = ftp.place.path().join("ftp");
+    fs::copy(folder.join(name), folder.join(ftp.at(81))).expect("copied");
+    assert_eq!(reason(&mut ftp).as_deref(), Some("frozen"));
+    let size =
+        std::mem::replace(&mut ftp.street.image_size, ImageSize { width_px: 160, height_px: 120 });
+    let name = ftp.at(82);
+    ftp.put(82, &name, false);
+    assert_eq!(reason(&mut ftp).as_deref(), Some("other-size"));
+    ftp.street.image_size = size;
+    let name = ftp.at(83);
+    ftp.put(83, &name, false);
+    assert_eq!(reason(&mut ftp), None);
 }
 
 #[test]

@@ -90,6 +90,12 @@ pub enum NoAnswer {
     OtherSize,
     /// No picture came.
     NoPicture,
+    /// No picture came: the camera asks for another user name or password.
+    NotLoggedIn,
+    /// No picture came: the camera isn't reached.
+    NotReached,
+    /// The same picture came again.
+    Frozen,
     /// The camera looks somewhere between its presets.
     BetweenPresets,
     /// The answer's interval reaches beyond the smallest visible change.
@@ -98,6 +104,14 @@ pub enum NoAnswer {
     Unconfirmed,
     /// The times of pictures lie ahead, or go back: a clock is wrong.
     WrongClock,
+}
+
+impl NoAnswer {
+    /// True if a new picture came, with a time that may be true.
+    pub fn is_of_a_picture(self) -> bool {
+        let none = [Self::NoPicture, Self::NotLoggedIn, Self::NotReached, Self::Frozen];
+        self != Self::WrongClock && !none.contains(&self)
+    }
 }
 
 /// Judges a fit.

@@ -122,6 +122,7 @@ impl Watch {
                 reference_secs: 0.0,
                 answered_secs: None,
                 usual_seen: None,
+                lacks: None,
                 findings: Vec::new(),
             },
         }
@@ -147,6 +148,7 @@ impl Watch {
                 self.first = None;
                 self.test = Sequential::new(self.width_px);
                 self.decision.reference_secs = *at;
+                self.decision.lacks = None;
                 if *pinned && !self.is_pinned() {
                     self.pin = self.pin_scatter_px().map(|scatter_px| (*at, scatter_px));
                 }
@@ -203,7 +205,8 @@ impl Watch {
             return;
         }
         let at_secs = picture.at;
-        let is_taken = !matches!(picture.none, Some(NoAnswer::NoPicture | NoAnswer::WrongClock));
+        self.decision.lacks = picture.none;
+        let is_taken = picture.none.is_none_or(NoAnswer::is_of_a_picture);
         if is_taken && self.is_set_back(at_secs) {
             let (reason, before) = (NoAnswer::WrongClock, None);
             self.doubt(State::CannotTell { reason, before }, at_secs);
@@ -414,8 +417,9 @@ impl Watch {
         self.test = Sequential::pinned(self.width_px);
         let wide_px = self.test.scale_px(&scatter_px) * UNSETTLED;
         self.decision.smallest_visible_px = self.test.smallest_visible_px(&wide_px);
+        self.decision.reference_secs = pinned_secs;
+        self.decision.findings = vec![Finding::Pinned];
         if let State::Learning { .. } = self.decision.state {
-            self.decision.reference_secs = pinned_secs;
             self.vouched = SEVERAL;
             self.unvouched = 0;
             self.vouched_secs = Some(at_secs);

@@ -69,6 +69,7 @@ impl Tripod {
 fn six_pictures_are_a_pin_with_wide_limits_that_are_said() {
     let mut camera = Tripod::pinned(6, 0.02);
     assert_eq!(camera.state(), State::Ok);
+    assert_eq!(camera.watch.decision().findings, [Finding::Pinned]);
     // A quarter of a per cent of the width.
     assert!((2.0..3.0).contains(&camera.limit_px()), "{}", camera.limit_px());
     let decision = camera.panned(0.0);

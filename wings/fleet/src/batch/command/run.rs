@@ -186,10 +186,13 @@ impl Arguments {
             _ => "failed",
         };
         if let Some(command) = &self.on_finish {
-            OnFinish::new(command.clone()).start(vec![
-                ("BORESIGHT_OUT", self.out.clone().into()),
-                ("BORESIGHT_VERDICT", verdict.into()),
-            ]);
+            OnFinish::new(command.clone()).start(
+                vec![
+                    ("BORESIGHT_OUT", self.out.clone().into()),
+                    ("BORESIGHT_VERDICT", verdict.into()),
+                ],
+                None,
+            );
         }
         if is_json {
             let Tally { items, there, rows, .. } = &tally;
