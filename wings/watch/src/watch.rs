@@ -26,8 +26,8 @@ const UNSETTLED: f64 = 3.0;
 /// Number of answers of a pin, and Student's t of their scatter: one in ten thousand to a side.
 const PIN_ANSWERS: usize = 6;
 const PIN_T: f64 = 9.68;
-/// Largest scatter of a pin, in relevant changes: a camera that shakes more is in a hand.
-const PIN_SCATTER: f64 = 4.0;
+/// Largest scatter of a pin, in relevant changes: a camera that moves more doesn't stand yet.
+const PIN_SCATTER: f64 = 2.0;
 /// Time over which the cycle follows the season.
 const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
 /// Threshold of a changed focal length, in standard deviations including the lens's own error.
