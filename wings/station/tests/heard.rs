@@ -47,11 +47,12 @@ impl Hook {
     fn new() -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
         let address = listener.local_addr().expect("an address").to_string();
-        let bodies = thread::spawn(move || {
+        let serve = move || {
             let all = listener.incoming().map(|stream| body(stream.expect("accepted")));
             let json = |body: Vec<u8>| serde_json::from_slice(&body).expect("JSON");
             all.take_while(|body| !body.is_empty()).map(json).collect()
-        });
+        };
+        let bodies = thread::Builder::new().name("hook".into()).spawn(serve).expect("a thread");
         Self { address, bodies }
     }
 
