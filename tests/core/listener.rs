@@ -78,7 +78,7 @@ impl Listener {
         let mut pose = self.wanted;
         let (axis, angle_rad) = pose.rotation.axis_angle().unwrap_or((Vector3::x_axis(), 0.0));
         let turned = |rad: f64| UnitQuaternion::from_axis_angle(&axis, rad.min(STEEPEST_RAD));
-        if says("away") || says("further") {
+        if (says("back") && !says("step")) || says("further") {
             let from = match (says("now"), self.reading) {
                 (true, Reading::Timid) | (false, Reading::Bold) if !says("further") => {
                     UnitQuaternion::identity()
