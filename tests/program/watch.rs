@@ -340,10 +340,11 @@ fn a_camera_that_sends_one_picture_again_and_again_isnt_ok() {
         fs::copy(newest(0), newest(hours)).expect("copied");
     }
     let ended = boresight(here, &["watch", "ftp", "--once", "--store", "cam", "--json"]);
-    says(&ended, 6, &["byte for byte: the camera or its upload has stopped"]);
+    says(&ended, 6, &["again, byte for byte"]);
     let state = last_state(&ended.stdout);
     assert_eq!(state["state"], "CANNOT-TELL");
-    assert!(state["sentence"].to_string().contains("no picture comes."), "{state}");
+    assert_eq!(state["reason"], "frozen");
+    assert!(state["sentence"].to_string().contains("the same picture comes again"), "{state}");
 }
 
 #[test]
