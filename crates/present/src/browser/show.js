@@ -30,7 +30,7 @@ function ask() {
   const known = stands !== null;
   say(el('askwhat'), known ? 'Tap to go on' : 'Where do you stand?');
   say(el('askwhy'), known ? 'Turns on the voice.' : 'So that left and right are yours. Turns on the voice, too.');
-  for (const [id, is, text] of [['facing', mirrored, 'I face the camera'], ['behind', !mirrored, 'I'm behind the camera']]) {
+  for (const [id, is, text] of [['facing', mirrored, 'I face the camera'], ['behind', !mirrored, 'I’m behind the camera']]) {
     el(id).classList.toggle('main', known ? is : id === 'facing');
     say(el(id), known && is ? 'Go on: ' + text : text);
   }
