@@ -79,12 +79,16 @@ fn foreign(sentence: &str) -> Vec<&'static str> {
 }
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
+    files_of(folder, "rs")
+}
+
+fn files_of(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
         let path = entry.path();
         if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.extend(files_of(&path, ending));
+        } else if path.extension().is_some_and(|extension| extension == ending) {
             found.push(path);
         }
     }
@@ -237,4 +241,22 @@ fn the_scanner_sees_sentences_only() {
     assert_eq!(foreign("Tip it: 22°, want 40°"), ["want"]);
     assert_eq!(foreign("It wants more; go on"), ["wants", "go on"]);
     assert_eq!(foreign("Wantedness, storytold"), [""; 0]);
+}
+
+/// An apostrophe in a sentence ends a string, and the whole page with it.
+#[test]
+fn every_line_of_a_script_closes_its_strings() {
+    let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates");
+    let scripts = files_of(&crates, "js");
+    assert!(scripts.len() > 1, "{scripts:?}");
+    for path in scripts {
+        let script = std::fs::read_to_string(&path).expect("readable");
+        for (number, line) in (1..).zip(script.lines()) {
+            let is_comment = |at: usize| at == 0 || line.as_bytes()[at - 1] == b' ';
+            let end = line.match_indices("//").map(|(at, _)| at).find(|at| is_comment(*at));
+            let code = line[..end.unwrap_or(line.len())].replace("\\'", "");
+            let quotes = code.matches('\'').count();
+            assert!(quotes.is_multiple_of(2), "{path:?}, line {number}: {line}");
+        }
+    }
 }
