@@ -84,7 +84,7 @@ fn known(report: &Report) -> Option<Known> {
 fn picture(report: &Report, known: &Known) -> String {
     let [width, height] = report.calibration.image_size;
     let mut svg = format!(
-        "<figure class=\"hero\"><svg shape-rendering=\"crispEdges\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\"><defs><pattern id=\"unseen\" width=\"{step}\" height=\"{step}\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"{step}\" stroke=\"#fff\" stroke-opacity=\".45\" stroke-width=\"{line}\"/></pattern></defs><rect width=\"{width}\" height=\"{height}\" fill=\"#999\"/>",
+        "<figure class=\"hero\"><svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\"><defs><pattern id=\"unseen\" width=\"{step}\" height=\"{step}\" patternUnits=\"userSpaceOnUse\" patternTransform=\"rotate(45)\"><line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"{step}\" stroke=\"#fff\" stroke-opacity=\".45\" stroke-width=\"{line}\"/></pattern></defs><rect width=\"{width}\" height=\"{height}\" fill=\"#999\"/>",
         words::PICTURE,
         step = width / 90,
         line = width / 500,
@@ -117,7 +117,7 @@ fn picture(report: &Report, known: &Known) -> String {
                 push(
                     &mut svg,
                     format_args!(
-                        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" fill-opacity=\"{opacity:.2}\"/>",
+                        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" fill-opacity=\"{opacity:.2}\" shape-rendering=\"crispEdges\"/>",
                         at.x + 0.5,
                         at.y + 0.5,
                         side.x,
