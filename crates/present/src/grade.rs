@@ -19,12 +19,16 @@ impl Grade {
     /// Grade of `calibration`.
     pub fn of(calibration: &Calibration) -> Self {
         let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
-        match calibration.verdict {
+        let unfinished = is_unfinished(bad.map(|finding| finding.code.code()));
+        Self::by(calibration.verdict, unfinished)
+    }
+
+    /// Grade of a verdict; `unfinished` if more views would fix a bad result.
+    pub fn by(verdict: Verdict, unfinished: bool) -> Self {
+        match verdict {
             Verdict::Good => Self::Good,
             Verdict::Care => Self::Care,
-            Verdict::Untrustworthy if is_unfinished(bad.map(|finding| finding.code.code())) => {
-                Self::Unfinished
-            }
+            Verdict::Untrustworthy if unfinished => Self::Unfinished,
             Verdict::Untrustworthy => Self::NotTrustworthy,
         }
     }

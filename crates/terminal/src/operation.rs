@@ -167,9 +167,9 @@ impl OnFinish {
         Self { command, running: Mutex::default() }
     }
 
-    /// Starts the command with `variables`, and `input` to read from stdin. A failure is reported and changes nothing else. Its
-    /// output goes to stderr: at once for people, and as messages at the end for a reader of JSON
-    /// lines.
+    /// Starts the command with `variables`, and `input` to read from stdin. A failure is reported
+    /// and changes nothing else. Its output goes to stderr: at once for people, and as messages at
+    /// the end for a reader of JSON lines.
     pub fn start(&self, variables: Vec<(&'static str, OsString)>, input: Option<String>) {
         let mut shell = if cfg!(windows) {
             let mut shell = Command::new("cmd");

@@ -12,13 +12,6 @@ const FINER: u32 = 4;
 /// Distance of two lines of the hatching, in points.
 const HATCH: f32 = 9.0;
 
-/// Screen position of a place in shares of the picture.
-fn on_screen(placed: &Placed, [x, y]: [f32; 2]) -> Pos2 {
-    let rect = placed.rect;
-    let x = if placed.mirrored { 1.0 - x } else { x };
-    pos2(rect.left() + x * rect.width(), rect.top() + y * rect.height())
-}
-
 /// Draws the line around the part where the goal is met, but not inside `lit`.
 pub(super) fn border(painter: &Painter, placed: &Placed, known: &Known, lit: &[Pos2]) {
     let [columns, rows] = [GRID_COLUMNS, GRID_ROWS].map(|count| (count * FINER) as usize);
@@ -39,7 +32,7 @@ pub(super) fn border(painter: &Painter, placed: &Placed, known: &Known, lit: &[P
                 if (a < 0.0) != (b < 0.0) {
                     let share = a / (a - b);
                     let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
-                    crossings[count] = on_screen(placed, at);
+                    crossings[count] = placed.pos_of_share(at);
                     count += 1;
                 }
             }
@@ -71,7 +64,7 @@ pub(super) fn hatch(painter: &Painter, placed: &Placed, known: &Known) {
         for column in 0..columns {
             let at = [(column as f32 + 0.5) / columns as f32, (row as f32 + 0.5) / rows as f32];
             if !known.is_seen(at) {
-                let cell = Rect::from_center_size(on_screen(placed, at), cell);
+                let cell = Rect::from_center_size(placed.pos_of_share(at), cell);
                 hatch_rect(painter, cell, Color32::from_white_alpha(60));
             }
         }

@@ -240,8 +240,7 @@ pub struct Placed {
     /// Rectangle of the picture on the screen.
     pub rect: Rect,
     size_px: Vec2,
-    /// True if left and right are exchanged.
-    pub mirrored: bool,
+    mirrored: bool,
 }
 
 impl Placed {
@@ -265,8 +264,13 @@ impl Placed {
     /// Screen position of a pixel; pixel (0, 0) is the centre of the top-left pixel.
     pub fn pos(&self, px: &Point2<f64>) -> Pos2 {
         let share = Vec2::new(px.x as f32 + 0.5, px.y as f32 + 0.5) / self.size_px;
-        let across = if self.mirrored { 1.0 - share.x } else { share.x };
-        self.rect.min + Vec2::new(across, share.y) * self.rect.size()
+        self.pos_of_share(share.into())
+    }
+
+    /// Screen position of a place in shares of the picture.
+    pub fn pos_of_share(&self, [x, y]: [f32; 2]) -> Pos2 {
+        let across = if self.mirrored { 1.0 - x } else { x };
+        self.rect.min + Vec2::new(across, y) * self.rect.size()
     }
 
     /// Pixel at a screen position.

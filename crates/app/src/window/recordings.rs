@@ -18,7 +18,7 @@ use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::{Input, Snapshot, ViewNumber};
-use boresight_present::text;
+use boresight_present::{grade::Grade, text};
 use boresight_run::recording::{
     CameraTable, Header, Replayed, SessionFolder, Stored, stored_frame,
 };
@@ -115,7 +115,7 @@ fn listed(folder: PathBuf, header: &Header) -> Recording {
     });
     let unfinished = calibrated.as_ref().is_some_and(CalibrationFile::is_unfinished);
     let verdict = judged
-        .map_or(text::sessions::NO_RESULT, |verdict| text::sessions::verdict(verdict, unfinished));
+        .map_or(text::sessions::NO_RESULT, |verdict| text::grade(Grade::by(verdict, unfinished)));
     let name = header.camera.as_ref().map_or(header.source.as_str(), CameraTable::name);
     let report = folder.join(REPORT_FILE);
     Recording {

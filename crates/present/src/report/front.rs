@@ -8,7 +8,7 @@ use crate::{
     chart::{escaped, push},
     known::Known,
     reading::valid_up_to_px,
-    text::{acceptance::small, certificate as words, report as report_words},
+    text::{acceptance::small, certificate as words, report as report_words, result},
 };
 use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
 use boresight_formats::{CalibrationFile, LensEntry};
@@ -131,7 +131,7 @@ fn picture(report: &Report, known: &Known) -> String {
             }
         }
     }
-    let legend = [words::meets_goal(known.share()), words::NO_BOARD_HERE.to_owned()];
+    let legend = [result::meets_goal(known.share()), result::NO_BOARD_HERE.to_owned()];
     format!(
         "{svg}</svg><figcaption><i class=\"met\"></i> {} <i class=\"unseen\"></i> {}</figcaption></figure>\n",
         legend[0], legend[1]

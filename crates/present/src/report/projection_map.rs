@@ -65,8 +65,8 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     figure(Section::Projection, &canvas.svg(), &note)
 }
 
-/// One of `shades` for `px` between the least and most of a map. Equal steps of the logarithm: errors grow by
-/// factors towards the corners.
+/// One of `shades` for `px` between the least and most of a map. Equal steps of the logarithm:
+/// errors grow by factors towards the corners.
 pub(super) fn shade(px: f64, shades: &[&'static str; 4], [least, most]: [f64; 2]) -> &'static str {
     let share = if most > least && least > 0.0 {
         libm::log(px / least) / libm::log(most / least)

@@ -12,15 +12,8 @@ pub const UNTIL_WHEN: &str = "Until when";
 pub const NOT_KNOWN: &str = "Not known.";
 /// Label of the picture for screen readers.
 pub const PICTURE: &str = "The valid part of the picture";
-/// Legend of the picture where no board was.
-pub const NO_BOARD_HERE: &str = "no board was here";
 /// Line beside the QR code.
 pub const SCAN: &str = "Scan to check that this sheet belongs to the file";
-
-/// Legend of the picture where the goal is met.
-pub fn meets_goal(share: f64) -> String {
-    format!("meets the goal: {:.0} % of the picture", 100.0 * share)
-}
 
 /// Line below the error.
 pub fn of_goal(is_bound: bool, goal: &str) -> String {

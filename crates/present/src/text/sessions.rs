@@ -2,18 +2,7 @@
 
 use std::path::Path;
 
-use boresight_calibrate::Verdict;
 use boresight_geometry::frame::ImageSize;
-
-/// Short verdict of a session.
-pub fn verdict(verdict: Verdict, unfinished: bool) -> &'static str {
-    match verdict {
-        Verdict::Good => "Good",
-        Verdict::Care => "Use with care",
-        Verdict::Untrustworthy if unfinished => "Unfinished",
-        Verdict::Untrustworthy => "Not trustworthy",
-    }
-}
 
 /// Note in place of a verdict.
 pub const NO_RESULT: &str = "No calibration yet";

@@ -28,7 +28,7 @@ const FAR_LIGHT: f32 = 0.54;
 const WHITE: Color32 = Color32::from_rgb(244, 246, 248);
 const BLACK: Color32 = Color32::from_rgb(17, 22, 26);
 
-/// Four corners around the middle, with nearness.
+/// Four corners with nearness.
 type Quad = [(Vec2, f32); 4];
 
 /// Place of the disc on the page.
@@ -84,11 +84,9 @@ fn swing(secs: f64) -> f64 {
     }
 }
 
-/// Corners of a card on the screen, around their middle.
+/// Corners of a card on the screen.
 fn quad(card: &Card, placed: &Placed) -> Option<Quad> {
-    let corners = card.corners()?.map(|(px, near)| (placed.pos(&px), near));
-    let middle = corners.iter().fold(Vec2::ZERO, |sum, (at, _)| sum + at.to_vec2()) / 4.0;
-    let quad = corners.map(|(at, near)| (at.to_vec2() - middle, near));
+    let quad = card.corners()?.map(|(px, near)| (placed.pos(&px).to_vec2(), near));
     quad.iter().all(|(at, _)| at.x.is_finite() && at.y.is_finite()).then_some(quad)
 }
 
@@ -97,6 +95,7 @@ fn longest(quad: &Quad) -> f32 {
     bounds.width().max(bounds.height()).max(1e-3)
 }
 
+/// `quad` around the origin, with a longest side of `reach`.
 fn sized(quad: &Quad, reach: f32) -> Quad {
     let scale = reach / longest(quad);
     let middle = Rect::from_points(&quad.map(|(at, _)| at.to_pos2())).center().to_vec2();

@@ -1,8 +1,6 @@
 //! The result as one card: grade, one number against the goal, two sentences, one main action; and
 //! the picture, bright where the goal is met.
 
-use std::path::PathBuf;
-
 use egui::{
     Align, Button, Color32, CornerRadius, Image, Label, Layout, Link, Painter, Rect, Response,
     RichText, Sense, Shape, Stroke, Ui, UiBuilder, Vec2, WidgetInfo, accesskit::Role, pos2, vec2,
@@ -191,8 +189,12 @@ impl Page<'_> {
         let simulated = text::is_simulated(&self.screen.source);
         let certificate = if simulated { words::SAMPLE } else { words::CERTIFICATE };
         let (main, other) = match self.card.grade {
-            Grade::Good => (report.map(|file| (certificate, show_file(file))), Some(more())),
-            Grade::Care => (Some(more()), report.map(|file| (certificate, show_file(file)))),
+            Grade::Good => {
+                (report.map(|file| (certificate, UiAction::Show(file.clone()))), Some(more()))
+            }
+            Grade::Care => {
+                (Some(more()), report.map(|file| (certificate, UiAction::Show(file.clone()))))
+            }
             Grade::Unfinished => (Some(more()), None),
             Grade::NotTrustworthy => (Some((words::START_AGAIN, UiAction::Act(Act::New))), None),
         };
@@ -310,10 +312,6 @@ impl Page<'_> {
             self.small(ui, &words::photos(count));
         });
     }
-}
-
-fn show_file(file: &std::path::Path) -> UiAction {
-    UiAction::Show(PathBuf::from(file))
 }
 
 fn more() -> (&'static str, UiAction) {
