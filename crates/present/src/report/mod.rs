@@ -1,5 +1,5 @@
-//! A calibration as one HTML page: readable offline on any screen, and printed on three sheets. The
-//! first is the certificate for the customer, the others are for the engineer.
+//! A calibration as one HTML page: readable offline on any screen, and printed on four sheets. The
+//! first two are the certificate for the customer, the others are for the engineer.
 //!
 //! ```text
 //! calibration.json ─┐
