@@ -50,6 +50,7 @@
 //! | `lens_change`, `shift` | tests of a change; its displacement as an interval against a limit |
 //! | `lens_flaw` | lenses that can't be right |
 //! | `judge` | a calibration of another program, held to a fresh one |
+//! | `rig` | several cameras and their mutual places, from one board |
 //!
 //! [`calibrate`] runs them all. `solve` uses none of the others, `check` uses `solve`, and the top
 //! level uses both. Everything is deterministic. Findings and errors are values with numbers;
@@ -68,7 +69,7 @@
 //!
 //! # Limitations
 //!
-//! - One camera, one flat board. Stereo and rigs have no model here.
+//! - One flat board.
 //! - A wrong square size can't be seen: it scales distances and leaves the lens unchanged.
 //! - A verdict covers the boards' area only. Elsewhere, the lens is extrapolated; the covariance
 //!   states the uncertainty.
@@ -94,6 +95,7 @@ mod lens_flaw;
 mod params;
 mod repeats;
 mod result;
+mod rig;
 mod shift;
 pub mod solve;
 mod summary;
@@ -113,6 +115,10 @@ pub use lens_difference::{LensDifference, StatedLens};
 pub use lens_flaw::LensFlaw;
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
+pub use rig::{
+    NotARig, Pair, PairSd, RigCalibration, RigCamera, RigFinding, RigInstant, RigViews,
+    calibrate_rig,
+};
 pub use shift::{DriftVerdict, Shift};
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},

@@ -49,6 +49,7 @@
 //! | `homography`, `pose` | board plane → picture, and its rigid motion; by [`least_squares`] |
 //! | `principal_line` | line through the principal point, determined by a view |
 //! | `principal_point`, `ring`, `outlier` | intersection of several lines, and outliers |
+//! | `rig` | cameras with fixed mutual places: triangulation, rows, rectification |
 //! | `coverage` | coverage of the picture by boards |
 //! | `target` | kinds of boards and their common interface |
 
@@ -70,6 +71,7 @@ pub mod parallel;
 mod pose;
 mod principal_line;
 mod principal_point;
+mod rig;
 mod ring;
 
 pub use camera::{Camera, Projection, RayProjection};
@@ -88,6 +90,7 @@ pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalL
 pub use principal_point::{
     NoPrincipalPoint, PrincipalPoint, intersect_unweighted, intersect_weighted,
 };
+pub use rig::{Rectified, Rig};
 pub use ring::{NoRing, RingEstimate, principal_line_and_ring};
 
 /// Compiles and runs the example of the README.

@@ -4,7 +4,7 @@ use boresight_geometry::boards::millimetres;
 use serde::{Deserialize, Serialize};
 
 /// The 0.975 quantile of the normal distribution: 95 % lie within ± this many standard deviations.
-pub(super) const TWO_SIDED_95: f64 = 1.959_964;
+pub(crate) const TWO_SIDED_95: f64 = 1.959_964;
 
 /// Largest acceptable error, 95 % of the time.
 ///

@@ -9,4 +9,5 @@ mod evaluate;
 mod goal;
 
 pub use evaluate::{Acceptance, ErrorBound, acceptance};
+pub(crate) use goal::TWO_SIDED_95;
 pub use goal::{AcceptanceGoal, NotAGoal};

@@ -205,7 +205,8 @@ impl<'a> Search<'a> {
         let free = self.freed();
         let problem = ExtendedProblem { observations, kind, half_board_m, square_pixels, free };
         let start = ExtendedState { bundle: self.bundle.state.clone(), extras: [0.0; EXTRAS] };
-        let minimum: Minimum<_, SHARED, 6> = minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
+        let minimum: Minimum<_, NormalEquations<SHARED, 6>> =
+            minimise_to(&problem, start, NEGLIGIBLE_STEP)?;
         if !minimum.converged {
             return None;
         }

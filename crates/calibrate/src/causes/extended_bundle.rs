@@ -143,7 +143,7 @@ impl ExtendedProblem<'_> {
     }
 }
 
-impl Problem<SHARED, 6> for ExtendedProblem<'_> {
+impl Problem<NormalEquations<SHARED, 6>> for ExtendedProblem<'_> {
     type State = ExtendedState;
 
     fn linearise(&self, state: &ExtendedState) -> Option<(f64, NormalEquations<SHARED, 6>)> {

@@ -300,12 +300,12 @@ fn adjust_sized<const S: usize>(
     let parameters = freedom.count() + 6 * observations.view_count();
     let degrees_of_freedom = observations.coordinate_count().saturating_sub(parameters).max(1);
     let mut problem = BundleProblem { observations, freedom, prior, noise_variance: 1.0 };
-    let mut minimum = minimise::<_, S, 6>(&problem, start, how)?;
+    let mut minimum = minimise::<_, NormalEquations<S, 6>>(&problem, start, how)?;
     if prior.is_some() {
         let BundleState { camera, cam_from_board } = &minimum.state;
         let cost = observations.cost(camera, cam_from_board)?;
         problem.noise_variance = (cost / degrees_of_freedom as f64).max(LEAST_NOISE_VARIANCE);
-        minimum = minimise::<_, S, 6>(&problem, minimum.state, Start::Guess)?;
+        minimum = minimise::<_, NormalEquations<S, 6>>(&problem, minimum.state, Start::Guess)?;
     }
     let mut prior_information = LensVector::zeros();
     if let Some(prior) = prior {
@@ -446,7 +446,7 @@ impl BundleProblem<'_> {
     }
 }
 
-impl<const S: usize> Problem<S, 6> for BundleProblem<'_> {
+impl<const S: usize> Problem<NormalEquations<S, 6>> for BundleProblem<'_> {
     type State = BundleState;
 
     fn linearise(&self, state: &BundleState) -> Option<(f64, NormalEquations<S, 6>)> {

@@ -323,7 +323,7 @@ impl FreeProblem<'_> {
     }
 }
 
-impl Problem<4, 8> for FreeProblem<'_> {
+impl Problem<NormalEquations<4, 8>> for FreeProblem<'_> {
     type State = FreeState;
 
     fn linearise(&self, state: &FreeState) -> Option<(f64, NormalEquations<4, 8>)> {

@@ -27,7 +27,7 @@ pub(super) mod initial_guess;
 pub(super) mod lens_model;
 pub(super) mod model_choice;
 pub(super) mod odds;
-mod reversal;
+pub(super) mod reversal;
 pub(super) mod schur_lm;
 pub(super) mod varying;
 pub(super) mod view_scatter;

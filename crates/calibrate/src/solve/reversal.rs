@@ -6,14 +6,14 @@
 //! a view keeps it, because the face-on board between the two has larger residuals. So each view's
 //! reversed tilt is refined separately, and the better one kept.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, Point3, Rotation3, SVector, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Point2, Point3, Rotation3, SVector, UnitQuaternion};
 
 use super::{
     bundle::{BundleState, Observations},
     whitened::Whitened,
 };
 use boresight_geometry::{
-    Camera,
+    Camera, Corner, fit_pose,
     least_squares::{Limits, Linearised, Problem, minimise},
 };
 
@@ -60,6 +60,21 @@ pub(super) fn with_better_tilts(
     let cam_from_board = state.cam_from_board.iter().zip(&better).map(pose).collect();
     let changed = better.iter().any(Option::is_some);
     changed.then_some(BundleState { camera: *camera, cam_from_board })
+}
+
+/// Poses of one view under a known lens: the fitted one, and the refined reversed tilt. Empty
+/// without a pose.
+pub(crate) fn tilts(
+    camera: &Camera,
+    board_m: &[Point2<f64>],
+    corners: &[Corner],
+) -> Vec<Isometry3<f64>> {
+    let Ok(fit) = fit_pose(camera, board_m, corners) else { return Vec::new() };
+    let Ok(observations) = Observations::new(board_m, &[corners]) else { return Vec::new() };
+    let other = reversed(&fit.cam_from_board, &board_centre_m(&observations));
+    let problem = OneView { camera, corners: observations.view(0) };
+    let other = minimise(&problem, other, LIMITS).map(|found| found.state);
+    [Some(fit.cam_from_board), other].into_iter().flatten().collect()
 }
 
 fn board_centre_m(observations: &Observations) -> Point3<f64> {
@@ -126,10 +141,10 @@ impl Problem<6> for OneView<'_> {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point2, Vector3};
+    use nalgebra::Vector3;
 
     use super::*;
-    use boresight_geometry::{Corner, boards::Board};
+    use boresight_geometry::boards::Board;
 
     #[test]
     fn a_reversed_view_comes_back() {

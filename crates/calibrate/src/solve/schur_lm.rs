@@ -73,6 +73,17 @@ impl<const S: usize, const L: usize> ViewBlock<S, L> {
     }
 }
 
+/// Equations of a step downhill.
+pub(crate) trait Equations {
+    /// Solution.
+    type Step;
+    /// Step with diagonals multiplied by `1 + damping`. `None` if the matrix isn't positive
+    /// definite.
+    fn solve(&self, damping: f64) -> Option<Self::Step>;
+    /// `δᵀ g`: squared length of a step in standard deviations.
+    fn decrement(step: &Self::Step) -> f64;
+}
+
 impl<const S: usize, const L: usize> NormalEquations<S, L> {
     /// Sums up the views, each given with a cost; the second value is the total cost.
     pub(crate) fn from_views(views: Vec<(f64, ViewBlock<S, L>)>) -> (Self, f64) {
@@ -88,8 +99,21 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         (Self { shared, gradient, views }, cost)
     }
 
-    /// Damped step. `None` if the damped matrix isn't positive definite.
-    pub(crate) fn solve(&self, damping: f64) -> Option<Step<S, L>> {
+    /// Information about the shared parameters, priors included, local parameters marginalised out.
+    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
+        let mut reduced = self.shared;
+        for view in &self.views {
+            let gain = view.cross * view.local_inverse(0.0)?;
+            reduced -= gain * view.cross.transpose();
+        }
+        Some(reduced)
+    }
+}
+
+impl<const S: usize, const L: usize> Equations for NormalEquations<S, L> {
+    type Step = Step<S, L>;
+
+    fn solve(&self, damping: f64) -> Option<Self::Step> {
         let mut reduced = self.shared;
         for i in 0..S {
             reduced[(i, i)] *= 1.0 + damping;
@@ -118,14 +142,8 @@ impl<const S: usize, const L: usize> NormalEquations<S, L> {
         decrement.is_finite().then_some(Step { shared, views, decrement })
     }
 
-    /// Information about the shared parameters, priors included, local parameters marginalised out.
-    pub(crate) fn reduced(&self) -> Option<SMatrix<f64, S, S>> {
-        let mut reduced = self.shared;
-        for view in &self.views {
-            let gain = view.cross * view.local_inverse(0.0)?;
-            reduced -= gain * view.cross.transpose();
-        }
-        Some(reduced)
+    fn decrement(step: &Self::Step) -> f64 {
+        step.decrement
     }
 }
 
@@ -186,20 +204,20 @@ fn solve_spd<const N: usize>(matrix: &SMatrix<f64, N, N>) -> Option<SMatrix<f64,
 }
 
 /// Sum of squares over views.
-pub(crate) trait Problem<const S: usize, const L: usize> {
+pub(crate) trait Problem<N: Equations> {
     /// Values of all parameters.
     type State: Clone;
     /// Cost and normal equations at `state`. `None` where the model is undefined.
-    fn linearise(&self, state: &Self::State) -> Option<(f64, NormalEquations<S, L>)>;
+    fn linearise(&self, state: &Self::State) -> Option<(f64, N)>;
     /// `state` moved by `step`.
-    fn moved(&self, state: &Self::State, step: &Step<S, L>) -> Self::State;
+    fn moved(&self, state: &Self::State, step: &N::Step) -> Self::State;
 }
 
 /// Final state of [`minimise`]. `cost` and `normal` always belong to `state`.
-pub(crate) struct Minimum<State, const S: usize, const L: usize> {
+pub(crate) struct Minimum<State, N> {
     pub(crate) state: State,
     pub(crate) cost: f64,
-    pub(crate) normal: NormalEquations<S, L>,
+    pub(crate) normal: N,
     pub(crate) converged: bool,
 }
 
@@ -218,11 +236,11 @@ pub(crate) enum Start {
 ///
 /// Converged means a next step below 1e-9 standard deviations, or below 1e-2 after the last of the
 /// steps. `None` if the model is undefined at `start`.
-pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
+pub(super) fn minimise<P: Problem<N>, N: Equations>(
     problem: &P,
     start: P::State,
     how: Start,
-) -> Option<Minimum<P::State, S, L>> {
+) -> Option<Minimum<P::State, N>> {
     let first_damping = match how {
         Start::Guess => GUESS_DAMPING,
         Start::Near => 1e-8,
@@ -232,32 +250,32 @@ pub(super) fn minimise<P: Problem<S, L>, const S: usize, const L: usize>(
 
 /// [`minimise`] with another end test: `δᵀ g`, the squared length of the next step in standard
 /// deviations, is at most `negligible_step`.
-pub(crate) fn minimise_to<P: Problem<S, L>, const S: usize, const L: usize>(
+pub(crate) fn minimise_to<P: Problem<N>, N: Equations>(
     problem: &P,
     start: P::State,
     negligible_step: f64,
-) -> Option<Minimum<P::State, S, L>> {
+) -> Option<Minimum<P::State, N>> {
     minimise_from(problem, start, GUESS_DAMPING, negligible_step)
 }
 
-fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
+fn minimise_from<P: Problem<N>, N: Equations>(
     problem: &P,
     start: P::State,
     first_damping: f64,
     negligible_step: f64,
-) -> Option<Minimum<P::State, S, L>> {
+) -> Option<Minimum<P::State, N>> {
     let (cost, normal) = problem.linearise(&start)?;
     let mut at = Minimum { state: start, cost, normal, converged: false };
     let mut damping = first_damping;
     for _ in 0..100 {
         let accepted = at.normal.solve(damping).and_then(|step| {
-            if step.decrement <= negligible_step {
+            if N::decrement(&step) <= negligible_step {
                 at.converged = true;
                 return None;
             }
             let state = problem.moved(&at.state, &step);
             let (cost, normal) = problem.linearise(&state)?;
-            (cost <= at.cost * (1.0 + 1e-13)).then_some((state, cost, normal, step.decrement))
+            (cost <= at.cost * (1.0 + 1e-13)).then_some((state, cost, normal, N::decrement(&step)))
         });
         if at.converged {
             break;
@@ -278,7 +296,7 @@ fn minimise_from<P: Problem<S, L>, const S: usize, const L: usize>(
         }
     }
     // Rounding hides the end of a valley hardly determined by the corners.
-    let is_hidden = |step: Step<S, L>| step.decrement <= HIDDEN_STEP;
+    let is_hidden = |step: N::Step| N::decrement(&step) <= HIDDEN_STEP;
     at.converged = at.converged || at.normal.solve(0.0).is_some_and(is_hidden);
     Some(at)
 }

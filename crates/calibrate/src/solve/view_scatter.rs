@@ -91,7 +91,7 @@ impl Scatter {
     }
 
     /// `C`.
-    fn covariance(&self) -> Option<DMatrix<f64>> {
+    pub(crate) fn covariance(&self) -> Option<DMatrix<f64>> {
         let upper = self.lower.transpose();
         let half = upper.solve_upper_triangular(&self.scatter)?;
         let whole = upper.solve_upper_triangular(&half.transpose())?;
@@ -99,10 +99,15 @@ impl Scatter {
         Some(DMatrix::from_fn(scale.len(), scale.len(), |i, j| whole[(i, j)] * scale[i] * scale[j]))
     }
 
+    /// Mean ratio of the observed scatter to that of independent corners.
+    pub(crate) fn mean(&self) -> f64 {
+        self.scatter.trace() / self.scale.len() as f64
+    }
+
     /// Factor by which the corners of `views` views overstate the information, at least 1: the mean
     /// ratio ([`averaged`]) of the observed scatter to that of independent corners.
     pub(crate) fn overcount(&self, views: usize) -> f64 {
-        averaged(1.0, self.scatter.trace() / self.scale.len() as f64, views).max(1.0)
+        averaged(1.0, self.mean(), views).max(1.0)
     }
 }
 

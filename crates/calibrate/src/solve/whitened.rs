@@ -18,7 +18,7 @@ pub(crate) struct Whitened {
 }
 
 /// Whitened corner; `None` if the corner isn't finite, or its covariance isn't positive definite.
-pub(super) fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
+pub(crate) fn whiten(place: usize, corner: &Corner, board_m: &Point2<f64>) -> Option<Whitened> {
     let c = &corner.covariance_px2;
     let l11 = c[(0, 0)].sqrt();
     let l21 = c[(1, 0)] / l11;

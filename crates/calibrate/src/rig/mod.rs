@@ -1,0 +1,562 @@
+//! Calibrates several cameras with fixed mutual places from one board, without a trigger.
+//!
+//! | file | does |
+//! |---|---|
+//! | `start` | poses seen by each camera; motions on which instants agree; half turns |
+//! | `bundle` | joint bundle: lenses, places, board and instants |
+//! | `noise`, `fit` | noise by the residuals; covariance by the scatter of instants |
+//! | `causes` | camera that moved, pictures of another instant |
+//! | `stated` | motion, baseline, rows, points and lengths of two cameras, with uncertainty |
+
+mod bundle;
+mod causes;
+mod fit;
+mod noise;
+mod start;
+mod stated;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::{DMatrix, Isometry3, Point2, Point3};
+
+pub use self::stated::{Pair, PairSd};
+use self::{
+    bundle::RigState,
+    causes::{Kind, Named},
+    fit::{Fit, STATED_FROM, open_lens, residuals},
+    stated::{lens_rows, rig_of},
+};
+use crate::{
+    AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
+    NotCalibrated, Severity, Verdict, acceptance::TWO_SIDED_95, calibrate,
+};
+use boresight_geometry::{
+    Corner, LensMatrix, Rig, boards::Board, frame::ImageSize, parallel, seen_count,
+};
+
+/// Corners that a pose needs.
+const POSE_CORNERS: usize = 6;
+/// Ratio of the joint residual to a camera's own from which pictures may not be of one moment.
+const LATE: f64 = 1.5;
+/// Multiple of a limit from which a rig can't be used.
+const UNUSABLE: f64 = 3.0;
+/// Up to one in three views of a camera, or instants, may be left out; beyond, the board is another
+/// or the pictures aren't pairs.
+const LEFT_OUT_OF: usize = 3;
+
+/// Pictures of one camera.
+#[derive(Clone, Debug)]
+pub struct RigViews {
+    /// Size of the pictures.
+    pub image_size: ImageSize,
+    /// Number of the instant and corners of each picture, one corner per board corner.
+    pub views: Vec<(u64, Vec<Corner>)>,
+    /// Earlier calibration of the same, untouched lens; none of its views may be among these.
+    pub known_lens: Option<KnownLens>,
+}
+
+/// Picture of an instant.
+#[derive(Clone, Debug)]
+struct View {
+    instant: usize,
+    camera: usize,
+    corners: Vec<Corner>,
+}
+
+/// Reason why pictures give no rig.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NotARig {
+    /// Fewer than two cameras.
+    #[error("a rig has two cameras or more")]
+    OneCamera,
+    /// The views of a camera give no lens, and none is known.
+    #[error("camera {camera}: {reason}")]
+    NoLens {
+        /// Camera, from 0.
+        camera: usize,
+        /// Reason.
+        reason: NotCalibrated,
+    },
+    /// Cameras without a chain of common instants to the others.
+    #[error("cameras {cameras:?} share no instant with the others")]
+    Unlinked {
+        /// Cameras, from 0.
+        cameras: Vec<usize>,
+    },
+    /// The motion between two cameras differs from instant to instant.
+    #[error("cameras {of:?} agree at {agreeing} of {instants} instants")]
+    NotPairs {
+        /// Cameras, from 0.
+        of: [usize; 2],
+        /// Instants with one motion.
+        agreeing: usize,
+        /// Compared instants.
+        instants: usize,
+    },
+    /// The joint fit has no minimum.
+    #[error("the pictures determine no rig")]
+    Undetermined,
+}
+
+impl NotARig {
+    /// Stable name, for files and programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::OneCamera => "ONE-CAMERA",
+            Self::NoLens { .. } => "NO-LENS",
+            Self::Unlinked { .. } => "UNLINKED",
+            Self::NotPairs { .. } => "NOT-PAIRS",
+            Self::Undetermined => "UNDETERMINED",
+        }
+    }
+}
+
+/// Finding about a rig.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigFinding {
+    /// Too few instants to state an uncertainty.
+    InstantsFew {
+        /// Instants that at least two cameras saw.
+        instants: usize,
+        /// Instants from which uncertainty is stated.
+        wanted: usize,
+    },
+    /// A camera or its lens was touched between two instants. Of two cameras, `camera` may be
+    /// either.
+    Touched {
+        /// Camera; `None` if either of two.
+        camera: Option<usize>,
+        /// Number of the first instant after.
+        from: u64,
+    },
+    /// The pictures of an instant are none of one moment. They tell of the lenses only.
+    OtherInstant {
+        /// Camera; `None` if either of two.
+        camera: Option<usize>,
+        /// Number of the instant.
+        instant: u64,
+    },
+    /// A misfit with several explanations that fit alike.
+    CauseUnclear,
+    /// A camera's corners err more beside the others' than alone.
+    Late {
+        /// Camera.
+        camera: usize,
+        /// Ratio of the residuals.
+        ratio: f64,
+    },
+    /// The weakest pair doesn't meet the goal.
+    PairUncertain {
+        /// The cameras.
+        of: [usize; 2],
+        /// 95 % bound of the typical row error in pixels, or of the length in metres.
+        bound: f64,
+        /// Goal in the same unit.
+        goal: f64,
+        /// True if the bound is far from the goal.
+        is_unfinished: bool,
+    },
+    /// No board was where both cameras of a pair see it.
+    PairUnseen {
+        /// The cameras.
+        of: [usize; 2],
+    },
+}
+
+impl RigFinding {
+    /// Stable name, for files and programs.
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::InstantsFew { .. } => "INSTANTS-FEW",
+            Self::Touched { .. } => "CAMERA-TOUCHED",
+            Self::OtherInstant { .. } => "OTHER-INSTANT",
+            Self::CauseUnclear => "CAUSE-UNCLEAR",
+            Self::Late { .. } => "CAMERA-LATE",
+            Self::PairUncertain { .. } => "PAIR-UNCERTAIN",
+            Self::PairUnseen { .. } => "PAIR-UNSEEN",
+        }
+    }
+
+    /// Severity.
+    pub fn severity(&self) -> Severity {
+        match self {
+            Self::InstantsFew { .. } | Self::Touched { .. } => Severity::Bad,
+            Self::OtherInstant { .. } | Self::PairUnseen { .. } => Severity::Info,
+            Self::Late { ratio, .. } if *ratio > UNUSABLE * LATE => Severity::Bad,
+            Self::CauseUnclear | Self::Late { .. } => Severity::Care,
+            Self::PairUncertain { is_unfinished, .. } => {
+                if *is_unfinished {
+                    Severity::Bad
+                } else {
+                    Severity::Care
+                }
+            }
+        }
+    }
+
+    /// True if more places of the board help.
+    pub fn is_of_too_few(&self) -> bool {
+        matches!(self, Self::InstantsFew { .. } | Self::PairUncertain { .. })
+    }
+}
+
+/// Instant of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigInstant {
+    /// Number given with the pictures.
+    pub number: u64,
+    /// Place of the board in the rig's frame, in metres.
+    pub rig_from_board: Isometry3<f64>,
+    /// Camera and root mean square residual per coordinate, in pixels, of each picture.
+    pub residual_rms_px: Vec<(usize, f64)>,
+}
+
+/// Camera of a calibrated rig.
+#[derive(Clone, Debug)]
+pub struct RigCamera {
+    /// Size of the pictures.
+    pub image_size: ImageSize,
+    /// Covariance of the lens, in the order of the lens parameters; `None` with too few instants.
+    pub covariance: Option<LensMatrix>,
+    /// Root mean square residual per coordinate with the others, in pixels.
+    pub rms_px: f64,
+    /// The same for the camera alone; `None` with a known lens.
+    pub alone_rms_px: Option<f64>,
+    /// Number of pictures used.
+    pub views: usize,
+}
+
+/// Rig with stated uncertainty.
+#[derive(Clone, Debug)]
+pub struct RigCalibration {
+    /// Lenses and places. The frame is that of the camera with the most common instants.
+    pub rig: Rig,
+    /// Each camera, in the given order.
+    pub cameras: Vec<RigCamera>,
+    /// Points of the observed board in metres, in numbering order.
+    pub board_m: Vec<Point3<f64>>,
+    /// Stretch of the distances of the board's rows against those of the columns.
+    pub stretch: f64,
+    /// Covariance of all cameras' numbers: for each camera, the lens parameters, then a small turn
+    /// (radians) and shift (metres) of its place; then four of the board. `None` with too few
+    /// instants.
+    pub covariance: Option<DMatrix<f64>>,
+    /// Instants, by number.
+    pub instants: Vec<RigInstant>,
+    /// Each two cameras.
+    pub pairs: Vec<Pair>,
+    /// Findings, most severe first.
+    pub findings: Vec<RigFinding>,
+    /// Verdict by the worst finding.
+    pub verdict: Verdict,
+}
+
+impl RigCalibration {
+    /// True if the rig isn't wrong but unfinished: more places of the board make it better.
+    pub fn is_unfinished(&self) -> bool {
+        let mut bad = self.findings.iter().filter(|it| it.severity() == Severity::Bad).peekable();
+        bad.peek().is_some() && bad.all(RigFinding::is_of_too_few)
+    }
+}
+
+/// Estimates lenses and mutual places of `cameras` from pictures of one `board` at common instants.
+///
+/// Pictures with the same number were taken at the same moment, with the board at rest or with
+/// synchronised cameras. The joint bundle starts from each camera's own calibration by `params`,
+/// whose goal applies to every pair: a pixel goal to rows, a length goal to a length between
+/// triangulated points. See `docs/method.md`, section 6.
+///
+/// # Errors
+///
+/// [`NotARig`] if a camera's views give no lens, if cameras share no instants, or if the pictures
+/// aren't of the same moments.
+pub fn calibrate_rig(
+    cameras: &[RigViews],
+    board: &Board,
+    params: &CalibrationParams,
+) -> Result<RigCalibration, NotARig> {
+    if cameras.len() < 2 {
+        return Err(NotARig::OneCamera);
+    }
+    let mut numbers: Vec<u64> =
+        cameras.iter().flat_map(|camera| camera.views.iter().map(|(number, _)| *number)).collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let alone = parallel::map(params.threads, cameras.len(), |index| {
+        Alone::of(&cameras[index], board, params)
+            .map_err(|reason| NotARig::NoLens { camera: index, reason })
+    });
+    let alone = alone.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let mut views = Vec::new();
+    for (camera, (given, alone)) in cameras.iter().zip(&alone).enumerate() {
+        for (number, corners) in given.views.iter().filter(|(number, _)| alone.uses(*number)) {
+            if let Ok(instant) = numbers.binary_search(number) {
+                views.push(View { instant, camera, corners: corners.clone() });
+            }
+        }
+    }
+    views.sort_by_key(|view| (view.instant, view.camera));
+    let seen: Vec<usize> = views.iter().map(|view| view.instant).collect();
+    numbers = numbers
+        .iter()
+        .enumerate()
+        .filter(|(instant, _)| seen.binary_search(instant).is_ok())
+        .map(|(_, number)| *number)
+        .collect();
+    let mut instants = seen.clone();
+    instants.dedup();
+    for view in &mut views {
+        view.instant = instants.binary_search(&view.instant).unwrap_or_default();
+    }
+    let lenses: Vec<_> = alone.iter().map(|alone| alone.lens).collect();
+    let started = start::start(views, numbers.len(), &lenses, board)?;
+    let board_m = board.corners_in_board_m();
+    let mut known: Vec<_> = alone.iter().map(|alone| alone.known.clone()).collect();
+    let state = RigState {
+        cameras: lenses,
+        cam_from_rig: started.cam_from_rig,
+        rig_from_board: started.rig_from_board,
+        shape: [0.0; 4],
+    };
+    let fitted = |views, state, known: &[bundle::LensKnown]| {
+        let inputs = (board_m.as_slice(), known, started.origin);
+        fit::fit(views, state, inputs).ok_or(NotARig::Undetermined)
+    };
+    let refit = fitted;
+    let mut fitted = refit(started.views, state, &known)?;
+    let mut findings = Vec::new();
+    let shared = fitted.shared_instants();
+    let camera_of = |camera: usize| (cameras.len() > 2).then_some(camera);
+    let uncertainty = loop {
+        let uncertainty = fitted.uncertainty();
+        let Some(of_all) = uncertainty.as_ref().filter(|_| shared >= STATED_FROM) else {
+            break uncertainty;
+        };
+        match causes::named(&fitted, of_all) {
+            Some(Named::One(cause)) if cause.kind == Kind::OtherInstant => {
+                let view = fitted
+                    .views
+                    .iter()
+                    .position(|view| view.instant == cause.instant && view.camera == cause.camera);
+                let (instant, camera) = (numbers[cause.instant], camera_of(cause.camera));
+                findings.push(RigFinding::OtherInstant { instant, camera });
+                let left_out = findings.len();
+                if LEFT_OUT_OF * left_out > shared {
+                    let of = widest(&fitted, &alone, &board_m);
+                    return Err(NotARig::NotPairs {
+                        of,
+                        agreeing: shared - left_out,
+                        instants: shared,
+                    });
+                }
+                let (views, state) = fitted.without_pair(view.unwrap_or_default());
+                numbers.push(numbers[cause.instant]);
+                fitted = refit(views, state, &known)?;
+            }
+            Some(Named::One(cause)) if cause.kind == Kind::Pixels => {
+                for (known, camera) in known.iter_mut().zip(&fitted.state.cameras) {
+                    *known = known.with_free_pixels(camera);
+                }
+                fitted = refit(fitted.views, fitted.state, &known)?;
+            }
+            Some(Named::One(cause)) => {
+                // Clocks differ, too, where a move that explains the misfit isn't all.
+                let (views, state) = fitted.with_two_cameras(cause.camera, cause.instant);
+                known.push(known[cause.camera].clone());
+                let split = refit(views, state, &known)?;
+                known.pop();
+                if (0..cameras.len()).all(|it| alone[it].ratio(it, &split, &board_m) <= LATE) {
+                    let (from, camera) = (numbers[cause.instant], camera_of(cause.camera));
+                    findings.push(RigFinding::Touched { camera, from });
+                }
+                break uncertainty;
+            }
+            Some(Named::Unclear) => {
+                findings.push(RigFinding::CauseUnclear);
+                break uncertainty;
+            }
+            Some(Named::Nothing) | None => break uncertainty,
+        }
+    };
+    let of_cameras = rig_cameras(cameras, &fitted, &alone, &board_m);
+    for (camera, of) in of_cameras.iter().enumerate() {
+        let ratio = of.alone_rms_px.map_or(1.0, |alone_px| of.rms_px / alone_px);
+        if ratio > LATE {
+            findings.push(RigFinding::Late { camera, ratio });
+        }
+    }
+    let covariance =
+        uncertainty.filter(|_| shared >= STATED_FROM).map(|uncertainty| uncertainty.covariance);
+    if covariance.is_none() {
+        findings.push(RigFinding::InstantsFew { instants: shared, wanted: STATED_FROM });
+    }
+    let sizes: Vec<ImageSize> = cameras.iter().map(|camera| camera.image_size).collect();
+    let length = match params.accept {
+        Some(AcceptanceGoal::Length { length_m, at_m, .. }) => Some((length_m, at_m)),
+        _ => None,
+    };
+    let asked = (sizes.as_slice(), length, params.board_scale_sd);
+    let both = |a: usize| (a + 1..cameras.len()).map(move |b| [a, b]);
+    let pairs: Vec<Pair> = (0..cameras.len())
+        .flat_map(both)
+        .map(|of| stated::pair(&fitted, covariance.as_ref(), of, asked))
+        .collect();
+    if covariance.is_some() {
+        findings.extend(pairs.iter().filter_map(|pair| judged(pair, params)));
+    }
+    findings.sort_by_key(|finding| std::cmp::Reverse(finding.severity()));
+    let verdict = match findings.first().map(RigFinding::severity) {
+        Some(Severity::Bad) => Verdict::Untrustworthy,
+        Some(Severity::Care) => Verdict::Care,
+        Some(Severity::Info) | None => Verdict::Good,
+    };
+    let of_cameras = of_cameras
+        .into_iter()
+        .enumerate()
+        .map(|(index, camera)| {
+            let own = covariance.as_ref().map(|all| bundle::part(all, &lens_rows(index)));
+            let covariance = own.map(|own| LensMatrix::from_fn(|i, j| own[(i, j)]));
+            RigCamera { covariance, ..camera }
+        })
+        .collect();
+    Ok(RigCalibration {
+        rig: rig_of(&fitted.state),
+        cameras: of_cameras,
+        board_m: board_m.iter().map(|point| fitted.state.on_board(point)).collect(),
+        stretch: libm::exp(fitted.state.shape[0]) - 1.0,
+        covariance,
+        instants: instants_of(&fitted, &numbers, &board_m),
+        pairs,
+        findings,
+        verdict,
+    })
+}
+
+/// Calibration of a camera by its own views, or its known lens.
+struct Alone {
+    lens: boresight_geometry::Camera,
+    known: bundle::LensKnown,
+    rms_px: Option<f64>,
+    /// Numbers of pictures that are no image of the board.
+    left_out: Vec<u64>,
+}
+
+impl Alone {
+    fn of(
+        given: &RigViews,
+        board: &Board,
+        params: &CalibrationParams,
+    ) -> Result<Self, NotCalibrated> {
+        let (mut numbers, mut views): (Vec<u64>, Vec<Vec<Corner>>) = given
+            .views
+            .iter()
+            .filter(|(_, corners)| seen_count(corners) >= POSE_CORNERS)
+            .cloned()
+            .unzip();
+        let few = given.views.iter().filter(|(number, _)| !numbers.contains(number));
+        let mut left_out: Vec<u64> = few.map(|(number, _)| *number).collect();
+        if let Some(known) = &given.known_lens
+            && let Some(prior) = fit::known_lens(known)
+        {
+            return Ok(Self { lens: known.camera(), known: prior, rms_px: None, left_out });
+        }
+        let params = CalibrationParams { accept: None, threads: 1, ..params.clone() };
+        let most = views.len() / LEFT_OUT_OF;
+        let mut refused = 0;
+        loop {
+            match calibrate(&views, board, given.image_size, &params) {
+                Err(NotCalibrated::NoHomography { view } | NotCalibrated::NoGrid { view })
+                    if refused < most =>
+                {
+                    refused += 1;
+                    left_out.push(numbers.remove(view));
+                    views.remove(view);
+                }
+                Err(reason) => return Err(reason),
+                Ok(Calibration { camera, model, rms_px, .. }) => {
+                    let known = open_lens(&camera, model);
+                    return Ok(Self { lens: camera, known, rms_px: Some(rms_px), left_out });
+                }
+            }
+        }
+    }
+
+    fn uses(&self, number: u64) -> bool {
+        !self.left_out.contains(&number)
+    }
+
+    /// Ratio of the residual of the joint fit to that of camera `camera` alone; 1 if unknown.
+    fn ratio(&self, camera: usize, fitted: &Fit, board_m: &[Point2<f64>]) -> f64 {
+        self.rms_px.map_or(1.0, |alone| rms_px(camera, fitted, board_m) / alone)
+    }
+}
+
+/// Root mean square residual of a camera in the joint fit.
+fn rms_px(camera: usize, fitted: &Fit, board_m: &[Point2<f64>]) -> f64 {
+    let own = fitted.views.iter().filter(|view| view.camera == camera);
+    let residuals = own.filter_map(|view| residuals(view, &fitted.state, board_m)).flatten();
+    rms(residuals.map(|(off, _)| off.norm_squared()))
+}
+
+fn rms(squares: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+    (sum / (2 * count).max(1) as f64).sqrt()
+}
+
+fn rig_cameras(
+    given: &[RigViews],
+    fitted: &Fit,
+    alone: &[Alone],
+    board_m: &[Point2<f64>],
+) -> Vec<RigCamera> {
+    let of = |(camera, (given, alone)): (usize, (&RigViews, &Alone))| RigCamera {
+        image_size: given.image_size,
+        covariance: None,
+        rms_px: rms_px(camera, fitted, board_m),
+        alone_rms_px: alone.rms_px,
+        views: fitted.views.iter().filter(|view| view.camera == camera).count(),
+    };
+    given.iter().zip(alone).enumerate().map(of).collect()
+}
+
+/// The two cameras whose residuals grow most beside the others.
+fn widest(fitted: &Fit, alone: &[Alone], board_m: &[Point2<f64>]) -> [usize; 2] {
+    let ratio = |camera: usize| alone[camera].ratio(camera, fitted, board_m);
+    let mut by_ratio: Vec<usize> = (0..alone.len()).collect();
+    by_ratio.sort_by(|a, b| ratio(*b).total_cmp(&ratio(*a)));
+    let mut two = [by_ratio[0], by_ratio[1]];
+    two.sort_unstable();
+    two
+}
+
+fn instants_of(fitted: &Fit, numbers: &[u64], board_m: &[Point2<f64>]) -> Vec<RigInstant> {
+    let mut instants: Vec<RigInstant> = numbers
+        .iter()
+        .zip(&fitted.state.rig_from_board)
+        .enumerate()
+        .map(|(instant, (number, place))| {
+            let of = fitted.views.iter().filter(|view| view.instant == instant);
+            let of = of.filter_map(|view| {
+                let off = residuals(view, &fitted.state, board_m)?;
+                Some((view.camera, rms(off.iter().map(|(off, _)| off.norm_squared()))))
+            });
+            RigInstant { number: *number, rig_from_board: *place, residual_rms_px: of.collect() }
+        })
+        .collect();
+    instants.sort_by_key(|instant| instant.number);
+    instants
+}
+
+/// Finding about a pair held to the goal; `None` if it meets the goal.
+fn judged(pair: &Pair, params: &CalibrationParams) -> Option<RigFinding> {
+    let Some(sd) = &pair.sd else { return Some(RigFinding::PairUnseen { of: pair.of }) };
+    let rows = sd.row_px.map(|sd_px| TWO_SIDED_95 * sd_px);
+    let (bound, goal) = match params.accept {
+        None => (rows, DEFAULT_TYPICAL_GOAL_PX),
+        Some(AcceptanceGoal::Projection { px }) => (rows, px),
+        Some(AcceptanceGoal::Length { within_m, .. }) => (sd.length_bound_m, within_m),
+    };
+    let Some(bound) = bound else { return Some(RigFinding::PairUnseen { of: pair.of }) };
+    let is_unfinished = bound > UNUSABLE * goal;
+    (bound > goal).then_some(RigFinding::PairUncertain { of: pair.of, bound, goal, is_unfinished })
+}
