@@ -102,22 +102,8 @@ impl CalibrationFile {
     }
 
     fn without_result(image_size: ImageSize, board: &Board, views: &[ViewName]) -> Self {
-        let (tags, circles) = (board.pattern().tags(), board.pattern().circles());
-        let board = BoardEntry {
-            columns: count(board.columns()),
-            rows: count(board.rows()),
-            square_mm: 1000.0 * board.measured_m(),
-            markers: board.markers().map(|markers| MarkersEntry {
-                dictionary: markers.dictionary.to_string(),
-                side_mm: 1000.0 * board.measured_m() * markers.side_squares,
-                tag_spacing: tags.map(|tags| tags.spacing),
-                first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
-            }),
-            circles: circles.map(|rows| rows.name().into()),
-            points_mm: None,
-        };
         let views = views.iter().map(unused).collect();
-        Self { views, ..Self::empty(image_size, Some(board)) }
+        Self { views, ..Self::empty(image_size, Some(BoardEntry::of(board))) }
     }
 
     fn empty(image_size: ImageSize, board: Option<BoardEntry>) -> Self {
@@ -148,26 +134,10 @@ impl CalibrationFile {
     /// The file of another program's calibration, with the lens alone: `finding` lists the
     /// unknowns.
     pub fn of_imported(old: &OldCalibration, (message, action): (String, &str)) -> Self {
-        let camera = &old.camera;
-        let lens = LensEntry {
-            model: LensModel::simplest_with(camera).code().into(),
-            focal: None,
-            f_px: [camera.f_px.x, camera.f_px.y],
-            pp_px: pair(camera.pp_px),
-            distortion: camera.distortion.into(),
-            sigma: None,
-            covariance: None,
-            covariance_all: None,
-            rms_px: old.rms_px,
-            noise_px: None,
-            excess_px: None,
-            noise_factor: None,
-            noise_floor_px: None,
-        };
         Self {
             verdict: Verdict::Care.code().into(),
             findings: vec![entry(IMPORTED, Severity::Care, (message, action))],
-            result: Some(lens),
+            result: Some(LensEntry { rms_px: old.rms_px, ..LensEntry::alone(&old.camera) }),
             source: old.source.clone(),
             ..Self::empty(old.image_size, None)
         }
@@ -181,6 +151,26 @@ impl CalibrationFile {
         let [width_px, height_px] = self.image_size;
         let image_size = ImageSize { width_px, height_px };
         Some(acceptance(goal, &lens.camera(), &covariance, image_size, scale_sd))
+    }
+}
+
+impl BoardEntry {
+    /// The entry of a board as named.
+    pub(super) fn of(board: &Board) -> Self {
+        let (tags, circles) = (board.pattern().tags(), board.pattern().circles());
+        Self {
+            columns: count(board.columns()),
+            rows: count(board.rows()),
+            square_mm: 1000.0 * board.measured_m(),
+            markers: board.markers().map(|markers| MarkersEntry {
+                dictionary: markers.dictionary.to_string(),
+                side_mm: 1000.0 * board.measured_m() * markers.side_squares,
+                tag_spacing: tags.map(|tags| tags.spacing),
+                first_tag: tags.map(|tags| tags.first).filter(|first| *first != 0),
+            }),
+            circles: circles.map(|rows| rows.name().into()),
+            points_mm: None,
+        }
     }
 }
 
@@ -221,7 +211,11 @@ fn count(corners: usize) -> u32 {
     u32::try_from(corners).unwrap_or(u32::MAX)
 }
 
-fn entry(code: &str, severity: Severity, (message, action): (String, &str)) -> FindingEntry {
+pub(super) fn entry(
+    code: &str,
+    severity: Severity,
+    (message, action): (String, &str),
+) -> FindingEntry {
     let severity = severity.code().into();
     FindingEntry { code: code.into(), severity, message, action: action.into() }
 }
@@ -236,6 +230,25 @@ fn pair(px: Point2<f64>) -> [f64; 2] {
 }
 
 impl LensEntry {
+    /// The entry of a lens without any uncertainty.
+    pub(super) fn alone(camera: &Camera) -> Self {
+        Self {
+            model: LensModel::simplest_with(camera).code().into(),
+            focal: None,
+            f_px: [camera.f_px.x, camera.f_px.y],
+            pp_px: pair(camera.pp_px),
+            distortion: camera.distortion.into(),
+            sigma: None,
+            covariance: None,
+            covariance_all: None,
+            rms_px: None,
+            noise_px: None,
+            excess_px: None,
+            noise_factor: None,
+            noise_floor_px: None,
+        }
+    }
+
     fn of(calibration: &Calibration) -> Self {
         let camera = &calibration.camera;
         let sd = calibration.sd();

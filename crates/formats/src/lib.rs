@@ -37,6 +37,7 @@
 //! | `field_of_view` | viewing angles of a file's camera |
 //! | `check_file` | `boresight.check/1` |
 //! | `judgement_file` | `boresight.judgement/1` |
+//! | `rig_file` | `boresight.rig/1`: several cameras and their mutual places |
 //! | `schema` | reading files with a schema |
 //! | [`corner_table`] | corners of many pictures, from other detectors |
 //! | [`import`] | files of many programs → [`OldCalibration`](import::OldCalibration) |
@@ -74,6 +75,7 @@ pub mod import;
 mod judgement_file;
 mod named_covariance;
 mod nullable;
+mod rig_file;
 mod schema;
 
 pub use calibration_file::{
@@ -85,6 +87,9 @@ pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow,
 pub use from_calibration::{FindingWords, ViewName};
 pub use judgement_file::{FreshLens, JUDGEMENT_SCHEMA, JudgementFile};
 pub use named_covariance::{LensCovariance, NamedCovariance};
+pub use rig_file::{
+    RIG_SCHEMA, RigCameraEntry, RigCovariance, RigFile, RigInstantEntry, RigPairEntry, RigWords,
+};
 pub use schema::NotRead;
 
 /// Compiles and runs the example of the README.

@@ -35,8 +35,11 @@ const SAG_SD: f64 = 0.01;
 pub(super) const STATED_FROM: usize = 8;
 
 /// Lens before the instants: any of the kind, by weak priors.
-pub(super) fn open_lens(camera: &Camera, model: LensModel) -> LensKnown {
-    let richest = model.family().richest();
+///
+/// Its coefficients are those of the richest of the `allowed` models of the family.
+pub(super) fn open_lens(camera: &Camera, model: LensModel, allowed: &[LensModel]) -> LensKnown {
+    let own = allowed.iter().filter(|other| other.family() == model.family());
+    let richest = own.max().copied().unwrap_or(model);
     let free = richest.freedom(false).free;
     let parameters = camera.lens_parameters();
     let mut mean = SVector::from(parameters);

@@ -474,7 +474,7 @@ impl Alone {
                 }
                 Err(reason) => return Err(reason),
                 Ok(Calibration { camera, model, rms_px, .. }) => {
-                    let known = open_lens(&camera, model);
+                    let known = open_lens(&camera, model, &params.models);
                     return Ok(Self { lens: camera, known, rms_px: Some(rms_px), left_out });
                 }
             }

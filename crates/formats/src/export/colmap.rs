@@ -32,7 +32,7 @@ const FISHEYE: [LensParameter; 4] =
     [LensParameter::K1, LensParameter::K2, LensParameter::K3, LensParameter::K4];
 
 /// Name of the model, and the parameters.
-fn model(exported: &ExportedCamera<'_>) -> (&'static str, Vec<f64>) {
+pub(super) fn model(exported: &ExportedCamera<'_>) -> (&'static str, Vec<f64>) {
     let [fx, fy, cx, cy] = exported.intrinsics();
     let mut parameters = vec![fx, fy, cx + 0.5, cy + 0.5];
     let model = match exported.coefficients() {

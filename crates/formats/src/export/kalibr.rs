@@ -9,6 +9,15 @@ use super::{Coefficients, ExportedCamera, NotExpressible, number::numbers};
 ///
 /// [`NotExpressible`] if k3 is not zero, since `radtan` ends with k2, and for a rational lens.
 pub fn kalibr_camchain(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
+    camera(exported, 0, &[])
+}
+
+/// Camera `index` of a camchain, which overlaps with the cameras `overlaps`.
+pub(super) fn camera(
+    exported: &ExportedCamera<'_>,
+    index: usize,
+    overlaps: &[usize],
+) -> Result<String, NotExpressible> {
     let (model, coefficients) = match exported.coefficients() {
         Coefficients::None => ("radtan", [0.0; 4]),
         Coefficients::Brown([k1, k2, p1, p2, 0.0]) => ("radtan", [k1, k2, p1, p2]),
@@ -18,7 +27,7 @@ pub fn kalibr_camchain(exported: &ExportedCamera<'_>) -> Result<String, NotExpre
         Coefficients::Rational(_) => return Err(NotExpressible::Lens { lens: "rational" }),
         Coefficients::Fisheye(coefficients) => ("equidistant", coefficients),
     };
-    let mut yaml = String::from("cam0:\n  cam_overlaps: []\n  camera_model: pinhole\n");
+    let mut yaml = format!("cam{index}:\n  cam_overlaps: {overlaps:?}\n  camera_model: pinhole\n");
     // Writing to a string cannot fail.
     let _ = writeln!(yaml, "  distortion_coeffs: [{}]", numbers(&coefficients));
     let _ = writeln!(yaml, "  distortion_model: {model}");

@@ -18,6 +18,7 @@
 //! | `photonvision` | PhotonVision | Brown's and rational |
 //! | `gyroflow` | Gyroflow | a fisheye |
 //! | `open3d` | Open3D | a pinhole without distortion |
+//! | [`RigFormat`] | OpenCV stereo, Kalibr, ROS 2, COLMAP, Anipose | several cameras |
 //! | [`views_csv`] | spreadsheets | each view with its numbers |
 //! | [`board_csv`] | programs of one's own | the board's points as found |
 //! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, boresight | corners |
@@ -43,6 +44,8 @@ mod opencv;
 mod orb_slam;
 mod photonvision;
 mod realitycapture;
+mod rig;
+mod rig_format;
 mod ros;
 mod vins;
 
@@ -54,6 +57,7 @@ pub use matlab::matlab_script;
 pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};
 pub use mrcal_inputs::SolvedView;
 pub use opencv::opencv_yaml;
+pub use rig_format::{ExportedRig, RigFormat};
 pub use ros::{RosCameraInfo, ros_camera_info};
 
 use boresight_calibrate::{LensFamily, LensModel};

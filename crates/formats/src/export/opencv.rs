@@ -78,16 +78,16 @@ pub(super) fn json(exported: &ExportedCamera<'_>) -> String {
 }
 
 /// Contents common to all kinds of `FileStorage`.
-struct Stored {
+pub(super) struct Stored {
     /// Width and height.
-    size: [u32; 2],
-    camera: [f64; 9],
-    is_fisheye: bool,
-    distortion: Vec<f64>,
+    pub(super) size: [u32; 2],
+    pub(super) camera: [f64; 9],
+    pub(super) is_fisheye: bool,
+    pub(super) distortion: Vec<f64>,
 }
 
 impl Stored {
-    fn of(exported: &ExportedCamera<'_>) -> Self {
+    pub(super) fn of(exported: &ExportedCamera<'_>) -> Self {
         let [fx, fy, cx, cy] = exported.intrinsics();
         let coefficients = exported.coefficients();
         Self {
@@ -104,7 +104,7 @@ impl Stored {
     }
 }
 
-fn matrix(yaml: &mut String, name: &str, columns: usize, values: &[f64]) {
+pub(super) fn matrix(yaml: &mut String, name: &str, columns: usize, values: &[f64]) {
     let _ = writeln!(
         yaml,
         "{name}: !!opencv-matrix\n   rows: {}\n   cols: {columns}\n   dt: d\n   data: [ {} ]",
