@@ -13,7 +13,7 @@ use boresight_fleet::{
     batch::{Item, Job, Row},
     history::HistoryFile,
 };
-use boresight_formats::{CalibrationFile, CheckFile, JudgementFile};
+use boresight_formats::{CalibrationFile, CheckFile, JudgementFile, RigFile};
 use boresight_run::recording::journal_line_schema;
 use boresight_station::{StateLine, StoreLine, WatchFile};
 
@@ -24,6 +24,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("calibration.v1.json", of::<CalibrationFile>()),
         ("check.v1.json", of::<CheckFile>()),
         ("judgement.v1.json", of::<JudgementFile>()),
+        ("rig.v1.json", of::<RigFile>()),
         ("report.v1.json", of::<ReportFile>()),
         ("doctor.v1.json", of::<DoctorFile>()),
         ("batch.v1.json", of::<Job>()),

@@ -19,21 +19,25 @@ use boresight_app::session::{
 };
 use boresight_app::{
     Exit, announce_result,
-    commands::calibration_views::{CalibrationViews, from_pictures, from_session, from_table},
+    commands::{
+        calibration_views::{CalibrationViews, from_pictures, from_session, from_table, is_table},
+        rig::{CameraInput, by_number, cameras_in, known_lens, named},
+    },
     session::{
         run::say_how_to_leave_out,
         source::{is_recording, is_session},
     },
 };
-use boresight_calibrate::CalibrationParams;
+use boresight_calibrate::{CalibrationParams, Verdict, calibrate_rig};
 use boresight_capture::Upright;
 use boresight_files::{Overwrite, may_save, save};
+use boresight_formats::{FindingEntry, RigFile};
 use boresight_geometry::boards::Board;
-use boresight_present::text;
+use boresight_present::text::{self, rig as words};
 #[cfg(feature = "report")]
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
-    text::report as words,
+    text::report as report_words,
 };
 use boresight_terminal::{
     announcer,
@@ -47,16 +51,23 @@ use boresight_terminal::{
 
 /// Calibrate from pictures of the board, a corner table, or the views of a session.
 ///
-/// A corner table has lines `filename x y level`, row by row over the board, and needs
-/// --image-size. A session is calibrated from the corners in its journal, with its board and
+/// A corner table has lines `filename x y level` (.vnl), row by row over the board, or is the output
+/// of detect --json (.jsonl); it needs --image-size. A session is calibrated from the corners in its journal, with its board and
 /// settings.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// Pictures (PNG, JPEG, BMP, PGM, PPM, TIFF, WebP) or folders of them, one corner table (.vnl),
-    /// or one session folder; - reads a table or a picture from standard input.
+    /// Pictures (PNG, JPEG, BMP, PGM, PPM, TIFF, WebP) or folders of them, one corner table (.vnl,
+    /// .jsonl), or one session folder; - reads a table or a picture from standard input.
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
+    /// Several cameras that see one board: a folder or corner table each (NAME=PATH names the
+    /// camera), or one folder of them. Pictures with the same number were taken at the same moment.
+    #[arg(long, conflicts_with_all = ["varying_focal", "report"])]
+    rig: bool,
+    /// Earlier calibration of a rig's camera, whose lens has not been touched since.
+    #[arg(long, value_name = "NAME=FILE", requires = "rig")]
+    known_lens: Vec<PathBuf>,
     #[command(flatten)]
     board: BoardArguments,
     #[command(flatten)]
@@ -94,10 +105,14 @@ Examples:
   boresight calibrate --board 9x6 --out camera.json --report camera.html pictures/*.png
   boresight calibrate --board 9x6 --square 25mm --image-size 1280x720 corners.vnl
   boresight calibrate sessions/2026-11-21T08-00-00Z --lens rational
+  boresight calibrate --rig left=pictures/left right=pictures/right --out rig.json
   boresight detect pictures/*.png | boresight calibrate - --image-size 1280x720";
 
 impl Arguments {
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
+        if self.rig {
+            return self.run_rig();
+        }
         let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);
         if let Some(recording) = self.inputs.iter().find(|path| is_recording(path)) {
@@ -190,7 +205,7 @@ impl Arguments {
             };
             let certificate = Some(certificate(&config.certificate, known, &mut notes));
             let report = Report {
-                name: words::files(&folder_name(&self.inputs), self.inputs.len()),
+                name: report_words::files(&folder_name(&self.inputs), self.inputs.len()),
                 calibration: file,
                 notes,
                 certificate,
@@ -215,6 +230,71 @@ impl Arguments {
     }
 }
 
+impl Arguments {
+    /// Calibrates several cameras.
+    fn run_rig(&self) -> anyhow::Result<Exit> {
+        let inputs = cameras_in(&self.inputs)?;
+        let pictures = inputs.iter().flat_map(|camera| &camera.files);
+        let pictures: Vec<PathBuf> = pictures.filter(|path| !is_table(path)).cloned().collect();
+        let mut config = self.board.config_for(&pictures)?;
+        config.camera.as_stored |= self.as_stored;
+        self.goal.apply(&mut config);
+        self.lens.apply(&mut config);
+        let board = config.board()?;
+        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+        if let Some(path) = &self.out {
+            may_save(path, overwrite)?;
+        }
+        let upright = config.camera.upright();
+        let mut cameras = Vec::with_capacity(inputs.len());
+        for CameraInput { name, files } in &inputs {
+            let views = views_of((files, upright), self.image_size, &board, false)?;
+            cameras.push(by_number(name, views)?);
+        }
+        let names: Vec<String> = inputs.into_iter().map(|camera| camera.name).collect();
+        for known in &self.known_lens {
+            let (Some(name), path) = named(known) else {
+                return Err(WrongUsage("--known-lens takes NAME=FILE".into()).into());
+            };
+            let Some(camera) = names.iter().position(|other| *other == name) else {
+                let usage = format!("--known-lens: no camera is called {name:?}");
+                return Err(WrongUsage(usage).into());
+            };
+            cameras[camera].known_lens = Some(known_lens(&path)?);
+        }
+        let threads = available_parallelism().map_or(1, usize::from);
+        let params = CalibrationParams { threads, ..config.calibration() };
+        let found = calibrate_rig(&cameras, &board, &params);
+        let file = RigFile::of(found.as_ref(), &names, &board, words::RIG_WORDS);
+        if let Ok(rig) = &found {
+            say(&words::verdict(rig));
+        }
+        for FindingEntry { code, message, action, .. } in &file.findings {
+            say(&format!("  {code}: {message}. {action}"));
+        }
+        if let Ok(rig) = &found {
+            for ((name, lens), of) in names.iter().zip(&rig.rig.cameras).zip(&rig.cameras) {
+                say(&words::camera(name, lens, of));
+            }
+            // Where the pictures contradict each other, no number between cameras is a fact.
+            let is_told = rig.verdict != Verdict::Untrustworthy || rig.is_unfinished();
+            for pair in rig.pairs.iter().filter(|_| is_told) {
+                say(&words::pair(pair, &names, params.board_scale_sd));
+            }
+        }
+        let json = serde_json::to_string_pretty(&file)?;
+        if let Some(path) = &self.out {
+            save(path, json.as_bytes(), overwrite)?;
+            say(&format!("Written: {}", path.display()));
+        }
+        if self.json {
+            print(&json)?;
+        }
+        let is_usable = found.is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
+        Ok(if is_usable { Exit::Good } else { Exit::NotTrustworthy })
+    }
+}
+
 /// Views of pictures, or of one corner table of pictures of `image_size`.
 pub(super) fn views_of(
     (inputs, upright): (&[PathBuf], Upright),
@@ -222,7 +302,6 @@ pub(super) fn views_of(
     board: &Board,
     with_thumbnails: bool,
 ) -> anyhow::Result<CalibrationViews> {
-    let is_table = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "vnl");
     match inputs {
         [table] if is_table(table) => {
             let Size(image_size) = image_size.ok_or_else(|| {
@@ -231,7 +310,7 @@ pub(super) fn views_of(
             })?;
             from_table(table, image_size, board, with_thumbnails)
         }
-        inputs if inputs.iter().any(is_table) => {
+        inputs if inputs.iter().any(|path| is_table(path)) => {
             bail!("give pictures, or one corner table, not both")
         }
         inputs => {

@@ -37,6 +37,7 @@ mod power_cut_watch;
 #[cfg(unix)]
 mod release;
 mod report;
+mod rig;
 mod saved_session;
 mod schemas;
 mod target;

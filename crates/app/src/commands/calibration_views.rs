@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context, anyhow, bail};
 
+use super::json::DetectedLine;
 #[cfg(feature = "report")]
 use crate::session::report::picture_beside;
 use crate::{Announcer, SavedSession, session::result};
@@ -216,15 +217,40 @@ pub fn from_table(
 ) -> anyhow::Result<CalibrationViews> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
-    let table = corner_table::read(&text, board.corner_count())
-        .with_context(|| format!("could not use {path:?}"))?;
-    let given = table.into_iter().map(|view| (view.name, Ok(view.corners.unwrap_or_default())));
+    let given: Vec<GivenView> = if is_json_lines(path) {
+        json_lines(&text, board).with_context(|| format!("could not use {path:?}"))?
+    } else {
+        let table = corner_table::read(&text, board.corner_count())
+            .with_context(|| format!("could not use {path:?}"))?;
+        table.into_iter().map(|view| (view.name, Ok(view.corners.unwrap_or_default()))).collect()
+    };
     let mut views = CalibrationViews::of(given, image_size, board);
     if with_pictures {
         let used = views.names.iter().filter(|view| view.reason.is_none());
         views.pictures = used.map(|view| picture_beside(folder, &view.name, image_size)).collect();
     }
     Ok(views)
+}
+
+/// True for a table of corners: `filename x y level` (.vnl), or the lines of `detect --json`
+/// (.jsonl), which keep each corner's standard deviation.
+pub fn is_table(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "vnl") || is_json_lines(path)
+}
+
+fn is_json_lines(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "jsonl")
+}
+
+fn json_lines(text: &str, board: &Board) -> anyhow::Result<Vec<GivenView>> {
+    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    lines
+        .map(|(index, line)| {
+            let line: DetectedLine = serde_json::from_str(line)
+                .with_context(|| format!("line {} is none of detect --json", index + 1))?;
+            Ok((line.file.clone(), line.on_board(board)))
+        })
+        .collect()
 }
 
 /// Size of a stored picture.

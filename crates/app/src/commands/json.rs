@@ -1,13 +1,14 @@
-//! Output of `detect --json`.
+//! Output of `detect --json`, which serves as a corner table, too.
 
-use serde::Serialize;
+use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
 
 use boresight_detect::{Detection, Miss, Quality};
-use boresight_geometry::boards::Board;
+use boresight_geometry::{Corner, boards::Board};
 use boresight_present::text;
 
 /// A line of `detect --json`: one picture.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DetectedLine {
     /// Name of the picture's file, as the caller gave it.
@@ -21,8 +22,10 @@ pub struct DetectedLine {
     /// Column, row, x, y and standard deviation in pixels of each corner that is seen; null without a board.
     pub corners: Option<Vec<CornerEntry>>,
     /// How well the board is seen; null without one.
+    #[serde(default)]
     pub quality: Option<QualityEntry>,
     /// Time that the search took, in milliseconds.
+    #[serde(default)]
     pub millis: f64,
 }
 
@@ -30,7 +33,7 @@ pub struct DetectedLine {
 pub type CornerEntry = (usize, usize, f64, f64, f64);
 
 /// How well a board is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct QualityEntry {
     /// Standard deviation of the blur.
@@ -66,6 +69,30 @@ impl DetectedLine {
             millis,
             ..Self::without(file, board, seen.as_ref().err().map(text::miss))
         }
+    }
+
+    /// Corners row by row over the `board`.
+    ///
+    /// # Errors
+    ///
+    /// The reason for having none, or that the line is of another board.
+    pub fn on_board(&self, board: &Board) -> Result<Vec<Corner>, String> {
+        let Some(seen) = &self.corners else {
+            return Err(self.reason.clone().unwrap_or_else(|| "no corners".into()));
+        };
+        let [columns, rows] = self.board;
+        let mut corners =
+            vec![Corner::unseen(Point2::new(f64::NAN, f64::NAN)); board.corner_count()];
+        for (column, row, x, y, sigma_px) in seen {
+            let is_on_board = *column < columns && self.board == [board.columns(), board.rows()];
+            let place = corners.get_mut(row * columns + column).filter(|_| is_on_board);
+            let is_corner = x.is_finite() && y.is_finite() && *sigma_px > 0.0;
+            match place.filter(|_| is_corner) {
+                Some(place) => *place = Corner::isotropic(Point2::new(*x, *y), *sigma_px),
+                None => return Err(format!("corners of a {columns}x{rows} board: check --board")),
+            }
+        }
+        Ok(corners)
     }
 
     /// Line for a `file` without corners, with the reason.

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `calibration_views` | views of a calibration without a session, from pictures or a corner table |
 //! | `judgement` | a calibration of any program held to a fresh lens |
+//! | `rig` | pictures of several cameras, sorted into instants |
 //! | `redetect` | corners of a recording, found again |
 //! | `doctor`, `bundle` | a recording verified; contents of a bug report, in one file |
 //! | `plan_board`, `board_sheet` | a board for a distance; the printed sheet |
@@ -22,6 +23,7 @@ pub mod judgement;
 pub mod paths;
 pub mod plan_board;
 pub mod redetect;
+pub mod rig;
 mod weighed_picture;
 
 pub use bag_copy::BagCopy;

@@ -13,10 +13,10 @@ use crate::{Announcer, SavedSession, session::source::result_named_by};
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
 use boresight_formats::{
-    CalibrationFile, corner_table,
+    CalibrationFile, RigFile, corner_table,
     export::{
-        CameraFormat, ExportedCamera, SolvedView, board_csv, colmap_cameras_with_sd,
-        mrcal_cameramodel_with_views, views_csv,
+        CameraFormat, ExportedCamera, ExportedRig, RigFormat, SolvedView, board_csv,
+        colmap_cameras_with_sd, mrcal_cameramodel_with_views, views_csv,
     },
     import,
 };
@@ -29,6 +29,8 @@ use boresight_present::text;
 pub enum Format {
     /// The lens in the format of another program.
     Camera(CameraFormat),
+    /// The cameras of a rig in the format of another program.
+    Rig(RigFormat),
     /// Everything, in boresight's schema.
     Json,
     /// Each view with numbers, as comma-separated values.
@@ -54,7 +56,8 @@ impl Format {
     /// Every format.
     pub fn all() -> impl Iterator<Item = Self> {
         let cameras = CameraFormat::ALL.into_iter().map(Self::Camera);
-        cameras.chain([Self::Json, Self::ViewsCsv, Self::Vnl])
+        let rigs = RigFormat::ALL.into_iter().map(Self::Rig);
+        cameras.chain(rigs).chain([Self::Json, Self::ViewsCsv, Self::Vnl])
     }
 
     /// Format by [`code`](Self::code).
@@ -77,6 +80,7 @@ impl Format {
     pub fn label(self) -> &'static str {
         match self {
             Self::Camera(format) => format.label(),
+            Self::Rig(format) => format.label(),
             Self::Json => "JSON",
             Self::ViewsCsv => "Photos (CSV)",
             Self::Vnl => "Corners (VNL)",
@@ -87,6 +91,7 @@ impl Format {
     pub fn code(self) -> &'static str {
         match self {
             Self::Camera(format) => format.code(),
+            Self::Rig(format) => format.code(),
             Self::Json => "json",
             Self::ViewsCsv => "views-csv",
             Self::Vnl => "vnl",
@@ -97,6 +102,7 @@ impl Format {
     pub fn file(self) -> &'static str {
         match self {
             Self::Camera(format) => format.file(),
+            Self::Rig(format) => format.file(),
             Self::Json => "camera.json",
             Self::ViewsCsv => "views.csv",
             Self::Vnl => "corners.vnl",
@@ -107,6 +113,7 @@ impl Format {
     pub fn about(self) -> &'static str {
         match self {
             Self::Camera(format) => format.about(),
+            Self::Rig(format) => format.about(),
             Self::Json => "Everything, in boresight's schema",
             Self::ViewsCsv => "The result for each view, as comma-separated values",
             Self::Vnl => {
@@ -191,7 +198,12 @@ pub fn export(
         let text = corners(input, announcer)?;
         return Ok(Exported { text, board: None, untrustworthy: false });
     }
-    let (text, file) = read_any(&result_named_by(input)?, image_size, announcer)?;
+    let path = result_named_by(input)?;
+    if let Some(rig) = rig_in(&path)? {
+        let untrustworthy = rig.verdict == Verdict::Untrustworthy.code();
+        return Ok(Exported { text: of_rig(&rig, format, name)?, board: None, untrustworthy });
+    }
+    let (text, file) = read_any(&path, image_size, announcer)?;
     let untrustworthy = file.known_verdict() == Some(Verdict::Untrustworthy);
     let board = found_board(&file, format);
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
@@ -207,6 +219,44 @@ pub fn export(
     Ok(Exported { text, board, untrustworthy })
 }
 
+/// Rig in the file `path`; `None` if it's another file.
+fn rig_in(path: &Path) -> anyhow::Result<Option<RigFile>> {
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let tree = serde_json::from_str::<Value>(&text).ok().filter(RigFile::is_one);
+    let read = tree.map(|tree| RigFile::read(&tree)).transpose();
+    read.with_context(|| format!("could not use {path:?}"))
+}
+
+/// Rig in `format`: all cameras, the two of `NAME,NAME` for a pair, or the lens of the camera
+/// `name`.
+fn of_rig(rig: &RigFile, format: Format, name: Option<&str>) -> anyhow::Result<String> {
+    let all = ExportedRig::of(rig).context("the file has no cameras")?;
+    let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let names = names.join(", ");
+    match format {
+        Format::Rig(format) => {
+            let cannot = || format!("{} can't hold this rig", format.label());
+            let Some(name) = name.filter(|_| format == RigFormat::OpencvStereo) else {
+                return format.write(&all).with_context(cannot);
+            };
+            let of = name.split_once(',');
+            let pair = of.and_then(|(first, second)| all.pair([first.trim(), second.trim()]));
+            let pair = pair.with_context(|| {
+                format!("--name names two of the cameras {names}, for example --name left,right")
+            })?;
+            format.write(&pair).with_context(cannot)
+        }
+        Format::Camera(format) => {
+            let camera = name.and_then(|name| all.camera(name)).with_context(|| {
+                format!("it's a rig: --name names one of its cameras, {names}, or --format is one of a rig, such as opencv-stereo")
+            })?;
+            format.write(&camera).with_context(|| cannot_hold(format))
+        }
+        Format::Json => Ok(serde_json::to_string_pretty(rig)?),
+        Format::ViewsCsv | Format::Vnl => bail!("a rig has no {} file", format.code()),
+    }
+}
+
 /// Board of `file`, if the calibration corrected it, for an export in `format`. `None` for formats
 /// without a lens.
 pub fn found_board(file: &CalibrationFile, format: Format) -> Option<FoundBoard> {
@@ -217,7 +267,7 @@ pub fn found_board(file: &CalibrationFile, format: Format) -> Option<FoundBoard>
             format.with_comment("", &[]).is_none().then(|| board_csv(points_mm))
         }
         Format::Json => None,
-        Format::ViewsCsv | Format::Vnl => return None,
+        Format::Rig(_) | Format::ViewsCsv | Format::Vnl => return None,
     };
     Some(FoundBoard { note, csv })
 }
@@ -337,6 +387,9 @@ pub fn export_text(
             Ok(views_csv(&file.views))
         }
         Format::Camera(format) => camera(format, text, name.unwrap_or("camera"), announcer),
+        Format::Rig(format) => {
+            bail!("{} takes several cameras: boresight calibrate --rig", format.label())
+        }
         Format::Vnl => bail!("a corner table is written from a session folder"),
     }
 }

@@ -2,7 +2,7 @@
 //! pixels that aren't square.
 //!
 //! Score tests at the minimum: a cause adds numbers to the normal equations; its gain follows
-//! without another fit (`docs/method.md`, 6.5). All sums are over the instants' own blocks, because
+//! without another fit (`docs/method.md`, 9). All sums are over the instants' own blocks, because
 //! a camera's place and lens occur in its pictures only.
 
 use nalgebra::{DMatrix, DVector};

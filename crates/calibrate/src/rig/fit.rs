@@ -32,7 +32,14 @@ const STRETCHED_SD: f64 = 0.1;
 const STRETCH_SD: f64 = 1e-3;
 const SAG_SD: f64 = 0.01;
 /// Instants below which no uncertainty is stated: halves of four instants understate it fivefold.
-pub(super) const STATED_FROM: usize = 8;
+const STATED_FROM: usize = 8;
+/// The same where every lens is known.
+const STATED_FROM_KNOWN: usize = 4;
+
+/// Instants below which no uncertainty is stated; `is_known` if every lens is.
+pub(super) fn stated_from(is_known: bool) -> usize {
+    if is_known { STATED_FROM_KNOWN } else { STATED_FROM }
+}
 
 /// Lens before the instants: any of the kind, by weak priors.
 ///

@@ -17,18 +17,21 @@ mod stated;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, Isometry3, Point2, Point3};
 
 pub use self::stated::{Pair, PairSd};
 use self::{
     bundle::RigState,
     causes::{Kind, Named},
-    fit::{Fit, STATED_FROM, open_lens, residuals},
+    fit::{Fit, open_lens, residuals, stated_from},
     stated::{lens_rows, rig_of},
 };
 use crate::{
     AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
     NotCalibrated, Severity, Verdict, acceptance::TWO_SIDED_95, calibrate,
+    solve::initial_guess::alike_views,
 };
 use boresight_geometry::{
     Corner, LensMatrix, Rig, boards::Board, frame::ImageSize, parallel, seen_count,
@@ -153,6 +156,8 @@ pub enum RigFinding {
         bound: f64,
         /// Goal in the same unit.
         goal: f64,
+        /// True for a length.
+        is_length: bool,
         /// True if the bound is far from the goal.
         is_unfinished: bool,
     },
@@ -264,7 +269,7 @@ impl RigCalibration {
 /// Pictures with the same number were taken at the same moment, with the board at rest or with
 /// synchronised cameras. The joint bundle starts from each camera's own calibration by `params`,
 /// whose goal applies to every pair: a pixel goal to rows, a length goal to a length between
-/// triangulated points. See `docs/method.md`, section 6.
+/// triangulated points. See `docs/method.md`, section 9.
 ///
 /// # Errors
 ///
@@ -278,10 +283,7 @@ pub fn calibrate_rig(
     if cameras.len() < 2 {
         return Err(NotARig::OneCamera);
     }
-    let mut numbers: Vec<u64> =
-        cameras.iter().flat_map(|camera| camera.views.iter().map(|(number, _)| *number)).collect();
-    numbers.sort_unstable();
-    numbers.dedup();
+    let mut numbers = distinct_instants(cameras, board);
     let alone = parallel::map(params.threads, cameras.len(), |index| {
         Alone::of(&cameras[index], board, params)
             .map_err(|reason| NotARig::NoLens { camera: index, reason })
@@ -326,10 +328,11 @@ pub fn calibrate_rig(
     let mut fitted = refit(started.views, state, &known)?;
     let mut findings = Vec::new();
     let shared = fitted.shared_instants();
+    let wanted = stated_from(alone.iter().all(|alone| alone.rms_px.is_none()));
     let camera_of = |camera: usize| (cameras.len() > 2).then_some(camera);
     let uncertainty = loop {
         let uncertainty = fitted.uncertainty();
-        let Some(of_all) = uncertainty.as_ref().filter(|_| shared >= STATED_FROM) else {
+        let Some(of_all) = uncertainty.as_ref().filter(|_| shared >= wanted) else {
             break uncertainty;
         };
         match causes::named(&fitted, of_all) {
@@ -386,9 +389,9 @@ pub fn calibrate_rig(
         }
     }
     let covariance =
-        uncertainty.filter(|_| shared >= STATED_FROM).map(|uncertainty| uncertainty.covariance);
+        uncertainty.filter(|_| shared >= wanted).map(|uncertainty| uncertainty.covariance);
     if covariance.is_none() {
-        findings.push(RigFinding::InstantsFew { instants: shared, wanted: STATED_FROM });
+        findings.push(RigFinding::InstantsFew { instants: shared, wanted });
     }
     let sizes: Vec<ImageSize> = cameras.iter().map(|camera| camera.image_size).collect();
     let length = match params.accept {
@@ -430,6 +433,28 @@ pub fn calibrate_rig(
         findings,
         verdict,
     })
+}
+
+/// Numbers of the instants, in order, of which no camera shows the board where it showed it at an
+/// earlier one: pictures of a board at rest share errors, and count once.
+fn distinct_instants(cameras: &[RigViews], board: &Board) -> Vec<u64> {
+    let mut groups: BTreeMap<u64, Vec<(usize, usize)>> = BTreeMap::new();
+    for (camera, given) in cameras.iter().enumerate() {
+        let views: Vec<Vec<Corner>> =
+            given.views.iter().map(|(_, corners)| corners.clone()).collect();
+        let (_, place) = alike_views(&views, board, given.image_size);
+        for ((number, _), group) in given.views.iter().zip(place) {
+            groups.entry(*number).or_default().push((camera, group));
+        }
+    }
+    let mut kept: Vec<(u64, Vec<(usize, usize)>)> = Vec::new();
+    for (number, seen) in groups {
+        let repeats = |(_, earlier): &(u64, Vec<_>)| seen.iter().all(|it| earlier.contains(it));
+        if !kept.iter().any(repeats) {
+            kept.push((number, seen));
+        }
+    }
+    kept.into_iter().map(|(number, _)| number).collect()
 }
 
 /// Calibration of a camera by its own views, or its known lens.
@@ -557,6 +582,8 @@ fn judged(pair: &Pair, params: &CalibrationParams) -> Option<RigFinding> {
         Some(AcceptanceGoal::Length { within_m, .. }) => (sd.length_bound_m, within_m),
     };
     let Some(bound) = bound else { return Some(RigFinding::PairUnseen { of: pair.of }) };
-    let is_unfinished = bound > UNUSABLE * goal;
-    (bound > goal).then_some(RigFinding::PairUncertain { of: pair.of, bound, goal, is_unfinished })
+    let is_length = matches!(params.accept, Some(AcceptanceGoal::Length { .. }));
+    let (of, is_unfinished) = (pair.of, bound > UNUSABLE * goal);
+    let uncertain = RigFinding::PairUncertain { of, bound, goal, is_length, is_unfinished };
+    (bound > goal).then_some(uncertain)
 }

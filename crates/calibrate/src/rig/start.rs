@@ -4,7 +4,7 @@
 //! A board's pose has a reversed tilt that looks nearly the same, and a board that looks the same
 //! upside down may be numbered from either end. Each camera proposes all of them; the largest group
 //! of instants with one motion between two cameras decides, and then each instant is turned to
-//! agree (`docs/method.md`, 6.2).
+//! agree (`docs/method.md`, 9).
 
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 

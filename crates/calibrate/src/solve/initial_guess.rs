@@ -168,7 +168,16 @@ pub(crate) fn poses(
 
 /// Number of views distinct from all earlier views.
 pub(crate) fn distinct_views(views: &[Vec<Corner>], board: &Board, image_size: ImageSize) -> usize {
-    first_alike(views, board, ALIKE * f64::from(image_size.width_px)).0.len()
+    alike_views(views, board, image_size).0.len()
+}
+
+/// Views distinct from all earlier ones, as [`first_alike`].
+pub(crate) fn alike_views(
+    views: &[Vec<Corner>],
+    board: &Board,
+    image_size: ImageSize,
+) -> (Vec<usize>, Vec<usize>) {
+    first_alike(views, board, ALIKE * f64::from(image_size.width_px))
 }
 
 /// Indices of views that differ from all earlier distinct ones by `limit_px` or more (root mean

@@ -1,7 +1,7 @@
 use nalgebra::Isometry3;
 
 use super::{ExportedCamera, NotExpressible, rig};
-use crate::{RigFile, RigPairEntry};
+use crate::RigFile;
 use boresight_geometry::frame::ImageSize;
 
 /// File format of another program's several cameras.
@@ -44,10 +44,10 @@ impl<'a> ExportedRig<'a> {
         Some(Self { cameras })
     }
 
-    /// The two cameras of `pair`, the first in the frame of both. `None` if one is missing.
-    pub fn pair(&self, pair: &RigPairEntry) -> Option<Self> {
-        let of = |name: &String| self.cameras.iter().find(|(camera, _)| camera.name == name);
-        let [first, second] = [of(&pair.of[0])?, of(&pair.of[1])?];
+    /// Two cameras by their names, the first in the frame of both. `None` if one is missing.
+    pub fn pair(&self, names: [&str; 2]) -> Option<Self> {
+        let of = |name: &str| self.cameras.iter().find(|(camera, _)| camera.name == name);
+        let [first, second] = [of(names[0])?, of(names[1])?];
         let second_from_first = second.1 * first.1.inverse();
         Some(Self {
             cameras: vec![(first.0, Isometry3::identity()), (second.0, second_from_first)],

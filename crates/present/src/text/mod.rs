@@ -21,6 +21,7 @@ pub mod phone;
 pub mod replay;
 pub mod report;
 pub mod result;
+pub mod rig;
 mod run;
 pub mod session_news;
 pub mod sessions;

@@ -1,0 +1,151 @@
+//! A rig in words: several cameras with fixed mutual places.
+
+use super::{findings::grade, numbers::small};
+use boresight_calibrate::{NotARig, Pair, RigCalibration, RigCamera, RigFinding};
+use boresight_formats::RigWords;
+use boresight_geometry::Camera;
+
+use crate::grade::Grade;
+
+/// Words for the findings of a rig.
+pub const RIG_WORDS: RigWords = RigWords { finding, not_a_rig };
+
+/// The camera's name, or "a camera" where either of two may be meant.
+fn of(camera: Option<usize>, names: &[String]) -> &str {
+    camera.map_or("one of the cameras", |camera| &names[camera])
+}
+
+fn finding(finding: &RigFinding, names: &[String]) -> (String, &'static str) {
+    match finding {
+        RigFinding::InstantsFew { instants, wanted } => (
+            format!(
+                "{instants} common places of the board: the uncertainty is known from {wanted} on"
+            ),
+            "Show the board to two cameras at once in more places, tipped by 30 to 50°.",
+        ),
+        RigFinding::Touched { camera, from } => (
+            format!("{} was moved or touched before picture {from}", of(*camera, names)),
+            "Tighten its mount, then take all pictures again.",
+        ),
+        RigFinding::OtherInstant { camera, instant } => (
+            format!(
+                "picture {instant} of {} is of another moment: used for the lenses only",
+                of(*camera, names)
+            ),
+            "Hold the board still, or lean it on something, while all cameras take their picture.",
+        ),
+        RigFinding::CauseUnclear => (
+            "the pictures disagree, and several causes fit alike".into(),
+            "Take them again with the board at rest and the cameras tight.",
+        ),
+        RigFinding::Late { camera, ratio } => (
+            format!(
+                "corners of {} err {ratio:.1} times as much beside the other cameras as alone: its pictures may be of other moments",
+                names[*camera]
+            ),
+            "Take them again with the board at rest (lean it on a chair), or trigger the cameras together.",
+        ),
+        RigFinding::PairUncertain { of: [a, b], bound, goal, is_length, .. } => (
+            format!(
+                "{} and {}: the error may reach {}, the goal is {}",
+                names[*a],
+                names[*b],
+                of_goal(*bound, *is_length),
+                of_goal(*goal, *is_length)
+            ),
+            "Show the board to both in more places, near and far, tipped by 30 to 50°.",
+        ),
+        RigFinding::PairUnseen { of: [a, b] } => (
+            format!(
+                "{} and {} share no part of their pictures to be judged by",
+                names[*a], names[*b]
+            ),
+            "Use them through a third camera, or show the board where both see it.",
+        ),
+    }
+}
+
+/// Row error in pixels, or error of a length in metres.
+fn of_goal(value: f64, is_length: bool) -> String {
+    if is_length { format!("{} mm", small(1000.0 * value)) } else { format!("{} px", small(value)) }
+}
+
+fn not_a_rig(reason: &NotARig, names: &[String]) -> (String, String) {
+    let list = |cameras: &[usize]| {
+        cameras.iter().map(|camera| names[*camera].as_str()).collect::<Vec<_>>().join(", ")
+    };
+    match reason {
+        NotARig::OneCamera => (
+            "a rig has two cameras or more".into(),
+            "Name a folder for each: boresight calibrate --rig left=FOLDER right=FOLDER.".into(),
+        ),
+        NotARig::NoLens { camera, reason } => (
+            format!("{} gives no lens: {reason}", names[*camera]),
+            format!(
+                "Add pictures of the board from it, tipped by 30 to 50°, or name its calibration: --known-lens {}=FILE.",
+                names[*camera]
+            ),
+        ),
+        NotARig::Unlinked { cameras } => (
+            format!("{}: no picture of the same moment as another camera's", list(cameras)),
+            "Show the board where two cameras see it at once. Pictures of one moment have one number."
+                .into(),
+        ),
+        NotARig::NotPairs { of, agreeing, instants } => (
+            format!(
+                "the pictures of {} aren't of the same moments: {agreeing} of {instants} agree",
+                list(of)
+            ),
+            "Check that one number means one moment, then take them again with the board at rest."
+                .into(),
+        ),
+        NotARig::Undetermined => (
+            "the pictures determine no rig".into(),
+            "Show the board in more places, tipped by 30 to 50°.".into(),
+        ),
+    }
+}
+
+/// Verdict on a rig.
+pub fn verdict(rig: &RigCalibration) -> String {
+    let of_rig = Grade::by(rig.verdict, rig.is_unfinished());
+    let what = match of_rig {
+        Grade::Good => "every pair of cameras meets the goal",
+        Grade::Care => "see the warnings below",
+        Grade::Unfinished => "more places of the board make it usable",
+        Grade::NotTrustworthy => "don't use this rig",
+    };
+    format!("{}: {what}", grade(of_rig))
+}
+
+/// A camera's numbers.
+pub fn camera(name: &str, lens: &Camera, of: &RigCamera) -> String {
+    let alone = of.alone_rms_px.map_or(String::new(), |px| format!(", {px:.3} px alone"));
+    format!(
+        "  {name}: focal length {:.2} px, principal point ({:.2}, {:.2}), residual {:.3} px{alone}, {} pictures",
+        lens.f_px.x, lens.pp_px.x, lens.pp_px.y, of.rms_px, of.views
+    )
+}
+
+/// Numbers of two cameras; `scale_sd` is the relative standard deviation of the board's squares.
+pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
+    let [a, b] = pair.of.map(|camera| &names[camera]);
+    let baseline_mm = 1000.0 * pair.second_from_first.translation.vector.norm();
+    let mut line = format!("  {a} to {b}: {baseline_mm:.2}");
+    match &pair.sd {
+        Some(sd) => {
+            let of_scale = scale_sd * baseline_mm;
+            line += &format!(
+                " ± {} mm (± {} with the squares' size)",
+                small(1000.0 * sd.baseline_m),
+                small((1000.0 * sd.baseline_m).hypot(of_scale))
+            );
+            if let Some(px) = sd.row_px {
+                line += &format!(", rows ± {} px", small(px));
+            }
+            line += &format!(", distances ± {} % at {:.2} m", small(100.0 * sd.distance), sd.at_m);
+        }
+        None => line += " ± ? mm",
+    }
+    line + &format!(", {} common places", pair.instants)
+}
