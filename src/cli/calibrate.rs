@@ -10,7 +10,9 @@ use clap::Args;
 
 #[cfg(feature = "report")]
 use super::this_command::this_command;
-use super::{accept_args::AcceptArguments, lens_args::LensArguments, this_command::with_board};
+use super::{
+    accept_args::AcceptArguments, lens_args::LensArguments, rig, this_command::with_board,
+};
 #[cfg(feature = "report")]
 use boresight_app::session::{
     certificate::{Circumstances, certificate},
@@ -21,24 +23,24 @@ use boresight_app::{
     Exit, announce_result,
     commands::{
         calibration_views::{CalibrationViews, from_pictures, from_session, from_table, is_table},
-        rig::{CameraInput, by_number, cameras_in, known_lens, named},
+        rig::{cameras_in, known_lens, named},
     },
     session::{
         run::say_how_to_leave_out,
         source::{is_recording, is_session},
     },
 };
-use boresight_calibrate::{CalibrationParams, Verdict, calibrate_rig};
+use boresight_calibrate::{CalibrationParams, RigViews};
 use boresight_capture::Upright;
 use boresight_files::{Overwrite, may_save, save};
-use boresight_formats::{FindingEntry, RigFile};
 use boresight_geometry::boards::Board;
-use boresight_present::text::{self, rig as words};
+use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
     report::{CameraSection, Provenance, Report, page},
-    text::report as report_words,
+    text::report as words,
 };
+use boresight_run::config::Config;
 use boresight_terminal::{
     announcer,
     board_args::{BoardArguments, Size},
@@ -109,9 +111,40 @@ Examples:
   boresight detect pictures/*.png | boresight calibrate - --image-size 1280x720";
 
 impl Arguments {
+    fn overwrite(&self) -> Overwrite {
+        if self.force { Overwrite::Allowed } else { Overwrite::Never }
+    }
+
+    /// Views of several cameras, with the settings.
+    fn rig_views(&self) -> anyhow::Result<(Vec<String>, Vec<RigViews>, Config)> {
+        let inputs = cameras_in(&self.inputs)?;
+        let mut config = self.board.config_for(&rig::pictures(&inputs))?;
+        config.camera.as_stored |= self.as_stored;
+        self.goal.apply(&mut config);
+        self.lens.apply(&mut config);
+        if let Some(path) = &self.out {
+            may_save(path, self.overwrite())?;
+        }
+        let upright = config.camera.upright();
+        let (names, mut cameras) = rig::views(inputs, upright, self.image_size, &config.board()?)?;
+        for known in &self.known_lens {
+            let (Some(name), path) = named(known) else {
+                return Err(WrongUsage("--known-lens takes NAME=FILE".into()).into());
+            };
+            let Some(camera) = names.iter().position(|other| *other == name) else {
+                let usage = format!("--known-lens: no camera is called {name:?}");
+                return Err(WrongUsage(usage).into());
+            };
+            cameras[camera].known_lens = Some(known_lens(&path)?);
+        }
+        Ok((names, cameras, config))
+    }
+
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
         if self.rig {
-            return self.run_rig();
+            let (names, cameras, config) = self.rig_views()?;
+            let (out, overwrite) = (self.out.as_deref(), self.overwrite());
+            return rig::calibrate(&names, &cameras, &config, (out, overwrite, self.json));
         }
         let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);
@@ -146,7 +179,7 @@ impl Arguments {
         config.calibration.varying_focal |= self.varying_focal;
         self.lens.apply(&mut config);
         let board = config.board()?;
-        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
+        let overwrite = self.overwrite();
         for path in self.out.iter().chain(&self.report) {
             may_save(path, overwrite)?;
         }
@@ -205,7 +238,7 @@ impl Arguments {
             };
             let certificate = Some(certificate(&config.certificate, known, &mut notes));
             let report = Report {
-                name: report_words::files(&folder_name(&self.inputs), self.inputs.len()),
+                name: words::files(&folder_name(&self.inputs), self.inputs.len()),
                 calibration: file,
                 notes,
                 certificate,
@@ -227,71 +260,6 @@ impl Arguments {
             print(&json)?;
         }
         Ok(exit)
-    }
-}
-
-impl Arguments {
-    /// Calibrates several cameras.
-    fn run_rig(&self) -> anyhow::Result<Exit> {
-        let inputs = cameras_in(&self.inputs)?;
-        let pictures = inputs.iter().flat_map(|camera| &camera.files);
-        let pictures: Vec<PathBuf> = pictures.filter(|path| !is_table(path)).cloned().collect();
-        let mut config = self.board.config_for(&pictures)?;
-        config.camera.as_stored |= self.as_stored;
-        self.goal.apply(&mut config);
-        self.lens.apply(&mut config);
-        let board = config.board()?;
-        let overwrite = if self.force { Overwrite::Allowed } else { Overwrite::Never };
-        if let Some(path) = &self.out {
-            may_save(path, overwrite)?;
-        }
-        let upright = config.camera.upright();
-        let mut cameras = Vec::with_capacity(inputs.len());
-        for CameraInput { name, files } in &inputs {
-            let views = views_of((files, upright), self.image_size, &board, false)?;
-            cameras.push(by_number(name, views)?);
-        }
-        let names: Vec<String> = inputs.into_iter().map(|camera| camera.name).collect();
-        for known in &self.known_lens {
-            let (Some(name), path) = named(known) else {
-                return Err(WrongUsage("--known-lens takes NAME=FILE".into()).into());
-            };
-            let Some(camera) = names.iter().position(|other| *other == name) else {
-                let usage = format!("--known-lens: no camera is called {name:?}");
-                return Err(WrongUsage(usage).into());
-            };
-            cameras[camera].known_lens = Some(known_lens(&path)?);
-        }
-        let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, ..config.calibration() };
-        let found = calibrate_rig(&cameras, &board, &params);
-        let file = RigFile::of(found.as_ref(), &names, &board, words::RIG_WORDS);
-        if let Ok(rig) = &found {
-            say(&words::verdict(rig));
-        }
-        for FindingEntry { code, message, action, .. } in &file.findings {
-            say(&format!("  {code}: {message}. {action}"));
-        }
-        if let Ok(rig) = &found {
-            for ((name, lens), of) in names.iter().zip(&rig.rig.cameras).zip(&rig.cameras) {
-                say(&words::camera(name, lens, of));
-            }
-            // Where the pictures contradict each other, no number between cameras is a fact.
-            let is_told = rig.verdict != Verdict::Untrustworthy || rig.is_unfinished();
-            for pair in rig.pairs.iter().filter(|_| is_told) {
-                say(&words::pair(pair, &names, params.board_scale_sd));
-            }
-        }
-        let json = serde_json::to_string_pretty(&file)?;
-        if let Some(path) = &self.out {
-            save(path, json.as_bytes(), overwrite)?;
-            say(&format!("Written: {}", path.display()));
-        }
-        if self.json {
-            print(&json)?;
-        }
-        let is_usable = found.is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
-        Ok(if is_usable { Exit::Good } else { Exit::NotTrustworthy })
     }
 }
 

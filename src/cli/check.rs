@@ -8,7 +8,7 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::{backend, guide, stream_args::StreamArguments};
+use super::{backend, guide, rig, stream_args::StreamArguments};
 use boresight_app::{
     Exit, Opening,
     session::{
@@ -22,7 +22,11 @@ use boresight_formats::import::OldCalibration;
 use boresight_geometry::device::Control;
 use boresight_present::text;
 use boresight_run::config::{Backend, Config, PlanName};
-use boresight_terminal::{announcer, board_args::BoardArguments, print, say, stop_flag};
+use boresight_terminal::{
+    announcer,
+    board_args::{BoardArguments, Size},
+    print, say, stop_flag,
+};
 
 /// Check an installed camera against its old calibration.
 ///
@@ -43,6 +47,13 @@ pub(super) struct Arguments {
     /// The old calibration: a file, or the folder of its session.
     #[arg(long, value_name = "OLD")]
     against: PathBuf,
+    /// Pictures of a rig's cameras, as for calibrate --rig, against its rig.json: has a camera
+    /// moved against the others? Four places of the board do.
+    #[arg(long, value_name = "NAME=FOLDER", num_args = 1.., conflicts_with_all = ["source", "out", "max_frames", "recalibrate", "json"])]
+    rig: Vec<PathBuf>,
+    /// Width and height of the pictures of a rig's corner tables.
+    #[arg(long, value_name = "WxH", requires = "rig")]
+    image_size: Option<Size>,
     /// Source of the pictures, as for guide.
     #[arg(long, default_value = "auto", value_name = "SOURCE")]
     source: String,
@@ -54,7 +65,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     board: BoardArguments,
     /// Displacement in the picture above which a change matters, in pixels [default: 0.08 % of the
-    /// width].
+    /// width; 1 px between a rig's cameras].
     #[arg(long, value_name = "PX", value_parser = pixels)]
     limit: Option<f64>,
     /// Treat it as the same camera even if its name differs.
@@ -74,14 +85,23 @@ pub(super) struct Arguments {
     json: bool,
 }
 
+/// Displacement between two cameras above which a change matters, in pixels.
+const RIG_LIMIT_PX: f64 = 1.0;
+
 const EXAMPLES: &str = "\
 Examples:
   boresight check --against calibration.json
   boresight check --against camera_info.yaml --source /dev/video0 --board 9x6 --square 25mm
-  boresight check --against calibration.json --source rtsp://192.168.1.20/stream";
+  boresight check --against calibration.json --source rtsp://192.168.1.20/stream
+  boresight check --against rig.json --rig left=today/left right=today/right";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        if !self.rig.is_empty() {
+            let limit_px = self.limit.unwrap_or(RIG_LIMIT_PX);
+            let config = self.board.config()?;
+            return rig::check(&self.against, &self.rig, &config, self.image_size, limit_px);
+        }
         let old = comparison::read(&self.against)?;
         for doubt in text::doubts_of_old(&old) {
             say(&format!("{doubt}."));

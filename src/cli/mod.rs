@@ -32,6 +32,7 @@ mod plan_board;
 mod replay;
 #[cfg(feature = "report")]
 mod report;
+mod rig;
 mod schema;
 #[cfg(feature = "serve")]
 mod serve;

@@ -94,6 +94,23 @@ fn two_cameras_give_their_baseline_and_files_for_other_programs() {
 }
 
 #[test]
+fn a_camera_that_was_knocked_since_is_told() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    write_tables(place, usize::MAX);
+    let with_out = [&RIG[..], &["--out", "rig.json"]].concat();
+    says(&boresight(place, &with_out), 0, &["Good"]);
+    let check = ["check", "--against", "rig.json", "--image-size", "1280x720", "--rig"];
+    let check = [&check[..], &["left.jsonl", "near=right.jsonl"]].concat();
+    says(&boresight(place, &check), 0, &["left to near: OK", "no camera has moved"]);
+    let knocked = Isometry3::new(Vector3::new(-BASELINE_M, 0.0, 0.0), Vector3::x() * 0.01);
+    fs::write(place.join("right.jsonl"), table(&knocked, usize::MAX)).expect("written");
+    says(&boresight(place, &check), 4, &["left to near: MOVED", "Tighten the mounts"]);
+    let unknown = [&check[..6], &["left.jsonl", "far=right.jsonl"]].concat();
+    says(&boresight(place, &unknown), 1, &["isn't a camera", "left, near"]);
+}
+
+#[test]
 fn pictures_of_other_moments_are_refused() {
     let place = tempfile::tempdir().expect("folder");
     let place = place.path();

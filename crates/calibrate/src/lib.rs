@@ -116,7 +116,7 @@ pub use lens_flaw::LensFlaw;
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use rig::{
-    NotARig, Pair, PairSd, RigCalibration, RigCamera, RigFinding, RigInstant, RigViews,
+    NotARig, Pair, PairChange, PairSd, RigCalibration, RigCamera, RigFinding, RigInstant, RigViews,
     calibrate_rig,
 };
 pub use shift::{DriftVerdict, Shift};

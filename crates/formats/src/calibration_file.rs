@@ -572,23 +572,9 @@ impl CalibrationFile {
             .find(|verdict| verdict.code() == self.verdict)
     }
 
-    /// The board; `None` if missing or impossible. Plain if the markers are unknown here or don't
-    /// fit.
+    /// The board; `None` if missing or impossible, see [`BoardEntry::board`].
     pub fn checkerboard(&self) -> Option<Board> {
-        let BoardEntry { columns, rows, square_mm, markers, circles, points_mm: _ } =
-            self.board.as_ref()?;
-        let count = |count: &u32| u16::try_from(*count).ok();
-        let plain = Board::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
-        if let Some(rows) = circles.as_deref().and_then(CircleRows::named) {
-            return plain.with(Pattern::Circles(rows)).ok();
-        }
-        let marked = markers.as_ref().and_then(|entry| {
-            let dictionary = entry.dictionary.parse().ok()?;
-            let side = MarkerSide::Squares(entry.side_mm / square_mm);
-            let markers = Pattern::Charuco { dictionary, side };
-            plain.with(entry.tags().map_or(markers, Pattern::AprilGrid)).ok()
-        });
-        Some(marked.unwrap_or(plain))
+        self.board.as_ref()?.board()
     }
 
     /// Points of the board in metres as shown by the views, for residuals. `None` without a board.
@@ -640,6 +626,25 @@ impl CalibrationFile {
     pub fn used(&self) -> impl Iterator<Item = (usize, &ViewEntry)> {
         let used = (1..).zip(&self.views).filter(|(_, view)| view.used);
         used.map(|(place, view)| (view.number.unwrap_or(place), view))
+    }
+}
+
+impl BoardEntry {
+    /// The board; `None` if impossible. Plain if the markers are unknown here or don't fit.
+    pub fn board(&self) -> Option<Board> {
+        let Self { columns, rows, square_mm, markers, circles, points_mm: _ } = self;
+        let count = |count: &u32| u16::try_from(*count).ok();
+        let plain = Board::new(count(columns)?, count(rows)?, square_mm / 1000.0).ok()?;
+        if let Some(rows) = circles.as_deref().and_then(CircleRows::named) {
+            return plain.with(Pattern::Circles(rows)).ok();
+        }
+        let marked = markers.as_ref().and_then(|entry| {
+            let dictionary = entry.dictionary.parse().ok()?;
+            let side = MarkerSide::Squares(entry.side_mm / square_mm);
+            let markers = Pattern::Charuco { dictionary, side };
+            plain.with(entry.tags().map_or(markers, Pattern::AprilGrid)).ok()
+        });
+        Some(marked.unwrap_or(plain))
     }
 }
 

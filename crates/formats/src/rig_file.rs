@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -15,7 +15,9 @@ use super::{
     named_covariance::NamedCovariance,
     schema::{self, NotRead},
 };
-use boresight_calibrate::{NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict};
+use boresight_calibrate::{
+    KnownLens, NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict,
+};
 use boresight_geometry::{LensParameter, LensParts, boards::Board};
 
 /// Name and version of the format.
@@ -146,6 +148,26 @@ impl PoseEntry {
     }
 }
 
+impl RigCameraEntry {
+    /// The lens with its uncertainty; `None` if the file states none.
+    pub fn known_lens(&self) -> Option<KnownLens> {
+        let covariance = self.lens.covariance_all.as_ref()?.full()?;
+        Some(KnownLens::new(&self.lens.camera(), &covariance))
+    }
+}
+
+impl RigPairEntry {
+    /// Motion from the first camera to the second, with its covariance; `None` if the file states
+    /// none.
+    pub fn motion(&self) -> Option<(Isometry3<f64>, Matrix6<f64>)> {
+        let rows = self.covariance.as_ref()?;
+        let is_whole = rows.len() == 6 && rows.iter().all(|row| row.len() == 6);
+        let covariance = is_whole.then(|| Matrix6::from_fn(|i, j| rows[i][j]))?;
+        let is_finite = covariance.iter().all(|value| value.is_finite());
+        is_finite.then_some((self.second_from_first.pose()?, covariance))
+    }
+}
+
 impl RigFile {
     /// The file of a rig of cameras with the given `names`.
     pub fn of(
@@ -257,7 +279,7 @@ fn covariance(rig: &RigCalibration, names: &[String]) -> Option<RigCovariance> {
 
 impl RigPairEntry {
     fn of(pair: &Pair, names: &[String]) -> Self {
-        let rows = |matrix: &nalgebra::Matrix6<f64>| {
+        let rows = |matrix: &Matrix6<f64>| {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
         Self {

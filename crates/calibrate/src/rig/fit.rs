@@ -1,6 +1,8 @@
 //! Joint fit of a rig with noise by the residuals, and its covariance by the scatter of instants.
 
-use nalgebra::{DMatrix, DVector, Isometry3, Point2, SVector, Vector2};
+use std::collections::BTreeMap;
+
+use nalgebra::{DMatrix, DVector, Isometry3, Point2, Point3, SVector, Vector2};
 
 use super::{
     View,
@@ -219,6 +221,14 @@ pub(super) struct Uncertainty {
 }
 
 impl Fit {
+    /// Points of the board that were seen, in metres.
+    pub(super) fn board_m(&self) -> Vec<Point3<f64>> {
+        let corners = self.whitened.iter().flat_map(|view| &view.corners);
+        let named: BTreeMap<usize, Point2<f64>> =
+            corners.map(|corner| (corner.place, corner.board_m)).collect();
+        named.values().map(|point| self.state.on_board(point)).collect()
+    }
+
     /// Number of instants with at least two cameras.
     pub(super) fn shared_instants(&self) -> usize {
         let seen_by =

@@ -6,10 +6,12 @@
 //! | `bundle` | joint bundle: lenses, places, board and instants |
 //! | `noise`, `fit` | noise by the residuals; covariance by the scatter of instants |
 //! | `causes` | camera that moved, pictures of another instant |
+//! | `change` | whether a camera has moved against another since |
 //! | `stated` | motion, baseline, rows, points and lengths of two cameras, with uncertainty |
 
 mod bundle;
 mod causes;
+mod change;
 mod fit;
 mod noise;
 mod start;
@@ -21,12 +23,15 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, Isometry3, Point2, Point3};
 
-pub use self::stated::{Pair, PairSd};
 use self::{
     bundle::RigState,
     causes::{Kind, Named},
     fit::{Fit, open_lens, residuals, stated_from},
     stated::{lens_rows, rig_of},
+};
+pub use self::{
+    change::{PairChange, moved_camera, pair_change},
+    stated::{Pair, PairSd},
 };
 use crate::{
     AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,

@@ -5,6 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point2, Point3, Vector3};
 
+use super::RigCalibration;
 use super::{
     bundle::{OF_CAMERA, RigState, SHAPE, part},
     fit::Fit,
@@ -140,7 +141,9 @@ impl Stated<'_> {
             turn.iter().chain(shift.iter()).copied().collect()
         });
         let baseline = self.covariance_of(&|state| vec![rig_of(state).baseline_m(a, b)]);
-        let places = self.places(sizes);
+        let boards = self.fit.state.rig_from_board.iter().copied();
+        let board_m = self.fit.board_m();
+        let places = places(&now, boards, &board_m, self.of.map(|camera| (camera, sizes[camera])));
         let px = |point: &Point3<f64>| {
             let [one, other] = self
                 .of
@@ -197,33 +200,32 @@ impl Stated<'_> {
             length_bound_m,
         })
     }
+}
 
-    /// Places of board corners, in the rig's frame, that both cameras have in their pictures.
-    fn places(&self, sizes: &[ImageSize]) -> Vec<Point3<f64>> {
-        let Fit { state, whitened, .. } = self.fit;
-        let mut at: Vec<usize> = whitened.iter().map(|view| view.instant).collect();
-        at.sort_unstable();
-        at.dedup();
-        let board = whitened.iter().flat_map(|view| &view.corners);
-        let mut points: Vec<(usize, Point2<f64>)> =
-            board.map(|corner| (corner.place, corner.board_m)).collect();
-        points.sort_unstable_by_key(|(place, _)| *place);
-        points.dedup_by_key(|(place, _)| *place);
-        let all = at.iter().flat_map(|instant| {
-            points
-                .iter()
-                .map(move |(_, point)| state.rig_from_board[*instant] * state.on_board(point))
-        });
-        let is_in = |place: &Point3<f64>| {
-            self.of.iter().all(|camera| {
-                let px = state.cameras[*camera].project(&(state.cam_from_rig[*camera] * place));
-                px.is_some_and(|px| holds(&sizes[*camera], &px))
-            })
-        };
-        let both: Vec<Point3<f64>> = all.filter(is_in).collect();
-        let step = both.len().div_ceil(PLACES).max(1);
-        both.into_iter().step_by(step).collect()
-    }
+/// Places of board corners, in the rig's frame, that both cameras have in their pictures.
+fn places(
+    rig: &Rig,
+    boards: impl Iterator<Item = Isometry3<f64>>,
+    board_m: &[Point3<f64>],
+    of: [(usize, ImageSize); 2],
+) -> Vec<Point3<f64>> {
+    let is_in = |place: &Point3<f64>| {
+        of.iter().all(|(camera, size)| {
+            let px = rig.cameras[*camera].project(&(rig.cam_from_rig[*camera] * place));
+            px.is_some_and(|px| holds(size, &px))
+        })
+    };
+    let all = boards.flat_map(|board| board_m.iter().map(move |point| board * point));
+    let both: Vec<Point3<f64>> = all.filter(is_in).collect();
+    let step = both.len().div_ceil(PLACES).max(1);
+    both.into_iter().step_by(step).collect()
+}
+
+/// Places of the boards of a calibrated rig that both cameras have in their pictures.
+pub(super) fn shared_places(rig: &RigCalibration, of: [usize; 2]) -> Vec<Point3<f64>> {
+    let boards = rig.instants.iter().map(|instant| instant.rig_from_board);
+    let sizes = of.map(|camera| (camera, rig.cameras[camera].image_size));
+    places(&rig.rig, boards, &rig.board_m, sizes)
 }
 
 fn holds(size: &ImageSize, px: &Point2<f64>) -> bool {

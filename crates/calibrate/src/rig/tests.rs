@@ -3,6 +3,7 @@
 use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::*;
+use crate::DriftVerdict;
 use boresight_geometry::{Camera, Distortion};
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
@@ -218,4 +219,43 @@ fn a_known_lens_needs_no_views_of_its_own() {
     pictures.iter_mut().for_each(|camera| camera.known_lens = None);
     let without = calibrate_rig(&pictures, &world.board, &params).expect("a rig");
     assert_eq!(without.findings[0].code(), "INSTANTS-FEW");
+}
+
+#[test]
+fn a_camera_that_has_moved_since_is_told_from_those_that_have_not() {
+    let world = World::of(3, board(9, 6));
+    let params = CalibrationParams::default();
+    let old = world.calibrated(16, 11).expect("a rig");
+    let since = |turned_rad: f64| {
+        let mut later = World::of(3, board(9, 6));
+        later.rig.cam_from_rig[2] =
+            Isometry3::rotation(Vector3::x() * turned_rad) * later.rig.cam_from_rig[2];
+        let mut pictures = later.pictures(6, 12);
+        for (camera, (of, lens)) in
+            pictures.iter_mut().zip(old.cameras.iter().zip(&old.rig.cameras))
+        {
+            let covariance = of.covariance.as_ref().expect("sixteen instants");
+            camera.known_lens = Some(KnownLens::new(lens, covariance));
+        }
+        let new = calibrate_rig(&pictures, &world.board, &params).expect("a rig");
+        let changes: Vec<PairChange> = new
+            .pairs
+            .iter()
+            .zip(&old.pairs)
+            .filter_map(|(pair, was)| {
+                let covariance = was.sd.as_ref()?.motion;
+                pair_change(&new, pair, (&was.second_from_first, &covariance), 0.5)
+            })
+            .collect();
+        assert_eq!(changes.len(), 3);
+        changes
+    };
+    let still = since(0.0);
+    assert!(still.iter().all(|change| change.verdict == DriftVerdict::Ok), "{still:?}");
+    assert_eq!(moved_camera(&still), None);
+    // 2 mrad are 1.9 px.
+    let moved = since(2e-3);
+    assert_eq!(moved_camera(&moved), Some(2));
+    let [least, most] = moved[1].interval_px;
+    assert!((least..most).contains(&1.9) && most - least < 1.5, "{moved:?}");
 }

@@ -1,7 +1,9 @@
 //! A rig in words: several cameras with fixed mutual places.
 
 use super::{findings::grade, numbers::small};
-use boresight_calibrate::{NotARig, Pair, RigCalibration, RigCamera, RigFinding};
+use boresight_calibrate::{
+    DriftVerdict, NotARig, Pair, PairChange, RigCalibration, RigCamera, RigFinding,
+};
 use boresight_formats::RigWords;
 use boresight_geometry::Camera;
 
@@ -148,4 +150,36 @@ pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
         None => line += " ± ? mm",
     }
     line + &format!(", {} common places", pair.instants)
+}
+
+/// Change of two cameras since an earlier calibration.
+pub fn change(change: &PairChange, names: &[String], limit_px: f64) -> String {
+    let [a, b] = change.of.map(|camera| &names[camera]);
+    let PairChange { turn_rad, shift_m, displaced_px, interval_px: [least, most], .. } = change;
+    let answer = match change.verdict {
+        DriftVerdict::Ok => "OK",
+        DriftVerdict::Recalibrate => "MOVED",
+        DriftVerdict::CannotTell => "CAN'T TELL",
+    };
+    format!(
+        "  {a} to {b}: {answer}, displaced by {displaced_px:.2} px ({least:.2} to {most:.2} px, limit {limit_px} px): turned by {:.3}°, shifted by {:.1} mm",
+        turn_rad.to_degrees(),
+        1000.0 * shift_m
+    )
+}
+
+/// Whether a camera has moved against the others, and the next action.
+pub fn changed(changes: &[PairChange], moved: Option<usize>, names: &[String]) -> String {
+    let is = |verdict| changes.iter().any(|change| change.verdict == verdict);
+    if let Some(camera) = moved {
+        format!("MOVED: {}. Tighten its mount, then calibrate the rig again.", names[camera])
+    } else if is(DriftVerdict::Recalibrate) {
+        "MOVED: the cameras' mutual places have changed. Tighten the mounts, then calibrate the rig again."
+            .into()
+    } else if changes.is_empty() || is(DriftVerdict::CannotTell) {
+        "CAN'T TELL. Show the board to two cameras at once in more places, tipped by 30 to 50°."
+            .into()
+    } else {
+        "OK: no camera has moved against another.".into()
+    }
 }

@@ -1,0 +1,161 @@
+//! Several cameras: `boresight calibrate --rig`, `boresight check --rig`.
+
+use std::{
+    path::{Path, PathBuf},
+    thread::available_parallelism,
+};
+
+use anyhow::{Context, bail};
+
+use super::calibrate::views_of;
+use boresight_app::{
+    Exit,
+    commands::{
+        calibration_views::is_table,
+        rig::{CameraInput, by_number, cameras_in},
+    },
+};
+use boresight_calibrate::{
+    CalibrationParams, DriftVerdict, PairChange, RigViews, Verdict, calibrate_rig, moved_camera,
+    pair_change,
+};
+use boresight_capture::Upright;
+use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
+use boresight_formats::{FindingEntry, RigFile};
+use boresight_geometry::boards::Board;
+use boresight_present::text::rig as words;
+use boresight_run::config::Config;
+use boresight_terminal::{board_args::Size, print, say};
+
+/// Pictures among the cameras' files, to read the board's code from.
+pub(super) fn pictures(inputs: &[CameraInput]) -> Vec<PathBuf> {
+    let files = inputs.iter().flat_map(|camera| &camera.files);
+    files.filter(|path| !is_table(path)).cloned().collect()
+}
+
+/// Names and views of the cameras.
+pub(super) fn views(
+    inputs: Vec<CameraInput>,
+    upright: Upright,
+    image_size: Option<Size>,
+    board: &Board,
+) -> anyhow::Result<(Vec<String>, Vec<RigViews>)> {
+    let of = |CameraInput { name, files }: CameraInput| {
+        let views = views_of((&files, upright), image_size, board, false)?;
+        Ok((name.clone(), by_number(&name, views)?))
+    };
+    let both: Vec<_> = inputs.into_iter().map(of).collect::<anyhow::Result<_>>()?;
+    Ok(both.into_iter().unzip())
+}
+
+fn on_every_core(params: CalibrationParams) -> CalibrationParams {
+    CalibrationParams { threads: available_parallelism().map_or(1, usize::from), ..params }
+}
+
+/// Calibrates the cameras, announces the result, and writes it to `out` or as JSON.
+pub(super) fn calibrate(
+    names: &[String],
+    cameras: &[RigViews],
+    config: &Config,
+    (out, overwrite, as_json): (Option<&Path>, Overwrite, bool),
+) -> anyhow::Result<Exit> {
+    let board = config.board()?;
+    let params = on_every_core(config.calibration());
+    let found = calibrate_rig(cameras, &board, &params);
+    let file = RigFile::of(found.as_ref(), names, &board, words::RIG_WORDS);
+    if let Ok(rig) = &found {
+        say(&words::verdict(rig));
+    }
+    for FindingEntry { code, message, action, .. } in &file.findings {
+        say(&format!("  {code}: {message}. {action}"));
+    }
+    if let Ok(rig) = &found {
+        for ((name, lens), of) in names.iter().zip(&rig.rig.cameras).zip(&rig.cameras) {
+            say(&words::camera(name, lens, of));
+        }
+        // Where the pictures contradict each other, no number between cameras is a fact.
+        let is_told = rig.verdict != Verdict::Untrustworthy || rig.is_unfinished();
+        for pair in rig.pairs.iter().filter(|_| is_told) {
+            say(&words::pair(pair, names, params.board_scale_sd));
+        }
+    }
+    let json = serde_json::to_string_pretty(&file)?;
+    if let Some(path) = out {
+        save(path, json.as_bytes(), overwrite)?;
+        say(&format!("Written: {}", path.display()));
+    }
+    if as_json {
+        print(&json)?;
+    }
+    let is_usable = found.is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
+    Ok(if is_usable { Exit::Good } else { Exit::NotTrustworthy })
+}
+
+/// Rig in the file `path`.
+fn read(path: &Path) -> anyhow::Result<RigFile> {
+    let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+    let tree = serde_json::from_str(&text).with_context(|| format!("not a rig: {path:?}"))?;
+    RigFile::read(&tree).with_context(|| format!("not a rig: {path:?}"))
+}
+
+/// Checks the cameras `inputs` against the rig in the file `against`: has one moved against the
+/// others by more than `limit_px`?
+pub(super) fn check(
+    against: &Path,
+    inputs: &[PathBuf],
+    config: &Config,
+    image_size: Option<Size>,
+    limit_px: f64,
+) -> anyhow::Result<Exit> {
+    let old = read(against)?;
+    let board = old.board.board().with_context(|| format!("{against:?} names no board"))?;
+    let mut inputs = cameras_in(inputs)?;
+    let place = |name: &str| old.cameras.iter().position(|camera| camera.name == name);
+    if let Some(unknown) = inputs.iter().find(|camera| place(&camera.name).is_none()) {
+        let names: Vec<&str> = old.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        bail!("{:?} isn't a camera of {against:?}: it has {}", unknown.name, names.join(", "));
+    }
+    inputs.sort_by_key(|camera| place(&camera.name));
+    let (names, mut cameras) = views(inputs, config.camera.upright(), image_size, &board)?;
+    for (name, camera) in names.iter().zip(&mut cameras) {
+        let entry = old.cameras.iter().find(|entry| entry.name == *name);
+        camera.known_lens = entry.and_then(|entry| entry.known_lens());
+        if camera.known_lens.is_none() {
+            bail!("{against:?} states no uncertainty for {name:?}: it had too few common places");
+        }
+    }
+    let found = match calibrate_rig(&cameras, &board, &on_every_core(config.calibration())) {
+        Ok(found) => found,
+        Err(reason) => {
+            let (message, action) = (words::RIG_WORDS.not_a_rig)(&reason, &names);
+            say(&format!("CAN'T TELL: {message}. {action}"));
+            return Ok(Exit::NotTrustworthy);
+        }
+    };
+    let changes: Vec<PairChange> = found
+        .pairs
+        .iter()
+        .filter_map(|pair| {
+            let of = pair.of.map(|camera| &names[camera]);
+            let entry = old.pairs.iter().find(|entry| [&entry.of[0], &entry.of[1]] == of)?;
+            let (earlier, covariance) = entry.motion()?;
+            pair_change(&found, pair, (&earlier, &covariance), limit_px)
+        })
+        .collect();
+    for finding in &found.findings {
+        let (message, action) = (words::RIG_WORDS.finding)(finding, &names);
+        say(&format!("  {}: {message}. {action}", finding.code()));
+    }
+    for change in &changes {
+        say(&words::change(change, &names, limit_px));
+    }
+    let verdicts = || changes.iter().map(|change| change.verdict);
+    say(&words::changed(&changes, moved_camera(&changes), &names));
+    Ok(if verdicts().any(|verdict| verdict == DriftVerdict::Recalibrate) {
+        Exit::Recalibrate
+    } else if !changes.is_empty() && verdicts().all(|verdict| verdict == DriftVerdict::Ok) {
+        Exit::Good
+    } else {
+        Exit::NotTrustworthy
+    })
+}
