@@ -85,7 +85,7 @@ pub fn moved_camera(changes: &[PairChange]) -> Option<usize> {
     cameras.sort_unstable();
     cameras.dedup();
     let is_it = |camera: &usize| {
-        let (own, others): (Vec<_>, Vec<_>) =
+        let (own, others): (Vec<&PairChange>, Vec<&PairChange>) =
             changes.iter().partition(|change| change.of.contains(camera));
         !others.is_empty()
             && own.iter().all(|change| change.verdict == DriftVerdict::Recalibrate)

@@ -389,7 +389,8 @@ pub fn calibrate_rig(
     let of_cameras = rig_cameras(cameras, &fitted, &alone, &board_m);
     for (camera, of) in of_cameras.iter().enumerate() {
         let ratio = of.alone_rms_px.map_or(1.0, |alone_px| of.rms_px / alone_px);
-        if ratio > LATE {
+        let is_told = findings.iter().any(|it| matches!(it, RigFinding::Touched { .. }));
+        if ratio > LATE && !is_told {
             findings.push(RigFinding::Late { camera, ratio });
         }
     }
