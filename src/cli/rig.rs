@@ -107,23 +107,28 @@ pub(super) fn check(
     image_size: Option<Size>,
     limit_px: f64,
 ) -> anyhow::Result<Exit> {
-    let old = read(against)?;
+    let mut old = read(against)?;
     let board = old.board.board().with_context(|| format!("{against:?} names no board"))?;
-    let mut inputs = cameras_in(inputs)?;
-    let place = |name: &str| old.cameras.iter().position(|camera| camera.name == name);
-    if let Some(unknown) = inputs.iter().find(|camera| place(&camera.name).is_none()) {
-        let names: Vec<&str> = old.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        bail!("{:?} isn't a camera of {against:?}: it has {}", unknown.name, names.join(", "));
+    let inputs = cameras_in(inputs)?;
+    let (names, given) = views(inputs, config.camera.upright(), image_size, &board)?;
+    if let Some(unknown) = names.iter().find(|name| !old.cameras.iter().any(|it| it.name == **name))
+    {
+        let has: Vec<&str> = old.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        bail!("{unknown:?} isn't a camera of {against:?}: it has {}", has.join(", "));
     }
-    inputs.sort_by_key(|camera| place(&camera.name));
-    let (names, mut cameras) = views(inputs, config.camera.upright(), image_size, &board)?;
-    for (name, camera) in names.iter().zip(&mut cameras) {
-        let entry = old.cameras.iter().find(|entry| entry.name == *name);
-        camera.known_lens = entry.and_then(|entry| entry.known_lens());
-        if camera.known_lens.is_none() {
-            bail!("{against:?} states no uncertainty for {name:?}: it had too few common places");
-        }
+    // Cameras of the file, in its order; those without pictures now are left out of both.
+    old.cameras.retain(|camera| names.contains(&camera.name));
+    let (Some(earlier), names_of) = (old.known(), &old.cameras) else {
+        bail!("{against:?} states no uncertainty: it had too few common places");
+    };
+    let mut cameras = Vec::with_capacity(names.len());
+    for entry in names_of {
+        let place = names.iter().position(|name| *name == entry.name);
+        let views = place.and_then(|place| given.get(place)).cloned();
+        let known_lens = entry.known_lens();
+        cameras.extend(views.map(|views| RigViews { known_lens, ..views }));
     }
+    let names: Vec<String> = names_of.iter().map(|entry| entry.name.clone()).collect();
     let found = match calibrate_rig(&cameras, &board, &on_every_core(config.calibration())) {
         Ok(found) => found,
         Err(reason) => {
@@ -132,16 +137,9 @@ pub(super) fn check(
             return Ok(Exit::NotTrustworthy);
         }
     };
-    let changes: Vec<PairChange> = found
-        .pairs
-        .iter()
-        .filter_map(|pair| {
-            let of = pair.of.map(|camera| &names[camera]);
-            let entry = old.pairs.iter().find(|entry| [&entry.of[0], &entry.of[1]] == of)?;
-            let (earlier, covariance) = entry.motion()?;
-            pair_change(&found, pair, (&earlier, &covariance), limit_px)
-        })
-        .collect();
+    let pairs = found.pairs.iter();
+    let changes: Vec<PairChange> =
+        pairs.filter_map(|pair| pair_change(&found, &earlier, pair.of, limit_px)).collect();
     for finding in &found.findings {
         let (message, action) = (words::RIG_WORDS.finding)(finding, &names);
         say(&format!("  {}: {message}. {action}", finding.code()));

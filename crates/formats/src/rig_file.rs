@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{DMatrix, Isometry3, Matrix6, Quaternion, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -16,9 +16,9 @@ use super::{
     schema::{self, NotRead},
 };
 use boresight_calibrate::{
-    KnownLens, NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict,
+    KnownLens, KnownRig, NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict,
 };
-use boresight_geometry::{LensParameter, LensParts, boards::Board};
+use boresight_geometry::{LensParameter, LensParts, Rig, boards::Board};
 
 /// Name and version of the format.
 pub const RIG_SCHEMA: &str = "boresight.rig/1";
@@ -156,18 +156,6 @@ impl RigCameraEntry {
     }
 }
 
-impl RigPairEntry {
-    /// Motion from the first camera to the second, with its covariance; `None` if the file states
-    /// none.
-    pub fn motion(&self) -> Option<(Isometry3<f64>, Matrix6<f64>)> {
-        let rows = self.covariance.as_ref()?;
-        let is_whole = rows.len() == 6 && rows.iter().all(|row| row.len() == 6);
-        let covariance = is_whole.then(|| Matrix6::from_fn(|i, j| rows[i][j]))?;
-        let is_finite = covariance.iter().all(|value| value.is_finite());
-        is_finite.then_some((self.second_from_first.pose()?, covariance))
-    }
-}
-
 impl RigFile {
     /// The file of a rig of cameras with the given `names`.
     pub fn of(
@@ -221,6 +209,29 @@ impl RigFile {
         }
     }
 
+    /// The rig with its covariance; `None` if the file states none.
+    pub fn known(&self) -> Option<KnownRig> {
+        let names: Vec<String> = self.cameras.iter().map(|camera| camera.name.clone()).collect();
+        let order = order(&names);
+        let RigCovariance { order: kept, matrix } = self.covariance.as_ref()?;
+        let row = |name: &String| order.iter().position(|other| other == name);
+        let rows: Vec<usize> = kept.iter().map(row).collect::<Option<_>>()?;
+        if matrix.len() != rows.len() || matrix.iter().any(|row| row.len() != rows.len()) {
+            return None;
+        }
+        let mut covariance = DMatrix::zeros(order.len(), order.len());
+        for (i, row) in rows.iter().enumerate() {
+            for (j, column) in rows.iter().enumerate() {
+                covariance[(*row, *column)] = matrix[i][j];
+            }
+        }
+        let places = self.cameras.iter().map(|camera| camera.cam_from_rig.pose());
+        let cam_from_rig = places.collect::<Option<Vec<_>>>()?;
+        let cameras = self.cameras.iter().map(|camera| camera.lens.camera()).collect();
+        let is_finite = covariance.iter().all(|value| value.is_finite());
+        is_finite.then_some(KnownRig { rig: Rig { cameras, cam_from_rig }, covariance })
+    }
+
     /// Reads a file of this schema.
     ///
     /// # Errors
@@ -259,15 +270,19 @@ fn cameras(rig: &RigCalibration, names: &[String]) -> Vec<RigCameraEntry> {
     names.iter().zip(&rig.cameras).zip(lenses).map(of).collect()
 }
 
-fn covariance(rig: &RigCalibration, names: &[String]) -> Option<RigCovariance> {
+/// Names of all numbers of a rig, in the order of its covariance.
+fn order(names: &[String]) -> Vec<String> {
     const PLACE: [&str; 6] = ["turn_x", "turn_y", "turn_z", "shift_x", "shift_y", "shift_z"];
     const BOARD: [&str; 4] = ["board.stretch", "board.sag_xx", "board.sag_xy", "board.sag_yy"];
     let of_camera = |name: &String| {
         let numbers = LensParameter::ALL.map(LensParameter::name).into_iter().chain(PLACE);
         numbers.map(|number| format!("{name}.{number}")).collect::<Vec<_>>()
     };
-    let order: Vec<String> =
-        names.iter().flat_map(of_camera).chain(BOARD.map(String::from)).collect();
+    names.iter().flat_map(of_camera).chain(BOARD.map(String::from)).collect()
+}
+
+fn covariance(rig: &RigCalibration, names: &[String]) -> Option<RigCovariance> {
+    let order = order(names);
     let all = rig.covariance.as_ref()?;
     let kept: Vec<usize> = (0..order.len()).filter(|row| all[(*row, *row)] > 0.0).collect();
     let row = |row: &usize| kept.iter().map(|column| all[(*row, *column)]).collect();

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    bundle::{OF_CAMERA, Reduced},
+    bundle::{InstantBlock, OF_CAMERA, Reduced},
     fit::{Fit, Uncertainty},
 };
 use boresight_geometry::{LENS_PARAMETERS, LensParameter};
@@ -71,7 +71,7 @@ type Columns = Vec<(Vec<(usize, f64)>, f64)>;
 pub(super) fn named(fit: &Fit, uncertainty: &Uncertainty) -> Option<Named> {
     let cameras = fit.state.cameras.len();
     let reduced =
-        fit.equations.instants.iter().map(|block| block.reduced()).collect::<Option<Vec<_>>>()?;
+        fit.equations.instants.iter().map(InstantBlock::reduced).collect::<Option<Vec<_>>>()?;
     let test = Test { fit, uncertainty, reduced: &reduced };
     let mut found = Vec::new();
     for camera in 0..cameras {

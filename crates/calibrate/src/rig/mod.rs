@@ -30,7 +30,7 @@ use self::{
     stated::{lens_rows, rig_of},
 };
 pub use self::{
-    change::{PairChange, moved_camera, pair_change},
+    change::{KnownRig, PairChange, moved_camera, pair_change},
     stated::{Pair, PairSd},
 };
 use crate::{
@@ -530,8 +530,8 @@ fn rms_px(camera: usize, fitted: &Fit, board_m: &[Point2<f64>]) -> f64 {
 }
 
 fn rms(squares: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
-    (sum / (2 * count).max(1) as f64).sqrt()
+    let (sum, count) = squares.fold((0.0, 0_u32), |(sum, count), square| (sum + square, count + 1));
+    (sum / f64::from(2 * count.max(1))).sqrt()
 }
 
 fn rig_cameras(

@@ -294,7 +294,12 @@ mod tests {
         let entry = &json[0]["cameras"][1];
         assert_eq!(json[0]["cameras"][0]["ref_sensor"], true);
         let list = |key: &str| -> Vec<f64> {
-            entry[key].as_array().expect("a list").iter().filter_map(|it| it.as_f64()).collect()
+            entry[key]
+                .as_array()
+                .expect("a list")
+                .iter()
+                .filter_map(serde_json::Value::as_f64)
+                .collect()
         };
         let [q, t] = ["cam_from_rig_rotation", "cam_from_rig_translation"].map(list);
         let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
