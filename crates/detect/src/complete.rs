@@ -61,9 +61,8 @@ pub(super) fn complete(
                 let Some((guess, side)) = lattice.predict(node) else { continue };
                 let side = axes(lattice, node, guess).map_or(side, |axes| side.min(height(axes)));
                 let reach = side * squares.far / FAR_SQUARES;
-                let centred = settle(image, guess, reach);
-                let moved = libm::hypotf(centred[0] - guess[0], centred[1] - guess[1]);
-                if moved <= (OFF_SQUARES * reach).max(OFF_PX)
+                let most_px = (OFF_SQUARES * reach).max(OFF_PX);
+                if let Some(centred) = settle(image, guess, reach, most_px)
                     && lattice.insert(node, centred)
                     && !squares.show(image, lattice, node)
                 {

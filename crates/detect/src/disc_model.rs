@@ -306,17 +306,16 @@ pub(super) fn fit(
 /// with a mirror image in the picture.
 fn noise(image: &GrayImage, at: &Vector, scratch: &mut Pixels) -> Option<f64> {
     let mut blocks = std::mem::take(&mut scratch.blocks);
-    blocks.clear(scratch.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
+    let place = blocks.clear(scratch.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
     let [left, top] = scratch.centre.map(f64::from);
     let middle = Vector2::new(left + at[0], top + at[1]);
     let is_inside = |at: f64, size: u32| (0.0..=f64::from(size - 1)).contains(&at);
-    for (v, value) in scratch.each(at) {
+    blocks.add(scratch.each(at).filter_map(|(v, value)| {
         let mirrored = middle - v;
-        let Some(model) = Model::at(at, v) else { continue };
-        if is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()) {
-            blocks.add(v, -model.by_d * model.outwards, value - model.value);
-        }
-    }
+        let model = Model::at(at, v)?;
+        (is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()))
+            .then(|| ([place(v.x), place(v.y)], -model.by_d * model.outwards, value - model.value))
+    }));
     let noise = blocks.noise(true);
     scratch.blocks = blocks;
     noise

@@ -17,7 +17,7 @@ use nalgebra::Point2;
 
 use super::{
     edge_pixels::{PARAMETERS, Pixels, Vector},
-    patch::Patch,
+    patch::{Patch, RADIUS_LIMIT_PX},
     stated_noise::{ROUNDING_VARIANCE, position_px2, with_least_noise_px2},
 };
 use boresight_geometry::{
@@ -40,7 +40,6 @@ const SPLIT_ROUNDS: usize = 3;
 /// Reach of the patch to each side of the corner, in squares, and limits in pixels.
 const REACH_SQUARES: f64 = 0.48;
 const LEAST_REACH_PX: f64 = 3.0;
-const RADIUS_LIMIT_PX: i32 = 24;
 /// Used share of the gap between a square's edge and the marker.
 const BAND_SHARE: f64 = 0.9;
 /// Least fraction of the patch inside the picture.

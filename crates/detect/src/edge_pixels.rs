@@ -4,7 +4,12 @@ use image::GrayImage;
 
 use nalgebra::{SMatrix, SVector, Vector2};
 
-use super::{erf::erf, patch::Patch, simd, stated_noise::Blocks};
+use super::{
+    erf::erf,
+    patch::{Patch, RADIUS_LIMIT_PX},
+    simd,
+    stated_noise::Blocks,
+};
 use boresight_geometry::least_squares::Linearised;
 
 /// Number of parameters of the edge model.
@@ -35,7 +40,13 @@ pub(super) struct Pixels {
 const LANES: usize = 8;
 /// Pixels processed together, so that the derivatives stay in the first-level cache.
 const CHUNK: usize = 16 * LANES;
-const SUMS: usize = (PARAMETERS + 1) * (PARAMETERS + 2) / 2;
+/// Width of an array for a row of a patch.
+const WIDEST: usize = 2 * RADIUS_LIMIT_PX as usize + 2;
+type Lanes = [f32; LANES];
+/// Values of a chunk, in whole lines of the cache.
+#[derive(Clone, Copy, Default)]
+#[repr(align(64))]
+struct Row([Lanes; CHUNK / LANES]);
 
 impl Pixels {
     /// Gathers the `wanted` pixels of the patch in every row and column whose offset is a multiple
@@ -51,24 +62,7 @@ impl Pixels {
             row.clear();
         }
         self.frames.clear();
-        let (cx, cy) = patch.centre_px;
-        let (width, height) = image.dimensions();
-        let top = (-patch.radius_px).max(-cy);
-        let bottom = patch.radius_px.min(height as i32 - 1 - cy);
-        let from = |first: i32| first + (-first).rem_euclid(step_px);
-        for dy in (from(top)..=bottom).step_by(step_px as usize) {
-            let row = (cy + dy) as usize * width as usize;
-            let raw = &image.as_raw()[row..row + width as usize];
-            for (first, last) in patch.runs(image, dy) {
-                for dx in (from(first)..=last).step_by(step_px as usize) {
-                    if wanted(dx, dy) {
-                        self.x.push(dx as f32);
-                        self.y.push(dy as f32);
-                        self.value.push(f32::from(raw[(cx + dx) as usize]));
-                    }
-                }
-            }
-        }
+        simd::widest(Gathering { pixels: self, image, patch, step_px, wanted });
         self.count = self.x.len();
         let filled = self.count.next_multiple_of(LANES);
         self.weight.resize(self.count, 1.0);
@@ -83,11 +77,11 @@ impl Pixels {
         let (s2, c2) = (libm::sin(rough[3]) as f32, libm::cos(rough[3]) as f32);
         let (x, y) = (rough[0] as f32, rough[1] as f32);
         let band_px = 2.2 * libm::exp(rough[4]) as f32 + 0.6;
-        self.gather(image, patch, 1, |dx, dy| {
+        self.gather(image, patch, 1, move |dx, dy| {
             let (fx, fy) = (dx as f32 - x, dy as f32 - y);
-            (fy * c1 - fx * s1).abs() < band_px
-                || (fy * c2 - fx * s2).abs() < band_px
-                || (dx % 2 == 0 && dy % 2 == 0)
+            ((fy * c1 - fx * s1).abs() < band_px)
+                | ((fy * c2 - fx * s2).abs() < band_px)
+                | ((dx | dy) & 1 == 0)
         });
     }
 
@@ -150,41 +144,70 @@ impl Pixels {
         for row in [&mut self.residuals, &mut self.by_x, &mut self.by_y] {
             row.resize(self.x.len(), 0.0);
         }
-        simd::widest(Subtracting { pixels: self, at });
+        simd::widest(Subtracting { pixels: self, image, patch, at });
         let Self { x, y, residuals, by_x, by_y, blocks, count, .. } = self;
-        let corner = Vector2::new(at[0], at[1]);
-        blocks.clear(f64::from(patch.radius_px) + corner.norm());
-        let places = x.iter().zip(y.iter()).zip(residuals.iter()).zip(by_x.iter().zip(by_y.iter()));
-        for (((x, y), residual), (by_x, by_y)) in places.take(*count) {
-            let place = Vector2::new(f64::from(*x), f64::from(*y));
-            let mirrored = 2.0 * corner - place;
-            if patch.holds(image, [mirrored.x as f32, mirrored.y as f32]) {
+        let place = blocks.clear(f64::from(patch.radius_px) + libm::hypot(at[0], at[1]));
+        let places = [at[0], at[1]].map(|corner| {
+            std::array::from_fn::<_, WIDEST, _>(|px| {
+                place(f64::from(px as i32 - RADIUS_LIMIT_PX) - corner)
+            })
+        });
+        let place = |axis: usize, px: f32| places[axis][(px as i32 + RADIUS_LIMIT_PX) as usize];
+        let changes = residuals.iter().zip(by_x.iter().zip(by_y.iter())).take(*count);
+        blocks.add(x.iter().zip(y.iter()).zip(changes).map(
+            |((x, y), (residual, (by_x, by_y)))| {
                 let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
-                blocks.add(place - corner, change, f64::from(*residual));
-            }
-        }
+                ([place(0, *x), place(1, *y)], change, f64::from(*residual))
+            },
+        ));
         blocks.noise(is_even)
     }
 
+    /// Subtracts the model; the derivatives are zero without a mirror image.
     #[inline(always)]
-    fn subtract_here(&mut self, at: &Vector) {
+    fn subtract_here(&mut self, image: &GrayImage, patch: &Patch, at: &Vector) {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = libm::exp(-at[4]) as f32;
+        let edges @ [[c1, s1, inverse_s], [c2, s2, _]] = edges(at, [at[4]; 2]);
         let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
-        let places = self.x.iter().zip(&self.y).zip(&self.value);
-        let changes = self.by_x.iter_mut().zip(&mut self.by_y);
-        let into = self.residuals.iter_mut().zip(changes);
-        for (((x, y), value), (residual, (by_x, by_y))) in places.zip(into) {
-            let (dx, dy) = (x - x0, y - y0);
-            let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
-            let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
-            *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
-            let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
-            *by_x = across1 * s1 + across2 * s2;
-            *by_y = -(across1 * c1 + across2 * c2);
+        let size_px = [image.width() as f32, image.height() as f32];
+        let mut profiles: [[Row; 2]; 2] = Default::default();
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
+            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
+            let places = self.x[start..].iter().zip(&self.y[start..]).zip(&self.value[start..]);
+            let changes = self.by_x[start..].iter_mut().zip(&mut self.by_y[start..]);
+            let into = self.residuals[start..].iter_mut().zip(changes);
+            for ((((x, y), value), (residual, (by_x, by_y))), ((e1, bell1), (e2, bell2))) in
+                places.zip(into).zip(profiles)
+            {
+                let (dx, dy) = (x - x0, y - y0);
+                *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
+                let slope = if patch.holds(size_px, [x0 - dx, y0 - dy]) { slope } else { 0.0 };
+                let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
+                *by_x = across1 * s1 + across2 * s2;
+                *by_y = -(across1 * c1 + across2 * c2);
+            }
         }
+    }
+
+    /// Profiles and bells across the two edges of up to a chunk of pixels from `start` on.
+    #[inline(always)]
+    fn profiles<'a>(
+        &self,
+        [x0, y0]: [f32; 2],
+        edges: [[f32; 3]; 2],
+        start: usize,
+        into: &'a mut [[Row; 2]; 2],
+    ) -> [std::slice::Iter<'a, f32>; 4] {
+        for ([c, s, inverse_s], [edge, bell]) in edges.into_iter().zip(&mut *into) {
+            let places = self.x[start..].iter().zip(&self.y[start..]);
+            let into = edge.0.as_flattened_mut().iter_mut().zip(bell.0.as_flattened_mut());
+            for ((x, y), (edge, bell)) in places.zip(into) {
+                (*edge, *bell) = erf(((y - y0) * c - (x - x0) * s) * inverse_s);
+            }
+        }
+        let [[e1, bell1], [e2, bell2]] = &*into;
+        [e1, bell1, e2, bell2].map(|row| row.0.as_flattened().iter())
     }
 
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
@@ -195,35 +218,33 @@ impl Pixels {
     #[inline(always)]
     fn split_step_here(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = log_s.map(|log_s| libm::exp(-log_s) as f32);
-        let mut sums = [[0.0_f32; LANES]; 5];
-        let mut rows = [[0.0_f32; CHUNK]; 3];
+        let edges @ [[c1, s1, inverse_s1], [c2, s2, inverse_s2]] = edges(at, log_s);
+        let mut profiles: [[Row; 2]; 2] = Default::default();
+        let mut sums = [[[0.0; LANES]; 3]; 3];
+        let mut rows: [Row; 3] = Default::default();
         for start in (0..self.x.len()).step_by(CHUNK) {
             let end = (start + CHUNK).min(self.x.len());
-            let [r1, r2, r3] = &mut rows;
+            let [r1, r2, r3] = rows.each_mut().map(|row| row.0.as_flattened_mut());
             let places = self.x[start..end].iter().zip(&self.y[start..end]);
             let seen = self.value[start..end].iter().zip(&self.weight[start..end]);
             let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
-            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
+            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
+            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
+            for ((((x, y), (value, weight)), ((r1, r2), r3)), ((e1, bell1), (e2, bell2))) in
+                places.zip(seen).zip(out).zip(profiles)
+            {
                 let (dx, dy) = (x - x0, y - y0);
-                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
-                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
-                let (e1, bell1) = erf(d1);
-                let (e2, bell2) = erf(d2);
+                let d1 = (dy * c1 - dx * s1) * inverse_s1;
+                let d2 = (dy * c2 - dx * s2) * inverse_s2;
                 let light = (1.0 + gx * dx + gy * dy) * weight;
                 let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
                 *r1 = scaled * bell1 * e2 * d1;
                 *r2 = scaled * e1 * bell2 * d2;
                 *r3 = value * weight - (b + a * e1 * e2) * light;
             }
-            for (sum, (i, j)) in sums.iter_mut().zip([(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)]) {
-                add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
-            }
+            add_products(&rows, &rows, end - start, &mut sums);
         }
-        let [n11, n12, n22, g1, g2] =
-            sums.map(|sum| sum.iter().fold(0.0, |total, lane| total + f64::from(*lane)));
+        let [[n11, ..], [n12, n22, _], [g1, g2, _]] = sums.map(|row| row.map(total));
         let determinant = (n11 * n22 - n12 * n12).max(1e-9);
         [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
     }
@@ -231,28 +252,30 @@ impl Pixels {
     #[inline(always)]
     fn linearise_here(&self, at: &Vector) -> Linear {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = libm::exp(-at[4]) as f32;
+        let edges @ [[c1, s1, inverse_s], [c2, s2, _]] = edges(at, [at[4]; 2]);
+        let mut profiles: [[Row; 2]; 2] = Default::default();
         let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
-        let mut sums = [[0.0_f32; LANES]; SUMS];
-        let mut rows = [[0.0_f32; CHUNK]; PARAMETERS + 1];
+        let mut sums = [[[[[0.0; LANES]; 5]; 2]; 2]; 5];
+        let mut rows: [Row; PARAMETERS + 1] = Default::default();
         for start in (0..self.x.len()).step_by(CHUNK) {
             let end = (start + CHUNK).min(self.x.len());
             let (x, y) = (&self.x[start..end], &self.y[start..end]);
             let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
-            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] = &mut rows;
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] =
+                rows.each_mut().map(|row| row.0.as_flattened_mut());
             let places = x.iter().zip(y).zip(value.iter().zip(weight));
             let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
             let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
-            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
+            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
+            for ((((x, y), (value, weight)), (first, second)), ((e1, bell1), (e2, bell2))) in
+                places.zip(first.zip(second)).zip(profiles)
+            {
                 let (((r0, r1), (r2, r3)), r4) = first;
                 let (((r5, r6), (r7, r8)), r9) = second;
                 let (dx, dy) = (x - x0, y - y0);
                 let d1 = dy * c1 - dx * s1;
                 let d2 = dy * c2 - dx * s2;
-                let (e1, bell1) = erf(d1 * inverse_s);
-                let (e2, bell2) = erf(d2 * inverse_s);
                 let (g1, g2) = (slope * bell1, slope * bell2);
                 let light = (1.0 + gx * dx + gy * dy) * weight;
                 let product = e1 * e2;
@@ -270,27 +293,71 @@ impl Pixels {
                 *r8 = pattern * dy;
                 *r9 = value * weight - (b + a * product) * light;
             }
-            let mut sum = sums.iter_mut();
-            for i in 0..=PARAMETERS {
-                for j in 0..=i {
-                    let Some(sum) = sum.next() else { break };
-                    add_products(&rows[i][..end - start], &rows[j][..end - start], sum);
+            // Products of two rows by five: as many sums as there are registers.
+            let (twos, fives) = (rows.as_chunks::<2>().0, rows.as_chunks::<5>().0);
+            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
+                for (five, sums) in fives.iter().zip(sums).take(1 + k / 2) {
+                    add_products(two, five, end - start, sums);
                 }
             }
         }
-        let total =
-            |lanes: &[f32; LANES]| lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane));
-        let mut totals = sums.iter().map(total);
-        let mut next = || totals.next().unwrap_or(0.0);
+        let sum = |i: usize, j: usize| total(sums[i / 2][j / 5][i % 2][j % 5]);
         let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
         for i in 0..PARAMETERS {
             for j in 0..=i {
-                let value = next();
-                (normal_matrix[(i, j)], normal_matrix[(j, i)]) = (value, value);
+                normal_matrix[(i, j)] = sum(i, j);
+                normal_matrix[(j, i)] = normal_matrix[(i, j)];
             }
         }
-        let gradient = Vector::from_fn(|_, _| next());
-        Linearised { normal_matrix, gradient, cost: next(), extra: () }
+        let gradient = Vector::from_fn(|i, _| sum(PARAMETERS, i));
+        let cost = sum(PARAMETERS, PARAMETERS);
+        Linearised { normal_matrix, gradient, cost, extra: () }
+    }
+}
+
+struct Gathering<'a, Wanted> {
+    pixels: &'a mut Pixels,
+    image: &'a GrayImage,
+    patch: &'a Patch,
+    step_px: i32,
+    wanted: Wanted,
+}
+
+impl<Wanted: Fn(i32, i32) -> bool> simd::Loop for Gathering<'_, Wanted> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { pixels: Pixels { x, y, value, .. }, image, patch, step_px, wanted } = self;
+        let (cx, cy) = patch.centre_px;
+        let (width, height) = image.dimensions();
+        let top = (-patch.radius_px).max(-cy);
+        let bottom = patch.radius_px.min(height as i32 - 1 - cy);
+        let from = |first: i32| first + (-first).rem_euclid(step_px);
+        let (mut are_wanted, mut places, mut levels) = ([0; WIDEST], [0.0; WIDEST], [0.0; WIDEST]);
+        for dy in (from(top)..=bottom).step_by(step_px as usize) {
+            let row = (cy + dy) as usize * width as usize;
+            let raw = &image.as_raw()[row..row + width as usize];
+            for (first, last) in patch.runs(image, dy) {
+                let first = from(first);
+                let across = ((last + step_px - first) / step_px).max(0) as usize;
+                // Overflow checks would prevent vectorisation.
+                let at = |k: i32| first.wrapping_add(k.wrapping_mul(step_px));
+                for (k, is_wanted) in (0_i32..).zip(&mut are_wanted[..across]) {
+                    *is_wanted = u8::from(wanted(at(k), dy));
+                }
+                let mut count = 0;
+                // Without branches: what isn't wanted is overwritten.
+                for (k, is_wanted) in (0_i32..).zip(&are_wanted[..across]) {
+                    places[count] = at(k) as f32;
+                    levels[count] = f32::from(raw[cx.wrapping_add(at(k)) as usize]);
+                    count += usize::from(*is_wanted);
+                }
+                x.extend_from_slice(&places[..count]);
+                value.extend_from_slice(&levels[..count]);
+                y.resize(x.len(), dy as f32);
+            }
+        }
     }
 }
 
@@ -310,6 +377,8 @@ impl simd::Loop for Linearising<'_> {
 
 struct Subtracting<'a> {
     pixels: &'a mut Pixels,
+    image: &'a GrayImage,
+    patch: &'a Patch,
     at: &'a Vector,
 }
 
@@ -318,7 +387,7 @@ impl simd::Loop for Subtracting<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.pixels.subtract_here(self.at);
+        self.pixels.subtract_here(self.image, self.patch, self.at);
     }
 }
 
@@ -352,16 +421,38 @@ impl simd::Loop for Splitting<'_> {
     }
 }
 
-/// Adds the products of two rows, lane by lane.
+/// Cosine, sine and inverse blur of both edges of the model at `at`.
+fn edges(at: &Vector, log_s: [f64; 2]) -> [[f32; 3]; 2] {
+    std::array::from_fn(|edge| {
+        let (sine, cosine) = (libm::sin(at[2 + edge]), libm::cos(at[2 + edge]));
+        [cosine, sine, libm::exp(-log_s[edge])].map(|value| value as f32)
+    })
+}
+
+/// Adds the products of each of the `ones` with each of the `others`, of `count` pixels, lane by
+/// lane.
 #[inline(always)]
-fn add_products(one: &[f32], two: &[f32], sum: &mut [f32; LANES]) {
-    let mut total = *sum;
-    for (one, two) in one.chunks_exact(LANES).zip(two.chunks_exact(LANES)) {
-        for lane in 0..LANES {
-            total[lane] += one[lane] * two[lane];
+fn add_products<const I: usize, const J: usize>(
+    ones: &[Row; I],
+    others: &[Row; J],
+    count: usize,
+    sums: &mut [[Lanes; J]; I],
+) {
+    let mut totals = *sums;
+    for at in 0..(count / LANES).min(CHUNK / LANES) {
+        for i in 0..I {
+            for j in 0..J {
+                for lane in 0..LANES {
+                    totals[i][j][lane] += ones[i].0[at][lane] * others[j].0[at][lane];
+                }
+            }
         }
     }
-    *sum = total;
+    *sums = totals;
+}
+
+fn total(lanes: Lanes) -> f64 {
+    lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane))
 }
 
 #[cfg(test)]

@@ -61,11 +61,10 @@ impl Lattice {
     /// Clears the grid and sizes it for boards of up to `longest` corners a side, with equal steps.
     pub(super) fn clear(&mut self, longest: usize) {
         self.steps = Steps::default();
+        self.retain(|_, _| false);
         self.reach = longest as i32 + LARGEST_OVER;
         let side = (2 * self.reach + 1) as usize;
-        self.places.clear();
         self.places.resize(side * side, None);
-        self.nodes.clear();
         // Grids are swapped; any grid may become the largest.
         self.nodes.reserve(side * side);
     }

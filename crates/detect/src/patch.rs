@@ -2,6 +2,9 @@
 
 use image::GrayImage;
 
+/// Largest reach of a patch from its central pixel.
+pub(super) const RADIUS_LIMIT_PX: i32 = 24;
+
 /// Neighbourhood of a corner: the intersection of a parallelogram along the board's axes and a
 /// circle, or of bands along the axes if there are markers in the squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,16 +70,19 @@ impl Patch {
         self.half_px * f64::from(self.band_squares / self.reach_squares)
     }
 
-    /// True if an offset from the centre lies in the patch and in the picture.
-    pub(super) fn holds(&self, image: &GrayImage, [x, y]: [f32; 2]) -> bool {
+    /// True if an offset from the centre lies in the patch and in a picture of `size_px`. Without
+    /// branches, so that a loop is vectorised.
+    #[inline(always)]
+    pub(super) fn holds(&self, size_px: [f32; 2], [x, y]: [f32; 2]) -> bool {
         let [one, other] = self.board_from_px.map(|[a, b]| (a * x + b * y).abs());
         let radius_px = self.radius_px as f32;
-        let is_inside = |at: f32, size: u32| (0.0..=(size - 1) as f32).contains(&at);
-        one.max(other) <= self.reach_squares
-            && one.min(other) <= self.band_squares
-            && x * x + y * y <= radius_px * radius_px
-            && is_inside(self.centre_px.0 as f32 + x, image.width())
-            && is_inside(self.centre_px.1 as f32 + y, image.height())
+        let is_inside = |at: f32, size: f32| (at >= 0.0) & (at <= size - 1.0);
+        let [left, top] = [self.centre_px.0 as f32, self.centre_px.1 as f32];
+        (one.max(other) <= self.reach_squares)
+            & (one.min(other) <= self.band_squares)
+            & (x * x + y * y <= radius_px * radius_px)
+            & is_inside(left + x, size_px[0])
+            & is_inside(top + y, size_px[1])
     }
 
     /// Reach of the whole patch from the centre along both axes, in pixels.

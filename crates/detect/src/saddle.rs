@@ -2,11 +2,17 @@
 
 use image::GrayImage;
 
-/// Saddle point of brightness nearest to `guess`, for squares with sides of about `side` pixels.
+/// Saddle point of brightness nearest to `guess`, for squares with sides of about `side` pixels;
+/// `None` if it's more than `most_px` away.
 ///
 /// At a corner, the gradient at every pixel is perpendicular to the line to the corner (Förstner &
 /// Gülch 1987).
-pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] {
+pub(super) fn settle(
+    image: &GrayImage,
+    guess: [f32; 2],
+    side: f32,
+    most_px: f32,
+) -> Option<[f32; 2]> {
     let reach = (0.3 * side).clamp(2.0, 8.0) as isize;
     let (width, height) = (image.width() as isize, image.height() as isize);
     let raw = image.as_raw();
@@ -17,7 +23,7 @@ pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] 
         let (left, right) = ((column - reach).max(1), (column + reach).min(width - 2));
         let (top, bottom) = ((row - reach).max(1), (row + reach).min(height - 2));
         if left + 2 > right || top + 2 > bottom {
-            return at;
+            return Some(at);
         }
         let across = (right - left + 1) as usize;
         let (mut a, mut b, mut c, mut u, mut v) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
@@ -43,13 +49,18 @@ pub(super) fn settle(image: &GrayImage, guess: [f32; 2], side: f32) -> [f32; 2] 
         }
         let determinant = a * c - b * b;
         if determinant <= 1e-3 * (a + c) * (a + c) {
-            return at;
+            return Some(at);
         }
         let step = [(c * u - b * v) / determinant, (a * v - b * u) / determinant];
         at = [at[0] + step[0], at[1] + step[1]];
+        let moved_px = libm::hypotf(at[0] - guess[0], at[1] - guess[1]);
+        // Also refuses NaN.
+        if !(moved_px <= most_px) {
+            return None;
+        }
         if libm::hypotf(step[0], step[1]) < 0.02 {
             break;
         }
     }
-    at
+    Some(at)
 }

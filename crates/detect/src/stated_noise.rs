@@ -6,9 +6,9 @@ use nalgebra::{Matrix2, SMatrix, Vector2};
 pub(super) const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 /// Floor of the stated error: pixels integrate over their area, and prints are imperfect.
 const SIGMA_FLOOR_PX: f64 = 0.004;
-/// Side of a block of pixels with correlated errors, by sharpening, the interpolation of colours
-/// and compression.
-const BLOCK_PX: f64 = 5.0;
+/// Reciprocal of the side of a block of pixels with correlated errors, by sharpening, the
+/// interpolation of colours and compression.
+const BLOCKS_PER_PX: f64 = 0.2;
 /// Least degrees of freedom, of a position's two, left to the residuals by the fit: fewer determine
 /// no noise.
 const LEAST_FREEDOM: f64 = 0.5;
@@ -22,7 +22,7 @@ const LEAST_FREEDOM: f64 = 0.5;
 pub(super) struct Blocks {
     /// Blocks, row by row, with the point in the middle of the middle block.
     sums: Vec<Block>,
-    half: i32,
+    side: usize,
 }
 
 /// Sums over a block of each derivative times the residual, and of the derivative's square
@@ -34,23 +34,32 @@ struct Block {
 }
 
 impl Blocks {
-    /// Clears all sums, for pixels up to `reach_px` away.
-    pub(super) fn clear(&mut self, reach_px: f64) {
-        self.half = libm::round(reach_px / BLOCK_PX) as i32;
-        let side = 2 * self.half + 1;
+    /// Clears all sums, for pixels up to `reach_px` away. Returns the map from an offset from the
+    /// point to the column or row of a block.
+    pub(super) fn clear(&mut self, reach_px: f64) -> impl Fn(f64) -> usize + use<> {
+        let whole = |px: f64| libm::round(px * BLOCKS_PER_PX) as i32;
+        let half = whole(reach_px);
+        self.side = 2 * half as usize + 1;
         self.sums.clear();
-        self.sums.resize((side * side) as usize, Block::default());
+        self.sums.resize(self.side * self.side, Block::default());
+        move |offset_px| (whole(offset_px).clamp(-half, half) + half) as usize
     }
 
-    /// Adds a pixel at an offset from the point, with residual and derivative of the brightness by
-    /// the position.
-    pub(super) fn add(&mut self, offset_px: Vector2<f64>, change: Vector2<f64>, residual: f64) {
-        let place =
-            |px: f64| (libm::round(px / BLOCK_PX) as i32).clamp(-self.half, self.half) + self.half;
-        let at = place(offset_px.y) * (2 * self.half + 1) + place(offset_px.x);
-        let block = &mut self.sums[at as usize];
-        block.moves += change * residual;
-        block.information += change * change.transpose();
+    /// Adds pixels, each with column and row of a block, residual, and derivative of the brightness
+    /// by the position.
+    pub(super) fn add(&mut self, pixels: impl Iterator<Item = ([usize; 2], Vector2<f64>, f64)>) {
+        // Neighbours are mostly in one block.
+        let (mut last, mut sums) = (0, self.sums[0]);
+        for ([column, row], change, residual) in pixels {
+            let at = row * self.side + column;
+            if at != last {
+                self.sums[last] = sums;
+                (last, sums) = (at, self.sums[at]);
+            }
+            sums.moves += change * residual;
+            sums.information += change * change.transpose();
+        }
+        self.sums[last] = sums;
     }
 
     /// Variance of white noise with the same effect on the point as the residuals. `None` if

@@ -213,10 +213,9 @@ impl Tracker {
         self.lattice.clear(columns.max(rows));
         for (index, corner) in corners.iter().enumerate() {
             let guess = halved.at(*corner);
-            let found = settle(picture, guess, 1.4 * side);
-            let moved = libm::hypotf(found[0] - guess[0], found[1] - guess[1]);
             let node = ((index % columns) as i32, (index / columns) as i32);
-            if !(moved < 0.5 * side) || !self.lattice.insert(node, found) {
+            let found = settle(picture, guess, 1.4 * side, 0.5 * side);
+            if !found.is_some_and(|found| self.lattice.insert(node, found)) {
                 return false;
             }
         }
