@@ -80,9 +80,11 @@ impl Arguments {
         config.camera.as_stored |= self.as_stored;
         let board = config.board()?;
         let mut detector = Detector::new(DetectorParams::default());
-        // Open misses since another board was last named.
-        let (mut unreadable, mut open, mut pictures_seen) = (0, 0_u32, 0);
+        let (mut unreadable, mut pictures_seen) = (0, 0);
         let mut misses = Vec::new();
+        // The search for other boards takes as long as for the named one: it's for the first
+        // picture and, if none shows the named board, for the last one.
+        let (mut has_sought, mut last_open) = (false, None);
         if !self.json {
             print(corner_table::HEADER.trim_end())?;
         }
@@ -100,13 +102,15 @@ impl Arguments {
             };
             let millis = started.elapsed().as_secs_f64() * 1e3;
             let seen = seen.map_err(|miss| {
-                open += u32::from(miss.leaves_open());
-                // Ever more seldom: a search for other boards takes as long as for the named one.
-                if !miss.leaves_open() || !open.is_power_of_two() {
+                if !miss.leaves_open() || misses.len() < pictures_seen {
                     return miss;
                 }
+                if has_sought {
+                    last_open = Some((misses.len(), name.to_owned(), image.clone()));
+                    return miss;
+                }
+                has_sought = true;
                 let other = detector.recognise(image, Some(&board), &|| true);
-                open = if other.is_some() { 0 } else { open };
                 other.map_or(miss, Miss::OtherBoard)
             });
             pictures_seen += 1;
@@ -150,6 +154,13 @@ impl Arguments {
                 }
             }
             progress.step();
+        }
+        let is_open = misses.len() == pictures_seen && agreed(&misses).is_none();
+        if let Some((index, name, image)) = last_open.filter(|_| is_open)
+            && let Some(other) = detector.recognise(&image, Some(&board), &|| true)
+        {
+            misses[index] = Miss::OtherBoard(other);
+            progress.say(&format!("{name}: {}", text::miss(&misses[index])));
         }
         progress.finish();
         if pictures_seen > 1 {

@@ -15,7 +15,7 @@ use boresight::{
     boards::Board,
     capture::{Arrival, CaptureError, FrameSource, SourceIdentity},
     config::Config,
-    detection::{Detection, Miss, Search},
+    detection::{Detection, Miss, OtherBoard, Search},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     pipeline::{
         BoardFinder, Finished, FrameReport, LatestReceiver, Pipeline, PipelineError, Setup, latest,
@@ -315,6 +315,47 @@ fn however_slow_the_detector_one_frame_waits_and_it_is_the_newest() {
     drop(go);
     let finished = pipeline.stop().expect("clean");
     assert_eq!(finished.frames_replaced, 20 * (FRAMES_PER_LOOK as u64 - 1));
+}
+
+/// Stand-in for the detector that looks for other boards until told to stop.
+struct Naming(mpsc::Sender<&'static str>);
+
+impl BoardFinder for Naming {
+    fn find(&mut self, _: &GrayImage, _: &Board, _: Search<'_>) -> Result<Detection, Miss> {
+        self.0.send("look").ok();
+        Err(Miss::NoBoard)
+    }
+
+    fn recognise(
+        &mut self,
+        step: &mut usize,
+        _image: &GrayImage,
+        _board: &Board,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
+        *step += 1;
+        self.0.send("name").ok();
+        while keep_on() {
+            std::thread::yield_now();
+        }
+        None
+    }
+}
+
+#[test]
+fn other_boards_are_named_while_no_frame_waits() {
+    let wanted = Arc::new(AtomicUsize::new(0));
+    let source = Numbered { frames: Arc::default(), wanted: Arc::clone(&wanted) };
+    let (does, done) = mpsc::channel();
+    let setup = Setup { source: Box::new(source), ..setup(blank(1, Then::End), false) };
+    let (pipeline, _showing) =
+        Pipeline::start_with_feed_and_finder(setup, Box::new(Naming(does)), || ())
+            .expect("threads");
+    for _ in 0..3 {
+        wanted.fetch_add(1, Ordering::SeqCst);
+        assert_eq!([(); 2].map(|()| done.recv().expect("works")), ["look", "name"]);
+    }
+    pipeline.stop().expect("clean");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use super::{
     explain::{Searched, WeighedGrid},
     grid_search::GridSearch,
     marker_cells::Polarity,
-    outcome::{Detection, Miss, Others},
+    outcome::{Detection, Miss},
     params::DetectorParams,
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve, negate},
@@ -37,13 +37,11 @@ pub struct Search<'a> {
     /// Callback between steps of the work, every few tenths of a millisecond; returning `false`
     /// ends the search with [`Miss::OutOfTime`].
     pub keep_on: &'a dyn Fn() -> bool,
-    /// Handling of other boards if the named board isn't seen.
-    pub others: Others,
 }
 
 impl Search<'_> {
     /// Search of the whole picture, without a time limit.
-    pub const FULL: Self = Self { near: None, keep_on: &|| true, others: Others::Ignored };
+    pub const FULL: Self = Self { near: None, keep_on: &|| true };
 }
 
 /// Picture to search.
@@ -172,25 +170,6 @@ impl Detector {
     ///
     /// [`Miss`], as [`detect`](Self::detect), and [`Miss::OutOfTime`].
     pub fn search(
-        &mut self,
-        image: &GrayImage,
-        board: &Board,
-        search: Search<'_>,
-    ) -> Result<Detection, Miss> {
-        let found = self.search_named(image, board, search);
-        found.map_err(|miss| {
-            let other = match search.others {
-                Others::Sought if miss.leaves_open() => {
-                    self.recognise(image, Some(board), search.keep_on)
-                }
-                Others::Known(other) if miss.leaves_open() => Some(other),
-                _ => None,
-            };
-            other.map_or(miss, Miss::OtherBoard)
-        })
-    }
-
-    fn search_named(
         &mut self,
         image: &GrayImage,
         board: &Board,

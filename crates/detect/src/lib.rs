@@ -148,7 +148,7 @@ pub use explain::{
     GridOutcome, ReadMarker, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
     WeighedPlace,
 };
-pub use outcome::{Detection, Miss, OtherBoard, Others, Quality, Side, agreed};
+pub use outcome::{Detection, Miss, OtherBoard, Quality, Side, agreed};
 pub use params::DetectorParams;
 pub use printed_code::read_code;
 pub use track::{Prediction, Track};

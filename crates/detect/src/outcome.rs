@@ -126,18 +126,6 @@ pub fn agreed(misses: &[Miss]) -> Option<BoardChoice> {
     (named.clone().all(is_held) && (are_held || !choice.pattern.is_plain())).then_some(choice)
 }
 
-/// Treatment of other boards by a search without the named board or a clear reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Others {
-    /// Reports other boards only if seen in passing.
-    #[default]
-    Ignored,
-    /// [Searches](super::Detector::recognise) for other boards, which takes several times as long.
-    Sought,
-    /// Reports the given board, seen lately.
-    Known(OtherBoard),
-}
-
 /// Reason for a missing [`Detection`]. An ordinary result, not an error of the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Miss {

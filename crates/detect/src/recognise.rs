@@ -42,6 +42,18 @@ impl Detector {
         named: Option<&Board>,
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
+        self.recognise_from(&mut 0, image, named, keep_on)
+    }
+
+    /// [`recognise`](Self::recognise) in steps of some milliseconds. A search that `keep_on` ends
+    /// goes on in another picture from `step` on, which is 0 at the start and after the last step.
+    pub fn recognise_from(
+        &mut self,
+        step: &mut usize,
+        image: &GrayImage,
+        named: Option<&Board>,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
         let named_markers = named.and_then(Board::markers);
         let named = named.map(Board::pattern);
         let (charucos, tags) = (other_charucos(named_markers), other_tags(named));
@@ -51,8 +63,12 @@ impl Detector {
         // Wider pictures show the gaps around markers by themselves.
         let doubled = doubled(image).filter(|_| primary == Some(0));
         let levels = self.fine_levels(image).into_iter().flatten().map(Pass::Level);
-        for pass in levels.chain(doubled) {
-            if !keep_on() || (pass == Pass::Doubled && !has_grid) {
+        for pass in levels.chain(doubled).skip(*step) {
+            if !keep_on() {
+                return None;
+            }
+            *step += 1;
+            if pass == Pass::Doubled && !has_grid {
                 break;
             }
             let picture = picture_of(pass, image, &self.levels, &mut self.grown);
@@ -62,6 +78,7 @@ impl Detector {
                 [&charucos, &tags].map(|others| self.grids.read_others(picture, others, params));
             let [(seen, is_charuco), (_, is_tags)] = marked;
             if is_charuco.is_some() || is_tags.is_some() {
+                *step = 0;
                 return is_charuco.or(is_tags);
             }
             has_grid |= seen;
@@ -69,10 +86,14 @@ impl Detector {
                 plain = plain.or_else(|| self.grids.count(picture, params));
             }
         }
-        match plain {
+        let other = match plain {
             Some((columns, rows)) => Some(OtherBoard::Plain { columns, rows }),
             None => self.whole_circles(image, named, keep_on),
+        };
+        if other.is_some() || keep_on() {
+            *step = 0;
         }
+        other
     }
 
     /// Whole grid of circles with another layout than a `named` one.
@@ -83,7 +104,7 @@ impl Detector {
         keep_on: &dyn Fn() -> bool,
     ) -> Option<OtherBoard> {
         let [primary, coarser, _] = self.search_levels(image);
-        for level in [primary, coarser].into_iter().flatten() {
+        for level in [primary, coarser].into_iter().flatten().filter(|_| keep_on()) {
             let picture = at_level(image, &self.levels, level);
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;

@@ -11,7 +11,7 @@ use image::GrayImage;
 use super::{
     colours::all_colours_alternate,
     lattice::Lattice,
-    outcome::{Detection, Miss, OtherBoard, Others},
+    outcome::{Detection, Miss, OtherBoard},
     reduce::{Halved, Part, halve, halve_part},
     saddle::settle,
 };
@@ -27,7 +27,7 @@ const FOLLOWED_SQUARE_PX: f32 = 12.0;
 const FULL_SEARCH_EVERY: u32 = 10;
 /// Gap between frames after which a prediction is useless.
 const LONGEST_GAP_SECS: f64 = 0.25;
-/// Seconds between searches for other boards.
+/// Seconds between searches for other boards; one that's seen is forgotten after twice as long.
 const OTHERS_EVERY_SECS: f64 = 1.0;
 /// Standard deviation of the change of a hand-held board's speed from frame to frame, in squares
 /// per second.
@@ -66,12 +66,8 @@ impl Track {
     /// Adds the result for the next frame; a miss adds nothing. A photograph clears the track:
     /// photographs aren't a sequence.
     pub fn add(&mut self, kind: FrameKind, at: CaptureTime, seen: &Result<Detection, Miss>) {
-        if seen.is_ok() || self.others(kind, at) == Others::Sought {
-            let other = match seen {
-                Err(Miss::OtherBoard(other)) => Some(*other),
-                _ => None,
-            };
-            self.sought = Some((at, other));
+        if seen.is_ok() {
+            self.sought = Some((at, None));
         }
         match seen {
             Ok(detection) if kind == FrameKind::Video => {
@@ -85,28 +81,34 @@ impl Track {
                 self.seen.extend(detection.corners.iter().map(Corner::is_seen));
             }
             Err(_) if kind == FrameKind::Video => {}
-            _ => *self = Self::default(),
+            _ => *self = Self { sought: self.sought, ..Self::default() },
         }
+    }
+
+    /// Adds the result of a search for other boards in a frame.
+    pub fn add_other(&mut self, at: CaptureTime, other: Option<OtherBoard>) {
+        self.sought = Some((at, other));
+    }
+
+    /// Another board seen shortly before `now`, if any.
+    pub fn other(&self, now: CaptureTime) -> Option<OtherBoard> {
+        let (then, other) = self.sought?;
+        (0.0..2.0 * OTHERS_EVERY_SECS).contains(&now.secs_since(then)).then_some(other)?
+    }
+
+    /// True if another board should be searched in a frame without the named one: once a second,
+    /// and in the first of many photographs.
+    pub fn seeks_others(&self, kind: FrameKind, now: CaptureTime) -> bool {
+        self.sought.is_none_or(|(then, _)| {
+            let since_secs = now.secs_since(then);
+            kind == FrameKind::Video && !(0.0..OTHERS_EVERY_SECS).contains(&since_secs)
+        })
     }
 
     /// True if a prediction that far ahead can identify the corners of a part of the board with
     /// white at an end.
     pub fn names_corners_after(gap_secs: f64) -> bool {
         gap_secs < LONGEST_GAP_SECS
-    }
-
-    /// Treatment of other boards at time `now`: searched in each photograph, and once a second in
-    /// frames without the board.
-    pub fn others(&self, kind: FrameKind, now: CaptureTime) -> Others {
-        match self.sought {
-            Some((then, other))
-                if kind == FrameKind::Video
-                    && (0.0..OTHERS_EVERY_SECS).contains(&now.secs_since(then)) =>
-            {
-                other.map_or(Others::Ignored, Others::Known)
-            }
-            _ => Others::Sought,
-        }
     }
 
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole

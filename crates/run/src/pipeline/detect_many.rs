@@ -14,12 +14,12 @@ use super::error::PipelineError;
 /// The detection in a picture, or the loading error.
 pub type Seen<E> = Result<Result<Detection, Miss>, E>;
 
-/// Number of pictures without the named board to search for other boards before giving up.
+/// Most pictures of a set without the named board to search for other boards before giving up.
 const LOOKS_FOR_OTHERS: usize = 5;
 
 /// Detects the board in `count` pictures from `load`, on `threads` threads; `near` predicts its
-/// place. If some pictures show another board, all pictures without the named one are searched for
-/// that.
+/// place. If none shows the named board and some show another one, all pictures are searched for
+/// others.
 ///
 /// Every picture is searched independently, so the result doesn't depend on the number of threads.
 /// `done` is called with the index of each finished picture, on the thread that finished it.
@@ -43,6 +43,9 @@ pub fn detect_many<E: Send>(
         done(index);
         seen
     })?;
+    if found.iter().any(|seen| matches!(seen, Ok(Ok(_)))) {
+        return Ok(found);
+    }
     let is_open = |index: &usize| matches!(&found[*index], Ok(Err(miss)) if miss.leaves_open());
     let open: Vec<usize> = all.into_iter().filter(is_open).collect();
     let every = open.len().div_ceil(LOOKS_FOR_OTHERS).max(1);

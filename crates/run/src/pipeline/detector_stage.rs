@@ -9,10 +9,10 @@ use crossbeam_channel::Sender;
 use image::GrayImage;
 
 use super::{latest::LatestReceiver, rest::Rest};
-use boresight_detect::{Detection, Detector, DetectorParams, Miss, Search, Track};
+use boresight_detect::{Detection, Detector, DetectorParams, Miss, OtherBoard, Search, Track};
 use boresight_geometry::{
     boards::Board,
-    frame::{CaptureTime, Frame, FrameId, ImageSize},
+    frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
 };
 use boresight_guide::session::{Input, Observation};
 
@@ -33,6 +33,17 @@ pub trait BoardFinder: Send {
         board: &Board,
         search: Search<'_>,
     ) -> Result<Detection, Miss>;
+
+    /// Searches `image` for other boards than `board`, like [`Detector::recognise_from`].
+    fn recognise(
+        &mut self,
+        _step: &mut usize,
+        _image: &GrayImage,
+        _board: &Board,
+        _keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
+        None
+    }
 }
 
 impl BoardFinder for Detector {
@@ -43,6 +54,16 @@ impl BoardFinder for Detector {
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         self.search(image, board, search)
+    }
+
+    fn recognise(
+        &mut self,
+        step: &mut usize,
+        image: &GrayImage,
+        board: &Board,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Option<OtherBoard> {
+        self.recognise_from(step, image, Some(board), keep_on)
     }
 }
 
@@ -72,7 +93,7 @@ impl DetectorStage {
         on_start: impl Fn(&LatestReceiver<Arc<Frame>>),
     ) {
         let mut track = Track::default();
-        let mut last = None;
+        let (mut last, mut step) = (None, 0);
         while let Some(frame) = frames.recv() {
             // A source that can wait does so in a pause; other sources' pictures are skipped.
             if self.unhurried {
@@ -83,11 +104,33 @@ impl DetectorStage {
             on_start(frames);
             let limit = (!self.unhurried).then(|| LONGEST_SEARCH.max(interval(last, &frame)));
             last = Some((frame.id, frame.captured_at));
-            let observation = self.observe(&mut track, &frame, limit);
-            if self.pictures.send(frame).is_err()
+            let mut observation = self.observe(&mut track, &frame, limit);
+            let (kind, now) = (frame.kind, frame.captured_at);
+            let is_open = matches!(&observation.seen, Err(miss) if miss.leaves_open());
+            let seeks = is_open && track.seeks_others(kind, now);
+            // Photographs aren't a sequence: what another one shows says nothing of this one.
+            let is_photograph = kind == FrameKind::Photograph;
+            if seeks && is_photograph {
+                let other = self.finder.recognise(&mut step, &frame.image, &self.board, &|| true);
+                track.add_other(now, other);
+            }
+            if is_open
+                && (seeks || !is_photograph)
+                && let Some(other) = track.other(now)
+            {
+                observation.seen = Err(Miss::OtherBoard(other));
+            }
+            if self.pictures.send(Arc::clone(&frame)).is_err()
                 || self.inbox.send(Input::Observed(observation)).is_err()
             {
                 return;
+            }
+            if seeks && !is_photograph {
+                let is_idle = || self.unhurried || !frames.has_news();
+                let other = self.finder.recognise(&mut step, &frame.image, &self.board, &is_idle);
+                if step == 0 {
+                    track.add_other(now, other);
+                }
             }
         }
     }
@@ -102,8 +145,7 @@ impl DetectorStage {
         let started = Instant::now();
         let near = track.predict(frame.kind, frame.captured_at);
         let keep_on = || limit.is_none_or(|limit| started.elapsed() < limit);
-        let others = track.others(frame.kind, frame.captured_at);
-        let search = Search { near: near.as_ref(), keep_on: &keep_on, others };
+        let search = Search { near: near.as_ref(), keep_on: &keep_on };
         let seen = self.finder.find(&frame.image, &self.board, search);
         track.add(frame.kind, frame.captured_at, &seen);
         Observation {

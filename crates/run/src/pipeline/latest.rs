@@ -102,6 +102,12 @@ impl<T> LatestReceiver<T> {
         self.shared.lock().value.take()
     }
 
+    /// True if a value waits, or no more will come.
+    pub fn has_news(&self) -> bool {
+        let slot = self.shared.lock();
+        slot.closed || slot.value.is_some()
+    }
+
     /// True if the sender is gone and the slot is empty.
     pub fn is_closed(&self) -> bool {
         let slot = self.shared.lock();
