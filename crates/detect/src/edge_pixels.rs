@@ -167,47 +167,24 @@ impl Pixels {
     #[inline(always)]
     fn subtract_here(&mut self, image: &GrayImage, patch: &Patch, at: &Vector) {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let edges @ [[c1, s1, inverse_s], [c2, s2, _]] = edges(at, [at[4]; 2]);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
         let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
         let size_px = [image.width() as f32, image.height() as f32];
-        let mut profiles: [[Row; 2]; 2] = Default::default();
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
-            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
-            let places = self.x[start..].iter().zip(&self.y[start..]).zip(&self.value[start..]);
-            let changes = self.by_x[start..].iter_mut().zip(&mut self.by_y[start..]);
-            let into = self.residuals[start..].iter_mut().zip(changes);
-            for ((((x, y), value), (residual, (by_x, by_y))), ((e1, bell1), (e2, bell2))) in
-                places.zip(into).zip(profiles)
-            {
-                let (dx, dy) = (x - x0, y - y0);
-                *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
-                let slope = if patch.holds(size_px, [x0 - dx, y0 - dy]) { slope } else { 0.0 };
-                let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
-                *by_x = across1 * s1 + across2 * s2;
-                *by_y = -(across1 * c1 + across2 * c2);
-            }
+        let places = self.x.iter().zip(&self.y).zip(&self.value);
+        let changes = self.by_x.iter_mut().zip(&mut self.by_y);
+        let into = self.residuals.iter_mut().zip(changes);
+        for (((x, y), value), (residual, (by_x, by_y))) in places.zip(into) {
+            let (dx, dy) = (x - x0, y - y0);
+            let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
+            let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
+            *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
+            let slope = if patch.holds(size_px, [x0 - dx, y0 - dy]) { slope } else { 0.0 };
+            let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
+            *by_x = across1 * s1 + across2 * s2;
+            *by_y = -(across1 * c1 + across2 * c2);
         }
-    }
-
-    /// Profiles and bells across the two edges of up to a chunk of pixels from `start` on.
-    #[inline(always)]
-    fn profiles<'a>(
-        &self,
-        [x0, y0]: [f32; 2],
-        edges: [[f32; 3]; 2],
-        start: usize,
-        into: &'a mut [[Row; 2]; 2],
-    ) -> [std::slice::Iter<'a, f32>; 4] {
-        for ([c, s, inverse_s], [edge, bell]) in edges.into_iter().zip(&mut *into) {
-            let places = self.x[start..].iter().zip(&self.y[start..]);
-            let into = edge.0.as_flattened_mut().iter_mut().zip(bell.0.as_flattened_mut());
-            for ((x, y), (edge, bell)) in places.zip(into) {
-                (*edge, *bell) = erf(((y - y0) * c - (x - x0) * s) * inverse_s);
-            }
-        }
-        let [[e1, bell1], [e2, bell2]] = &*into;
-        [e1, bell1, e2, bell2].map(|row| row.0.as_flattened().iter())
     }
 
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
@@ -218,8 +195,9 @@ impl Pixels {
     #[inline(always)]
     fn split_step_here(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let edges @ [[c1, s1, inverse_s1], [c2, s2, inverse_s2]] = edges(at, log_s);
-        let mut profiles: [[Row; 2]; 2] = Default::default();
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = log_s.map(|log_s| libm::exp(-log_s) as f32);
         let mut sums = [[[0.0; LANES]; 3]; 3];
         let mut rows: [Row; 3] = Default::default();
         for start in (0..self.x.len()).step_by(CHUNK) {
@@ -228,14 +206,12 @@ impl Pixels {
             let places = self.x[start..end].iter().zip(&self.y[start..end]);
             let seen = self.value[start..end].iter().zip(&self.weight[start..end]);
             let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
-            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
-            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
-            for ((((x, y), (value, weight)), ((r1, r2), r3)), ((e1, bell1), (e2, bell2))) in
-                places.zip(seen).zip(out).zip(profiles)
-            {
+            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
                 let (dx, dy) = (x - x0, y - y0);
-                let d1 = (dy * c1 - dx * s1) * inverse_s1;
-                let d2 = (dy * c2 - dx * s2) * inverse_s2;
+                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
+                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
+                let (e1, bell1) = erf(d1);
+                let (e2, bell2) = erf(d2);
                 let light = (1.0 + gx * dx + gy * dy) * weight;
                 let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
                 *r1 = scaled * bell1 * e2 * d1;
@@ -252,8 +228,9 @@ impl Pixels {
     #[inline(always)]
     fn linearise_here(&self, at: &Vector) -> Linear {
         let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let edges @ [[c1, s1, inverse_s], [c2, s2, _]] = edges(at, [at[4]; 2]);
-        let mut profiles: [[Row; 2]; 2] = Default::default();
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
         let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
         let mut sums = [[[[[0.0; LANES]; 5]; 2]; 2]; 5];
         let mut rows: [Row; PARAMETERS + 1] = Default::default();
@@ -266,16 +243,14 @@ impl Pixels {
             let places = x.iter().zip(y).zip(value.iter().zip(weight));
             let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
             let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
-            let [e1, bell1, e2, bell2] = self.profiles([x0, y0], edges, start, &mut profiles);
-            let profiles = e1.zip(bell1).zip(e2.zip(bell2));
-            for ((((x, y), (value, weight)), (first, second)), ((e1, bell1), (e2, bell2))) in
-                places.zip(first.zip(second)).zip(profiles)
-            {
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
                 let (((r0, r1), (r2, r3)), r4) = first;
                 let (((r5, r6), (r7, r8)), r9) = second;
                 let (dx, dy) = (x - x0, y - y0);
                 let d1 = dy * c1 - dx * s1;
                 let d2 = dy * c2 - dx * s2;
+                let (e1, bell1) = erf(d1 * inverse_s);
+                let (e2, bell2) = erf(d2 * inverse_s);
                 let (g1, g2) = (slope * bell1, slope * bell2);
                 let light = (1.0 + gx * dx + gy * dy) * weight;
                 let product = e1 * e2;
@@ -419,14 +394,6 @@ impl simd::Loop for Splitting<'_> {
     fn run(self) -> [f64; 2] {
         self.pixels.split_step_here(self.at, self.log_s)
     }
-}
-
-/// Cosine, sine and inverse blur of both edges of the model at `at`.
-fn edges(at: &Vector, log_s: [f64; 2]) -> [[f32; 3]; 2] {
-    std::array::from_fn(|edge| {
-        let (sine, cosine) = (libm::sin(at[2 + edge]), libm::cos(at[2 + edge]));
-        [cosine, sine, libm::exp(-log_s[edge])].map(|value| value as f32)
-    })
 }
 
 /// Adds the products of each of the `ones` with each of the `others`, of `count` pixels, lane by
