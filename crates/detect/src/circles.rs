@@ -18,6 +18,7 @@ use super::{
     params::DetectorParams,
     plane::Plane,
     reduce::Halved,
+    refine::LOST_SHARE,
     track::Expected,
 };
 use boresight_geometry::{
@@ -27,9 +28,8 @@ use boresight_geometry::{
 
 /// Most ellipses considered in a picture.
 const MOST_BLOBS: usize = 3000;
-/// Least number of circles, and reciprocal of the largest share of failed fits.
+/// Least number of circles.
 const LEAST_CIRCLES: usize = 9;
-const LOST_SHARE: usize = 8;
 /// Largest difference between an ellipse and the image of the circle, as a share of the axes:
 /// beyond, the circle is covered, or isn't one.
 const UNLIKE: f64 = 0.3;

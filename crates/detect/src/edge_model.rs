@@ -17,7 +17,7 @@ use nalgebra::Point2;
 
 use super::{
     edge_pixels::{PARAMETERS, Pixels, Vector},
-    patch::{Patch, RADIUS_LIMIT_PX},
+    patch::Patch,
     stated_noise::{ROUNDING_VARIANCE, position_px2, with_least_noise_px2},
 };
 use boresight_geometry::{
@@ -174,7 +174,7 @@ pub(super) fn fit(
     known: Known,
     scratch: &mut Scratch,
 ) -> Option<EdgeFit> {
-    let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
+    let limits = (REACH_SQUARES, LEAST_REACH_PX);
     let patch = Patch::around(start, axes_px, limits, BAND_SHARE * gap_squares)?;
     let centre = [f64::from(patch.centre_px.0), f64::from(patch.centre_px.1)];
     let Scratch { coarse, fine } = scratch;
@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn covariance_blur_and_residual_are_of_the_fitted_parameters() {
         let (image, axes_px) = (picture(), [[12.0, 2.0], [-3.0, 12.0]]);
-        let limits = (REACH_SQUARES, LEAST_REACH_PX, RADIUS_LIMIT_PX);
+        let limits = (REACH_SQUARES, LEAST_REACH_PX);
         let patch = Patch::around([20.0, 20.0], axes_px, limits, f64::INFINITY).expect("axes");
         let mut pixels = Pixels::default();
         pixels.gather(&image, &patch, 1, |_, _| true);

@@ -62,7 +62,7 @@ impl Pixels {
             row.clear();
         }
         self.frames.clear();
-        simd::widest(Gathering { pixels: self, image, patch, step_px, wanted });
+        simd::widest(Gathering(self, image, patch, step_px, wanted));
         self.count = self.x.len();
         let filled = self.count.next_multiple_of(LANES);
         self.weight.resize(self.count, 1.0);
@@ -90,7 +90,7 @@ impl Pixels {
     /// Replaces earlier additions.
     pub(super) fn remove_frames(&mut self, at: &Vector, gaps_px: [f64; 2]) {
         self.frames.resize(self.x.len(), 0.0);
-        simd::widest(RemovingFrames { pixels: self, at, gaps_px });
+        simd::widest(RemovingFrames(self, at, gaps_px));
     }
 
     #[inline(always)]
@@ -129,7 +129,7 @@ impl Pixels {
     ///
     /// Single precision, summed in a fixed order: identical results on every machine.
     pub(super) fn linearise(&self, at: &Vector) -> Linear {
-        simd::widest(Linearising { pixels: self, at })
+        simd::widest(Linearising(self, at))
     }
 
     /// Variance of white noise with the same effect on the corner of the model at `at` as the
@@ -144,9 +144,9 @@ impl Pixels {
         for row in [&mut self.residuals, &mut self.by_x, &mut self.by_y] {
             row.resize(self.x.len(), 0.0);
         }
-        simd::widest(Subtracting { pixels: self, image, patch, at });
+        simd::widest(Subtracting(self, image, patch, at));
         let Self { x, y, residuals, by_x, by_y, blocks, count, .. } = self;
-        let place = blocks.clear(f64::from(patch.radius_px) + libm::hypot(at[0], at[1]));
+        let place = blocks.clear(f64::from(RADIUS_LIMIT_PX) + libm::hypot(at[0], at[1]));
         let places = [at[0], at[1]].map(|corner| {
             std::array::from_fn::<_, WIDEST, _>(|px| {
                 place(f64::from(px as i32 - RADIUS_LIMIT_PX) - corner)
@@ -189,7 +189,7 @@ impl Pixels {
 
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
     pub(super) fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
-        simd::widest(Splitting { pixels: self, at, log_s })
+        simd::widest(Splitting(self, at, log_s))
     }
 
     #[inline(always)]
@@ -277,37 +277,27 @@ impl Pixels {
             }
         }
         let sum = |i: usize, j: usize| total(sums[i / 2][j / 5][i % 2][j % 5]);
-        let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
-        for i in 0..PARAMETERS {
-            for j in 0..=i {
-                normal_matrix[(i, j)] = sum(i, j);
-                normal_matrix[(j, i)] = normal_matrix[(i, j)];
-            }
-        }
+        let mut normal_matrix: SMatrix<f64, PARAMETERS, PARAMETERS> =
+            SMatrix::from_fn(|i, j| if j > i { 0.0 } else { sum(i, j) });
+        normal_matrix.fill_upper_triangle_with_lower_triangle();
         let gradient = Vector::from_fn(|i, _| sum(PARAMETERS, i));
         let cost = sum(PARAMETERS, PARAMETERS);
         Linearised { normal_matrix, gradient, cost, extra: () }
     }
 }
 
-struct Gathering<'a, Wanted> {
-    pixels: &'a mut Pixels,
-    image: &'a GrayImage,
-    patch: &'a Patch,
-    step_px: i32,
-    wanted: Wanted,
-}
+struct Gathering<'a, Wanted>(&'a mut Pixels, &'a GrayImage, &'a Patch, i32, Wanted);
 
 impl<Wanted: Fn(i32, i32) -> bool> simd::Loop for Gathering<'_, Wanted> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { pixels: Pixels { x, y, value, .. }, image, patch, step_px, wanted } = self;
+        let Self(Pixels { x, y, value, .. }, image, patch, step_px, wanted) = self;
         let (cx, cy) = patch.centre_px;
         let (width, height) = image.dimensions();
-        let top = (-patch.radius_px).max(-cy);
-        let bottom = patch.radius_px.min(height as i32 - 1 - cy);
+        let top = (-RADIUS_LIMIT_PX).max(-cy);
+        let bottom = RADIUS_LIMIT_PX.min(height as i32 - 1 - cy);
         let from = |first: i32| first + (-first).rem_euclid(step_px);
         let (mut are_wanted, mut places, mut levels) = ([0; WIDEST], [0.0; WIDEST], [0.0; WIDEST]);
         for dy in (from(top)..=bottom).step_by(step_px as usize) {
@@ -336,69 +326,53 @@ impl<Wanted: Fn(i32, i32) -> bool> simd::Loop for Gathering<'_, Wanted> {
     }
 }
 
-struct Linearising<'a> {
-    pixels: &'a Pixels,
-    at: &'a Vector,
-}
+struct Linearising<'a>(&'a Pixels, &'a Vector);
 
 impl simd::Loop for Linearising<'_> {
     type Output = Linear;
 
     #[inline(always)]
     fn run(self) -> Linear {
-        self.pixels.linearise_here(self.at)
+        self.0.linearise_here(self.1)
     }
 }
 
-struct Subtracting<'a> {
-    pixels: &'a mut Pixels,
-    image: &'a GrayImage,
-    patch: &'a Patch,
-    at: &'a Vector,
-}
+struct Subtracting<'a>(&'a mut Pixels, &'a GrayImage, &'a Patch, &'a Vector);
 
 impl simd::Loop for Subtracting<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.pixels.subtract_here(self.image, self.patch, self.at);
+        self.0.subtract_here(self.1, self.2, self.3);
     }
 }
 
-struct RemovingFrames<'a> {
-    pixels: &'a mut Pixels,
-    at: &'a Vector,
-    gaps_px: [f64; 2],
-}
+struct RemovingFrames<'a>(&'a mut Pixels, &'a Vector, [f64; 2]);
 
 impl simd::Loop for RemovingFrames<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.pixels.remove_frames_here(self.at, self.gaps_px);
+        self.0.remove_frames_here(self.1, self.2);
     }
 }
 
-struct Splitting<'a> {
-    pixels: &'a Pixels,
-    at: &'a Vector,
-    log_s: [f64; 2],
-}
+struct Splitting<'a>(&'a Pixels, &'a Vector, [f64; 2]);
 
 impl simd::Loop for Splitting<'_> {
     type Output = [f64; 2];
 
     #[inline(always)]
     fn run(self) -> [f64; 2] {
-        self.pixels.split_step_here(self.at, self.log_s)
+        self.0.split_step_here(self.1, self.2)
     }
 }
 
-/// Adds the products of each of the `ones` with each of the `others`, of `count` pixels, lane by
-/// lane.
+/// Adds the products of each of the `ones` and the `others`, of `count` pixels, lane by lane.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "iterators keep no sums in registers: 3 x the time")]
 fn add_products<const I: usize, const J: usize>(
     ones: &[Row; I],
     others: &[Row; J],
@@ -436,8 +410,7 @@ mod tests {
         });
         let mut pixels = Pixels::default();
         let axes = [[40.0, 3.0], [-2.0, 40.0]];
-        let patch =
-            Patch::around([20.3, 19.6], axes, (0.45, 3.0, 20), f64::INFINITY).expect("axes");
+        let patch = Patch::around([20.3, 19.6], axes, (0.45, 3.0), f64::INFINITY).expect("axes");
         pixels.gather(&image, &patch, 1, |_, _| true);
         let at = Vector::from([0.2, -0.5, 0.1, 1.4, 0.4, 75.0, 121.0, 1e-3, -2e-3]);
         (pixels, at)
@@ -447,7 +420,7 @@ mod tests {
     fn every_vector_width_gives_the_same_bits() {
         let (pixels, at) = pixels();
         let widest = pixels.linearise(&at);
-        let least = simd::Loop::run(Linearising { pixels: &pixels, at: &at });
+        let least = simd::Loop::run(Linearising(&pixels, &at));
         assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
         assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
         assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));

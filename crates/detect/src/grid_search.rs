@@ -21,13 +21,12 @@ use super::{
 };
 use boresight_geometry::{boards::Board, markers::Markers};
 
-/// Number of smaller grids tried after no grid with most of the board matched, and least size.
-const GRIDS_KEPT: usize = 4;
+/// Most grids tried with most of the board (a tiled wall has no end of them), and most smaller
+/// ones; and least size.
+const MOST_GRIDS: usize = 4;
 const LEAST_GRID: usize = 6;
 /// Least size of a grid for reading markers.
 const LEAST_MARKED_GRID: usize = 4;
-/// Most grids tried with most of the board; a tiled wall has no end of them.
-const LARGE_GRIDS: usize = 4;
 /// Side of a marker's cells, in pixels of the full-size picture, below which readings are
 /// unreliable.
 const LEAST_CELL_PX: f64 = 2.5;
@@ -273,7 +272,7 @@ impl GridSearch {
                 return Err(Miss::OutOfTime);
             }
             // A grid with most of the board is judged at once; smaller ones wait for a better grid.
-            if 4 * lattice.len() >= 3 * wanted && large < LARGE_GRIDS {
+            if 4 * lattice.len() >= 3 * wanted && large < MOST_GRIDS {
                 large += 1;
                 if is_whole(lattice) {
                     return Ok(());
@@ -300,7 +299,7 @@ impl GridSearch {
 }
 
 fn clear(kept: &mut Vec<Lattice>, limits: Limits) {
-    kept.resize_with(GRIDS_KEPT, Lattice::default);
+    kept.resize_with(MOST_GRIDS, Lattice::default);
     kept.iter_mut().for_each(|lattice| lattice.clear(limits.longest));
 }
 

@@ -11,7 +11,6 @@ pub(super) const RADIUS_LIMIT_PX: i32 = 24;
 pub(super) struct Patch {
     /// Central pixel of the patch: column, row.
     pub(super) centre_px: (i32, i32),
-    pub(super) radius_px: i32,
     /// Map from an offset in pixels to squares along both axes.
     board_from_px: [[f32; 2]; 2],
     /// Half the extent of the parallelogram in squares.
@@ -25,12 +24,12 @@ pub(super) struct Patch {
 
 impl Patch {
     /// Patch of the pixels within `reach_squares` of `start` along the axes `u`, `v` (pixels per
-    /// square), but at least `least_px` and at most `radius_px` away; of these, only pixels within
+    /// square), but at least `least_px` and at most [`RADIUS_LIMIT_PX`] away; of these, only pixels within
     /// `band_squares` of one of the axes. `None` if the axes are parallel or not finite.
     pub(super) fn around(
         start: [f64; 2],
         [u, v]: [[f64; 2]; 2],
-        (reach_squares, least_px, radius_px): (f64, f64, i32),
+        (reach_squares, least_px): (f64, f64),
         band_squares: f64,
     ) -> Option<Self> {
         let area_px2 = u[0] * v[1] - u[1] * v[0];
@@ -43,7 +42,6 @@ impl Patch {
         let inverse = [[v[1], -v[0]], [-u[1], u[0]]];
         Some(Self {
             centre_px: (start[0].round() as i32, start[1].round() as i32),
-            radius_px,
             board_from_px: inverse.map(|row| row.map(|value| (value / area_px2) as f32)),
             reach_squares: reach_squares as f32,
             band_squares: band_squares as f32,
@@ -56,7 +54,7 @@ impl Patch {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let parallelogram = (2.0 * f64::from(self.reach_squares)).powi(2) / (a * d - b * c).abs();
         let free = (1.0 - f64::from(self.band_squares / self.reach_squares)).max(0.0);
-        parallelogram.min(std::f64::consts::PI * f64::from(self.radius_px).powi(2))
+        parallelogram.min(std::f64::consts::PI * f64::from(RADIUS_LIMIT_PX).powi(2))
             * (1.0 - free * free)
     }
 
@@ -75,7 +73,7 @@ impl Patch {
     #[inline(always)]
     pub(super) fn holds(&self, size_px: [f32; 2], [x, y]: [f32; 2]) -> bool {
         let [one, other] = self.board_from_px.map(|[a, b]| (a * x + b * y).abs());
-        let radius_px = self.radius_px as f32;
+        let radius_px = RADIUS_LIMIT_PX as f32;
         let is_inside = |at: f32, size: f32| (at >= 0.0) & (at <= size - 1.0);
         let [left, top] = [self.centre_px.0 as f32, self.centre_px.1 as f32];
         (one.max(other) <= self.reach_squares)
@@ -90,14 +88,15 @@ impl Patch {
         let [[a, b], [c, d]] = self.board_from_px.map(|row| row.map(f64::from));
         let px2_per_square = 1.0 / (a * d - b * c).abs();
         let [v, u] = [libm::hypot(a, b), libm::hypot(c, d)].map(|length| length * px2_per_square);
-        [u, v]
-            .map(|side_px| (f64::from(self.reach_squares) * side_px).min(f64::from(self.radius_px)))
+        [u, v].map(|side_px| {
+            (f64::from(self.reach_squares) * side_px).min(f64::from(RADIUS_LIMIT_PX))
+        })
     }
 
     /// First and last offsets of the pixels in a row, clipped to the picture: one run, or two where
     /// the bands are apart. A run is empty if its last offset is smaller.
     pub(super) fn runs(&self, image: &GrayImage, dy: i32) -> [(i32, i32); 2] {
-        let (cx, radius_px) = (self.centre_px.0, self.radius_px);
+        let (cx, radius_px) = (self.centre_px.0, RADIUS_LIMIT_PX);
         let round = ((radius_px * radius_px - dy * dy) as f32).sqrt();
         let (mut low, mut high) = (-round, round);
         for axis in self.board_from_px {
@@ -152,7 +151,7 @@ mod tests {
         {
             for start in [[30.2, 29.7], [3.0, 55.0]] {
                 for band_squares in [0.1, 0.2, f64::INFINITY] {
-                    let limits = (0.48, 3.0, 24);
+                    let limits = (0.48, 3.0);
                     let patch = Patch::around(start, [u, v], limits, band_squares).expect("axes");
                     let [[a, b], [c, d]] = patch.board_from_px;
                     for dy in -24..=24 {

@@ -4,7 +4,7 @@ use image::GrayImage;
 
 use super::{
     detector::{Detector, Pass, Search, at_level, doubled, picture_of},
-    outcome::{Detection, Miss, OtherBoard},
+    outcome::OtherBoard,
 };
 use boresight_geometry::{
     boards::{Board, BoardChoice, MarkerSide, Pattern},
@@ -109,24 +109,14 @@ impl Detector {
             for grid in self.circles.whole_grids(picture, LONGEST_COUNTED) {
                 let choice = grid.choice()?;
                 // Squares can look like circles until their outlines are measured.
-                let is_other = Some(choice.pattern) != named;
-                if is_other && self.look(image, choice, keep_on).is_ok() {
+                let board = choice.drawn(1.0).filter(|_| Some(choice.pattern) != named);
+                let search = Search { keep_on, ..Search::FULL };
+                if board.is_some_and(|board| self.search(image, &board, search).is_ok()) {
                     return Some(grid);
                 }
             }
         }
         None
-    }
-
-    /// Searches a picture for `choice`.
-    fn look(
-        &mut self,
-        image: &GrayImage,
-        choice: BoardChoice,
-        keep_on: &dyn Fn() -> bool,
-    ) -> Result<Detection, Miss> {
-        let board = choice.drawn(1.0).ok_or(Miss::NoBoard)?;
-        self.search(image, &board, Search { keep_on, ..Search::FULL })
     }
 }
 

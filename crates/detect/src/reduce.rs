@@ -11,27 +11,24 @@ pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
     let mut raw = std::mem::take(into).into_raw();
     raw.resize(4 * source.len(), 0);
     if !raw.is_empty() {
-        simd::widest(Doubling { raw: source.as_raw(), width: width as usize, into: &mut raw });
+        simd::widest(Doubling(source.as_raw(), width as usize, &mut raw));
     }
     // The buffer has exactly this size.
     *into = GrayImage::from_raw(2 * width, 2 * height, raw).unwrap_or_default();
 }
 
-struct Doubling<'a> {
-    raw: &'a [u8],
-    width: usize,
-    into: &'a mut [u8],
-}
+/// Pixels, width, and doubled pixels.
+struct Doubling<'a>(&'a [u8], usize, &'a mut [u8]);
 
 impl simd::Loop for Doubling<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let width = self.width;
-        let last = self.raw.len() / width - 1;
-        let row = |y: usize| &self.raw[y * width..][..width];
-        for (y, out) in self.into.chunks_exact_mut(2 * width).enumerate() {
+        let Self(raw, width, into) = self;
+        let last = raw.len() / width - 1;
+        let row = |y: usize| &raw[y * width..][..width];
+        for (y, out) in into.chunks_exact_mut(2 * width).enumerate() {
             let near = row(y / 2);
             let far =
                 row(if y % 2 == 0 { (y / 2).saturating_sub(1) } else { (y / 2 + 1).min(last) });
@@ -133,32 +130,23 @@ pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) 
         return;
     }
     let first = part.top as usize * row_bytes + part.left as usize;
-    simd::widest(Halving {
-        raw: &raw[first..],
-        row_bytes,
-        width: width as usize,
-        into: &mut pixels,
-    });
+    simd::widest(Halving(&raw[first..], row_bytes, width as usize, &mut pixels));
     // The buffer has exactly this size, so the default is never used.
     *into = GrayImage::from_raw(width, height, pixels).unwrap_or_default();
 }
 
-struct Halving<'a> {
-    /// Raw pixels from the part's first pixel on.
-    raw: &'a [u8],
-    row_bytes: usize,
-    width: usize,
-    into: &'a mut [u8],
-}
+/// Pixels from the part's first on, pixels in a row, width of the half, and its pixels.
+struct Halving<'a>(&'a [u8], usize, usize, &'a mut [u8]);
 
 impl simd::Loop for Halving<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        for (y, row) in self.into.chunks_exact_mut(self.width.max(1)).enumerate() {
-            let upper = &self.raw[2 * y * self.row_bytes..][..2 * self.width];
-            let lower = &self.raw[(2 * y + 1) * self.row_bytes..][..2 * self.width];
+        let Self(raw, row_bytes, width, into) = self;
+        for (y, row) in into.chunks_exact_mut(width.max(1)).enumerate() {
+            let upper = &raw[2 * y * row_bytes..][..2 * width];
+            let lower = &raw[(2 * y + 1) * row_bytes..][..2 * width];
             let pairs = upper.chunks_exact(2).zip(lower.chunks_exact(2));
             for (out, (a, b)) in row.iter_mut().zip(pairs) {
                 let sum = u16::from(a[0]) + u16::from(a[1]) + u16::from(b[0]) + u16::from(b[1]);
@@ -190,26 +178,20 @@ pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mu
     pixels.resize(width * height, 0);
     rows.resize(width * height, 0);
     if !pixels.is_empty() {
-        simd::widest(Growing { raw: source.as_raw(), width, what, rows, into: &mut pixels });
+        simd::widest(Growing(source.as_raw(), width, what, rows, &mut pixels));
     }
     *into = GrayImage::from_raw(source.width(), source.height(), pixels).unwrap_or_default();
 }
 
-struct Growing<'a> {
-    raw: &'a [u8],
-    width: usize,
-    what: Grow,
-    /// Extremes of three pixels in a row.
-    rows: &'a mut [u8],
-    into: &'a mut [u8],
-}
+/// Pixels, width, colour, extremes of three pixels in a row, and grown pixels.
+struct Growing<'a>(&'a [u8], usize, Grow, &'a mut [u8], &'a mut [u8]);
 
 impl simd::Loop for Growing<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        match self.what {
+        match self.2 {
             Grow::Dark => extremes(self, u8::min),
             Grow::Light => extremes(self, u8::max),
         }
@@ -218,7 +200,7 @@ impl simd::Loop for Growing<'_> {
 
 #[inline(always)]
 fn extremes(growing: Growing<'_>, of: impl Fn(u8, u8) -> u8) {
-    let Growing { raw, width, rows, into, .. } = growing;
+    let Growing(raw, width, _, rows, into) = growing;
     for (line, out) in raw.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
         out.copy_from_slice(line);
         for (out, next) in out.iter_mut().zip(&line[1..]) {

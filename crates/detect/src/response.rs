@@ -49,25 +49,21 @@ pub(super) fn respond(image: &GrayImage, into: &mut Vec<i16>) {
     if width <= 2 * RING_RADIUS_PX || height <= 2 * RING_RADIUS_PX {
         return;
     }
-    simd::widest(Responding { raw: image.as_raw(), width, height, into });
+    simd::widest(Responding(image.as_raw(), [width, height], into));
 }
 
-struct Responding<'a> {
-    raw: &'a [u8],
-    width: usize,
-    height: usize,
-    into: &'a mut [i16],
-}
+/// Pixels, size, and responses.
+struct Responding<'a>(&'a [u8], [usize; 2], &'a mut [i16]);
 
 impl simd::Loop for Responding<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let width = self.width;
-        for y in RING_RADIUS_PX..self.height - RING_RADIUS_PX {
-            let row = &mut self.into[y * width + RING_RADIUS_PX..(y + 1) * width - RING_RADIUS_PX];
-            respond_row(self.raw, width, y, row);
+        let Self(raw, [width, height], into) = self;
+        for y in RING_RADIUS_PX..height - RING_RADIUS_PX {
+            let row = &mut into[y * width + RING_RADIUS_PX..(y + 1) * width - RING_RADIUS_PX];
+            respond_row(raw, width, y, row);
         }
     }
 }
@@ -124,7 +120,7 @@ pub(super) fn peaks(
     if width <= 2 * border || height <= 2 * border {
         return;
     }
-    simd::widest(Scanning { response, width, height, border, threshold, into });
+    simd::widest(Scanning(response, [width, height], border, threshold, into));
     // Ties are broken by position, so that the order is deterministic.
     into.sort_unstable_by(|a, b| {
         b.strength.cmp(&a.strength).then(a.y.total_cmp(&b.y)).then(a.x.total_cmp(&b.x))
@@ -132,21 +128,15 @@ pub(super) fn peaks(
     into.truncate(limit);
 }
 
-struct Scanning<'a> {
-    response: &'a [i16],
-    width: usize,
-    height: usize,
-    border: usize,
-    threshold: i16,
-    into: &'a mut Vec<Peak>,
-}
+/// Responses, size, border, threshold, and peaks.
+struct Scanning<'a>(&'a [i16], [usize; 2], usize, i16, &'a mut Vec<Peak>);
 
 impl simd::Loop for Scanning<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { response, width, height, border, threshold, into } = self;
+        let Self(response, [width, height], border, threshold, into) = self;
         for y in border..height - border {
             let row = &response[y * width..(y + 1) * width];
             for start in (border..width - border).step_by(STRIDE_PX) {
@@ -202,12 +192,7 @@ mod tests {
         });
         let (mut widest, mut least) = (Vec::new(), vec![0; 203 * 97]);
         respond(&picture, &mut widest);
-        simd::Loop::run(Responding {
-            raw: picture.as_raw(),
-            width: 203,
-            height: 97,
-            into: &mut least,
-        });
+        simd::Loop::run(Responding(picture.as_raw(), [203, 97], &mut least));
         assert_eq!(widest, least);
         assert!(widest.iter().any(|response| *response > 500));
     }

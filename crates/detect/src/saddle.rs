@@ -53,9 +53,8 @@ pub(super) fn settle(
         }
         let step = [(c * u - b * v) / determinant, (a * v - b * u) / determinant];
         at = [at[0] + step[0], at[1] + step[1]];
-        let moved_px = libm::hypotf(at[0] - guess[0], at[1] - guess[1]);
         // Also refuses NaN.
-        if !(moved_px <= most_px) {
+        if !(libm::hypotf(at[0] - guess[0], at[1] - guess[1]) <= most_px) {
             return None;
         }
         if libm::hypotf(step[0], step[1]) < 0.02 {

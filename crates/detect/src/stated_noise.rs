@@ -37,7 +37,6 @@ impl Blocks {
     /// Clears all sums, for pixels up to `reach_px` away. Returns the map from an offset from the
     /// point to the column or row of a block.
     pub(super) fn clear(&mut self, reach_px: f64) -> impl Fn(f64) -> usize + use<> {
-        // Away from zero at halves, as `round`, which is no single instruction everywhere.
         let whole = |px: f64| {
             let blocks = px * BLOCKS_PER_PX;
             (blocks + (0.5 - 0.25 * f64::EPSILON).copysign(blocks)) as i32

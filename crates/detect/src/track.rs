@@ -99,16 +99,8 @@ impl Track {
     /// True if another board should be searched in a frame without the named one: once a second,
     /// and in the first of many photographs.
     pub fn seeks_others(&self, kind: FrameKind, now: CaptureTime) -> bool {
-        self.sought.is_none_or(|(then, _)| {
-            let since_secs = now.secs_since(then);
-            kind == FrameKind::Video && !(0.0..OTHERS_EVERY_SECS).contains(&since_secs)
-        })
-    }
-
-    /// True if a prediction that far ahead can identify the corners of a part of the board with
-    /// white at an end.
-    pub fn names_corners_after(gap_secs: f64) -> bool {
-        gap_secs < LONGEST_GAP_SECS
+        let is_due = |then| !(0.0..OTHERS_EVERY_SECS).contains(&now.secs_since(then));
+        self.sought.is_none_or(|(then, _)| kind == FrameKind::Video && is_due(then))
     }
 
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole
