@@ -103,6 +103,12 @@ impl Track {
         self.sought.is_none_or(|(then, _)| kind == FrameKind::Video && is_due(then))
     }
 
+    /// True if a prediction that far ahead can identify the corners of a part of the board with
+    /// white at an end.
+    pub fn names_corners_after(gap_secs: f64) -> bool {
+        gap_secs < LONGEST_GAP_SECS
+    }
+
     /// Predicts the board at time `now`; `None` after a gap. On every tenth frame, the whole
     /// picture should be searched.
     pub fn predict(&self, kind: FrameKind, now: CaptureTime) -> Option<Prediction> {
