@@ -22,7 +22,7 @@ use boresight_calibrate::{BOARD_SCALE_SD, CalibrationParams};
 use boresight_files::{Overwrite, save};
 use boresight_formats::{AcceptanceEntry, CalibrationFile};
 use boresight_present::{
-    report::page,
+    report::{certificate_pdf, page},
     text::{acceptance::acceptance, of_source, report as words},
 };
 use boresight_run::config::Config;
@@ -49,7 +49,11 @@ pub(super) struct Arguments {
     /// Fill in the first sheet, for example certificate.customer="Mill Ltd". Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
-    /// File to write [default: report.html in the session, or FILE.html beside the calibration].
+    /// Write the certificate's front only, as a PDF of one page.
+    #[arg(long)]
+    pdf: bool,
+    /// File to write [default: report.html in the session, or FILE.html beside the calibration;
+    /// with --pdf, report.pdf or FILE.pdf].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Overwrite an existing file.
@@ -64,6 +68,7 @@ const EXAMPLES: &str = "\
 Examples:
   boresight report sessions/2026-11-21T08-00-00Z
   boresight report sessions/front --config firm.toml --set certificate.customer=\"Mill Ltd\"
+  boresight report sessions/front --pdf
   boresight report calibration.json --out site-12.html";
 
 impl Arguments {
@@ -80,16 +85,18 @@ impl Arguments {
             Some(_) => {}
             None => self.judge(&mut report.calibration)?,
         }
-        let own = session.map(|path| session_report::page_path(&path));
+        let kind = if self.pdf { "pdf" } else { "html" };
+        let own = session.map(|path| session_report::page_path(&path).with_extension(kind));
         let (path, overwrite) = match (&self.out, own) {
             // The session's own page follows from its journal.
             (None, Some(own)) => (own, Overwrite::Allowed),
             (out, _) => {
-                let path = out.clone().unwrap_or_else(|| self.input.with_extension("html"));
+                let path = out.clone().unwrap_or_else(|| self.input.with_extension(kind));
                 (path, if self.force { Overwrite::Allowed } else { Overwrite::Never })
             }
         };
-        save(&path, page(&report).as_bytes(), overwrite)?;
+        let written = if self.pdf { certificate_pdf(&report)? } else { page(&report).into_bytes() };
+        save(&path, &written, overwrite)?;
         for note in &report.notes {
             say(note);
         }

@@ -505,6 +505,36 @@ fn the_first_sheet_is_a_certificate() {
 }
 
 #[test]
+fn the_certificates_front_is_a_pdf_with_the_words_of_the_page() {
+    let (folder, files) = place(6);
+    calibrate(folder.path(), &files, &["--out", "result.json"]);
+    let report =
+        |more: &[&str]| boresight(folder.path(), &[&["report", "result.json"][..], more].concat());
+    let stated = ["--set", "certificate.customer=Mühle", "--set", "certificate.operator=A. Meter"];
+    let ended = report(&stated);
+    let pdf = report(&[&["--pdf"][..], &stated].concat());
+    says(&pdf, ended.code, &["Report: result.pdf"]);
+    let html = read(&folder.path().join("result.html"));
+    let document = checked(&html, &PARTS);
+    let bytes = fs::read(folder.path().join("result.pdf")).expect("written");
+    assert!(bytes.starts_with(b"%PDF"));
+    let written: String = bytes.iter().map(|byte| char::from(*byte)).collect();
+    let sheet = text(part(&document, "certificate"));
+    for words in ["A. Meter", "SHA-256"] {
+        assert!(sheet.contains(words) && written.contains(words), "{words}");
+    }
+    // Beyond ASCII, letters are numbers of one byte each.
+    assert!(sheet.contains("Mühle") && written.to_uppercase().contains("4DFC686C65"));
+    let is_usable = sheet.contains("Until when");
+    for words in ["How exact", "Where", "Until when", "name, date, signature"] {
+        assert_eq!(written.contains(words), is_usable, "{words}");
+    }
+    assert_eq!(written.contains("not a certificate"), !is_usable);
+    let strange = ["--pdf", "--force", "--set", "certificate.customer=Młyn"];
+    says(&report(&strange), 1, &["Młyn", "HTML report"]);
+}
+
+#[test]
 fn a_simulated_session_says_so_on_every_sheet() {
     let folder = TempDir::new().expect("folder");
     // A quiet camera, which takes little time.

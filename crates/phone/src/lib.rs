@@ -21,7 +21,6 @@
 //! | `web_page` | the page that calibrates in a browser, served unchanged |
 //! | `tls` | HTTPS, with a certificate |
 //! | `address` | the address to bind to, and the page's addresses |
-//! | `qr` | an address as a QR code |
 //! | `link.js` | the page's own part beside [`boresight_present::browser`]: its link |
 //!
 //! The pipeline never waits for a page: it replaces values in slots, and each page takes the newest
@@ -45,7 +44,6 @@ mod guard;
 mod hub;
 mod keys;
 mod picture;
-mod qr;
 mod routes;
 mod server;
 pub mod session_page;
@@ -54,11 +52,13 @@ mod view;
 mod web_page;
 
 pub use address::{DEFAULT_PORT, ServeAddress};
-pub use boresight_present::browser::{EndedPage, PageFile};
+pub use boresight_present::{
+    browser::{EndedPage, PageFile},
+    qr::QrCode,
+};
 pub use error::ServeError;
 pub use hub::{AdjustPage, Hub, Offer, OfferedCamera, Request, Stage};
 pub use keys::{Links, Role, Secret};
-pub use qr::QrCode;
 pub use server::{Server, Setup};
 pub use tls::Certificate;
 pub use web_page::WebPage;

@@ -10,6 +10,8 @@ use std::{
 use axum::Router;
 use tokio::sync::watch;
 
+use boresight_present::qr::QrCode;
+
 use super::{
     address::{ServeAddress, reachable},
     connection::{self, Peers},
@@ -17,7 +19,6 @@ use super::{
     guard::Gate,
     hub::Hub,
     keys::{Links, Secret},
-    qr::QrCode,
     routes::router,
     tls::{self, Certificate, TlsAcceptor},
 };

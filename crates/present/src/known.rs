@@ -1,13 +1,15 @@
 //! What is known of the picture: each part by the uncertainty of projection against the goal, and
 //! by the boards that were there.
 
+use std::sync::Arc;
+
 use nalgebra::Point2;
 
 use boresight_calibrate::Calibration;
 use boresight_geometry::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize,
 };
-use boresight_guide::{guidance::GuidanceParams, session::Snapshot};
+use boresight_guide::session::{Snapshot, ViewSummary};
 
 use crate::{grade::Grade, reading::valid_up_to_px, text::knows_sd};
 
@@ -17,6 +19,8 @@ const UNSEEN: f32 = 0.44;
 const SEEN: f32 = 0.68;
 /// Width of the margin from dim to bright.
 const EDGE: f32 = 0.25;
+/// Cells of the border for each cell of the map, along a side.
+const FINER: usize = 4;
 const COLUMNS: usize = GRID_COLUMNS as usize;
 const ROWS: usize = GRID_ROWS as usize;
 
@@ -27,6 +31,33 @@ pub struct Known {
     margin: Vec<f32>,
     /// 1 where a board was, else 0.
     seen: Vec<f32>,
+    /// Lines around the part where [`Self::margin`] is above zero, in shares of the picture.
+    border: Vec<[[f32; 2]; 2]>,
+}
+
+/// The newest map of a session: made again only if views, calibration or goal have changed.
+#[derive(Debug, Default)]
+pub struct NewestKnown {
+    of: Option<(Arc<[ViewSummary]>, Option<Arc<Calibration>>, f64)>,
+    known: Option<Arc<Known>>,
+}
+
+impl NewestKnown {
+    /// As [`Known::of`].
+    pub fn of(&mut self, snapshot: &Snapshot) -> Option<Arc<Known>> {
+        let goal_px = snapshot.limits.stop_projection_sigma_px;
+        let is_same = self.of.as_ref().is_some_and(|(views, calibration, goal_before_px)| {
+            let ours = calibration.as_ref().map(Arc::as_ptr);
+            Arc::ptr_eq(views, &snapshot.views)
+                && ours == snapshot.calibration.as_ref().map(Arc::as_ptr)
+                && goal_px.total_cmp(goal_before_px).is_eq()
+        });
+        if !is_same {
+            self.of = Some((Arc::clone(&snapshot.views), snapshot.calibration.clone(), goal_px));
+            self.known = Known::of(snapshot).map(Arc::new);
+        }
+        self.known.clone()
+    }
 }
 
 impl Known {
@@ -35,7 +66,11 @@ impl Known {
         let outlines: Vec<BoardOutline> =
             snapshot.views.iter().filter_map(|view| view.outline).collect();
         let calibration = snapshot.calibration.as_deref().filter(|it| is_believed(it));
-        let goal_px = calibration.map_or(0.0, |it| goal_sd_px(it, &snapshot.limits));
+        let goal_px = calibration.map_or(0.0, |it| {
+            let judged = it.acceptance.as_ref().map(|_| it.valid_area.share);
+            let sds_px = it.projection_sd.grid.iter().map(|cell| cell.sd_px);
+            goal_sd_px(judged, sds_px, snapshot.limits.stop_projection_sigma_px)
+        });
         let cells = calibration.into_iter().flat_map(|it| &it.projection_sd.grid);
         let cells = cells.map(|cell| (cell.px, cell.sd_px));
         let image_size = snapshot.setup.image_size;
@@ -60,7 +95,37 @@ impl Known {
             margin[row * COLUMNS + column] = met as f32;
         }
         let is_seen = |px| f32::from(u8::from(outlines.iter().any(|it| it.covers(&px))));
-        Self { margin, seen: cell_centres_px(image_size).map(is_seen).collect() }
+        let seen = cell_centres_px(image_size).map(is_seen).collect();
+        let mut known = Self { margin, seen, border: Vec::new() };
+        known.border = known.traced();
+        known
+    }
+
+    /// Lines around the part where [`Self::margin`] is above zero, in shares of the picture.
+    pub fn border(&self) -> &[[[f32; 2]; 2]] {
+        &self.border
+    }
+
+    fn traced(&self) -> Vec<[[f32; 2]; 2]> {
+        let [columns, rows] = [COLUMNS * FINER, ROWS * FINER];
+        let mut lines = Vec::new();
+        for cell in 0..columns * rows {
+            let (column, row) = (cell % columns, cell / columns);
+            let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| {
+                let at = [(column + x) as f32 / columns as f32, (row + y) as f32 / rows as f32];
+                (at, self.margin(at))
+            });
+            let sides = (0..4).map(|side| (corners[side], corners[(side + 1) % 4]));
+            let crossings = sides.filter(|((_, a), (_, b))| (*a < 0.0) != (*b < 0.0));
+            let crossings = crossings.map(|((from, a), (to, b))| {
+                let share = a / (a - b);
+                [0, 1].map(|axis: usize| from[axis] + share * (to[axis] - from[axis]))
+            });
+            lines.extend(
+                crossings.collect::<Vec<_>>().chunks_exact(2).map(|ends| [ends[0], ends[1]]),
+            );
+        }
+        lines
     }
 
     /// Value of a map at a place, in shares of the picture.
@@ -104,13 +169,14 @@ impl Known {
     }
 }
 
-/// Typical error that meets the goal, in pixels.
-fn goal_sd_px(calibration: &Calibration, guidance: &GuidanceParams) -> f64 {
-    if calibration.acceptance.is_none() {
-        return guidance.stop_projection_sigma_px;
-    }
-    let sds_px = calibration.projection_sd.grid.iter().map(|cell| cell.sd_px);
-    valid_up_to_px(sds_px, calibration.valid_area.share)
+/// Typical error that meets the goal, in pixels: the largest in the `judged` share of the picture,
+/// or without a judgement `usual_px`.
+pub(crate) fn goal_sd_px(
+    judged: Option<f64>,
+    sds_px: impl Iterator<Item = f64>,
+    usual_px: f64,
+) -> f64 {
+    judged.map_or(usual_px, |share| valid_up_to_px(sds_px, share))
 }
 
 /// True if the uncertainty of `calibration` is known, and nothing says that it's wrong.

@@ -13,6 +13,7 @@
 //! | [`ghost`] | the requested pose of the board |
 //! | [`chart`] | drawings as SVG text |
 //! | `report` | a calibration as one HTML page, with the feature `report` |
+//! | `qr` | a text as a QR code, with the feature `qr` |
 //! | [`sheet`] | the printable board |
 
 #![forbid(unsafe_code)]
@@ -23,6 +24,8 @@ pub mod ghost;
 pub mod grade;
 pub mod instruction;
 pub mod known;
+#[cfg(feature = "qr")]
+pub mod qr;
 pub mod reading;
 #[cfg(feature = "report")]
 pub mod report;

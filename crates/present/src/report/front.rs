@@ -1,19 +1,17 @@
 //! The front of the first sheet: the picture with its valid part, grade, error, and three answers
 //! for the customer: how exact, where, until when.
 
-use qrcodegen::{QrCode, QrCodeEcc};
-
 use super::{Certificate, Report, projection_map::cells, warnings::warnings};
 use crate::{
     chart::{escaped, push},
-    known::Known,
-    reading::valid_up_to_px,
+    known::{Known, goal_sd_px},
+    qr::QrCode,
     text::{acceptance::small, certificate as words, report as report_words, result},
 };
 use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
 use boresight_formats::{CalibrationFile, LensEntry};
 use boresight_geometry::{BoardOutline, frame::ImageSize};
-use nalgebra::Point2;
+use nalgebra::{Point2, Vector2};
 
 /// Parts of a cell of the map along each side.
 const FINER: usize = 3;
@@ -30,12 +28,7 @@ pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry
     body += &grade(report);
     body += &warnings(&report.calibration);
     body += "<table class=\"answers\"><tbody>\n";
-    let share = known.as_ref().map_or(1.0, Known::share);
-    for (name, answer) in [
-        (words::HOW_EXACT, how_exact(report, lens)),
-        (words::WHERE, words::where_valid(share)),
-        (words::UNTIL_WHEN, words::until_when(certificate.check_due.as_deref())),
-    ] {
+    for (name, answer) in answers(report, certificate, lens, known.as_ref()) {
         push(
             &mut body,
             format_args!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escaped(&answer)),
@@ -44,17 +37,35 @@ pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry
     body + "</tbody></table>\n"
 }
 
-/// Camera, mode and customer in one line.
+/// The customer's three questions, each with its answer.
+pub(super) fn answers(
+    report: &Report,
+    certificate: &Certificate,
+    lens: &LensEntry,
+    known: Option<&Known>,
+) -> [(&'static str, String); 3] {
+    let share = known.map_or(1.0, Known::share);
+    [
+        (words::HOW_EXACT, how_exact(report, lens)),
+        (words::WHERE, words::where_valid(share)),
+        (words::UNTIL_WHEN, words::until_when(certificate.check_due.as_deref())),
+    ]
+}
+
 fn identity_line(report: &Report, c: &Certificate) -> String {
+    format!("<p class=\"identity\">{}</p>\n", escaped(&identity(report, c)))
+}
+
+/// Camera, mode and customer in one line.
+pub(super) fn identity(report: &Report, c: &Certificate) -> String {
     let make = [c.camera_make.as_str(), c.camera_model.as_str()].join(" ");
     let size = report_words::picture(report.calibration.image_size);
     let parts =
         [c.site.as_str(), make.trim(), c.camera_serial.as_str(), &size, c.customer.as_str()];
-    let parts: Vec<&str> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-    format!("<p class=\"identity\">{}</p>\n", escaped(&parts.join(" · ")))
+    parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" · ")
 }
 
-fn image_size(calibration: &CalibrationFile) -> ImageSize {
+pub(super) fn image_size(calibration: &CalibrationFile) -> ImageSize {
     let [width_px, height_px] = calibration.image_size.map(|side| side.max(1));
     ImageSize { width_px, height_px }
 }
@@ -65,19 +76,47 @@ fn goal_px(report: &Report) -> f64 {
 }
 
 /// What is known of the picture; `None` without standard deviations.
-fn known(report: &Report) -> Option<Known> {
+pub(super) fn known(report: &Report) -> Option<Known> {
     let calibration = &report.calibration;
     let projection = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())?;
     let outlines: Vec<BoardOutline> =
         calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
-    let goal_px = match (&calibration.acceptance, &calibration.valid_area) {
-        (Some(_), Some(area)) => {
-            valid_up_to_px(projection.grid.iter().map(|[_, _, sd_px]| *sd_px), area.share)
-        }
-        _ => goal_px(report),
-    };
+    let judged = calibration.acceptance.as_ref().and(calibration.valid_area.as_ref());
+    let sds_px = projection.grid.iter().map(|[_, _, sd_px]| *sd_px);
+    let goal_px = goal_sd_px(judged.map(|area| area.share), sds_px, goal_px(report));
     let cells = projection.grid.iter().map(|[x, y, sd_px]| (Point2::new(*x, *y), *sd_px));
     Some(Known::by(image_size(calibration), &outlines, cells, goal_px))
+}
+
+/// A darkened rectangle of the picture.
+pub(super) struct Dim {
+    /// Top left corner, in pixels.
+    pub at: Point2<f64>,
+    pub side: Vector2<f64>,
+    /// 0 leaves the picture as it is, 1 is black.
+    pub dark: f32,
+    pub is_seen: bool,
+}
+
+/// Parts of the picture that aren't bright.
+pub(super) fn dimmed(size: ImageSize, known: &Known) -> Vec<Dim> {
+    let mut dimmed = Vec::new();
+    for (_, corners) in cells(size) {
+        let side = (corners[2] - corners[0]) / FINER as f64;
+        for part in 0..FINER * FINER {
+            let (column, row) = ((part % FINER) as f64, (part / FINER) as f64);
+            let at = corners[0] + Vector2::new(column * side.x, row * side.y);
+            let px = at + 0.5 * side;
+            let middle =
+                [(px.x + 0.5) / f64::from(size.width_px), (px.y + 0.5) / f64::from(size.height_px)]
+                    .map(|share| share as f32);
+            let dark = 1.0 - known.brightness(middle);
+            if dark >= 0.02 {
+                dimmed.push(Dim { at, side, dark, is_seen: known.is_seen(middle) });
+            }
+        }
+    }
+    dimmed
 }
 
 /// The first picture, bright where the goal is met, hatched where no board was.
@@ -98,37 +137,22 @@ fn picture(report: &Report, known: &Known) -> String {
             ),
         );
     }
-    let size = image_size(&report.calibration);
-    let share = |px: Point2<f64>| {
-        [(px.x + 0.5) / f64::from(size.width_px), (px.y + 0.5) / f64::from(size.height_px)]
-            .map(|share| share as f32)
-    };
-    for (_, corners) in cells(size) {
-        let side = (corners[2] - corners[0]) / FINER as f64;
-        for part in 0..FINER * FINER {
-            let (column, row) = ((part % FINER) as f64, (part / FINER) as f64);
-            let at = corners[0] + nalgebra::Vector2::new(column * side.x, row * side.y);
-            let middle = share(at + 0.5 * side);
-            let dark = 1.0 - known.brightness(middle);
-            if dark < 0.02 {
-                continue;
-            }
-            let mut rect = |fill: &str, opacity: f32| {
-                push(
-                    &mut svg,
-                    format_args!(
-                        "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" fill-opacity=\"{opacity:.2}\" shape-rendering=\"crispEdges\"/>",
-                        at.x + 0.5,
-                        at.y + 0.5,
-                        side.x,
-                        side.y
-                    ),
-                );
-            };
-            rect("#000", dark);
-            if !known.is_seen(middle) {
-                rect("url(#unseen)", 1.0);
-            }
+    for Dim { at, side, dark, is_seen } in dimmed(image_size(&report.calibration), known) {
+        let mut rect = |fill: &str, opacity: f32| {
+            push(
+                &mut svg,
+                format_args!(
+                    "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{fill}\" fill-opacity=\"{opacity:.2}\" shape-rendering=\"crispEdges\"/>",
+                    at.x + 0.5,
+                    at.y + 0.5,
+                    side.x,
+                    side.y
+                ),
+            );
+        };
+        rect("#000", dark);
+        if !is_seen {
+            rect("url(#unseen)", 1.0);
         }
     }
     let legend = [result::meets_goal(known.share()), result::NO_BOARD_HERE.to_owned()];
@@ -138,12 +162,16 @@ fn picture(report: &Report, known: &Known) -> String {
     )
 }
 
-/// Grade and error beside each other.
-fn grade(report: &Report) -> String {
-    let calibration = &report.calibration;
+/// Grade in words.
+pub(super) fn grade_said(calibration: &CalibrationFile) -> &'static str {
     let said = report_words::verdict_of(calibration);
-    let said = said.split(':').next().unwrap_or(said);
-    let (number, below) = match (&calibration.acceptance, &calibration.projection_sd_px) {
+    said.split(':').next().unwrap_or(said)
+}
+
+/// Error, if known, and the line below.
+pub(super) fn error(report: &Report) -> (Option<String>, String) {
+    let calibration = &report.calibration;
+    match (&calibration.acceptance, &calibration.projection_sd_px) {
         (Some(judged), _) => {
             let number = judged.bound.map(|bound| format!("±{} {}", small(bound), judged.unit));
             (number, words::of_goal(true, &format!("{} {}", small(judged.limit), judged.unit)))
@@ -153,7 +181,14 @@ fn grade(report: &Report) -> String {
             words::of_goal(false, &format!("{} px", small(goal_px(report)))),
         ),
         (None, None) => (None, String::new()),
-    };
+    }
+}
+
+/// Grade and error beside each other.
+fn grade(report: &Report) -> String {
+    let calibration = &report.calibration;
+    let said = grade_said(calibration);
+    let (number, below) = error(report);
     let number = number.map_or(String::new(), |number| {
         format!(
             "<p class=\"number\"><b>{}</b><br/><small>{}</small></p>",
@@ -180,16 +215,13 @@ fn how_exact(report: &Report, lens: &LensEntry) -> String {
 
 /// QR code of `text` as a drawing; empty for a text that's too long.
 pub(super) fn qr_code(text: &str) -> String {
-    let Ok(code) = QrCode::encode_text(text, QrCodeEcc::Medium) else { return String::new() };
-    let side = code.size();
+    let Some(code) = QrCode::on_paper(text) else { return String::new() };
     let mut path = String::new();
-    for y in 0..side {
-        for x in (0..side).filter(|x| code.get_module(*x, y)) {
-            push(&mut path, format_args!("M{x},{y}h1v1h-1z"));
-        }
+    for [x, y] in code.dark() {
+        push(&mut path, format_args!("M{x},{y}h1v1h-1z"));
     }
     format!(
-        "<svg class=\"qr\" viewBox=\"-2 -2 {0} {0}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"QR\"><path d=\"{path}\"/></svg>",
-        side + 4
+        "<svg class=\"qr\" viewBox=\"0 0 {0} {0}\" shape-rendering=\"crispEdges\" role=\"img\" aria-label=\"QR\"><path d=\"{path}\"/></svg>",
+        code.side()
     )
 }

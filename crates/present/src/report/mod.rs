@@ -28,6 +28,7 @@ mod page;
 mod picture_maps;
 mod projection_map;
 mod section;
+mod sheet_pdf;
 mod skip;
 mod stated;
 mod summary;
@@ -39,6 +40,7 @@ mod warnings;
 pub use judgement::judgement_page;
 pub use logo::Logo;
 pub use page::page;
+pub use sheet_pdf::{NoPdf, certificate_pdf};
 pub use stated::Certificate;
 pub use thumbnail::Thumbnail;
 

@@ -14,6 +14,8 @@ pub struct Thumbnail {
     jpeg: Vec<u8>,
     /// Size of the original picture.
     full: ImageSize,
+    /// Size of the reduced picture.
+    pub(super) small: ImageSize,
 }
 
 impl Thumbnail {
@@ -33,12 +35,17 @@ impl Thumbnail {
         JpegEncoder::new_with_quality(&mut jpeg, QUALITY)
             .write_image(small.as_raw(), small.width(), small.height(), ExtendedColorType::L8)
             .ok()?;
-        Some(Self { jpeg, full })
+        Some(Self { jpeg, full, small: ImageSize::of(&small) })
     }
 
     /// Size of the original picture.
     pub fn full_size(&self) -> ImageSize {
         self.full
+    }
+
+    /// The picture as a JPEG file of grey pixels.
+    pub(super) fn jpeg(&self) -> &[u8] {
+        &self.jpeg
     }
 
     /// Data URI of the picture.

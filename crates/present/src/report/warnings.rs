@@ -12,26 +12,31 @@ const WARNINGS: usize = 3;
 /// Finding about the bound of the projection: what limits the use of a result, first.
 const LIMITS_USE: &str = "PROJECTION-UNCERTAIN";
 
-/// What limits the use, and further warnings.
-pub(super) fn warnings(calibration: &CalibrationFile) -> String {
+/// What limits the use of the result, and further warnings; each empty without any.
+pub(super) fn told(calibration: &CalibrationFile) -> [String; 2] {
     let mut found: Vec<&FindingEntry> =
         calibration.findings.iter().filter(|finding| finding.severity != "info").collect();
     found.sort_by_key(|finding| (finding.severity != "bad", finding.code != LIMITS_USE));
     let messages: Vec<&str> = found.iter().map(|finding| finding.message.as_str()).collect();
     let (first, others) = match messages.split_first() {
-        Some((first, others)) if calibration.verdict != "good" => (Some(first), others),
-        _ => (None, messages.as_slice()),
+        Some((first, others)) if calibration.verdict != "good" => (format!("{first}."), others),
+        _ => (String::new(), messages.as_slice()),
     };
-    let mut body = first.map_or(String::new(), |first| {
-        format!("<p class=\"limit\"><b>{}.</b></p>\n", escaped(first))
-    });
+    let shown = others[..others.len().min(WARNINGS)].join(". ");
+    let rest = if others.len() > WARNINGS { " …" } else { "" };
+    let others = if others.is_empty() { String::new() } else { format!("{shown}.{rest}") };
+    [first, others]
+}
+
+/// As [`told`], as paragraphs.
+pub(super) fn warnings(calibration: &CalibrationFile) -> String {
+    let [first, others] = told(calibration).map(|text| escaped(&text));
+    let mut body = String::new();
+    if !first.is_empty() {
+        push(&mut body, format_args!("<p class=\"limit\"><b>{first}</b></p>\n"));
+    }
     if !others.is_empty() {
-        let shown = others[..others.len().min(WARNINGS)].join(". ");
-        let rest = if others.len() > WARNINGS { " …" } else { "" };
-        push(
-            &mut body,
-            format_args!("<p><b>{}</b> {}.{rest}</p>\n", words::WARNINGS, escaped(&shown)),
-        );
+        push(&mut body, format_args!("<p><b>{}</b> {others}</p>\n", words::WARNINGS));
     }
     body
 }

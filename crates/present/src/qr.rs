@@ -1,4 +1,4 @@
-//! An address as a QR code.
+//! A text as a QR code, on a screen or on paper.
 
 use qrcodegen::QrCodeEcc;
 
@@ -14,9 +14,18 @@ pub struct QrCode {
 }
 
 impl QrCode {
-    /// QR code of `text`; `None` if the text is too long.
+    /// QR code of `text` for a screen; `None` if the text is too long.
     pub fn of(text: &str) -> Option<Self> {
-        let code = qrcodegen::QrCode::encode_text(text, QrCodeEcc::Low).ok()?;
+        Self::with(text, QrCodeEcc::Low)
+    }
+
+    /// As [`Self::of`], readable with a stain or a fold.
+    pub fn on_paper(text: &str) -> Option<Self> {
+        Self::with(text, QrCodeEcc::Medium)
+    }
+
+    fn with(text: &str, correction: QrCodeEcc) -> Option<Self> {
+        let code = qrcodegen::QrCode::encode_text(text, correction).ok()?;
         let range = -QUIET..code.size() + QUIET;
         let dark = range
             .clone()
@@ -34,6 +43,12 @@ impl QrCode {
     /// True for a dark module; modules outside are light.
     pub fn is_dark(&self, x: usize, y: usize) -> bool {
         x < self.side && self.dark.get(y * self.side + x).copied().unwrap_or(false)
+    }
+
+    /// Columns and rows of the dark modules.
+    pub fn dark(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let all = (0..self.side * self.side).map(|module| [module % self.side, module / self.side]);
+        all.filter(|[x, y]| self.is_dark(*x, *y))
     }
 
     /// QR code in letters, two modules per letter, light modules filled: for a terminal with a dark
