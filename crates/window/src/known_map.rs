@@ -7,41 +7,20 @@ use super::{picture::Placed, theme};
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS};
 use boresight_present::known::Known;
 
-/// Cells of the drawing for each cell of the map.
+/// Cells of the hatching for each cell of the map, along a side.
 const FINER: u32 = 4;
 /// Distance of two lines of the hatching, in points.
 const HATCH: f32 = 9.0;
 
 /// Draws the line around the part where the goal is met, but not inside `lit`.
 pub(super) fn border(painter: &Painter, placed: &Placed, known: &Known, lit: &[Pos2]) {
-    let [columns, rows] = [GRID_COLUMNS, GRID_ROWS].map(|count| (count * FINER) as usize);
-    let place =
-        |column: usize, row: usize| [column as f32 / columns as f32, row as f32 / rows as f32];
     let (wide, color) = (1.5 * (placed.rect.height() / 720.0).clamp(0.7, 2.0), theme::GREEN);
-    let [below, above] = theme::strokes(wide, color, 1.0);
-    for row in 0..rows {
-        for column in 0..columns {
-            let corners = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| {
-                let at = place(column + x, row + y);
-                (at, known.margin(at))
-            });
-            let mut crossings = [pos2(0.0, 0.0); 4];
-            let mut count = 0;
-            for side in 0..4 {
-                let ((from, a), (to, b)) = (corners[side], corners[(side + 1) % 4]);
-                if (a < 0.0) != (b < 0.0) {
-                    let share = a / (a - b);
-                    let at = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
-                    crossings[count] = placed.pos_of_share(at);
-                    count += 1;
-                }
-            }
-            for line in crossings[..count].chunks_exact(2) {
-                let middle = line[0] + 0.5 * (line[1] - line[0]);
-                if !is_inside(lit, middle) {
-                    painter.line_segment([line[0], line[1]], below);
-                    painter.line_segment([line[0], line[1]], above);
-                }
+    let strokes = theme::strokes(wide, color, 1.0);
+    for ends in known.border() {
+        let line = ends.map(|at| placed.pos_of_share(at));
+        if !is_inside(lit, line[0] + 0.5 * (line[1] - line[0])) {
+            for stroke in strokes {
+                painter.line_segment(line, stroke);
             }
         }
     }

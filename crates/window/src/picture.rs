@@ -33,7 +33,7 @@ pub struct Dressing {
     /// Part in another colour.
     pub tint: Option<(Part, Color32)>,
     /// What is known of the picture: the rest is dim.
-    pub known: Option<Known>,
+    pub known: Option<Arc<Known>>,
     /// Part that is never dim.
     pub lit: Option<Part>,
     /// True for a dark lower part, behind a sentence.
@@ -75,6 +75,8 @@ struct Shown {
     texture: TextureHandle,
     pixels: Arc<ColorImage>,
     dressing: Dressing,
+    /// Brightness by the dressing's map.
+    gains: Option<Vec<Gains>>,
     /// True once a newer picture has come.
     is_old: bool,
 }
@@ -130,11 +132,20 @@ impl Picture {
             None => {
                 let pixels = Arc::new(ColorImage::filled(size, Color32::BLACK));
                 let texture = ctx.load_texture("picture", Arc::clone(&pixels), OPTIONS);
-                Shown { texture, pixels, dressing: Dressing::default(), is_old: true }
+                let (dressing, gains) = Default::default();
+                Shown { texture, pixels, dressing, gains, is_old: true }
             }
         };
+        if shown.dressing.known != dressing.known {
+            shown.gains = dressing.known.as_deref().map(gains);
+        }
         // Unshared once the last one is on the graphics card, which avoids an allocation.
-        color(&mut Arc::make_mut(&mut shown.pixels).pixels, image, dressing);
+        color(
+            &mut Arc::make_mut(&mut shown.pixels).pixels,
+            image,
+            dressing,
+            shown.gains.as_deref(),
+        );
         shown.texture.set_partial([0, 0], Arc::clone(&shown.pixels), OPTIONS);
         (shown.dressing, shown.is_old) = (dressing.clone(), false);
         Some(kept.insert(shown).texture.id())
@@ -152,37 +163,37 @@ const DARKEST: f32 = 0.2;
 /// Brightness 1, in fixed point.
 const WHOLE: u32 = 256;
 
-/// Colours the pixels of `image` with `dressing`.
-fn color(pixels: &mut [Color32], image: &GrayImage, dressing: &Dressing) {
-    let Dressing { tint, known, lit, is_shaded } = dressing;
+/// A row of the grid of brightness.
+type Gains = [u32; GAINS[0]];
+
+/// Colours the pixels of `image` with `dressing`, by the `gains` of its map.
+fn color(pixels: &mut [Color32], image: &GrayImage, dressing: &Dressing, gains: Option<&[Gains]>) {
+    let Dressing { tint, lit, is_shaded, .. } = dressing;
     let (width, height) = (image.width() as usize, image.height() as usize);
-    let gains = known.as_ref().map(gains);
     let mixed = tint.as_ref().map(|(_, color)| -> [Color32; 256] {
         std::array::from_fn(|grey| Color32::from_gray(grey as u8).blend(*color))
     });
     let rows = pixels.chunks_exact_mut(width).zip(image.as_raw().chunks_exact(width));
     for (y, (to, from)) in rows.enumerate() {
-        match &gains {
-            Some(gains) => dim(to, from, &gains_of_row(gains, y, height)),
-            None => plain(to, from),
+        let shade = if *is_shaded { shade((y as f32 + 0.5) / height as f32) } else { WHOLE };
+        match gains {
+            Some(gains) => {
+                let gains = gains_of_row(gains, y, height);
+                dim(to, from, &gains.map(|gain| gain * shade / WHOLE));
+            }
+            None => times(to, from, shade),
         }
         for [first, end] in lit.iter().filter(|_| gains.is_some()).flat_map(|it| it.runs(y, width))
         {
-            plain(&mut to[first..end], &from[first..end]);
+            times(&mut to[first..end], &from[first..end], shade);
         }
         if let Some(((part, _), mixed)) = tint.as_ref().zip(mixed.as_ref()) {
             for [first, end] in part.runs(y, width) {
                 for (to, from) in to[first..end].iter_mut().zip(&from[first..end]) {
-                    *to = mixed[usize::from(*from)];
+                    let level = |level: u8| (u32::from(level) * shade / WHOLE) as u8;
+                    let [r, g, b, _] = mixed[usize::from(*from)].to_array();
+                    *to = Color32::from_rgb(level(r), level(g), level(b));
                 }
-            }
-        }
-        let shade = shade((y as f32 + 0.5) / height as f32);
-        if *is_shaded && shade < WHOLE {
-            for to in to.iter_mut() {
-                let [r, g, b, _] =
-                    to.to_array().map(|level| (u32::from(level) * shade / WHOLE) as u8);
-                *to = Color32::from_rgb(r, g, b);
             }
         }
     }
@@ -194,35 +205,36 @@ fn shade(y: f32) -> u32 {
     (WHOLE as f32 * (1.0 - (1.0 - DARKEST) * down * (2.0 - down))) as u32
 }
 
-fn plain(to: &mut [Color32], from: &[u8]) {
+/// Greys of a row, each times `gain`.
+fn times(to: &mut [Color32], from: &[u8], gain: u32) {
     for (to, from) in to.iter_mut().zip(from) {
-        *to = Color32::from_gray(*from);
+        *to = Color32::from_gray((u32::from(*from) * gain / WHOLE) as u8);
     }
 }
 
 /// Brightness at the points of the grid, from edge to edge of the picture.
-fn gains(known: &Known) -> Vec<[u32; GAINS[0]]> {
+fn gains(known: &Known) -> Vec<Gains> {
     let share = |at: usize, count: usize| at as f32 / (count - 1) as f32;
     let gain = |at| (WHOLE as f32 * known.brightness(at)).round() as u32;
     let row = |y| std::array::from_fn(|x| gain([share(x, GAINS[0]), share(y, GAINS[1])]));
     (0..GAINS[1]).map(row).collect()
 }
 
-fn gains_of_row(gains: &[[u32; GAINS[0]]], y: usize, height: usize) -> [u32; GAINS[0]] {
+fn gains_of_row(gains: &[Gains], y: usize, height: usize) -> Gains {
     let at = WHOLE as usize * y * (GAINS[1] - 1) / height;
     let (row, share) = (at / WHOLE as usize, at as u32 % WHOLE);
     std::array::from_fn(|x| ((WHOLE - share) * gains[row][x] + share * gains[row + 1][x]) / WHOLE)
 }
 
 /// Greys of a row, each times the brightness between its two points of the grid.
-fn dim(to: &mut [Color32], from: &[u8], gains: &[u32; GAINS[0]]) {
+fn dim(to: &mut [Color32], from: &[u8], gains: &Gains) {
     let spans = GAINS[0] - 1;
     let column = |span: usize| span * from.len() / spans;
     for (span, ends) in gains.windows(2).enumerate() {
         let (first, end) = (column(span), column(span + 1));
         let (to, from) = (&mut to[first..end], &from[first..end]);
-        if ends == [WHOLE; 2] {
-            plain(to, from);
+        if ends[0] == ends[1] {
+            times(to, from, ends[0]);
             continue;
         }
         let step = (ends[1] as i32 - ends[0] as i32) * 256 / (end - first).max(1) as i32;
@@ -304,7 +316,7 @@ mod tests {
         let image = GrayImage::from_fn(20, 10, |x, y| image::Luma([(10 * x + y) as u8]));
         let color_of_all = |tint: Option<(Part, Color32)>| {
             let mut pixels = vec![Color32::BLACK; 200];
-            color(&mut pixels, &image, &Dressing { tint, ..Dressing::default() });
+            color(&mut pixels, &image, &Dressing { tint, ..Dressing::default() }, None);
             pixels
         };
         let plain = color_of_all(None);

@@ -1,6 +1,6 @@
 //! State of the screen: the newest snapshot and picture, and the person's preferences.
 
-use std::collections::BTreeMap;
+use std::{cell::RefCell, collections::BTreeMap};
 
 use egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use image::GrayImage;
@@ -8,7 +8,7 @@ use image::GrayImage;
 use super::picture::Picture;
 use boresight_geometry::device::{Adjustable, Control, Lock, Locks};
 use boresight_guide::session::{Outcome, Prompt, Snapshot, Stream, ViewNumber};
-use boresight_present::instruction::Instruction;
+use boresight_present::{instruction::Instruction, known::NewestKnown};
 
 /// Time without a picture before it's reported.
 const STALLED_SECS: f64 = 2.0;
@@ -55,6 +55,8 @@ pub struct Screen {
     pub snapshot: Option<Snapshot>,
     /// The newest picture.
     pub picture: Picture,
+    /// What is known of the picture.
+    pub known: RefCell<NewestKnown>,
     /// Thumbnails of the accepted views, by number.
     pub thumbnails: BTreeMap<ViewNumber, TextureHandle>,
     /// Prompts of refused frames, with counts, the most frequent first.

@@ -27,7 +27,6 @@ use super::{
 };
 use boresight_present::{
     instruction::Instruction,
-    known::Known,
     text::{Act, Trouble, window as words},
 };
 
@@ -87,7 +86,7 @@ fn picture(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>, doub
     let response = ui.allocate_rect(area, Sense::hover());
     let dressing = Dressing {
         tint: instruction.and_then(|it| ghost::face_of(it, size)),
-        known: Known::of(snapshot),
+        known: screen.known.borrow_mut().of(snapshot),
         is_shaded: true,
         lit: instruction.and_then(|it| ghost::part_of(it.board.as_ref()?, size)),
     };

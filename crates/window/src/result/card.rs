@@ -22,7 +22,6 @@ use boresight_app::window::host::Ended;
 use boresight_guide::session::Snapshot;
 use boresight_present::{
     grade::Grade,
-    known::Known,
     result_card::{Error, ResultCard},
     text::{self, Act, window as words},
 };
@@ -81,20 +80,10 @@ impl Page<'_> {
         (self.k * points).max(SMALLEST)
     }
 
-    fn color(&self, ui: &Ui) -> Color32 {
-        let palette = theme::palette(ui.visuals());
-        match self.card.grade {
-            Grade::Good => palette.good,
-            Grade::Care => palette.care,
-            Grade::Unfinished => palette.info,
-            Grade::NotTrustworthy => palette.bad,
-        }
-    }
-
     /// Grade, error and goal, and two sentences.
     fn verdict(&self, ui: &mut Ui) {
         let k = self.k;
-        let color = self.color(ui);
+        let color = color(ui, self.card.grade);
         ui.spacing_mut().item_spacing = vec2(14.0 * k, 6.0 * k);
         ui.horizontal(|ui| {
             let (rect, _) = ui.allocate_exact_size(Vec2::splat(48.0 * k), Sense::hover());
@@ -254,7 +243,7 @@ impl Page<'_> {
         let most = vec2(ui.available_width(), 400.0 * self.k);
         let (rect, response) = ui.allocate_exact_size(most, Sense::hover());
         let placed = Placed::within(rect, image_size, self.screen.preferences.mirrored);
-        let known = Known::of(self.snapshot);
+        let known = self.screen.known.borrow_mut().of(self.snapshot);
         let dressing = Dressing { known, ..Dressing::default() };
         if let Some(texture) = self.screen.picture.texture(ui.ctx(), &dressing) {
             let radius = CornerRadius::same((10.0 * self.k) as u8);
@@ -263,7 +252,7 @@ impl Page<'_> {
         } else {
             ui.painter().rect_filled(placed.rect, 10.0 * self.k, ui.visuals().extreme_bg_color);
         }
-        let share = dressing.known.as_ref().map_or(0.0, Known::share);
+        let share = dressing.known.as_ref().map_or(0.0, |known| known.share());
         if let Some(known) = &dressing.known {
             let painter = ui.painter_at(placed.rect);
             known_map::hatch(&painter, &placed, known);
@@ -318,9 +307,19 @@ fn more() -> (&'static str, UiAction) {
     (words::TAKE_MORE, UiAction::TakeMore)
 }
 
+pub(super) fn color(ui: &Ui, grade: Grade) -> Color32 {
+    let palette = theme::palette(ui.visuals());
+    match grade {
+        Grade::Good => palette.good,
+        Grade::Care => palette.care,
+        Grade::Unfinished => palette.info,
+        Grade::NotTrustworthy => palette.bad,
+    }
+}
+
 /// Sign with a distinctive shape: a disc with a tick, a triangle, an open ring, or an octagon with
 /// a cross.
-fn sign(painter: &Painter, rect: Rect, grade: Grade, color: Color32, ground: Color32) {
+pub(super) fn sign(painter: &Painter, rect: Rect, grade: Grade, color: Color32, ground: Color32) {
     let (middle, half) = (rect.center(), 0.5 * rect.width());
     let at = |x: f32, y: f32| middle + half * vec2(x, y);
     let stroke = Stroke::new(0.17 * half, ground);

@@ -1,8 +1,6 @@
 //! The verdict in words, with the findings and the numbers.
 
-use egui::{
-    CollapsingHeader, Color32, Grid, Painter, Rect, RichText, Sense, Shape, Stroke, Ui, Vec2,
-};
+use egui::{CollapsingHeader, Grid, RichText, Sense, Ui, Vec2};
 
 use super::{
     super::{
@@ -11,13 +9,17 @@ use super::{
         screen::Screen,
         theme,
     },
+    card,
     comparison::{self, Comparison},
     state::State,
 };
 use boresight_calibrate::{Calibration, Severity, Verdict};
 use boresight_geometry::{BoardOutline, open_corners};
 use boresight_guide::session::Snapshot;
-use boresight_present::text::{self, Act, window as words};
+use boresight_present::{
+    grade::Grade,
+    text::{self, Act, window as words},
+};
 
 /// Shows the verdict, and ways to improve.
 pub(super) fn show(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiAction>) {
@@ -116,16 +118,12 @@ fn nothing(ui: &mut Ui, screen: &Screen, state: State<'_>, asks: &mut Vec<UiActi
 
 /// Verdict, the two main numbers, and the area without boards.
 fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Calibration) {
-    let palette = theme::palette(ui.visuals());
-    let color = match calibration.verdict {
-        Verdict::Good => palette.good,
-        Verdict::Care => palette.care,
-        Verdict::Untrustworthy => palette.bad,
-    };
+    let grade = Grade::of(calibration);
+    let color = card::color(ui, grade);
     let verdict = text::of_source(&screen.source, text::verdict_on(calibration));
     ui.horizontal_top(|ui| {
         let (rect, _) = ui.allocate_exact_size(Vec2::splat(theme::VERDICT), Sense::hover());
-        sign(ui.painter(), rect, calibration.verdict, color);
+        card::sign(ui.painter(), rect, grade, color, theme::ground(ui.visuals()));
         ui.vertical(|ui| {
             let verdict = RichText::new(verdict).size(theme::VERDICT).strong().color(color);
             aloud::read_next(&ui.label(verdict));
@@ -161,27 +159,6 @@ fn uncovered(
         let button = RichText::new(words::TAKE_MORE).size(theme::TITLE);
         if may_go_on && ui.button(button).on_hover_text(words::TAKE_MORE_TIP).clicked() {
             asks.push(UiAction::TakeMore);
-        }
-    }
-}
-
-/// Sign with a distinctive shape: a tick, an exclamation mark or a cross.
-fn sign(painter: &Painter, rect: Rect, verdict: Verdict, color: Color32) {
-    let (middle, half) = (rect.center(), 0.5 * rect.width());
-    let stroke = Stroke::new(0.16 * half, color);
-    let at = |x: f32, y: f32| middle + half * Vec2::new(x, y);
-    painter.circle_stroke(middle, 0.9 * half, stroke);
-    match verdict {
-        Verdict::Good => {
-            painter.add(Shape::line(vec![at(-0.45, 0.0), at(-0.1, 0.35), at(0.45, -0.35)], stroke));
-        }
-        Verdict::Care => {
-            painter.line_segment([at(0.0, -0.5), at(0.0, 0.15)], stroke);
-            painter.circle_filled(at(0.0, 0.45), 0.1 * half, color);
-        }
-        Verdict::Untrustworthy => {
-            painter.line_segment([at(-0.4, -0.4), at(0.4, 0.4)], stroke);
-            painter.line_segment([at(-0.4, 0.4), at(0.4, -0.4)], stroke);
         }
     }
 }
