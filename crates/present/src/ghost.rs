@@ -3,7 +3,7 @@
 
 use nalgebra::{Isometry3, Point2, Point3};
 
-use boresight_geometry::{Camera, Corner, boards::Board, fit_pose, frame::ImageSize};
+use boresight_geometry::{Camera, Corner, boards::Board, fit_pose};
 
 /// White margin around the outer squares, in squares.
 const MARGIN: f64 = 0.4;
@@ -12,8 +12,6 @@ const RIM_STEPS: usize = 4;
 const FISHEYE_RIM_STEPS: usize = 12;
 /// Length of the arrow relative to the distance from centre to edge, and its sideways bend.
 const ARROW: [f64; 2] = [0.8, 0.35];
-/// Parts per side tested against the picture's edge.
-const PARTS: usize = 16;
 
 /// Closeness of the live corners to the ghost's: 0 from half a board's width away, 1 on it. `None`
 /// unless both are all corners of `board`.
@@ -148,24 +146,6 @@ impl Card {
             })
             .collect()
     }
-
-    /// True if more than a quarter of the card's rim lies outside a picture of `image_size`: the
-    /// rest doesn't show the near edge.
-    pub fn lies_outside(&self, image_size: ImageSize) -> bool {
-        self.share_outside(image_size) > 0.25
-    }
-
-    /// Share of the card's rim outside the picture or behind the camera, 0 to 1.
-    fn share_outside(&self, image_size: ImageSize) -> f64 {
-        let (right, bottom) = (f64::from(image_size.width_px), f64::from(image_size.height_px));
-        let [x, y] = self.half_m;
-        let is_outside = |[x, y]: &[f64; 2]| {
-            self.seen_px(*x, *y)
-                .is_none_or(|px| px.x < 0.0 || px.y < 0.0 || px.x > right || px.y > bottom)
-        };
-        let outside = around([-x, -y], [x, y], PARTS).filter(is_outside).count();
-        outside as f64 / (4 * PARTS) as f64
-    }
 }
 
 /// Points around a rectangle from the corner `at`, `steps` on each side.
@@ -223,10 +203,6 @@ mod tests {
         let corners = card.corners().expect("in front");
         let [left, right] = [(0, 3), (1, 2)].map(|(a, b)| (corners[a].0 - corners[b].0).norm());
         assert!(left > 1.3 * right, "the far edge is short: {left} {right}");
-        let size = ImageSize { width_px: 1280, height_px: 720 };
-        assert!(card.share_outside(size) < 0.01);
-        let half = ImageSize { width_px: 640, height_px: 720 };
-        assert!((0.3..0.7).contains(&card.share_outside(half)));
         assert!(card.nearness(-card.half_m[0], 0.0) > 0.95);
         assert!(card.nearness(card.half_m[0], 0.0) < 0.05);
         let outermost = ghost.iter().map(|px| px.x).fold(f64::INFINITY, f64::min);

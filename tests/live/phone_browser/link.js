@@ -6,8 +6,8 @@
     /// Messages of which only the news arrives.
     halves: 0,
     requests: 0, streams: [], commands: [], news: [], number: 0, ended: null,
-    live: { stage: 'guiding', frame: 1, sentence: ['Come closer', 'Come closer'], tone: 'plain', hold: null, moment: null, sign: [null, null], card: false, beside: false, close: null,
-      board: null, away_rad: null, views: 1, taken: 1, simulated: true, to_go: 3, paused: false,
+    live: { stage: 'guiding', frame: 1, sentence: ['Come closer', 'Come closer'], tone: 'plain', hold: null, moment: null, sign: [null, null], card: false, close: null,
+      board: null, views: 1, taken: 1, simulated: true, paused: false,
       trouble: null, doubt: null, say: null, removed: null, offer: null, push: null },
     plan: { size: [640, 360], ghost: null, views: [], wheel: [], pairs: [], refused: [], outline: [], map: null,
       board: '' },

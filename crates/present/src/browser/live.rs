@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use nalgebra::Point2;
 use serde::Serialize;
 
 use super::{ValidMap, teller::kind};
@@ -37,22 +36,16 @@ pub struct Live {
     pub sign: [Option<Movement>; 2],
     /// True if the card is shown.
     pub card: bool,
-    /// True if the card is mostly outside the picture and drawn small and whole beside the board.
-    pub beside: bool,
     /// Closeness of the board to the card, 0 to 1.
     pub close: Option<f32>,
-    /// Points around the board, in the picture's pixels, if the outline is shown.
-    pub board: Option<Vec<[f64; 2]>>,
-    /// Direction in which the board recedes.
-    pub away_rad: Option<f64>,
+    /// Points around the board with nearness, in the picture's pixels, if the outline is shown.
+    pub board: Option<Vec<[f64; 3]>>,
     /// Number of views.
     pub views: usize,
     /// Number of the newest view, from 1; 0 without views.
     pub taken: u32,
     /// True if the pictures are rendered.
     pub simulated: bool,
-    /// Estimated number of views still to take, if known.
-    pub to_go: Option<usize>,
     /// True if paused.
     pub paused: bool,
     /// Trouble and next action.
@@ -107,6 +100,8 @@ impl PartialEq for PlanSource {
 struct Ghost {
     /// Points around the card with nearness.
     rim: Vec<[f64; 3]>,
+    /// Squares of the board: columns, rows.
+    squares: [usize; 2],
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -144,14 +139,11 @@ impl Live {
             moment: None,
             sign: [None, None],
             card: false,
-            beside: false,
             close: None,
             board: None,
-            away_rad: None,
             views: 0,
             taken: 0,
             simulated,
-            to_go: None,
             paused: false,
             trouble: None,
             doubt: None,
@@ -177,19 +169,10 @@ impl Live {
             moment: Some(now.moment),
             sign: [now.movement(false), now.movement(true)],
             card: now.card.is_some(),
-            beside: now.card.as_ref().is_some_and(|it| it.lies_outside(snapshot.setup.image_size)),
             close: now.close.map(|close| (close * 1e3).round() / 1e3),
-            board: now
-                .board
-                .as_ref()
-                .and_then(Card::rim)
-                .map(|rim| rim.iter().map(|(px, _)| xy(px)).collect()),
-            away_rad: seen
-                .and_then(|live| live.measured.as_ref())
-                .map(|measured| round(measured.tilt_azimuth_rad, 1e3)),
+            board: now.board.as_ref().and_then(rim),
             views: snapshot.views.len(),
             taken: snapshot.views.iter().map(|view| counted(view.number)).max().unwrap_or(0),
-            to_go: snapshot.views_to_go,
             paused: snapshot.paused,
             trouble: first(troubles),
             doubt: first(doubts),
@@ -256,16 +239,16 @@ impl Plan {
 
 fn ghost(snapshot: &Snapshot) -> Option<Ghost> {
     let target = snapshot.target.as_ref()?;
-    let card = Card::new(&target.ghost_px, &snapshot.setup.board, &snapshot.lens)?;
-    let rim = card.rim()?.into_iter().map(|(px, near)| {
-        let [x, y] = xy(&px);
-        [x, y, round(f64::from(near), 100.0)]
-    });
-    Some(Ghost { rim: rim.collect() })
+    let board = &snapshot.setup.board;
+    let card = Card::new(&target.ghost_px, board, &snapshot.lens)?;
+    Some(Ghost { rim: rim(&card)?, squares: board.target().grid().map(|count| count + 1) })
 }
 
-fn xy(px: &Point2<f64>) -> [f64; 2] {
-    [round(px.x, 10.0), round(px.y, 10.0)]
+fn rim(card: &Card) -> Option<Vec<[f64; 3]>> {
+    let rim = card.rim()?.into_iter();
+    let rim =
+        rim.map(|(px, near)| [round(px.x, 10.0), round(px.y, 10.0), round(f64::from(near), 100.0)]);
+    Some(rim.collect())
 }
 
 fn round(value: f64, steps: f64) -> f64 {

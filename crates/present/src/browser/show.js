@@ -53,11 +53,11 @@ function paint() {
     say(el('sentence'), lack ? lack.what : side(live.sentence));
     say(el('arrow'), pushing && !lost ? side(live.push[0]) : '');
     say(el('number'), pushing && !lost ? live.push[1] : '');
-    sign(lack || pushing ? null : side(live.sign));
+    // The board in the air shows the tip.
+    const wanted = side(live.sign);
+    sign(lack || pushing || (wanted && wanted.kind === 'tip' && live.card && !big) ? null : wanted);
     fit();
     say(el('views'), String(live.views));
-    const about = innerHeight <= 420 && innerWidth > innerHeight ? 'of ≈' : 'of about ';
-    say(el('togo'), live.to_go ? about + (live.views + live.to_go) : live.views === 1 ? 'view' : 'views');
     say(el('pause'), live.paused ? 'Resume' : 'Pause');
     el('undo').disabled = !live.views;
     const guiding = live.stage === 'guiding' && !lost;
@@ -72,7 +72,7 @@ function paint() {
     say(el('tag'), live.simulated ? 'SIMULATED' : '');
     el('tag').hidden = !live.simulated;
     el('sound').setAttribute('aria-pressed', speaks);
-    drawSoon(); wheel();
+    drawSoon();
   }
   if (shown === 'sheet') views();
   if (shown === 'wait') offer();
@@ -134,7 +134,7 @@ function draw() {
   const ratio = Math.min(2, window.devicePixelRatio || 1);
   const box = el('live').getBoundingClientRect();
   const tiny = window.matchMedia('(max-height: 280px), (max-width: 240px)').matches;
-  const room = tiny ? box.width : window.matchMedia('(orientation: landscape)').matches ? Math.min(box.width, box.height * size[0] / size[1]) : Math.min(box.width, .42 * innerHeight * size[0] / size[1]);
+  const room = tiny ? box.width : window.matchMedia('(orientation: landscape)').matches ? Math.min(box.width, box.height * size[0] / size[1]) : Math.min(box.width, .3 * innerHeight * size[0] / size[1]);
   const width = Math.max(160, Math.round(room)), height = Math.round(width * size[1] / size[0]);
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
@@ -152,16 +152,10 @@ function draw() {
   const close = live.close || 0, ghost = plan && plan.ghost;
   const around = points => points.map((p, i) => [p, points[(i + 1) % points.length]]);
   if (ghost && live.card) {
-    // A solid card: its shadow, its face, and its rim, thick where it's near.
-    const near = Math.pow(close, 3), rgb = live.moment === 'match' ? approach(near) : AMBER, cast = 7 * unit / k;
-    const middle = [0, 1].map(j => ghost.rim.reduce((s, p) => s + p[j] / ghost.rim.length, 0));
-    c.lineCap = c.lineJoin = 'round'; c.fillStyle = 'rgba(0,0,0,.35)';
-    for (const [a, b] of around(ghost.rim)) {
-      let across = [a[1] - b[1], b[0] - a[0]];
-      if (across[0] * ((a[0] + b[0]) / 2 - middle[0]) + across[1] * ((a[1] + b[1]) / 2 - middle[1]) < 0) across = [-across[0], -across[1]];
-      if (across[0] + across[1] > 0) { path([a, b, [b[0] + cast, b[1] + cast], [a[0] + cast, a[1] + cast]], true); c.fill(); }
-    }
-    c.fillStyle = css(rgb, .45 - .33 * near); path(ghost.rim, true); c.fill();
+    // The card's rim, thick where it's near; its face leaves the picture clear.
+    const near = Math.pow(close, 3), rgb = live.moment === 'match' ? approach(near) : AMBER;
+    c.lineCap = c.lineJoin = 'round';
+    c.fillStyle = css(rgb, .2 - .1 * near); path(ghost.rim, true); c.fill();
     for (const [wider, style] of [[2 * unit, 'rgba(0,0,0,.7)'], [0, css(rgb)]]) {
       for (const [a, b] of around(ghost.rim)) {
         const nearness = (a[2] + b[2]) / 2;
@@ -171,40 +165,86 @@ function draw() {
     }
   }
   if (live.board) {
-    const holds = live.hold !== null;
-    for (const [wider, style] of [[2 * unit, 'rgba(0,0,0,.7)'], [0, holds ? css(GREEN) : '#fff']]) {
-      c.lineWidth = unit * (holds ? 3 : 1.5) + wider; c.strokeStyle = style; path(live.board, true); c.stroke();
-    }
-    if (holds) {
-      const x = live.board.reduce((s, p) => s + p[0] / live.board.length, 0) * k, y = live.board.reduce((s, p) => s + p[1] / live.board.length, 0) * k;
-      const r = .2 * canvas.height;
-      c.lineWidth = 9 * unit; c.strokeStyle = 'rgba(0,0,0,.45)'; c.beginPath(); c.arc(x, y, r, 0, 7); c.stroke();
-      c.lineWidth = 7 * unit; c.strokeStyle = css(GREEN); c.beginPath(); c.arc(x, y, r, -Math.PI / 2, -Math.PI / 2 + 2 * Math.PI * Math.max(.02, live.hold)); c.stroke();
+    const trace = live.hold === null ? [] : traced(live.board, live.hold);
+    for (const [points, width, style] of [[live.board, 1.5, '#fff'], [trace, 5, css(GREEN)]]) {
+      for (const [wider, colour] of [[2 * unit, 'rgba(0,0,0,.7)'], [0, style]]) {
+        c.lineWidth = unit * width + wider; c.strokeStyle = colour; path(points, points !== trace); c.stroke();
+      }
     }
   }
-  if (ghost && live.card && live.beside) inset(c, k, live.moment === 'match' ? approach(Math.pow(close, 3)) : AMBER);
+  air();
 }
-// Both cards, small and whole, side by side: the board as it is, and as it's wanted.
-function inset(c, k, rgb) {
-  const turn = rim => rim.map(p => [mirrored ? c.canvas.width - p[0] * k : p[0] * k, p[1] * k, p.length > 2 ? p[2] : .5]);
-  const bounds = rim => [0, 1].map(j => [Math.min(...rim.map(p => p[j])), Math.max(...rim.map(p => p[j]))]);
-  const reach = rim => Math.max(...bounds(rim).map(([low, high]) => high - low), 1);
-  const cards = [[plan.ghost.rim, css(rgb), 'like this']];
-  if (live.board) cards.unshift([live.board, '#fff', 'now']);
-  const rims = cards.map(card => turn(card[0])), largest = Math.max(...rims.map(reach));
-  const side = .26 * c.canvas.height, left = c.canvas.width - 1.1 * cards.length * side - .03 * side, top = .03 * side + 24 * Math.min(2, window.devicePixelRatio || 1);
-  c.setTransform(1, 0, 0, 1, 0, 0);
-  c.fillStyle = 'rgba(0,0,0,.84)'; c.fillRect(left, top, 1.1 * cards.length * side, 1.2 * side);
-  c.font = .16 * side + 'px system-ui, sans-serif'; c.textAlign = 'center';
-  cards.forEach(([, style, words], number) => {
-    const middle = bounds(rims[number]).map(([low, high]) => (low + high) / 2), scale = .8 * side / largest;
-    const at = [left + 1.1 * side * (number + .5), top + .52 * side];
-    const rim = rims[number].map(p => [at[0] + (p[0] - middle[0]) * scale, at[1] + (p[1] - middle[1]) * scale, p[2]]);
-    c.beginPath(); rim.forEach(p => c.lineTo(p[0], p[1])); c.closePath();
-    c.fillStyle = c.strokeStyle = style; c.globalAlpha = .5; c.fill(); c.globalAlpha = 1;
-    rim.forEach((p, i) => { const q = rim[(i + 1) % rim.length], near = (p[2] + q[2]) / 2; c.lineWidth = side / 96 * (1 + 4 * near * near); c.beginPath(); c.moveTo(p[0], p[1]); c.lineTo(q[0], q[1]); c.stroke(); });
-    c.fillStyle = '#fff'; c.fillText(words, at[0], top + 1.12 * side);
-  });
+// The first part of the way around `rim`, as long as the share of the hold that has passed.
+function traced(rim, share) {
+  const ends = rim.concat([rim[0]]), far = ends.slice(1).map((p, i) => Math.hypot(p[0] - ends[i][0], p[1] - ends[i][1]));
+  let left = share * far.reduce((a, b) => a + b, 0);
+  const points = [ends[0]];
+  for (let i = 0; i < far.length && left > 0; left -= far[i++]) {
+    const t = Math.min(1, left / (far[i] || 1));
+    points.push([0, 1].map(j => ends[i][j] + t * (ends[i + 1][j] - ends[i][j])));
+  }
+  return points;
+}
+// The board in the air: it swings from the present pose to the wanted one, in the ring of the eight directions.
+const still = window.matchMedia('(prefers-reduced-motion: reduce)'), SWING = [.9, 1.1, .3];
+function swing(at) {
+  const [there, stay, back] = SWING, ease = t => t * t * (3 - 2 * t);
+  at %= there + stay + back;
+  return at < there ? ease(at / there) : at < there + stay ? 1 : 1 - ease((at - there - stay) / back);
+}
+function air() {
+  const box = el('air').getBoundingClientRect(), canvas = el('board3d'), ratio = Math.min(2, window.devicePixelRatio || 1);
+  const side = Math.round(Math.min(box.width, box.height)), px = Math.round(side * ratio);
+  if (!px || !plan) return;
+  if (canvas.width !== px) { canvas.width = canvas.height = px; canvas.style.width = canvas.style.height = side + 'px'; }
+  const c = canvas.getContext('2d'), r = .46 * px, flip = mirrored ? -1 : 1, unit = r / 165;
+  const ink = name => getComputedStyle(document.documentElement).getPropertyValue(name);
+  c.setTransform(1, 0, 0, 1, px / 2, px / 2); c.clearRect(-px, -px, 2 * px, 2 * px); c.lineCap = 'round';
+  c.lineWidth = 2 * unit; c.strokeStyle = ink('--green');
+  const at = a => [flip * .95 * r * Math.cos(a), .95 * r * Math.sin(a)];
+  for (const pair of plan.pairs) { c.beginPath(); for (const a of pair) c.lineTo(...at(a)); c.stroke(); }
+  for (const slot of plan.wheel) {
+    const middle = mirrored ? Math.PI - slot.slot_rad : slot.slot_rad;
+    c.lineWidth = (slot.wanted ? 8 : slot.view !== null ? 5 : 2.5) * unit;
+    c.strokeStyle = ink(slot.wanted ? '--amber' : slot.view !== null ? '--green' : '--dim');
+    c.beginPath(); c.arc(0, 0, r, middle - Math.PI / 10, middle + Math.PI / 10); c.stroke();
+  }
+  const ghost = plan.ghost;
+  if (!ghost || !live.card) return;
+  const corners = rim => [0, 1, 2, 3].map(i => rim[i * rim.length / 4]).map(p => [flip * p[0], p[1], p[2]]);
+  const bounds = quad => [0, 1].map(j => [Math.min(...quad.map(p => p[j])), Math.max(...quad.map(p => p[j]))]);
+  const longest = quad => Math.max(1e-3, ...bounds(quad).map(([low, high]) => high - low));
+  const sized = (quad, reach) => { const k = reach / longest(quad), m = bounds(quad).map(([low, high]) => (low + high) / 2); return quad.map(p => [k * (p[0] - m[0]), k * (p[1] - m[1]), p[2]]); };
+  let wanted = corners(ghost.rim), now3 = live.board && corners(live.board);
+  // Attitudes are compared at one size, unless the size is what's wrong.
+  const sign = (live.sign || [])[mirrored ? 1 : 0], sizes = now3 && sign && (sign.kind === 'nearer' || sign.kind === 'farther');
+  const share = sizes ? Math.min(1, Math.max(.45, longest(now3) / longest(wanted))) : 1;
+  now3 = now3 && sized(now3, 1.5 * r * share); wanted = sized(wanted, 1.5 * r);
+  const t = still.matches || !now3 ? 1 : swing(now() / 1000);
+  const quad = now3 ? now3.map((p, i) => p.map((v, j) => v + t * (wanted[i][j] - v))) : wanted;
+  const to = projection(quad), [columns, rows] = ghost.squares;
+  const light = (x, y) => { const [a, b, d, e] = quad.map(p => p[2]); return .54 + .46 * Math.min(1, Math.max(0, (a + x * (b - a)) * (1 - y) + (e + x * (d - e)) * y)); };
+  const patch = (x0, y0, x1, y1, rgb) => {
+    c.fillStyle = css(rgb.map(v => Math.round(v * light((x0 + x1) / 2, (y0 + y1) / 2))));
+    c.beginPath(); for (const p of [[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) c.lineTo(...to(...p)); c.closePath(); c.fill();
+  };
+  // The paper in strips: its light falls towards the far edge.
+  for (let i = 0; i < 8; i++) for (let j = 0; j < 8; j++) patch(i / 8, j / 8, Math.min(1, (i + 1.05) / 8), Math.min(1, (j + 1.05) / 8), [244, 246, 248]);
+  const place = (index, count) => (index + .4) / (count + .8);
+  for (let y = 0; y < rows; y++) for (let x = y % 2; x < columns; x += 2) patch(place(x, columns), place(y, rows), place(x + 1, columns), place(y + 1, rows), [17, 22, 26]);
+  for (const [rim, width, style] of [[quad, 4, css(AMBER)], [now3, 1.5, ink('--ink')]]) {
+    if (!rim) continue;
+    c.lineWidth = width * unit; c.lineJoin = 'round'; c.strokeStyle = style;
+    c.beginPath(); for (const p of rim) c.lineTo(p[0], p[1]); c.closePath(); c.stroke();
+  }
+}
+// From the unit square to a quadrilateral, as a camera does. Heckbert 1989, section 2.2.3.
+function projection([p0, p1, p2, p3]) {
+  const of = f => [0, 1].map(f), sum = of(j => p0[j] - p1[j] + p2[j] - p3[j]), d1 = of(j => p1[j] - p2[j]), d2 = of(j => p3[j] - p2[j]);
+  const cross = (a, b) => a[0] * b[1] - b[0] * a[1], determinant = cross(d1, d2);
+  const [g, h] = Math.abs(determinant) < 1e-6 ? [0, 0] : [cross(sum, d2) / determinant, cross(d1, sum) / determinant];
+  const x = of(j => p1[j] - p0[j] + g * p1[j]), y = of(j => p3[j] - p0[j] + h * p3[j]);
+  return (u, v) => of(j => (p0[j] + u * x[j] + v * y[j]) / (1 + g * u + h * v));
 }
 // The scene's edges where they should be: where they meet those of the picture, the camera points where it should.
 function outline(c, k) {
@@ -214,28 +254,6 @@ function outline(c, k) {
     for (const [x, y] of plan.outline) c.fillRect((x + .5) * k - dot / 2 - wider, (y + .5) * k - dot / 2 - wider, dot + 2 * wider, dot + 2 * wider);
   }
 }
-function wheel() {
-  const canvas = el('wheel'), ratio = window.devicePixelRatio || 1, px = Math.round(canvas.clientWidth * ratio);
-  if (!px || !plan) return;
-  if (canvas.width !== px) canvas.width = canvas.height = px;
-  const c = canvas.getContext('2d'), m = px / 2, r = .36 * px;
-  c.clearRect(0, 0, px, px);
-  const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name);
-  const at = a => [m + r * (mirrored ? -1 : 1) * Math.cos(a), m + r * Math.sin(a)];
-  c.lineWidth = .035 * px; c.strokeStyle = colour('--accent');
-  for (const pair of plan.pairs) { const a = at(pair[0]), b = at(pair[1]); c.beginPath(); c.moveTo(a[0], a[1]); c.lineTo(b[0], b[1]); c.stroke(); }
-  for (const slot of plan.wheel) {
-    const [x, y] = at(slot.slot_rad);
-    c.beginPath(); c.arc(x, y, .085 * px, 0, 7);
-    c.fillStyle = colour(slot.view !== null ? '--accent' : '--ground'); c.fill();
-    c.lineWidth = (slot.wanted ? .04 : .012) * px; c.strokeStyle = colour(slot.wanted ? '--amber' : '--dim'); c.stroke();
-  }
-  if (live && live.away_rad !== null) {
-    const [x, y] = [m + .6 * (at(live.away_rad)[0] - m), m + .6 * (at(live.away_rad)[1] - m)];
-    c.lineWidth = .04 * px; c.strokeStyle = colour('--ink'); c.beginPath(); c.moveTo(m, m); c.lineTo(x, y); c.stroke();
-  }
-}
-
 // ---- What is told.
 function receive(name, value) {
   if (name === 'live') { if (value.stage === 'starting') forget(); live = value; tellTaken(); if (live.say && started && !lacks()) queue.offer(now() / 1000, live.say); }
@@ -383,7 +401,13 @@ el('awake').textContent = navigator.wakeLock ? '' : 'Without a certificate, this
 
 // ---- What is asked for.
 let toastOver = 0;
-function toast(text) { el('toast').textContent = text; el('toast').hidden = false; clearTimeout(toastOver); toastOver = setTimeout(() => { el('toast').hidden = true; }, 3500); }
+// A note has its own place above the page: it covers nothing.
+function noted(text) {
+  el('toast').hidden = !text; el('toast').textContent = text;
+  document.documentElement.style.setProperty('--note', text ? el('toast').offsetHeight + 'px' : '0px');
+  fit.last = null; paint();
+}
+function toast(text) { noted(text); clearTimeout(toastOver); toastOver = setTimeout(() => noted(''), 3500); }
 const tap = (id, act) => el(id).addEventListener('click', act);
 function stand(facing) {
   mirrored = facing; stands = facing ? 'yes' : 'no'; speaks = !el('silent').checked; started = true;
