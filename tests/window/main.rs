@@ -344,7 +344,7 @@ fn a_view_is_removed_by_its_own_button() {
 }
 
 #[test]
-fn another_board_is_used_only_while_no_view_would_be_lost() {
+fn another_board_is_offered_on_the_picture_and_no_photo_is_lost() {
     let moments = moments();
     let with_board = |name: &str| {
         let moment = moments.iter().find(|moment| moment.name == name).expect("there");
@@ -355,13 +355,14 @@ fn another_board_is_used_only_while_no_view_would_be_lost() {
         harness(Page::Guide, &moment, Theme::Dark, 1.0)
     };
     let mut without_views = with_board("searching");
-    without_views.get_by_role_and_label(Role::Button, "Use 7 × 5").click();
+    without_views.get_by_role_and_label(Role::Button, "Use 8 × 6").click();
     without_views.run();
     let board = BoardChoice::of([7, 5], Pattern::Plain);
     assert_eq!(without_views.state().asks, [UiAction::UseBoard(board)]);
     let with_views = with_board("partner wanted");
-    with_views.get_by_label_contains("Your views are safe");
-    assert!(with_views.query_by_role_and_label(Role::Button, "Use 7 × 5").is_none());
+    with_views.get_by_label("This board has 8 × 6 squares. Expected: 10 × 7");
+    with_views.get_by_label_contains("Your photos are kept");
+    with_views.get_by_role_and_label(Role::Button, "Use 8 × 6");
 }
 
 #[test]

@@ -3,25 +3,31 @@
 use std::{
     path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
 };
 
 use boresight::{
     app::{
         AppHost, BoardFromCode,
         explain::UserError,
+        session::camera::{Near, NearCamera},
         window::{
             host::{
-                CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenCode,
-                SessionRequest, Storing, Wake,
+                CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenBoard,
+                SeenCode, SessionRequest, Storing, Wake,
             },
+            lookout::{Cameras, Lookout, whole_board},
             recordings::{Dropped, Recording},
         },
     },
-    boards::{BoardChoice, MarkerSide, Pattern},
+    boards::{Board, BoardChoice, MarkerSide, Pattern},
+    capture::{FrameSource, Recorded, SourceIdentity},
     cli::app_host,
     detection::OtherBoard,
+    frame::{CaptureTime, Frame, FrameId, FrameKind},
     guidance::Plan,
     markers::{CircleRows, Dictionary},
+    simulation::{Scene, render_view},
     text::{NO_VOICE, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
@@ -31,6 +37,7 @@ use boresight::{
 use egui::{Theme, accesskit::Role};
 use egui_kittest::{Harness, SnapshotResults, kittest::Queryable};
 use image::{GrayImage, Luma};
+use nalgebra::{Isometry3, Vector3};
 
 use crate::{
     app::{Window, app, click, until, window},
@@ -83,7 +90,15 @@ fn page(draft: SessionRequest, choices: Choices) -> Harness<'static, Table> {
     page
 }
 
+/// Opens the sheet with all choices.
+fn change(page: &mut Harness<'_, Table>) {
+    press(page, Role::Button, words::CHANGE);
+}
+
 fn press(page: &mut Harness<'_, Table>, role: Role, label: &str) {
+    // The sheet scrolls.
+    page.get_by_role_and_label(role, label).scroll_to_me();
+    page.run();
     page.get_by_role_and_label(role, label).click();
     page.run();
 }
@@ -92,6 +107,9 @@ fn press(page: &mut Harness<'_, Table>, role: Role, label: &str) {
 fn the_only_camera_is_chosen_and_one_click_starts() {
     let any = SessionRequest { source: "auto".into(), go_on_with: None, ..draft() };
     let mut page = page(any, choices());
+    page.get_by_label(words::HOLD_UP);
+    assert!(page.query_by_role(Role::RadioButton).is_none(), "nothing is asked");
+    change(&mut page);
     page.get_by_role_and_label(Role::Image, "10 × 7 squares, 9 × 6 inner corners");
     press(&mut page, Role::RadioButton, "Quick, about 20 s");
     press(&mut page, Role::Button, words::GO);
@@ -119,13 +137,13 @@ fn without_a_camera_there_is_a_way_on() {
     page.get_by_label(words::NO_CAMERA);
     press(&mut page, Role::Button, words::GO);
     assert_eq!(page.state().2, [], "nothing to start with");
-    press(&mut page, Role::Button, words::SIMULATION);
-    press(&mut page, Role::Button, words::GO);
+    press(&mut page, Role::Link, words::SIMULATION);
     let started = |page: &Harness<'_, Table>| match page.state().2.last() {
         Some(UiAction::Start(wish)) => wish.source.clone(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(started(&page), "sim");
+    assert_eq!(started(&page), "sim", "one press");
+    change(&mut page);
     press(&mut page, Role::Button, "rtsp://10.0.0.7/front");
     press(&mut page, Role::Button, words::GO);
     assert_eq!(started(&page), "rtsp://10.0.0.7/front");
@@ -158,6 +176,7 @@ fn cameras_come_and_go() {
     assert_eq!(page.state().0.draft.source, "usb:046d:0825:1F3A", "plugged in");
     page.state_mut().1.cameras.push(camera("usb:1:2:3", "Other"));
     page.run();
+    change(&mut page);
     press(&mut page, Role::Button, "Other, 1280 × 720");
     assert_eq!(page.state().0.draft.source, "usb:1:2:3");
     page.state_mut().1.cameras.pop();
@@ -177,27 +196,47 @@ fn cameras_come_and_go() {
 
 #[test]
 fn a_board_in_view_is_counted_and_used() {
-    let mut page = page(draft(), choices());
-    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
-    press(&mut page, Role::Button, words::DETECT);
-    page.get_by_label(words::DETECTING);
+    let mut page = page(chosen(), choices());
+    page.get_by_label(words::HOLD_UP);
+    page.state_mut().1.cameras[0].rim = Some([[0.3, 0.3], [0.7, 0.3], [0.7, 0.7], [0.3, 0.7]]);
+    page.run();
+    page.get_by_label(words::HOLD_UP);
     page.state_mut().1.cameras[0].board = Some([7, 5]);
     page.run();
-    page.get_by_label("Your board has 7 × 5 inner corners");
+    page.get_by_label("8 × 6 squares, 25 mm?");
+    page.get_by_label(words::SIZE_OPEN);
     assert_eq!(page.state().0.draft.board, [7, 5]);
-    page.get_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners");
-    press(&mut page, Role::Button, words::PRINT);
-    assert_eq!(
-        page.state().2,
-        [UiAction::Print { board: BoardChoice::of([7, 5], Pattern::Plain), paper: 0 }]
-    );
+    // A count by the person stays, though the board stays in view.
+    page.state_mut().0.draft.board = [8, 5];
+    page.run();
+    page.get_by_label("9 × 6 squares, 25 mm?");
+    // Another board is counted, of another kind than the chosen one, too.
+    page.state_mut().0.draft.pattern = Pattern::Circles(CircleRows::Symmetric);
+    page.state_mut().1.cameras[0].board = Some([6, 4]);
+    page.run();
+    page.get_by_label("7 × 5 squares, 25 mm?");
+    page.key_press(egui::Key::Enter);
+    page.run();
+    match page.state().2.last() {
+        Some(UiAction::Start(wish)) => {
+            assert_eq!((wish.board, wish.pattern), ([6, 4], Pattern::Plain));
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn whoever_has_no_board_prints_one() {
+    let mut page = page(chosen(), choices());
+    press(&mut page, Role::Link, words::PRINT_ONE);
+    let board = BoardChoice::of([9, 6], Pattern::Plain);
+    assert_eq!(page.state().2, [UiAction::Print { board, paper: 0 }]);
+    page.get_by_role_and_label(Role::Button, words::PRINT);
 }
 
 #[test]
 fn a_board_of_another_kind_in_view_is_named_and_used() {
-    let mut page = page(draft(), choices());
-    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
-    press(&mut page, Role::Button, words::DETECT);
+    let mut page = page(chosen(), choices());
     let family = "DICT_5X5_1000".parse().expect("known");
     let said =
         words::detected_other(OtherBoard::Charuco { dictionary: family, is_usual_side: true });
@@ -206,45 +245,44 @@ fn a_board_of_another_kind_in_view_is_named_and_used() {
         Some(OtherKind { said: said.clone(), pattern, board: None });
     page.run();
     page.get_by_label(&said);
-    press(&mut page, Role::Button, words::TAKE_OTHER);
+    press(&mut page, Role::Link, words::TAKE_OTHER);
     assert_eq!(page.state().0.draft.pattern.dictionary(), Some(family));
+    page.get_by_label("ChArUco, 10 × 7, 25 mm");
+    // Its squares are to be counted by the person.
+    page.get_by_role_and_label(Role::ComboBox, words::DICTIONARY);
     // Circles are counted, too.
-    press(&mut page, Role::RadioButton, "Checkerboard");
-    press(&mut page, Role::Button, words::DETECT);
     let pattern = Pattern::Circles(CircleRows::Asymmetric);
     let circles = OtherKind { said: "Asymmetric circles".into(), pattern, board: Some([4, 11]) };
     page.state_mut().1.cameras[0].other = Some(circles);
     page.run();
-    press(&mut page, Role::Button, words::TAKE_OTHER);
+    press(&mut page, Role::Link, words::TAKE_OTHER);
     let draft = &page.state().0.draft;
     assert_eq!((draft.board, draft.pattern), ([4, 11], pattern));
 }
 
 #[test]
 fn a_code_beside_the_board_fills_everything_in_and_a_board_without_is_asked_for() {
-    let mut page = page(draft(), choices());
-    press(&mut page, Role::Button, "HD Webcam, 1280 × 720");
-    page.get_by_label(words::ASK_SQUARE);
+    let mut page = page(chosen(), choices());
     let code = SeenCode { id: "ZX5N".into(), board: [8, 5], square_m: 0.0305 };
     page.state_mut().1.cameras[0].code = Some(code);
     page.run();
-    page.get_by_label("Board ZX5N: 8 × 5, 30.5 mm");
-    assert!(page.query_by_label(words::ASK_SQUARE).is_none());
+    page.get_by_label("9 × 6 squares, 30.5 mm");
+    page.get_by_label(words::FROM_CODE);
     let draft = &page.state().0.draft;
     assert_eq!((draft.board, draft.square_m), ([8, 5], 0.0305));
     // The person's measurement wins, though the code stays in view.
     page.state_mut().0.draft.square_m = 0.0304;
     page.run();
     assert_eq!(page.state().0.draft.square_m, 0.0304);
-    assert!(page.query_by_label_contains("Board ZX5N").is_none());
+    assert!(page.query_by_label(words::FROM_CODE).is_none());
 }
 
 #[test]
 fn a_board_with_markers_is_chosen_by_its_squares() {
     let mut page = page(chosen(), choices());
+    change(&mut page);
     press(&mut page, Role::RadioButton, "ChArUco");
     page.get_by_role_and_label(Role::Image, "10 × 7 squares, DICT_4X4_50");
-    assert!(page.query_by_label(words::DETECT).is_none(), "plain boards are counted");
     press(&mut page, Role::ComboBox, words::DICTIONARY);
     press(&mut page, Role::Button, "5X5_100");
     press(&mut page, Role::Button, words::PRINT);
@@ -272,6 +310,7 @@ fn a_board_that_cant_be_is_told_before_it_starts() {
     let dictionary = "APRILTAG_16h5".parse().expect("known");
     let pattern = Pattern::Charuco { dictionary, side: MarkerSide::Usual };
     let mut page = page(SessionRequest { pattern, ..chosen() }, choices());
+    change(&mut page);
     page.get_by_label("This board has 35 markers, and DICT_APRILTAG_16h5 has 30");
     page.get_by_label("Choose a larger dictionary, or fewer squares.");
     page.get_by_label(words::NO_BOARD);
@@ -311,6 +350,7 @@ fn a_board_with_markers_looks_as_it_did() {
                 |ui, (page, choices, asks): &mut Table| start::show(ui, page, choices, asks),
                 (StartPage::new(draft), choices(), Vec::new()),
             );
+        page.state_mut().0.is_changing = true;
         page.run();
         // The overflow comes into view by scrolling.
         assert_eq!(beyond_the_sides(&page, size), Vec::<String>::new(), "{file}");
@@ -347,6 +387,39 @@ struct WithCamera {
     source: String,
     remembered: Arc<Mutex<Memory>>,
     opened: Arc<Mutex<Vec<SessionRequest>>>,
+    /// Picture of the preview.
+    seen: Option<GrayImage>,
+    lookout: Option<Lookout>,
+}
+
+/// A camera that sees one picture before a session.
+struct Still {
+    source: String,
+    picture: GrayImage,
+}
+
+impl Cameras for Still {
+    fn near(&self) -> Near {
+        let (source, name) = (self.source.clone(), "Webcam".into());
+        Near { cameras: vec![NearCamera { source, name, is_ordinary: true }], unusable: Vec::new() }
+    }
+
+    fn open(&self, source: &str) -> anyhow::Result<Box<dyn FrameSource>> {
+        let (picture, mut number) = (self.picture.clone(), 0);
+        let frames = std::iter::repeat_with(move || {
+            std::thread::sleep(Duration::from_millis(33));
+            number += 1;
+            Ok(Frame {
+                id: FrameId(number),
+                captured_at: CaptureTime { nanos: number * 33_000_000 },
+                kind: FrameKind::Video,
+                name: String::new(),
+                image: picture.clone(),
+            })
+        });
+        let identity = SourceIdentity { name: source.into(), image_size: None };
+        Ok(Box::new(Recorded::new(identity, frames)))
+    }
 }
 
 impl AppHost for WithCamera {
@@ -368,13 +441,29 @@ impl AppHost for WithCamera {
         Ok(())
     }
 
-    fn cameras(&mut self, _wake: &Wake) -> Vec<CameraView> {
-        vec![camera(&self.source, "Webcam")]
+    fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
+        let Some(scene) = &self.seen else { return vec![camera(&self.source, "Webcam")] };
+        let lookout = self.lookout.get_or_insert_with(|| {
+            let still = Still { source: self.source.clone(), picture: scene.clone() };
+            Lookout::start(Box::new(still), Arc::clone(wake)).expect("threads")
+        });
+        lookout.cameras()
     }
 
-    fn read_code(&mut self, image: &image::GrayImage, board: [u16; 2]) -> Option<SeenCode> {
+    fn count_board(&mut self, source: Option<&str>) {
+        if let Some(lookout) = &self.lookout {
+            lookout.count_board(source);
+        }
+    }
+
+    fn stop_looking(&mut self) {
+        self.lookout = None;
+    }
+
+    fn whole_board(&mut self, image: &image::GrayImage, board: [u16; 2]) -> Option<SeenBoard> {
         assert_eq!(image.dimensions(), (640, 480), "the picture in which another board was seen");
-        Some(SeenCode { id: "ZX5N".into(), board, square_m: 0.032 })
+        let code = SeenCode { id: "ZX5N".into(), board, square_m: 0.032 };
+        Some(SeenBoard { code: Some(code), ..whole_board(image, board)? })
     }
 
     fn papers(&self) -> Vec<&'static str> {
@@ -479,6 +568,8 @@ fn a_computer_that_cant_speak_says_so_beside_the_button() {
         source: "sim".into(),
         remembered: Arc::default(),
         opened: Arc::default(),
+        seen: None,
+        lookout: None,
     };
     let mut window = window(|ctx| App::new(ctx, Box::new(host)));
     click(&mut window, Role::Button, "Settings");
@@ -515,6 +606,8 @@ fn a_recorded_stream_stays_when_another_board_is_used() {
         source: format!("sim:{}", scene.display()),
         remembered: Arc::default(),
         opened: Arc::clone(&opened),
+        seen: None,
+        lookout: None,
     };
     let mut window = window(|ctx| App::new(ctx, Box::new(host)));
     until(&mut window, "the camera", |window| {
@@ -530,6 +623,41 @@ fn a_recorded_stream_stays_when_another_board_is_used() {
 }
 
 #[test]
+fn from_an_empty_home_one_press_leads_to_the_first_view() {
+    let began = Instant::now();
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    let board = Board::new(7, 5, 0.025).expect("a board");
+    let preview = Scene { board, clutter: 0.0, ..Scene::default_720p(1) };
+    let pose = Isometry3::new(Vector3::new(0.0, 0.0, 0.45), Vector3::new(0.3, 0.2, 0.0));
+    let opened = Arc::new(Mutex::new(Vec::new()));
+    let out = folder.path().join("one").display().to_string();
+    let host = WithCamera {
+        inner: app_host(&["--out", &out], true).expect("arguments"),
+        source: format!("sim:{}", scene.display()),
+        remembered: Arc::default(),
+        opened: Arc::clone(&opened),
+        seen: Some(render_view(&preview, &pose)),
+        lookout: None,
+    };
+    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    until(&mut window, "the board", |window| {
+        window.query_by_label("8 × 6 squares, 25 mm?").is_some()
+    });
+    let counted_secs = began.elapsed().as_secs_f64();
+    window.key_press(egui::Key::Enter);
+    until(&mut window, "a view", |window| views(window) >= 1);
+    let boards: Vec<[u16; 2]> = {
+        let opened = opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.iter().map(|wish| wish.board).collect()
+    };
+    assert_eq!(boards, [[7, 5]], "no other board was tried");
+    let secs = began.elapsed().as_secs_f64();
+    println!("board counted after {counted_secs:.1} s, first view after {secs:.1} s, one press");
+}
+
+#[test]
 fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("scene.toml");
@@ -542,6 +670,8 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
         source: format!("sim:{}", scene.display()),
         remembered: Arc::clone(&remembered),
         opened: Arc::clone(&opened),
+        seen: None,
+        lookout: None,
     };
     let mut window = window(|ctx| App::new(ctx, Box::new(host)));
     assert_eq!(app(&window).page(), Page::Start, "nothing runs before it's chosen");
@@ -580,7 +710,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     // And again, without another program.
     click(&mut window, Role::Button, "Start");
     until(&mut window, "the board", |window| {
-        window.query_by_role_and_label(Role::Image, "8 × 6 squares, 7 × 5 inner corners").is_some()
+        window.query_by_label("8 × 6 squares, 32 mm").is_some()
     });
     click(&mut window, Role::Button, words::GO);
     until(&mut window, "another session", |window| {

@@ -32,7 +32,7 @@ use super::{
 use boresight_app::{
     BoardFromCode,
     explain::UserError,
-    window::host::{AppHost, Ended, Memory, SessionRequest, Storing, Wake},
+    window::host::{AppHost, Ended, Memory, SeenBoard, SeenCode, SessionRequest, Storing, Wake},
 };
 use boresight_geometry::{boards::BoardChoice, device::Control};
 use boresight_guide::session::{Command, Snapshot};
@@ -149,6 +149,7 @@ impl App {
         let mut start = StartPage::new(wish.clone());
         start.paper = memory.paper.unwrap_or_default();
         start.knows_square = memory.square_m.is_some();
+        start.knows_board = memory.board.is_some();
         let choices = Choices {
             streams: memory.streams.clone(),
             papers: host.papers(),
@@ -214,10 +215,15 @@ impl App {
         if touched {
             self.touched_secs = now_secs;
         }
-        let runs = matches!(self.stage, SessionState::Running(_)) && self.page == Page::Guide;
+        let runs = matches!(self.stage, SessionState::Running(_));
+        let is_picture = match self.page {
+            Page::Guide => runs,
+            Page::Start => self.looks && !self.start.is_changing,
+            _ => false,
+        };
         let rests = now_secs - self.touched_secs > UNTOUCHED_SECS;
-        self.screen.distance = runs && (self.wants_distance || rests);
-        let fills = self.screen.distance && self.screen.preferences.full_screen;
+        self.screen.distance = is_picture && (rests || (runs && self.wants_distance));
+        let fills = runs && self.screen.distance && self.screen.preferences.full_screen;
         if fills != self.fills_screen {
             self.fills_screen = fills;
             ctx.send_viewport_cmd(ViewportCommand::Fullscreen(fills));
@@ -283,36 +289,47 @@ impl App {
             (Some(board), Some((before, since))) if board == before => Some((board, since)),
             (other, _) => other.map(|board| (board, now_secs)),
         };
-        if let Some((board, since)) = self.other_board
-            && now_secs - since > OTHER_BOARD_SECS
-            && self.switches < MOST_SWITCHES
-        {
-            self.switches += 1;
-            self.use_board(ctx, board);
+        let Some((board, since)) = self.other_board else { return };
+        if now_secs - since < OTHER_BOARD_SECS || self.switches >= MOST_SWITCHES {
+            return;
+        }
+        // A part of a board would be counted as a smaller one.
+        match self.whole_board(board) {
+            Some(seen) => {
+                self.switches += 1;
+                self.use_board(ctx, board, seen.code.as_ref());
+            }
+            None => self.other_board = Some((board, now_secs)),
         }
     }
 
-    /// Starts the session again with another board, before the first view.
-    fn use_board(&mut self, ctx: &Context, choice: BoardChoice) {
-        if self.screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views) {
-            self.note = Some(text::sessions::FINISH_FIRST.into());
-            return;
-        }
+    /// The plain board `choice`, if the picture shows all of it.
+    fn whole_board(
+        &mut self,
+        BoardChoice { columns, rows, pattern }: BoardChoice,
+    ) -> Option<SeenBoard> {
+        let image = self.screen.picture.grey().filter(|_| pattern.is_plain())?;
+        self.host.whole_board(image, [columns, rows])
+    }
+
+    /// Starts a new session with another board. One with views is stored, and stays.
+    fn use_board(&mut self, ctx: &Context, choice: BoardChoice, code: Option<&SeenCode>) {
         let BoardChoice { columns, rows, pattern } = choice;
         let board = [columns, rows];
-        let image = self.screen.picture.grey().filter(|_| pattern.is_plain());
-        let code = image.and_then(|image| self.host.read_code(image, board));
         // Without a code, only the number of corners or circles identifies the board in view.
-        let square_m = code.as_ref().map_or(self.wish.square_m, |code| code.square_m);
+        let square_m = code.map_or(self.wish.square_m, |code| code.square_m);
         let (go_on_with, first) = (None, None);
         let wish =
             SessionRequest { board, square_m, pattern, go_on_with, first, ..self.wish.clone() };
         let draft = &mut self.start.draft;
         (draft.board, draft.square_m, draft.pattern) = (board, square_m, pattern);
+        (self.start.knows_board, self.start.knows_square) = (true, code.is_some());
         if self.memory.board.is_some() {
             let (board, square_m) = (Some(board), Some(square_m));
             self.memorise(Memory { board, square_m, pattern, ..self.memory.clone() });
         }
+        let has_views = self.screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views);
+        let kept = self.screen.folder.clone().filter(|_| has_views);
         // Dropping what is being ended waits for it: a view may have been taken meanwhile. An empty
         // session stays only where there's no bin.
         self.end();
@@ -321,8 +338,10 @@ impl App {
             let _ = self.host.discard(ended);
         }
         self.open(ctx, wish);
-        let id = code.as_ref().map(|code| code.id.as_str());
-        self.note = Some(text::start::switched(id, choice, square_m));
+        let id = code.map(|code| code.id.as_str());
+        let kept = kept.map(|folder| words::stored_in(&folder));
+        let said = text::start::switched(id, choice, square_m);
+        self.note = Some(kept.into_iter().chain([said]).collect::<Vec<_>>().join(". "));
     }
 
     /// Switches the voice as chosen; off without a program to speak.
@@ -490,6 +509,8 @@ impl App {
         let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
             .into_iter()
             .filter(|act| !(replaying && keys::is_of_session(*act)))
+            // There, Space starts a session.
+            .filter(|act| self.page != Page::Start || *act != Act::Force)
             .map(UiAction::Act)
             .collect();
         if !self.screen.distance {
@@ -702,7 +723,10 @@ impl App {
                 self.switches = 0;
                 self.open(ctx, *wish);
             }
-            UiAction::UseBoard(board) => self.use_board(ctx, board),
+            UiAction::UseBoard(board) => {
+                let code = self.whole_board(board).and_then(|seen| seen.code);
+                self.use_board(ctx, board, code.as_ref());
+            }
             UiAction::Print { board, paper } => {
                 let printed = self.host.print_board(board, paper);
                 if let Ok(printed) = &printed {

@@ -25,10 +25,10 @@ use boresight_app::{
     window::{
         desktop,
         host::{
-            AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard, SeenCode,
-            SessionRequest, SmallPictures, Storing, Wake,
+            AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
+            SeenBoard, SeenCode, SessionRequest, SmallPictures, Storing, Wake,
         },
-        lookout::{Connected, Lookout, read_code_beside},
+        lookout::{Connected, Lookout, whole_board},
         memory, printed_board,
         recordings::{self, Dropped, Recording},
     },
@@ -158,11 +158,13 @@ impl AppHost for WindowHost {
         }
     }
 
-    fn read_code(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
-        let mut code = read_code_beside(image, board)?;
-        self.measured(&mut code);
-        self.code = Some(code.clone());
-        Some(code)
+    fn whole_board(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenBoard> {
+        let mut seen = whole_board(image, board)?;
+        if let Some(code) = &mut seen.code {
+            self.measured(code);
+            self.code = Some(code.clone());
+        }
+        Some(seen)
     }
 
     fn stop_looking(&mut self) {

@@ -72,8 +72,8 @@ pub trait AppHost {
         let _ = source;
     }
 
-    /// Reads the code beside a board of `board` inner corners in `image`.
-    fn read_code(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
+    /// Looks for a board of `board` inner corners in `image`. `None` unless its whole rim is inside.
+    fn whole_board(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenBoard> {
         let _ = (image, board);
         None
     }
@@ -267,6 +267,8 @@ pub struct CameraView {
     pub board: Option<[u16; 2]>,
     /// Code printed beside the board.
     pub code: Option<SeenCode>,
+    /// Corners around the whole board just seen, as [`SeenBoard::rim`].
+    pub rim: Option<[[f32; 2]; 4]>,
     /// Board of another kind, seen where a plain board is counted.
     pub other: Option<OtherKind>,
     /// Reason for being unusable now.
@@ -284,6 +286,7 @@ impl CameraView {
             number: 0,
             board: None,
             code: None,
+            rim: None,
             other: None,
             trouble: None,
         }
@@ -299,6 +302,15 @@ pub struct OtherKind {
     pub pattern: Pattern,
     /// Points in a row and in a column, if known.
     pub board: Option<[u16; 2]>,
+}
+
+/// A checkerboard seen with its whole rim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SeenBoard {
+    /// Corners around the squares, in order, as shares of the picture's width and height.
+    pub rim: [[f32; 2]; 4],
+    /// Code printed beside the board.
+    pub code: Option<SeenCode>,
 }
 
 /// A board named by a printed code.

@@ -12,15 +12,17 @@ use std::{
 };
 
 use image::{GrayImage, imageops};
+use nalgebra::Point2;
 
 use crate::{
     explain::{UserError, user_error},
     session::camera::{self, ChosenCamera, Near, NearCamera, Unusable},
-    window::host::{CameraView, OtherKind, SeenCode, Wake},
+    window::host::{CameraView, OtherKind, SeenBoard, SeenCode, Wake},
 };
 use boresight_capture::{Arrival, FrameSource};
 use boresight_detect::{Detector, DetectorParams, OtherBoard, read_code};
 use boresight_geometry::{
+    Corner, Homography,
     boards::{Board, MarkerSide, Pattern},
     device::CameraEvent,
     markers::Tags,
@@ -41,9 +43,9 @@ const TRIED_EVERY: Duration = Duration::from_millis(2000);
 /// Longest wait for a picture at the end.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Width of a small picture.
-const WIDTH_PX: u32 = 480;
-/// Consecutive pictures of the same board before it's reported.
-const SAME_COUNTS: u32 = 3;
+const WIDTH_PX: u32 = 960;
+/// Consecutive pictures of the same whole board before it's reported.
+const SAME_COUNTS: u32 = 5;
 
 /// The cameras of a computer.
 pub trait Cameras: Send + Sync {
@@ -120,7 +122,7 @@ impl Lookout {
     pub fn count_board(&self, source: Option<&str>) {
         *lock(&self.shared.counted) = source.map(Into::into);
         for view in lock(&self.shared.seen).values_mut() {
-            (view.board, view.code) = (None, None);
+            (view.board, view.code, view.rim) = (None, None, None);
         }
     }
 }
@@ -216,7 +218,7 @@ impl Shared {
                 Err(err) => Some(user_error(&err)),
             };
             self.change(source, |view| {
-                (view.picture, view.board, view.code) = (None, None, None);
+                (view.picture, view.board, view.code, view.rim) = (None, None, None, None);
                 view.trouble = trouble;
             });
             if !is_over() {
@@ -252,13 +254,12 @@ impl Shared {
             let every = if same.0.is_some() { COUNTED_EVERY } else { SOUGHT_EVERY };
             if counts && is_due(looked, every) {
                 looked = Some(Instant::now());
-                let board = detector.count(&frame.image);
-                same = if board == same.0 { (board, same.1 + 1) } else { (board, 1) };
+                let counted = detector.count(&frame.image);
                 let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
-                let counted = board.map(|(columns, rows)| [side(columns), side(rows)]);
-                // A code has a checksum: once is enough.
-                let code =
-                    counted.and_then(|board| code_beside(&mut detector, &frame.image, board));
+                let counted = counted.map(|(columns, rows)| [side(columns), side(rows)]);
+                let seen = counted.and_then(|board| seen_by(&mut detector, &frame.image, board));
+                let board = counted.filter(|_| seen.is_some());
+                same = if board == same.0 { (board, same.1 + 1) } else { (board, 1) };
                 let other = match counted {
                     Some(_) => None,
                     None => {
@@ -266,10 +267,13 @@ impl Shared {
                     }
                 };
                 self.change(source, |view| {
-                    view.board = counted.filter(|_| same.1 >= SAME_COUNTS);
+                    view.board = board.filter(|_| same.1 >= SAME_COUNTS);
+                    view.rim = seen.as_ref().map(|seen| seen.rim);
                     view.other = other;
-                    // The board stays the same while in view, though its code may be covered.
-                    if code.is_some() || counted != view.code.as_ref().map(|code| code.board) {
+                    // A code has a checksum: once is enough. The board stays the same while in
+                    // view, though its code may be covered.
+                    let code = seen.and_then(|seen| seen.code);
+                    if code.is_some() || board != view.code.as_ref().map(|code| code.board) {
                         view.code = code;
                     }
                 });
@@ -312,27 +316,44 @@ fn other_kind(seen: OtherBoard) -> Option<OtherKind> {
     Some(OtherKind { said: text::start::detected_other(seen), pattern, board })
 }
 
-/// Reads the code beside a board of `board` inner corners in `image`.
-pub fn read_code_beside(image: &GrayImage, board: [u16; 2]) -> Option<SeenCode> {
-    code_beside(&mut Detector::new(DetectorParams::default()), image, board)
+/// Looks for a board of `board` inner corners in `image`. `None` unless its whole rim is inside.
+pub fn whole_board(image: &GrayImage, board: [u16; 2]) -> Option<SeenBoard> {
+    seen_by(&mut Detector::new(DetectorParams::default()), image, board)
 }
 
-fn code_beside(
+fn seen_by(
     detector: &mut Detector,
     image: &GrayImage,
     [columns, rows]: [u16; 2],
-) -> Option<SeenCode> {
+) -> Option<SeenBoard> {
     let board = Board::new(columns, rows, 1.0).ok()?;
     let seen = detector.detect(image, &board).ok()?;
-    let code = read_code(image, &board, &seen.corners)?;
-    let printed = code.board()?;
-    let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
-    Some(SeenCode {
-        id: code.id().to_string(),
-        board: [side(printed.columns()), side(printed.rows())],
-        // Micrometres, as printed.
-        square_m: (printed.square_m() * 1e6).round() / 1e6,
-    })
+    if !seen.corners.iter().all(Corner::is_seen) {
+        return None;
+    }
+    let points = board.corners_in_board_m();
+    let pairs = points.iter().copied().zip(seen.corners.iter().map(|corner| corner.px));
+    let image_from_board = Homography::fit_unweighted(pairs).ok()?;
+    let half = [columns, rows].map(|corners| 0.5 * f64::from(corners + 1));
+    let size = [image.width(), image.height()].map(f64::from);
+    let rim = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| {
+        let px = image_from_board.map(&Point2::new(x * half[0], y * half[1]))?;
+        let share = [(px.x + 0.5) / size[0], (px.y + 0.5) / size[1]];
+        let is_inside = share.iter().all(|share| (0.0..=1.0).contains(share));
+        is_inside.then_some(share.map(|share| share as f32))
+    });
+    let [Some(a), Some(b), Some(c), Some(d)] = rim else { return None };
+    let code = read_code(image, &board, &seen.corners).and_then(|code| {
+        let printed = code.board()?;
+        let side = |corners: usize| u16::try_from(corners).unwrap_or(u16::MAX);
+        Some(SeenCode {
+            id: code.id().to_string(),
+            board: [side(printed.columns()), side(printed.rows())],
+            // Micrometres, as printed.
+            square_m: (printed.square_m() * 1e6).round() / 1e6,
+        })
+    });
+    Some(SeenBoard { rim: [a, b, c, d], code })
 }
 
 fn small(image: &GrayImage) -> GrayImage {

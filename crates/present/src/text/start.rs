@@ -8,21 +8,29 @@ use boresight_geometry::{
 };
 use boresight_guide::guidance::Plan;
 
-/// Headings of the cards.
+/// Headings of the sheet.
 pub const CAMERA: &str = "Camera";
 /// See [`CAMERA`].
 pub const BOARD: &str = "Board";
-/// See [`CAMERA`].
-pub const START: &str = "Start";
+/// Button for the sheet.
+pub const CHANGE: &str = "Change…";
+/// Picture of the chosen camera.
+pub const LIVE: &str = "The camera's picture";
 
-/// Note in place of a list of cameras.
-pub const NO_CAMERA: &str = "No camera found";
-/// Action when there is no camera.
-pub const NO_CAMERA_ACTION: &str = "Plug in a camera, or try the simulation.";
+/// Sentence without a camera.
+pub const NO_CAMERA: &str = "Plug a camera in";
+/// Sentence before a board is known.
+pub const HOLD_UP: &str = "Hold up any board";
+/// Line below a board named by its code.
+pub const FROM_CODE: &str = "Read from your board's code";
+/// Line below a board with squares of an assumed size.
+pub const SIZE_OPEN: &str = "Only distances depend on the size";
+/// Line below a board remembered or chosen, and not in view.
+pub const ANOTHER: &str = "Another board? Hold it up";
 /// Note while a camera starts.
 pub const WAITING: &str = "Waiting for a picture";
-/// Button for the simulated camera.
-pub const SIMULATION: &str = "Simulation";
+/// Button that starts with the simulated camera.
+pub const SIMULATION: &str = "Try the simulation";
 /// See [`SIMULATION`].
 pub const SIMULATION_TIP: &str =
     "Watch a simulated person follow the guidance. It calibrates nothing.";
@@ -74,7 +82,7 @@ const CHECKERBOARD: KindWords = KindWords {
     name: ["Checkerboard", "Dark and light squares, nothing else."],
     counts: [
         "Inner corners",
-        "Where four squares meet: one fewer than squares in each direction. Or hold it up: Detect my board counts them.",
+        "Where four squares meet: one fewer than squares in each direction. Or hold it up: it's counted.",
     ],
     length: ["Square", "Measure ten squares and divide by ten. Only distances depend on it."],
 };
@@ -123,6 +131,16 @@ pub fn board(BoardChoice { columns, rows, pattern }: BoardChoice) -> String {
         Pattern::AprilGrid(_) => format!("{} × {} tags", columns / 2, rows / 2),
         Pattern::Circles(layout) => format!("{} {columns} × {rows}", circles(layout)),
     }
+}
+
+/// Sentence about the board to start with; with a question mark unless `is_known`.
+pub fn board_to_use(choice: BoardChoice, length_m: f64, is_known: bool) -> String {
+    let what = match choice.pattern {
+        Pattern::Charuco { .. } => format!("ChArUco, {} × {}", choice.columns + 1, choice.rows + 1),
+        Pattern::Plain => format!("{} × {} squares", choice.columns + 1, choice.rows + 1),
+        _ => board(choice),
+    };
+    format!("{what}, {}{}", square(length_m), if is_known { "" } else { "?" })
 }
 
 /// Label of the space between tags.
@@ -175,25 +193,12 @@ pub fn square(square_m: f64) -> String {
     format!("{} mm", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Button to count the corners.
-pub const DETECT: &str = "Detect my board";
-/// See [`DETECT`].
-pub const DETECT_TIP: &str = "Hold your board in front of the chosen camera.";
-/// Hint without a camera.
-pub const DETECT_NEEDS: &str = "Choose a camera first.";
-/// Note while no board is seen.
-pub const DETECTING: &str = "Show the whole board with its white margin";
-
-/// Size of the counted board.
-pub fn detected([columns, rows]: [impl std::fmt::Display; 2]) -> String {
-    format!("Your board has {columns} × {rows} inner corners")
-}
-
 /// Board of another kind seen by the camera.
 pub fn detected_other(other: OtherBoard) -> String {
     match other {
-        OtherBoard::Plain { columns, rows } => detected([columns, rows]),
-        OtherBoard::Larger { .. } => "This board is larger. Show it whole".into(),
+        OtherBoard::Plain { .. } | OtherBoard::Larger { .. } => {
+            "This board is larger. Show it whole".into()
+        }
         OtherBoard::Charuco { dictionary, is_usual_side: true } => {
             format!("This is a ChArUco board, {dictionary}. Count its squares")
         }
@@ -211,6 +216,8 @@ pub const TAKE_OTHER: &str = "Use it";
 
 /// Button to print.
 pub const PRINT: &str = "Print this board";
+/// Link that prints a board for who has none.
+pub const PRINT_ONE: &str = "Print one";
 /// See [`PRINT`].
 pub const PRINT_TIP: &str =
     "Write a PDF with the largest squares that fit, and open it. Nothing is overwritten.";
@@ -258,12 +265,6 @@ pub fn duration(plan: Plan) -> String {
     // In steps of five seconds.
     format!("about {} s", (SECS_PER_VIEW * views).div_ceil(5) * 5)
 }
-/// Next steps.
-pub const STEPS: [&str; 3] = [
-    "Match the outline with your board.",
-    "Hold still: photos are taken automatically.",
-    "When it's complete, you get a report.",
-];
 /// Hint for an impossible board.
 pub const NO_BOARD: &str = "Correct the board first";
 /// Hint without a source.
@@ -293,9 +294,9 @@ pub fn switched(
         let counts = [columns, rows].map(usize::from);
         return format!("{} is used now", named_board(id, counts, square_m));
     }
-    let (what, question) = match pattern.is_plain() {
-        true => ("inner corners", "Is a square"),
-        false => ("circles", "Are rows apart by"),
+    let ([columns, rows], what, question) = match pattern.is_plain() {
+        true => ([columns + 1, rows + 1], "squares", "Is a square"),
+        false => ([columns, rows], "circles", "Are rows apart by"),
     };
     let square = square(square_m);
     format!(
@@ -305,7 +306,7 @@ pub fn switched(
 
 /// Action for squares of another size than the session assumes.
 const IF_NOT: &str =
-    "If not, the lens is right all the same; type it on the start page for the next session";
+    "If not, the lens is right all the same; change it on the start page before the next session";
 
 /// Board as named by a printed code; `id` is empty without a code.
 pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> String {
@@ -317,9 +318,6 @@ pub fn named_board(id: &str, [columns, rows]: [usize; 2], square_m: f64) -> Stri
 pub fn assumed_square(square_m: f64) -> String {
     format!("Is a square {}? {IF_NOT}", square(square_m))
 }
-
-/// Request to confirm the usual square size.
-pub const ASK_SQUARE: &str = "Measure a square of your board, and type its side above.";
 
 /// Length typed in millimetres, in metres; `None` if no number.
 pub fn parsed_millimetres(text: &str) -> Option<f64> {

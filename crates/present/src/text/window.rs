@@ -128,10 +128,10 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     let chosen = &snapshot.setup.board;
     let this = match other {
         OtherBoard::Plain { columns, rows } => {
-            format!("This board has {columns} × {rows} inner corners")
+            format!("This board has {} × {} squares", columns + 1, rows + 1)
         }
         OtherBoard::Larger { columns, rows } => {
-            format!("This board has {columns} × {rows} inner corners or more")
+            format!("This board has {} × {} squares or more", columns + 1, rows + 1)
         }
         OtherBoard::Charuco { dictionary, is_usual_side: true } => {
             format!("This is a ChArUco board ({dictionary})")
@@ -146,15 +146,14 @@ pub fn other_board(snapshot: &Snapshot) -> Option<(String, String)> {
     };
     let [columns, rows] = chosen.target().grid();
     let chosen = match chosen {
-        Board::Plain(_) => format!("{columns} × {rows}"),
+        Board::Plain(_) => format!("{} × {}", columns + 1, rows + 1),
         Board::Charuco(_) => format!("ChArUco, {} × {} squares", columns + 1, rows + 1),
         Board::AprilGrid(_) => format!("an AprilGrid of {} × {} tags", columns / 2, rows / 2),
         Board::Circles(_) => format!("{columns} × {rows} circles"),
     };
     let action = match other.choice() {
-        _ if snapshot.keeps_views() => {
-            "Show the first board, or finish this session and start another one. Your views are safe."
-                .into()
+        Some(_) if snapshot.keeps_views() => {
+            "Show the first board, or use this one. Your photos are kept.".into()
         }
         Some(board) if board.pattern.is_plain() => {
             format!("Hold it a moment longer to {}.", use_it(&board))
@@ -171,8 +170,8 @@ pub fn use_board(board: &BoardChoice) -> String {
 }
 
 fn use_it(board: &BoardChoice) -> String {
-    let circles = if board.pattern.is_plain() { "" } else { " circles" };
-    format!("use {} × {}{circles}", board.columns, board.rows)
+    let (circles, more) = if board.pattern.is_plain() { ("", 1) } else { (" circles", 0) };
+    format!("use {} × {}{circles}", board.columns + more, board.rows + more)
 }
 
 /// Note that a session has ended while another page is open.

@@ -1,9 +1,11 @@
 //! Banner over the picture: the obstacle to taking views, and its next action.
 
-use egui::{Button, CollapsingHeader, Color32, Frame, RichText, Ui};
+use egui::{
+    Align, Button, CollapsingHeader, Color32, CornerRadius, Frame, Layout, Rect, RichText, Ui,
+    UiBuilder, Vec2, pos2,
+};
 
 use super::super::{aloud, keys::UiAction, screen::Screen, theme};
-use boresight_geometry::boards::BoardChoice;
 use boresight_guide::session::Snapshot;
 use boresight_present::text::{self, Trouble, adjust, window as words};
 
@@ -20,21 +22,14 @@ pub(super) fn show(
     asks: &mut Vec<UiAction>,
 ) {
     let larger = screen.larger();
-    for Trouble { what, action, detail, board, .. } in obstacles {
-        let is_board = board.is_some();
-        let (fill, title) =
-            if is_board { (theme::BAND, theme::AMBER) } else { (theme::ALARM, Color32::WHITE) };
-        Frame::new().fill(fill).inner_margin(theme::UNIT).show(ui, |ui| {
+    for Trouble { what, action, detail, .. } in obstacles {
+        Frame::new().fill(theme::ALARM).inner_margin(theme::UNIT).show(ui, |ui| {
             ui.set_width(ui.available_width());
-            let what = RichText::new(what).size(larger * theme::TITLE).strong().color(title);
-            aloud::read_next(&ui.label(what));
+            let what = RichText::new(what).size(larger * theme::TITLE).strong();
+            aloud::read_next(&ui.label(what.color(Color32::WHITE)));
             if !action.is_empty() {
                 let action = RichText::new(action).size(larger * theme::BODY);
                 aloud::read_next(&ui.label(action.color(Color32::WHITE)));
-            }
-            let keeps_views = screen.snapshot.as_ref().is_some_and(Snapshot::keeps_views);
-            if let Some(board) = board.filter(|_| !screen.is_recorded && !keeps_views) {
-                use_other_board(ui, board, asks);
             }
             if !detail.is_empty() {
                 let heading = RichText::new(words::DETAILS).color(Color32::WHITE);
@@ -49,14 +44,47 @@ pub(super) fn show(
     }
 }
 
-/// Offers the board in view with a button.
-fn use_other_board(ui: &mut Ui, board: BoardChoice, asks: &mut Vec<UiAction>) {
-    ui.add_space(0.5 * theme::UNIT);
-    let label = RichText::new(words::use_board(&board)).size(theme::TITLE).color(theme::ON_ACCENT);
-    let button = Button::new(label).fill(theme::ACCENT);
-    if ui.add_sized([20.0 * theme::UNIT, 4.5 * theme::UNIT], button).clicked() {
-        asks.push(UiAction::UseBoard(board));
-    }
+/// Shows another board than the chosen one as a chip above the sentence at `said`, with a button to
+/// use it.
+pub(super) fn chip(
+    ui: &mut Ui,
+    said: Rect,
+    screen: &Screen,
+    trouble: &Trouble,
+    asks: &mut Vec<UiAction>,
+) {
+    let larger = screen.larger();
+    let page = ui.max_rect();
+    let above = Rect::from_min_max(pos2(said.left(), page.top()), said.right_top());
+    let above = above.with_max_x(page.right() - theme::UNIT).with_max_y(said.top() - theme::UNIT);
+    let layout = Layout::bottom_up(Align::Min);
+    ui.scope_builder(UiBuilder::new().max_rect(above).layout(layout), |ui| {
+        Frame::new().fill(theme::SHADE).corner_radius(12.0).inner_margin(1.5 * theme::UNIT).show(
+            ui,
+            |ui| {
+                let row = Vec2::new(ui.available_width(), 48.0);
+                let layout = Layout::left_to_right(Align::Center);
+                ui.allocate_ui_with_layout(row, layout, |ui| {
+                    let board = trouble.board.filter(|_| !screen.is_recorded);
+                    if let Some(board) = board {
+                        let label = RichText::new(words::use_board(&board));
+                        let label = label.font(theme::headline(larger * theme::TITLE));
+                        let button = Button::new(label.color(theme::BAND)).fill(Color32::WHITE);
+                        let button = button.corner_radius(CornerRadius::same(255));
+                        if ui.add(button.min_size(Vec2::new(0.0, 48.0))).clicked() {
+                            asks.push(UiAction::UseBoard(board));
+                        }
+                    }
+                    ui.vertical(|ui| {
+                        let what = RichText::new(&trouble.what).size(larger * theme::TITLE);
+                        aloud::read_next(&ui.label(what.color(Color32::WHITE)));
+                        let action = RichText::new(&trouble.action).size(larger * theme::BODY);
+                        aloud::read_next(&ui.label(action.color(theme::GREY)));
+                    });
+                });
+            },
+        );
+    });
 }
 
 /// Offers the way back if a control set by the person keeps views from being taken.
@@ -70,6 +98,13 @@ fn undo(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
             asks.push(UiAction::Adjust { control, value });
         }
     }
+}
+
+/// Takes another board than the chosen one out of the obstacles.
+pub(super) fn take_other_board(screen: &Screen, obstacles: &mut Vec<Trouble>) -> Option<Trouble> {
+    let (what, _) = words::other_board(screen.snapshot.as_ref()?)?;
+    let at = obstacles.iter().position(|trouble| trouble.what == what)?;
+    Some(obstacles.remove(at))
 }
 
 /// Obstacles to taking views, the most important first, and doubts without effect on taking.

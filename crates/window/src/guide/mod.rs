@@ -34,7 +34,8 @@ use boresight_present::{
 pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
     let instruction = screen.instruction();
     let instruction = instruction.as_ref();
-    let (obstacles, doubts) = banner::troubles(screen);
+    let (mut obstacles, doubts) = banner::troubles(screen);
+    let other_board = banner::take_other_board(screen, &mut obstacles);
     if screen.preferences.panels && !screen.distance {
         Panel::bottom("status").show_separator_line(false).show(ui, |ui| status(ui, screen));
         Panel::right("numbers").resizable(false).exact_size(252.0).show(ui, |ui| {
@@ -65,7 +66,10 @@ pub fn show(ui: &mut Ui, screen: &Screen, asks: &mut Vec<UiAction>) {
             air::paint(ui.painter(), (area, &placed), (screen, snapshot), instruction);
         }
         let said = sentence::show(ui, area, screen, instruction);
-        overlay::hints_above(ui.painter(), said, screen, instruction);
+        match &other_board {
+            Some(other) => banner::chip(ui, said, screen, other, asks),
+            None => overlay::hints_above(ui.painter(), said, screen, instruction),
+        }
         // Over the picture, which keeps its place.
         if banner::is_needed(screen, &obstacles) {
             ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {

@@ -6,7 +6,7 @@ use egui::{
 };
 
 use super::{
-    super::{aloud, keys::UiAction, theme},
+    super::{keys::UiAction, theme},
     markers::{choice, kind},
     start_page::{Choices, StartPage},
 };
@@ -14,7 +14,7 @@ use boresight_geometry::boards::{BOARD_KINDS, BoardChoice, DarkShapes, Shape};
 use boresight_present::text::start as words;
 
 /// Height of the drawing.
-const HIGH: f32 = 208.0;
+const HIGH: f32 = 144.0;
 
 pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<UiAction>) {
     let (rect, response) =
@@ -36,19 +36,13 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
         let square = ui.add(square).labelled_by(name.id).on_hover_text(tip);
         page.knows_square |= square.changed();
     });
-    let palette = theme::palette(ui.visuals());
     if let Some(code) = page.code() {
         let said = words::named_board(&code.id, code.board.map(usize::from), code.square_m);
-        aloud::read_next(&ui.label(RichText::new(said).strong().color(palette.good)));
-    } else if !page.knows_square {
-        ui.label(RichText::new(words::ASK_SQUARE).color(palette.care));
+        let good = theme::palette(ui.visuals()).good;
+        ui.label(RichText::new(said).strong().color(good));
     }
     choice(ui, page);
     ui.separator();
-    // Only plain boards are counted.
-    if page.draft.pattern.is_plain() {
-        detect(ui, page, choices);
-    }
     ui.horizontal_wrapped(|ui| {
         let print = ui.add_enabled(page.board_trouble().is_none(), Button::new(words::PRINT));
         if print.on_hover_text(words::PRINT_TIP).clicked() {
@@ -102,37 +96,6 @@ fn size(ui: &mut Ui, page: &mut StartPage) {
             *corners = (kind.points)(count);
         }
     });
-}
-
-fn detect(ui: &mut Ui, page: &mut StartPage, choices: &Choices) {
-    let camera = page.camera(choices).filter(|camera| camera.picture.is_some());
-    let button = Button::new(words::DETECT).selected(page.counts && camera.is_some());
-    let response = ui.add_enabled(camera.is_some(), button).on_hover_text(words::DETECT_TIP);
-    if response.on_disabled_hover_text(words::DETECT_NEEDS).clicked() {
-        page.counts ^= true;
-    }
-    if let Some(camera) = camera.filter(|_| page.counts) {
-        match camera.board {
-            Some(board) => {
-                let good = theme::palette(ui.visuals()).good;
-                aloud::read_next(
-                    &ui.label(RichText::new(words::detected(board)).strong().color(good)),
-                );
-            }
-            None => match &camera.other {
-                Some(other) => {
-                    let care = theme::palette(ui.visuals()).care;
-                    aloud::read_next(&ui.label(RichText::new(&other.said).color(care)));
-                    if ui.button(words::TAKE_OTHER).clicked() {
-                        page.take(other.clone());
-                    }
-                }
-                None => {
-                    ui.label(words::DETECTING);
-                }
-            },
-        }
-    }
 }
 
 /// Draws the board as large as fits, with a white margin of a square. With `corners`, each inner

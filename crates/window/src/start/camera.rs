@@ -7,7 +7,7 @@ use egui::{
 
 use super::{
     super::{keys::UiAction, theme},
-    start_page::{Choices, SIMULATION, StartPage},
+    start_page::{Choices, StartPage},
 };
 use boresight_app::window::host::CameraView;
 use boresight_present::text::{Act, start as words};
@@ -16,10 +16,6 @@ use boresight_present::text::{Act, start as words};
 const ASPECT: f32 = 0.5625;
 
 pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &mut Vec<UiAction>) {
-    if choices.cameras.is_empty() {
-        ui.label(RichText::new(words::NO_CAMERA).size(theme::TITLE).strong());
-        ui.label(words::NO_CAMERA_ACTION);
-    }
     // A single large picture, or two beside each other.
     let across = if choices.cameras.len() > 1 { 2 } else { 1 };
     let gap = ui.spacing().item_spacing.x;
@@ -43,10 +39,9 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     mirror(ui, choices, asks);
     ui.separator();
     ui.horizontal_wrapped(|ui| {
-        let chosen = page.draft.source == SIMULATION;
-        let simulation = ui.add(Button::new(words::SIMULATION).selected(chosen));
-        if simulation.on_hover_text(words::SIMULATION_TIP).clicked() {
-            page.choose(SIMULATION);
+        let simulation = ui.button(words::SIMULATION).on_hover_text(words::SIMULATION_TIP);
+        if simulation.clicked() {
+            asks.push(page.simulation());
         }
         if ui.button(words::RECORDINGS).on_hover_text(words::RECORDINGS_TIP).clicked() {
             asks.push(UiAction::Act(Act::ReplayPage));

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use egui::{Context, TextureHandle, TextureOptions};
 
-use crate::picture::grey;
+use crate::{keys::UiAction, picture::grey};
 use boresight_app::{
     BoardFromCode,
     explain::UserError,
@@ -12,6 +12,7 @@ use boresight_geometry::{
     boards::{BOARD_KINDS, BoardChoice, BoardKind, MarkerSide, Pattern},
     markers::{Dictionary, InvalidMarkers, marker_count},
 };
+use boresight_present::text::start as words;
 
 /// Names of sources other than cameras.
 pub(crate) const SIMULATION: &str = "sim";
@@ -25,8 +26,12 @@ pub struct StartPage {
     last: [Pattern; BOARD_KINDS.len()],
     /// Text in the field for streams and files.
     pub(super) typed: String,
-    /// True if the board in front of the camera is counted.
-    pub(super) counts: bool,
+    /// True while the sheet with all choices is open.
+    pub is_changing: bool,
+    /// True if the board comes from the camera or the person.
+    pub knows_board: bool,
+    /// Last counted board.
+    counted: Option<[u16; 2]>,
     /// Number of the paper to print on.
     pub paper: usize,
     /// Result of printing.
@@ -69,7 +74,9 @@ impl StartPage {
             last: BOARD_KINDS.each_ref().map(usual),
             draft,
             typed: String::new(),
-            counts: false,
+            is_changing: false,
+            knows_board: false,
+            counted: None,
             paper: 0,
             printed: None,
             shows_board: false,
@@ -87,18 +94,86 @@ impl StartPage {
         if is_open && let Some(camera) = usable().next() {
             self.choose(&camera.source.clone());
         }
-        let camera = self.camera(choices).filter(|_| self.draft.pattern.is_plain());
-        let board = camera.and_then(|camera| camera.board).filter(|_| self.counts);
+        self.knows_board |= self.is_changing;
+        let camera = self.camera(choices);
+        let board = camera.and_then(|camera| camera.board);
         let code = camera.and_then(|camera| camera.code.clone());
-        if let Some(board) = board {
+        // Each count and each code is taken once: later changes by the person stay.
+        if let Some(board) = board.filter(|board| self.counted != Some(*board)) {
+            let before = self.choice();
+            self.choose_kind(Pattern::Plain.kind_index());
             self.draft.board = board;
+            // Another board may have other squares.
+            self.knows_square &= before == self.choice();
+            (self.counted, self.knows_board) = (Some(board), true);
         }
-        // Each code is taken once: later changes by the person stay.
         if let Some(code) = code.filter(|code| self.code.as_ref() != Some(code)) {
+            self.choose_kind(Pattern::Plain.kind_index());
             (self.draft.board, self.draft.square_m) = (code.board, code.square_m);
-            self.knows_square = true;
+            (self.knows_square, self.knows_board) = (true, true);
             self.code = Some(code);
         }
+    }
+
+    /// Sentence about the board in view, or the next action, with a line below.
+    pub(super) fn said(&self, choices: &Choices) -> (String, String) {
+        if let Some(trouble) = self.camera(choices).and_then(|camera| camera.trouble.as_ref()) {
+            return (trouble.what.clone(), trouble.action.clone().unwrap_or_default());
+        }
+        if let Some(other) = self.other(choices) {
+            return (other.said.clone(), String::new());
+        }
+        if !self.has_source(choices) {
+            return (words::NO_CAMERA.into(), String::new());
+        }
+        if self.asks_for_board(choices) {
+            return (words::HOLD_UP.into(), String::new());
+        }
+        let is_known = self.knows_square || !self.draft.pattern.is_plain();
+        let said = words::board_to_use(self.choice(), self.draft.square_m, is_known);
+        let is_seen = self.camera(choices).is_some_and(|camera| camera.rim.is_some());
+        let line = match self.trouble(choices) {
+            Some(trouble) => trouble,
+            None if self.code().is_some() => words::FROM_CODE,
+            None if !is_known => words::SIZE_OPEN,
+            None if is_seen || self.camera(choices).is_none() => "",
+            None => words::ANOTHER,
+        };
+        (said, line.into())
+    }
+
+    /// True if nothing is known of the board, and a camera could see it.
+    pub(super) fn asks_for_board(&self, choices: &Choices) -> bool {
+        !self.knows_board && self.camera(choices).is_some_and(|camera| camera.trouble.is_none())
+    }
+
+    /// Board of another kind than the chosen one, in view.
+    pub(super) fn other<'a>(&self, choices: &'a Choices) -> Option<&'a OtherKind> {
+        let kind = |pattern: &Pattern| pattern.kind_index();
+        let other = self.camera(choices)?.other.as_ref()?;
+        (kind(&other.pattern) != kind(&self.draft.pattern)).then_some(other)
+    }
+
+    /// Reason why no session can start.
+    pub(super) fn trouble(&self, choices: &Choices) -> Option<&'static str> {
+        if !self.has_source(choices) {
+            return Some(words::NO_SOURCE);
+        }
+        self.board_trouble().map(|_| words::NO_BOARD)
+    }
+
+    /// Name of the chosen source.
+    pub(super) fn source_name(&self, choices: &Choices) -> Option<String> {
+        match self.camera(choices) {
+            Some(camera) => Some(words::camera(&camera.name, &camera.mode)),
+            None => self.has_source(choices).then(|| self.draft.source.trim().to_owned()),
+        }
+    }
+
+    /// Starts with the simulated camera.
+    pub(super) fn simulation(&mut self) -> UiAction {
+        self.choose(SIMULATION);
+        UiAction::Start(Box::new(self.wish()))
     }
 
     /// Code of the chosen board.
@@ -146,7 +221,6 @@ impl StartPage {
         self.last[draft.pattern.kind_index()] = draft.pattern;
         draft.pattern = self.last[kind];
         draft.board = draft.board.map(|points| BOARD_KINDS[kind].nearest(points));
-        self.counts = false;
         self.printed = None;
     }
 
@@ -157,6 +231,7 @@ impl StartPage {
         }
         self.choose_kind(pattern.kind_index());
         self.draft.board = board.unwrap_or(self.draft.board);
+        self.knows_board = true;
     }
 
     /// Chosen board, with the side of the markers in squares.
@@ -216,16 +291,15 @@ impl StartPage {
         self.textures.get(&camera.source).map(|(_, texture)| texture)
     }
 
-    /// Frees the pictures and stops counting when leaving the page.
+    /// Frees the pictures and closes the sheet when leaving the page.
     pub(crate) fn leave(&mut self) {
         self.textures.clear();
-        self.counts = false;
+        self.is_changing = false;
     }
 
     /// Camera with the board to count.
     pub(crate) fn counted(&self, choices: &Choices) -> Option<String> {
-        let is_plain = self.draft.pattern.is_plain();
-        self.camera(choices).filter(|_| is_plain).map(|camera| camera.source.clone())
+        self.camera(choices).map(|camera| camera.source.clone())
     }
 }
 
