@@ -13,7 +13,7 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use anyhow::{Context, Result};
-use boresight_calibrate::{CalibrationParams, RigCalibration, RigViews, calibrate_rig};
+use boresight_calibrate::{CalibrationParams, RigCalibration, RigFinding, RigViews, calibrate_rig};
 use boresight_geometry::{
     Camera, Corner, LENS_PARAMETERS, Rig, boards::Board, expect_unseen, frame::ImageSize,
 };
@@ -38,8 +38,11 @@ struct Line {
     file: String,
     found: bool,
     board: [u16; 2],
-    corners: Option<Vec<(usize, usize, f64, f64, Option<f64>)>>,
+    corners: Option<Vec<CornerEntry>>,
 }
+
+/// Column, row, x, y and standard deviation in pixels.
+type CornerEntry = (usize, usize, f64, f64, Option<f64>);
 
 fn main() -> Result<()> {
     let mut args = std::env::args().skip(1);
@@ -187,7 +190,7 @@ fn halves(cameras: &[RigViews], board: &Board, seed: u64) -> Option<Halves> {
         .collect();
     let [a, b] = rigs.as_slice() else { return None };
     for rig in [a, b] {
-        let codes: Vec<&str> = rig.findings.iter().map(|it| it.code()).collect();
+        let codes: Vec<&str> = rig.findings.iter().map(RigFinding::code).collect();
         println!("  split {seed}: {:?} {codes:?}", rig.verdict);
     }
     let (Some(cov_a), Some(cov_b)) = (&a.covariance, &b.covariance) else { return None };

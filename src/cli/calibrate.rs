@@ -12,6 +12,7 @@ use clap::Args;
 use super::this_command::this_command;
 use super::{
     accept_args::AcceptArguments, lens_args::LensArguments, rig, this_command::with_board,
+    views::views_of,
 };
 #[cfg(feature = "report")]
 use boresight_app::session::{
@@ -22,7 +23,7 @@ use boresight_app::session::{
 use boresight_app::{
     Exit, announce_result,
     commands::{
-        calibration_views::{CalibrationViews, from_pictures, from_session, from_table, is_table},
+        calibration_views::{CalibrationViews, from_session},
         rig::{cameras_in, known_lens, named},
     },
     session::{
@@ -31,9 +32,7 @@ use boresight_app::{
     },
 };
 use boresight_calibrate::{CalibrationParams, RigViews};
-use boresight_capture::Upright;
 use boresight_files::{Overwrite, may_save, save};
-use boresight_geometry::boards::Board;
 use boresight_present::text;
 #[cfg(feature = "report")]
 use boresight_present::{
@@ -44,9 +43,7 @@ use boresight_run::config::Config;
 use boresight_terminal::{
     announcer,
     board_args::{BoardArguments, Size},
-    print,
-    progress::{FINDING, Progress},
-    say,
+    print, say,
     stdin::Given,
     usage::WrongUsage,
 };
@@ -54,8 +51,8 @@ use boresight_terminal::{
 /// Calibrate from pictures of the board, a corner table, or the views of a session.
 ///
 /// A corner table has lines `filename x y level` (.vnl), row by row over the board, or is the output
-/// of detect --json (.jsonl); it needs --image-size. A session is calibrated from the corners in its journal, with its board and
-/// settings.
+/// of detect --json (.jsonl); it needs --image-size. A session is calibrated from the corners in its
+/// journal, with its board and settings.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -260,35 +257,6 @@ impl Arguments {
             print(&json)?;
         }
         Ok(exit)
-    }
-}
-
-/// Views of pictures, or of one corner table of pictures of `image_size`.
-pub(super) fn views_of(
-    (inputs, upright): (&[PathBuf], Upright),
-    image_size: Option<Size>,
-    board: &Board,
-    with_thumbnails: bool,
-) -> anyhow::Result<CalibrationViews> {
-    match inputs {
-        [table] if is_table(table) => {
-            let Size(image_size) = image_size.ok_or_else(|| {
-                let wanted = "a corner table needs --image-size WxH, the size of its pictures";
-                WrongUsage(wanted.into())
-            })?;
-            from_table(table, image_size, board, with_thumbnails)
-        }
-        inputs if inputs.iter().any(|path| is_table(path)) => {
-            bail!("give pictures, or one corner table, not both")
-        }
-        inputs => {
-            let progress = Progress::new(FINDING, inputs.len());
-            let step = || progress.step();
-            let views =
-                from_pictures((inputs, upright), board, with_thumbnails, &announcer(), step)?;
-            progress.finish();
-            Ok(views)
-        }
     }
 }
 

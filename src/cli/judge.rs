@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-use super::calibrate::views_of;
+use super::views::views_of;
 use boresight_app::{
     Exit,
     commands::{

@@ -42,6 +42,7 @@ mod stream_args;
 mod target;
 mod this_command;
 mod version;
+mod views;
 #[cfg(feature = "serve")]
 mod web;
 

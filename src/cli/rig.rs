@@ -7,7 +7,7 @@ use std::{
 
 use anyhow::{Context, bail};
 
-use super::calibrate::views_of;
+use super::views::views_of;
 use boresight_app::{
     Exit,
     commands::{
@@ -42,7 +42,8 @@ pub(super) fn views(
 ) -> anyhow::Result<(Vec<String>, Vec<RigViews>)> {
     let of = |CameraInput { name, files }: CameraInput| {
         let views = views_of((&files, upright), image_size, board, false)?;
-        Ok((name.clone(), by_number(&name, views)?))
+        let views = by_number(&name, &views)?;
+        Ok((name, views))
     };
     let both: Vec<_> = inputs.into_iter().map(of).collect::<anyhow::Result<_>>()?;
     Ok(both.into_iter().unzip())

@@ -35,10 +35,13 @@ pub struct Known {
     border: Vec<[[f32; 2]; 2]>,
 }
 
+/// What a map is made from: views, calibration, and goal in pixels.
+type MadeFrom = (Arc<[ViewSummary]>, Option<Arc<Calibration>>, f64);
+
 /// The newest map of a session: made again only if views, calibration or goal have changed.
 #[derive(Debug, Default)]
 pub struct NewestKnown {
-    of: Option<(Arc<[ViewSummary]>, Option<Arc<Calibration>>, f64)>,
+    of: Option<MadeFrom>,
     known: Option<Arc<Known>>,
 }
 

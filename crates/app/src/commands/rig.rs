@@ -107,7 +107,7 @@ fn number(name: &str) -> Option<u64> {
 /// # Errors
 ///
 /// If a picture has no number, or two have the same.
-pub fn by_number(camera: &str, views: CalibrationViews) -> anyhow::Result<RigViews> {
+pub fn by_number(camera: &str, views: &CalibrationViews) -> anyhow::Result<RigViews> {
     let used = views.names.iter().filter(|view| view.reason.is_none());
     let mut numbered: BTreeMap<u64, usize> = BTreeMap::new();
     for (index, view) in used.enumerate() {

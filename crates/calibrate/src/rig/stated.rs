@@ -247,7 +247,7 @@ fn length_ends(rig: &Rig, [a, b]: [usize; 2], (length_m, at_m): LengthAt) -> Vec
         false => Vector3::z() * at_m,
     };
     let direction = |eighth: u32| {
-        let (sin, cos) = (f64::from(eighth) * core::f64::consts::FRAC_PI_4).sin_cos();
+        let (sin, cos) = libm::sincos(f64::from(eighth) * core::f64::consts::FRAC_PI_4);
         let half = Vector3::new(cos, sin, 0.0) * (0.5 * length_m);
         [middle - half, middle + half].map(|end| rig_from_first * Point3::from(end))
     };

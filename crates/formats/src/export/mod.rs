@@ -57,7 +57,8 @@ pub use matlab::matlab_script;
 pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};
 pub use mrcal_inputs::SolvedView;
 pub use opencv::opencv_yaml;
-pub use rig_format::{ExportedRig, RigFormat};
+pub use rig::ExportedRig;
+pub use rig_format::RigFormat;
 pub use ros::{RosCameraInfo, ros_camera_info};
 
 use boresight_calibrate::{LensFamily, LensModel};

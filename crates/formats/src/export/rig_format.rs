@@ -1,8 +1,7 @@
-use nalgebra::Isometry3;
-
-use super::{ExportedCamera, NotExpressible, rig};
-use crate::RigFile;
-use boresight_geometry::frame::ImageSize;
+use super::{
+    NotExpressible,
+    rig::{self, ExportedRig},
+};
 
 /// File format of another program's several cameras.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,47 +16,6 @@ pub enum RigFormat {
     ColmapRig,
     /// Cameras of Anipose: Brown's, fisheye.
     Anipose,
-}
-
-/// Cameras for an export, the first in the frame of all.
-#[derive(Clone, Debug)]
-pub struct ExportedRig<'a> {
-    pub(super) cameras: Vec<(ExportedCamera<'a>, Isometry3<f64>)>,
-}
-
-impl<'a> ExportedRig<'a> {
-    /// Cameras of `file`. `None` if it has none, or a place is no pose.
-    pub fn of(file: &'a RigFile) -> Option<Self> {
-        let cameras = file.cameras.iter().map(|entry| {
-            let [width_px, height_px] = entry.image_size;
-            let camera = ExportedCamera {
-                name: &entry.name,
-                camera: entry.lens.camera(),
-                image_size: ImageSize { width_px, height_px },
-                rms_px: entry.lens.rms_px.unwrap_or(0.0),
-            };
-            Some((camera, entry.cam_from_rig.pose()?))
-        });
-        let mut cameras = cameras.collect::<Option<Vec<_>>>()?;
-        let rig_from_first = cameras.first()?.1.inverse();
-        cameras.iter_mut().for_each(|(_, cam_from_rig)| *cam_from_rig *= rig_from_first);
-        Some(Self { cameras })
-    }
-
-    /// Two cameras by their names, the first in the frame of both. `None` if one is missing.
-    pub fn pair(&self, names: [&str; 2]) -> Option<Self> {
-        let of = |name: &str| self.cameras.iter().find(|(camera, _)| camera.name == name);
-        let [first, second] = [of(names[0])?, of(names[1])?];
-        let second_from_first = second.1 * first.1.inverse();
-        Some(Self {
-            cameras: vec![(first.0, Isometry3::identity()), (second.0, second_from_first)],
-        })
-    }
-
-    /// Camera of this name. `None` if there's none.
-    pub fn camera(&self, name: &str) -> Option<ExportedCamera<'a>> {
-        self.cameras.iter().map(|(camera, _)| *camera).find(|camera| camera.name == name)
-    }
 }
 
 impl RigFormat {

@@ -119,7 +119,7 @@ pub fn certificate_pdf(report: &Report) -> Result<Vec<u8>, NoPdf> {
     }
     let title = format!("{} {}", words::TITLE, certificate.number);
     pdf.document_info(info).title(TextStr(title.trim())).producer(TextStr("boresight"));
-    pdf.stream(content, &sheet.content.finish().to_vec());
+    pdf.stream(content, &sheet.content.finish());
     Ok(pdf.finish())
 }
 

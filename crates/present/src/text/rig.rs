@@ -31,7 +31,7 @@ fn finding(finding: &RigFinding, names: &[String]) -> (String, &'static str) {
         ),
         RigFinding::OtherInstant { camera, instant } => (
             format!(
-                "picture {instant} of {} is of another moment: used for the lenses only",
+                "picture {instant} of {} wasn't taken at the moment of the others: used for the lenses only",
                 of(*camera, names)
             ),
             "Hold the board still, or lean it on something, while all cameras take their picture.",
@@ -140,7 +140,7 @@ pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
             line += &format!(
                 " ± {} mm (± {} with the squares' size)",
                 small(1000.0 * sd.baseline_m),
-                small((1000.0 * sd.baseline_m).hypot(of_scale))
+                small(libm::hypot(1000.0 * sd.baseline_m, of_scale))
             );
             if let Some(px) = sd.row_px {
                 line += &format!(", rows ± {} px", small(px));
