@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::*;
 use crate::DriftVerdict;
-use boresight_geometry::{Camera, Distortion};
+use boresight_geometry::{Camera, Distortion, Rig};
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
 const NOISE_PX: f64 = 0.05;
