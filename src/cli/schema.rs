@@ -46,6 +46,7 @@ const SCHEMAS: &[(&str, &str)] = &[
     schema!("judgement", "v1"),
     schema!("paths", "v1"),
     schema!("report", "v1"),
+    schema!("rig", "v1"),
     schema!("session-journal-line", "v1"),
     schema!("target", "v1"),
     schema!("truth", "v1"),
