@@ -182,6 +182,7 @@ fn cameras_come_and_go() {
     page.state_mut().1.cameras.pop();
     page.run();
     assert_eq!(page.state().0.draft.source, "usb:046d:0825:1F3A", "the other was unplugged");
+    change(&mut page);
     let busy = UserError {
         what: "Another program is using the camera".into(),
         action: Some("Close that program.".into()),
