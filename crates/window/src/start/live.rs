@@ -99,7 +99,7 @@ fn source(ui: &mut Ui, inside: Rect, page: &mut StartPage, choices: &Choices) {
 /// The main button, and the way to change something. Returns true to start.
 fn start(ui: &mut Ui, inside: Rect, k: f32, page: &mut StartPage, choices: &Choices) -> bool {
     let can = page.trouble(choices).is_none();
-    let layout = Layout::right_to_left(Align::Max);
+    let layout = Layout::right_to_left(Align::Center);
     let bottom = inside.with_min_y(inside.bottom() - GO.y * k);
     ui.scope_builder(UiBuilder::new().max_rect(bottom).layout(layout), |ui| {
         let go = RichText::new(words::GO).font(theme::headline(26.0 * k)).color(theme::BAND);
