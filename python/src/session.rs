@@ -7,7 +7,7 @@ use std::{
 
 use boresight::{
     app::session::result::{calibration_file, save_result},
-    detection::{Detector, DetectorParams, Search, Track},
+    detection::{Detector, DetectorParams, Miss, Search, Track},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     ghost::Card,
     instruction::Instruction,
@@ -99,10 +99,18 @@ impl Session {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             let captured_at = CaptureTime { nanos };
             let near = state.track.predict(kind, captured_at);
-            let others = state.track.others(kind, captured_at);
-            let search = Search { near: near.as_ref(), others, ..Search::FULL };
+            let search = Search { near: near.as_ref(), ..Search::FULL };
             let board = state.session.setup().board;
-            let seen = state.detector.search(&image, &board, search);
+            let mut seen = state.detector.search(&image, &board, search);
+            if matches!(&seen, Err(miss) if miss.leaves_open()) {
+                let seeks = state.track.seeks_others(kind, captured_at);
+                if seeks {
+                    let other = state.detector.recognise(&image, Some(&board), &|| true);
+                    state.track.add_other(captured_at, other);
+                }
+                let other = state.track.other(captured_at).filter(|_| seeks || !still);
+                seen = other.map_or(seen, |other| Err(Miss::OtherBoard(other)));
+            }
             state.track.add(kind, captured_at, &seen);
             let frame_id = FrameId(state.frames);
             let image_size = self.image_size;

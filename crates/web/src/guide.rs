@@ -22,7 +22,7 @@ use boresight_app::{
     },
 };
 use boresight_capture::{Upright, decoded};
-use boresight_detect::{Detector, DetectorParams, Search, Track};
+use boresight_detect::{Detector, DetectorParams, Miss, Search, Track};
 use boresight_geometry::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     markers::Dictionary,
@@ -265,9 +265,18 @@ impl Guide {
         let is_stream = self.kind == FrameKind::Video;
         let near = self.track.predict(self.kind, captured_at);
         let keep_on = || !is_stream || Date::now() - began < LONGEST_SEARCH_MS;
-        let others = self.track.others(self.kind, captured_at);
-        let search = Search { near: near.as_ref(), keep_on: &keep_on, others };
-        let seen = self.detector.search(&picture, &self.session.setup().board, search);
+        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let board = self.session.setup().board;
+        let mut seen = self.detector.search(&picture, &board, search);
+        if matches!(&seen, Err(miss) if miss.leaves_open()) {
+            let seeks = self.track.seeks_others(self.kind, captured_at);
+            if seeks {
+                let other = self.detector.recognise(&picture, Some(&board), &keep_on);
+                self.track.add_other(captured_at, other);
+            }
+            let other = self.track.other(captured_at).filter(|_| seeks || is_stream);
+            seen = other.map_or(seen, |other| Err(Miss::OtherBoard(other)));
+        }
         self.track.add(self.kind, captured_at, &seen);
         let input = Input::Observed(Observation {
             frame_id,
