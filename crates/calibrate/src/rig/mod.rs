@@ -39,8 +39,10 @@ pub use self::{
 };
 use crate::{
     AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
-    NotCalibrated, Severity, Verdict, acceptance::TWO_SIDED_95, calibrate,
-    solve::initial_guess::alike_views,
+    NotCalibrated, Severity, Verdict,
+    acceptance::TWO_SIDED_95,
+    calibrate,
+    solve::{initial_guess::alike_views, reversal::tilts},
 };
 use boresight_geometry::{
     Corner, LensMatrix, boards::Board, frame::ImageSize, parallel, seen_count,
@@ -90,36 +92,37 @@ pub fn calibrate_rig(
     if cameras.len() < 2 {
         return Err(NotARig::OneCamera);
     }
-    let mut numbers = distinct_instants(cameras, board);
     let alone = parallel::map(params.threads, cameras.len(), |index| {
         Alone::of(&cameras[index], board, params)
             .map_err(|reason| NotARig::NoLens { camera: index, reason })
     });
     let alone = alone.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let mut views = Vec::new();
+    let board_m = board.corners_in_board_m();
+    let distinct = distinct_instants(cameras, board);
+    let mut posed = Vec::new();
     for (camera, (given, alone)) in cameras.iter().zip(&alone).enumerate() {
         for (number, corners) in given.views.iter().filter(|(number, _)| alone.uses(*number)) {
-            if let Ok(instant) = numbers.binary_search(number) {
-                views.push(View { instant, camera, corners: corners.clone() });
+            let poses = match distinct.binary_search(number) {
+                Ok(_) => tilts(&alone.lens, &board_m, corners),
+                Err(_) => Vec::new(),
+            };
+            if !poses.is_empty() {
+                posed.push((*number, camera, corners, poses));
             }
         }
     }
-    views.sort_by_key(|view| (view.instant, view.camera));
-    let seen: Vec<usize> = views.iter().map(|view| view.instant).collect();
-    numbers = numbers
-        .iter()
-        .enumerate()
-        .filter(|(instant, _)| seen.binary_search(instant).is_ok())
-        .map(|(_, number)| *number)
-        .collect();
-    let mut instants = seen.clone();
-    instants.dedup();
-    for view in &mut views {
-        view.instant = instants.binary_search(&view.instant).unwrap_or_default();
-    }
+    posed.sort_by_key(|(number, camera, ..)| (*number, *camera));
+    let mut numbers: Vec<u64> = posed.iter().map(|(number, ..)| *number).collect();
+    numbers.dedup();
+    let (views, poses): (Vec<View>, Vec<_>) = posed
+        .into_iter()
+        .map(|(number, camera, corners, poses)| {
+            let instant = numbers.partition_point(|earlier| *earlier < number);
+            (View { instant, camera, corners: corners.clone() }, poses)
+        })
+        .unzip();
     let lenses: Vec<_> = alone.iter().map(|alone| alone.lens).collect();
-    let started = start::start(views, numbers.len(), &lenses, board)?;
-    let board_m = board.corners_in_board_m();
+    let started = start::start(views, &poses, numbers.len(), &lenses, board)?;
     let mut known: Vec<_> = alone.iter().map(|alone| alone.known.clone()).collect();
     let state = RigState {
         cameras: lenses,
@@ -127,11 +130,10 @@ pub fn calibrate_rig(
         rig_from_board: started.rig_from_board,
         shape: [0.0; 4],
     };
-    let fitted = |views, state, known: &[bundle::LensKnown]| {
+    let refit = |views, state, known: &[bundle::LensKnown]| {
         let inputs = (board_m.as_slice(), known, started.origin);
         fit::fit(views, state, inputs).ok_or(NotARig::Undetermined)
     };
-    let refit = fitted;
     let mut fitted = refit(started.views, state, &known)?;
     let mut findings = Vec::new();
     let shared = fitted.shared_instants();
@@ -188,11 +190,11 @@ pub fn calibrate_rig(
             Some(Named::Nothing) | None => break uncertainty,
         }
     };
+    let is_touched = findings.iter().any(|it| matches!(it, RigFinding::Touched { .. }));
     let of_cameras = rig_cameras(cameras, &fitted, &alone, &board_m);
     for (camera, of) in of_cameras.iter().enumerate() {
         let ratio = of.alone_rms_px.map_or(1.0, |alone_px| of.rms_px / alone_px);
-        let is_told = findings.iter().any(|it| matches!(it, RigFinding::Touched { .. }));
-        if ratio > LATE && !is_told {
+        if ratio > LATE && !is_touched {
             findings.push(RigFinding::Late { camera, ratio });
         }
     }

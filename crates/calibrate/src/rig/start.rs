@@ -9,7 +9,6 @@
 use nalgebra::{Isometry3, Point2, Translation3, UnitQuaternion, Vector3};
 
 use super::{NotARig, View};
-use crate::solve::reversal::tilts;
 use boresight_geometry::{Camera, Corner, boards::Board};
 
 /// Largest angle between two equal motions of a pair, in radians: seen poses err by a few degrees.
@@ -36,23 +35,18 @@ struct Link {
     agreeing: usize,
 }
 
-/// Start from views of `instants` instants by the lenses `cameras`.
+/// Start from views of `instants` instants, each with its `poses` by the lenses `cameras`.
 pub(super) fn start(
     mut views: Vec<View>,
+    poses: &[Vec<Isometry3<f64>>],
     instants: usize,
     cameras: &[Camera],
     board: &Board,
 ) -> Result<Start, NotARig> {
-    let board_m = board.corners_in_board_m();
-    let poses: Vec<Vec<Isometry3<f64>>> =
-        views.iter().map(|view| tilts(&cameras[view.camera], &board_m, &view.corners)).collect();
-    let mut kept = poses.iter().map(|poses| !poses.is_empty());
-    views.retain(|_| kept.next().unwrap_or(false));
-    let poses: Vec<_> = poses.into_iter().filter(|poses| !poses.is_empty()).collect();
     let mut links = Vec::new();
     for a in 0..cameras.len() {
         for b in a + 1..cameras.len() {
-            links.extend(link([a, b], &views, &poses, board)?);
+            links.extend(link([a, b], &views, poses, board)?);
         }
     }
     let (origin, cam_from_rig) = spanned(&links, cameras.len())?;
@@ -60,7 +54,7 @@ pub(super) fn start(
     for instant in 0..instants {
         let seen: Vec<usize> =
             (0..views.len()).filter(|view| views[*view].instant == instant).collect();
-        let (place, turned) = placed(&seen, &views, &poses, (cameras, &cam_from_rig), board)
+        let (place, turned) = placed(&seen, &views, poses, (cameras, &cam_from_rig), board)
             .unwrap_or((Isometry3::identity(), Vec::new()));
         for view in turned {
             let corners = half_turned(&views[view].corners, board);
