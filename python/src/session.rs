@@ -7,7 +7,7 @@ use std::{
 
 use boresight::{
     app::session::result::{calibration_file, save_result},
-    detection::{Detector, DetectorParams, Miss, Search, Track},
+    detection::{Detector, DetectorParams, Search, Track},
     frame::{CaptureTime, Frame, FrameId, FrameKind, ImageSize},
     ghost::Card,
     instruction::Instruction,
@@ -101,16 +101,10 @@ impl Session {
             let near = state.track.predict(kind, captured_at);
             let search = Search { near: near.as_ref(), ..Search::FULL };
             let board = state.session.setup().board;
-            let mut seen = state.detector.search(&image, &board, search);
-            if matches!(&seen, Err(miss) if miss.leaves_open()) {
-                let seeks = state.track.seeks_others(kind, captured_at);
-                if seeks {
-                    let other = state.detector.recognise(&image, Some(&board), &|| true);
-                    state.track.add_other(captured_at, other);
-                }
-                let other = state.track.other(captured_at).filter(|_| seeks || !still);
-                seen = other.map_or(seen, |other| Err(Miss::OtherBoard(other)));
-            }
+            let seen = state.detector.search(&image, &board, search);
+            let State { track, detector, .. } = &mut *state;
+            let recognise = || detector.recognise(&image, Some(&board), &|| true);
+            let seen = track.or_other(kind, captured_at, seen, recognise);
             state.track.add(kind, captured_at, &seen);
             let frame_id = FrameId(state.frames);
             let image_size = self.image_size;

@@ -96,6 +96,26 @@ impl Track {
         (0.0..2.0 * OTHERS_EVERY_SECS).contains(&now.secs_since(then)).then_some(other)?
     }
 
+    /// `seen` in a frame, or the other board in its place; calls `recognise` for it if a search is
+    /// due. What another photograph shows says nothing of this one.
+    pub fn or_other(
+        &mut self,
+        kind: FrameKind,
+        at: CaptureTime,
+        seen: Result<Detection, Miss>,
+        recognise: impl FnOnce() -> Option<OtherBoard>,
+    ) -> Result<Detection, Miss> {
+        if !matches!(&seen, Err(miss) if miss.leaves_open()) {
+            return seen;
+        }
+        let seeks = self.seeks_others(kind, at);
+        if seeks {
+            self.add_other(at, recognise());
+        }
+        let other = self.other(at).filter(|_| seeks || kind == FrameKind::Video);
+        other.map_or(seen, |other| Err(Miss::OtherBoard(other)))
+    }
+
     /// True if another board should be searched in a frame without the named one: once a second,
     /// and in the first of many photographs.
     pub fn seeks_others(&self, kind: FrameKind, now: CaptureTime) -> bool {

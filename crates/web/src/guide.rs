@@ -22,7 +22,7 @@ use boresight_app::{
     },
 };
 use boresight_capture::{Upright, decoded};
-use boresight_detect::{Detector, DetectorParams, Miss, Search, Track};
+use boresight_detect::{Detector, DetectorParams, Search, Track};
 use boresight_geometry::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     markers::Dictionary,
@@ -267,16 +267,9 @@ impl Guide {
         let keep_on = || !is_stream || Date::now() - began < LONGEST_SEARCH_MS;
         let search = Search { near: near.as_ref(), keep_on: &keep_on };
         let board = self.session.setup().board;
-        let mut seen = self.detector.search(&picture, &board, search);
-        if matches!(&seen, Err(miss) if miss.leaves_open()) {
-            let seeks = self.track.seeks_others(self.kind, captured_at);
-            if seeks {
-                let other = self.detector.recognise(&picture, Some(&board), &keep_on);
-                self.track.add_other(captured_at, other);
-            }
-            let other = self.track.other(captured_at).filter(|_| seeks || is_stream);
-            seen = other.map_or(seen, |other| Err(Miss::OtherBoard(other)));
-        }
+        let seen = self.detector.search(&picture, &board, search);
+        let recognise = || self.detector.recognise(&picture, Some(&board), &keep_on);
+        let seen = self.track.or_other(self.kind, captured_at, seen, recognise);
         self.track.add(self.kind, captured_at, &seen);
         let input = Input::Observed(Observation {
             frame_id,
