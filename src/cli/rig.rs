@@ -108,7 +108,7 @@ pub(super) fn check(
     image_size: Option<Size>,
     limit_px: f64,
 ) -> anyhow::Result<Exit> {
-    let mut old = read(against)?;
+    let old = read(against)?;
     let board = old.board.board().with_context(|| format!("{against:?} names no board"))?;
     let inputs = cameras_in(inputs)?;
     let (names, given) = views(inputs, config.camera.upright(), image_size, &board)?;
@@ -117,19 +117,22 @@ pub(super) fn check(
         let has: Vec<&str> = old.cameras.iter().map(|camera| camera.name.as_str()).collect();
         bail!("{unknown:?} isn't a camera of {against:?}: it has {}", has.join(", "));
     }
-    // Cameras of the file, in its order; those without pictures now are left out of both.
-    old.cameras.retain(|camera| names.contains(&camera.name));
-    let (Some(earlier), names_of) = (old.known(), &old.cameras) else {
+    let Some(earlier) = old.known() else {
         bail!("{against:?} states no uncertainty: it had too few common places");
     };
-    let mut cameras = Vec::with_capacity(names.len());
-    for entry in names_of {
+    // Cameras of the file, in its order; those without pictures now are left out of both.
+    let has_pictures = |camera: &usize| names.contains(&old.cameras[*camera].name);
+    let kept: Vec<usize> = (0..old.cameras.len()).filter(has_pictures).collect();
+    let earlier = earlier.only(&kept);
+    let entries = || kept.iter().map(|camera| &old.cameras[*camera]);
+    let mut cameras = Vec::with_capacity(kept.len());
+    for entry in entries() {
         let place = names.iter().position(|name| *name == entry.name);
         let views = place.and_then(|place| given.get(place)).cloned();
         let known_lens = entry.known_lens();
         cameras.extend(views.map(|views| RigViews { known_lens, ..views }));
     }
-    let names: Vec<String> = names_of.iter().map(|entry| entry.name.clone()).collect();
+    let names: Vec<String> = entries().map(|entry| entry.name.clone()).collect();
     let found = match calibrate_rig(&cameras, &board, &on_every_core(config.calibration())) {
         Ok(found) => found,
         Err(reason) => {

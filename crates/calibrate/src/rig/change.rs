@@ -19,6 +19,22 @@ pub struct KnownRig {
     pub covariance: DMatrix<f64>,
 }
 
+impl KnownRig {
+    /// The same with `cameras` alone, in that order: their mutual places are known as before.
+    #[must_use]
+    pub fn only(&self, cameras: &[usize]) -> Self {
+        let all = OF_CAMERA * self.rig.cameras.len();
+        let of = |camera: &usize| OF_CAMERA * camera..OF_CAMERA * (camera + 1);
+        let rows: Vec<usize> =
+            cameras.iter().flat_map(of).chain(all..self.covariance.nrows()).collect();
+        let rig = Rig {
+            cameras: cameras.iter().map(|camera| self.rig.cameras[*camera]).collect(),
+            cam_from_rig: cameras.iter().map(|camera| self.rig.cam_from_rig[*camera]).collect(),
+        };
+        Self { rig, covariance: part(&self.covariance, &rows) }
+    }
+}
+
 /// Motion of a camera against another since an earlier calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairChange {

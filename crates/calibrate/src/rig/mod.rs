@@ -9,6 +9,7 @@
 //! | `change` | whether a camera has moved against another since |
 //! | `result` | the calibrated rig, its findings, and reasons for none |
 //! | `stated` | motion, baseline, rows, points and lengths of two cameras, with uncertainty |
+//! | `worth` | gain of a further place of the board |
 
 mod bundle;
 mod causes;
@@ -20,6 +21,7 @@ mod start;
 mod stated;
 #[cfg(test)]
 mod tests;
+mod worth;
 
 use std::collections::BTreeMap;
 
@@ -29,13 +31,14 @@ use self::{
     bundle::RigState,
     causes::{Kind, Named},
     fit::{Fit, open_lens, residuals, stated_from},
-    result::{LATE, UNUSABLE},
+    result::{LATE, Minimum, UNUSABLE},
     stated::{lens_rows, rig_of},
 };
 pub use self::{
     change::{KnownRig, PairChange, moved_camera, pair_change},
     result::{NotARig, RigCalibration, RigCamera, RigFinding, RigInstant},
     stated::{Pair, PairSd},
+    worth::PlaceWorth,
 };
 use crate::{
     AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
@@ -198,8 +201,13 @@ pub fn calibrate_rig(
             findings.push(RigFinding::Late { camera, ratio });
         }
     }
-    let covariance =
-        uncertainty.filter(|_| shared >= wanted).map(|uncertainty| uncertainty.covariance);
+    // Instants that turned out to be none don't count.
+    let shared = fitted.shared_instants();
+    let minimum = uncertainty.map(|uncertainty| Minimum {
+        state: fitted.state.clone(),
+        covariance: uncertainty.covariance,
+    });
+    let covariance = minimum.as_ref().filter(|_| shared >= wanted).map(|it| it.covariance.clone());
     if covariance.is_none() {
         findings.push(RigFinding::InstantsFew { instants: shared, wanted });
     }
@@ -242,6 +250,7 @@ pub fn calibrate_rig(
         pairs,
         findings,
         verdict,
+        minimum,
     })
 }
 

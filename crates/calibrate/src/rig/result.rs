@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Isometry3, Point3};
 
-use super::stated::Pair;
+use super::{bundle::RigState, stated::Pair};
 use crate::{NotCalibrated, Severity, Verdict};
 use boresight_geometry::{LensMatrix, Rig, frame::ImageSize};
 
@@ -199,6 +199,15 @@ pub struct RigCalibration {
     pub findings: Vec<RigFinding>,
     /// Verdict by the worst finding.
     pub verdict: Verdict,
+    /// What further places are weighed by; `None` if the instants leave a number open.
+    pub(super) minimum: Option<Minimum>,
+}
+
+/// Minimum of the joint bundle, with its covariance even where too few instants let it be stated.
+#[derive(Clone, Debug)]
+pub(super) struct Minimum {
+    pub(super) state: RigState,
+    pub(super) covariance: DMatrix<f64>,
 }
 
 impl RigCalibration {

@@ -94,6 +94,38 @@ pub(super) fn pair(
     }
 }
 
+/// Derivatives of values of `value` by the numbers of the cameras `of`: the rows of `covariance`
+/// that they depend on, and the Jacobian, without the values that a lens model leaves undefined.
+pub(super) fn derivatives(
+    state: &RigState,
+    covariance: &DMatrix<f64>,
+    of: [usize; 2],
+    value: &dyn Fn(&RigState) -> Vec<f64>,
+) -> (Vec<usize>, DMatrix<f64>) {
+    let size = covariance.nrows();
+    let rows: Vec<usize> = (0..size - SHAPE)
+        .filter(|row| of.contains(&(row / OF_CAMERA)))
+        .filter(|row| covariance[(*row, *row)] > 0.0)
+        .collect();
+    let columns: Vec<DVector<f64>> = rows
+        .iter()
+        .map(|row| {
+            let step = STEP * covariance[(*row, *row)].sqrt();
+            let moved = |by: f64| {
+                let mut change = DVector::zeros(size);
+                change[*row] = by;
+                DVector::from_vec(value(&state.with_shared(&change)))
+            };
+            (moved(step) - moved(-step)) / (2.0 * step)
+        })
+        .collect();
+    let jacobian = DMatrix::from_columns(&columns);
+    let defined: Vec<usize> = (0..jacobian.nrows())
+        .filter(|value| jacobian.row(*value).iter().all(|by| by.is_finite()))
+        .collect();
+    (rows, jacobian.select_rows(&defined))
+}
+
 struct Stated<'a> {
     fit: &'a Fit,
     covariance: &'a DMatrix<f64>,
@@ -104,29 +136,7 @@ impl Stated<'_> {
     /// Covariance of those values of a function that the lens models define about the state; empty
     /// if there are none. A function marks others by NaN.
     fn covariance_of(&self, of: &dyn Fn(&RigState) -> Vec<f64>) -> DMatrix<f64> {
-        let size = self.covariance.nrows();
-        // The quantities depend on the two cameras only.
-        let rows: Vec<usize> = (0..size - SHAPE)
-            .filter(|row| self.of.contains(&(row / OF_CAMERA)))
-            .filter(|row| self.covariance[(*row, *row)] > 0.0)
-            .collect();
-        let columns: Vec<DVector<f64>> = rows
-            .iter()
-            .map(|row| {
-                let step = STEP * self.covariance[(*row, *row)].sqrt();
-                let moved = |by: f64| {
-                    let mut change = DVector::zeros(size);
-                    change[*row] = by;
-                    DVector::from_vec(of(&self.fit.state.with_shared(&change)))
-                };
-                (moved(step) - moved(-step)) / (2.0 * step)
-            })
-            .collect();
-        let jacobian = DMatrix::from_columns(&columns);
-        let defined: Vec<usize> = (0..jacobian.nrows())
-            .filter(|value| jacobian.row(*value).iter().all(|by| by.is_finite()))
-            .collect();
-        let jacobian = jacobian.select_rows(&defined);
+        let (rows, jacobian) = derivatives(&self.fit.state, self.covariance, self.of, of);
         &jacobian * part(self.covariance, &rows) * jacobian.transpose()
     }
 
@@ -228,7 +238,7 @@ pub(super) fn shared_places(rig: &RigCalibration, of: [usize; 2]) -> Vec<Point3<
     places(&rig.rig, boards, &rig.board_m, sizes)
 }
 
-fn holds(size: &ImageSize, px: &Point2<f64>) -> bool {
+pub(super) fn holds(size: &ImageSize, px: &Point2<f64>) -> bool {
     let inside = |value: f64, count: u32| (-0.5..f64::from(count) - 0.5).contains(&value);
     inside(px.x, size.width_px) && inside(px.y, size.height_px)
 }

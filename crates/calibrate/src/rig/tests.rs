@@ -186,6 +186,38 @@ fn few_instants_state_no_uncertainty_and_none_is_no_rig() {
 }
 
 #[test]
+fn instants_left_out_count_for_no_uncertainty() {
+    let world = World { late_m: 4e-3, ..World::of(2, board(9, 6)) };
+    let found = world.calibrated(8, 5).expect("a rig");
+    assert_eq!(found.pairs[0].instants, 7);
+    assert!(found.findings.contains(&RigFinding::InstantsFew { instants: 7, wanted: 8 }));
+    assert!(found.covariance.is_none() && found.pairs[0].sd.is_none());
+}
+
+#[test]
+fn a_place_where_no_board_was_is_worth_more_than_one_where_it_was() {
+    let world = World::of(2, board(9, 6));
+    let found = world.calibrated(6, 5).expect("a rig");
+    let worth = PlaceWorth::of(&found, &world.board).expect("six instants");
+    let again = found.instants[0].rig_from_board;
+    let flat = Isometry3::translation(0.06, 0.0, 0.45);
+    let tipped = |x: f64| {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.1, 0.7, 0.0));
+        Isometry3::from_parts(Vector3::new(x, -0.1, 0.6).into(), turn)
+    };
+    let [again, flat, new] = [again, flat, tipped(0.2)].map(|place| worth.gain(&place));
+    assert!(0.0 < flat && flat < new && again < new, "{flat} {again} {new}");
+    assert_eq!(worth.seen_by(&tipped(0.2)), [0, 1]);
+    // Beside the picture, and from behind.
+    let behind = Isometry3::new(Vector3::new(0.06, 0.0, 0.5), Vector3::y() * 3.1);
+    assert_eq!([tipped(1.5), behind].map(|place| worth.gain(&place)), [0.0; 2]);
+    // The gain is what the place brings.
+    let seven = world.calibrated(7, 5).expect("a rig");
+    let brought = PlaceWorth::of(&seven, &world.board).expect("seven instants");
+    assert!(brought.gain(&tipped(0.2)) < new);
+}
+
+#[test]
 fn cameras_in_a_chain_are_linked_and_the_chain_is_less_certain() {
     let world = World::of(3, board(9, 6));
     let mut pictures = world.pictures(20, 6);
