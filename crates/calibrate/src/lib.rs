@@ -117,7 +117,7 @@ pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use rig::{
     KnownRig, NotARig, Pair, PairChange, PairSd, PlaceWorth, RigCalibration, RigCamera, RigFinding,
-    RigInstant, RigViews, calibrate_rig, moved_camera, pair_change,
+    RigInstant, RigViews, calibrate_rig, moved_camera, pair_change, seen_by,
 };
 pub use shift::{DriftVerdict, Shift};
 pub use solve::{

@@ -41,6 +41,7 @@
 //! |---|---|
 //! | [`guidance`] | measurements and gain of a view, next pose, stop rule: pure functions |
 //! | [`session`] | the state of one session, and the only code to change it |
+//! | [`rig`] | several sessions, led to common places of one board |
 //!
 //! # Features
 //!
@@ -54,7 +55,7 @@
 //!
 //! # Limitations
 //!
-//! - One camera, one board, one person.
+//! - One board, one person.
 //! - Corners may come from any detector, but their covariances must be true: noise and gain are
 //!   judged by them.
 //! - Another version may ask for other poses and decide otherwise. One version decides the same
@@ -64,6 +65,7 @@
 #![forbid(unsafe_code)]
 
 pub mod guidance;
+pub mod rig;
 pub mod session;
 
 /// Compiles and runs the example of the README.

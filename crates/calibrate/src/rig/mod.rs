@@ -38,7 +38,7 @@ pub use self::{
     change::{KnownRig, PairChange, moved_camera, pair_change},
     result::{NotARig, RigCalibration, RigCamera, RigFinding, RigInstant},
     stated::{Pair, PairSd},
-    worth::PlaceWorth,
+    worth::{PlaceWorth, seen_by},
 };
 use crate::{
     AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,

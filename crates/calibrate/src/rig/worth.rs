@@ -1,6 +1,6 @@
 //! Gain of a further place of the board.
 
-use nalgebra::{DMatrix, Isometry3, Matrix2, Point2, Point3};
+use nalgebra::{DMatrix, Isometry3, Matrix2, Point2, Point3, SVector, Vector3};
 
 use super::{
     RigCalibration,
@@ -17,8 +17,8 @@ const STEPS: [u32; 2] = [5, 4];
 const LEAST_PX: f64 = 0.05;
 /// Least cosine of the angle between the board's normal and a ray: beyond, squares are too narrow.
 const LEAST_FACING: f64 = 0.4;
-/// Room for an edge fit around a corner, in pixels.
-const MARGIN_PX: f64 = 8.0;
+/// Room for the error of a person's hand at the picture's edge, as a share of its shorter side.
+const LEEWAY: f64 = 0.05;
 
 /// Gain of places of the board for the rows, or distances, of every pair of cameras.
 ///
@@ -77,23 +77,7 @@ impl PlaceWorth {
 
     /// Cameras that see the whole board at a place in the rig's frame, from the front.
     pub fn seen_by(&self, rig_from_board: &Isometry3<f64>) -> Vec<usize> {
-        (0..self.sizes.len()).filter(|camera| self.is_seen(*camera, rig_from_board)).collect()
-    }
-
-    fn is_seen(&self, camera: usize, rig_from_board: &Isometry3<f64>) -> bool {
-        let cam_from_board = self.state.cam_from_rig[camera] * rig_from_board;
-        let away = cam_from_board.rotation * nalgebra::Vector3::z();
-        let size = &self.sizes[camera];
-        let inner = ImageSize {
-            width_px: size.width_px.saturating_sub(MARGIN_PX as u32),
-            height_px: size.height_px.saturating_sub(MARGIN_PX as u32),
-        };
-        self.board_m.iter().all(|point| {
-            let in_cam = cam_from_board * Point3::new(point.x, point.y, 0.0);
-            let px = self.state.cameras[camera].project(&in_cam);
-            in_cam.coords.normalize().dot(&away) >= LEAST_FACING
-                && px.is_some_and(|px| px.coords.min() >= MARGIN_PX && holds(&inner, &px))
-        })
+        seen_by(&self.rig(), &self.sizes, &self.board_m, rig_from_board)
     }
 
     /// Gain of a place in the rig's frame; 0 if fewer than two cameras see the board there.
@@ -121,7 +105,7 @@ impl PlaceWorth {
             .collect::<Option<_>>()?;
         let open = LensKnown {
             free: [true; LENS_PARAMETERS],
-            mean: nalgebra::SVector::zeros(),
+            mean: SVector::zeros(),
             information: LensMatrix::zeros(),
         };
         let lenses = vec![open; state.cameras.len()];
@@ -142,6 +126,31 @@ impl PlaceWorth {
         let left = (&self.weight * inverse(&information)?).trace();
         (left > 0.0).then(|| self.variance / left - 1.0)
     }
+}
+
+/// Cameras of `rig`, with pictures of `sizes`, that see the whole board at a place in the rig's
+/// frame from the front.
+pub fn seen_by(
+    rig: &Rig,
+    sizes: &[ImageSize],
+    board_m: &[Point2<f64>],
+    rig_from_board: &Isometry3<f64>,
+) -> Vec<usize> {
+    let is_seen = |camera: &usize| {
+        let cam_from_board = rig.cam_from_rig[*camera] * rig_from_board;
+        let away = cam_from_board.rotation * Vector3::z();
+        let ImageSize { width_px, height_px } = sizes[*camera];
+        let margin_px = (LEEWAY * f64::from(width_px.min(height_px))).round();
+        let less = |count: u32| count.saturating_sub(margin_px as u32);
+        let inner = ImageSize { width_px: less(width_px), height_px: less(height_px) };
+        board_m.iter().all(|point| {
+            let in_cam = cam_from_board * Point3::new(point.x, point.y, 0.0);
+            let px = rig.cameras[*camera].project(&in_cam);
+            in_cam.coords.normalize().dot(&away) >= LEAST_FACING
+                && px.is_some_and(|px| px.coords.min() >= margin_px && holds(&inner, &px))
+        })
+    };
+    (0..sizes.len()).filter(is_seen).collect()
 }
 
 /// Points in front of both cameras, over their common part of the picture, as near and as far as

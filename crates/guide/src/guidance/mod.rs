@@ -55,5 +55,7 @@ pub use rules::RULES;
 pub use slots::direction_difference_rad;
 pub use stop::{Lack, Precision, Progress, forecast, progress, views_by_noise};
 pub(crate) use stop::{final_progress, lack};
+pub(crate) use target::target_at;
 pub use target::{Purpose, Target, next_target};
 pub use view::{LensEstimate, View, measure};
+pub(crate) use wanted_pose::posed_board;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Isometry3, Point2, Vector2};
+use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 
 use super::{
     gain::{Knowledge, pose_of},
@@ -203,6 +203,24 @@ fn within_picture(mut target: Target, image_size: ImageSize) -> Target {
 /// True if a part of the ghost lies outside of the picture.
 fn leaves(ghost_px: &[Point2<f64>], image_size: ImageSize) -> bool {
     !ghost_px.iter().all(|px| image_size.contains(px))
+}
+
+/// Request for the board at `cam_from_board`. `None` if a corner has no place in the lens's field.
+pub(crate) fn target_at(
+    cam_from_board: &Isometry3<f64>,
+    board: &Board,
+    lens_estimate: &LensEstimate,
+) -> Option<Target> {
+    let ghost_px = seen_px(cam_from_board, board, lens_estimate);
+    // The normal leans against the direction in which the board recedes.
+    let normal = cam_from_board.rotation * Vector3::z();
+    (ghost_px.len() == board.corner_count()).then(|| Target {
+        purpose: Purpose::MostInformative,
+        tilt_azimuth_rad: libm::atan2(-normal.y, -normal.x).rem_euclid(2.0 * PI),
+        tilt_rad: libm::acos(normal.z.clamp(-1.0, 1.0)),
+        ghost_px,
+        leaves_picture: false,
+    })
 }
 
 fn target(

@@ -82,6 +82,21 @@ pub(super) fn place_board(
         .then_some(pose)
 }
 
+/// Pose of a whole board that recedes towards `azimuth_rad`, tilted by `tilt_rad`, with the mean
+/// corner `offset_px` from the principal point. `None` if it doesn't fit.
+pub(crate) fn posed_board(
+    (tilt_azimuth_rad, tilt_rad): (f64, f64),
+    offset_px: Vector2<f64>,
+    board: &Board,
+    lens_estimate: &LensEstimate,
+    params: &GuidanceParams,
+) -> Option<Isometry3<f64>> {
+    let is_reflected = false;
+    let leaves_picture = false;
+    let wanted = WantedPose { tilt_azimuth_rad, tilt_rad, offset_px, is_reflected, leaves_picture };
+    place_board(&wanted, board, lens_estimate, params)
+}
+
 /// Poses of the plan's first four views.
 pub(super) fn planned_poses(
     board: &Board,

@@ -23,6 +23,14 @@ impl Session {
                 (Some(observation.frame_id.0), outcome, advice)
             }
             Input::Command(command) => (None, self.apply_command(*command), None),
+            Input::Led(target) => {
+                if self.ground.lead.as_ref() != Some(target) {
+                    self.ground.lead = Some(target.clone());
+                    self.replan();
+                }
+                self.tracking.ask_anew();
+                (None, Outcome::Noted, None)
+            }
             Input::Camera(event) => (None, self.apply_camera_event(event), None),
             Input::WorkerFailed { worker, reason } => {
                 self.ground.failures.push((worker.clone(), reason.clone()));
@@ -92,6 +100,9 @@ impl Session {
         ground.paused = false;
         ground.failures.clear();
         ground.camera = CameraState::default();
+        if ground.lead.take().is_some() {
+            self.replan();
+        }
         let live = self.tracking.live.take();
         self.tracking = Tracking { live, ..Tracking::default() };
     }

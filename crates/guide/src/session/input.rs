@@ -1,4 +1,5 @@
 use super::view_number::ViewNumber;
+use crate::guidance::Target;
 use boresight_detect::{Detection, Miss};
 use boresight_geometry::{
     device::CameraEvent,
@@ -14,6 +15,9 @@ pub enum Input {
     Observed(Observation),
     /// The person gave a command.
     Command(Command),
+    /// A rig leads the session: from now on, it takes forced frames only, and requests the given
+    /// pose; as it plans by itself, if `None`.
+    Led(Option<Target>),
     /// The live camera reported an event. Camera events may overtake frames, so each carries the
     /// times from or until which frames are good.
     Camera(CameraEvent),

@@ -185,6 +185,9 @@ impl Session {
                 return;
             }
         }
+        if self.ground.led_to().is_some() {
+            return;
+        }
         // A view about to be taken isn't lost, nor the session ended over it.
         if self.tracking.asked_secs >= TRIED_SECS && self.tracking.hold.is_none() {
             self.ask_for_another();
@@ -285,7 +288,11 @@ impl Session {
             return Err(Refusal::NotCollecting);
         }
         let derived = &self.derived;
-        let role = role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance)?;
+        // A rig needs places of the board, not directions of one camera's lines.
+        let role = match self.ground.led_to() {
+            Some(_) => Role::NewDirection,
+            None => role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance)?,
+        };
         let gain = self.gain(view, true);
         // A photograph was chosen by the person, and comes only once.
         if kind == FrameKind::Photograph {
@@ -337,16 +344,19 @@ impl Session {
     /// Adds a good frame to the hold; takes the best once the hold is complete.
     fn hold_on(&mut self, kind: FrameKind, frame: HeldFrame) -> Option<Outcome> {
         let (width_px, role) = (self.width_px(), frame.role);
+        let (is_led, is_forced) = (self.ground.lead.is_some(), role == Role::Forced);
         let hold = match self.tracking.hold.take() {
+            // The pictures of several cameras are of one moment: no earlier frame will do.
+            Some(_) if is_led && is_forced => Hold::start(frame),
             Some(mut hold) if hold.covers(&frame.view.corners, width_px) => {
                 hold.add(frame);
                 hold
             }
             _ => Hold::start(frame),
         };
-        let complete = kind == FrameKind::Photograph
-            || role == Role::Forced
-            || hold.is_complete(self.setup.guidance.hold_secs);
+        let is_held =
+            kind == FrameKind::Photograph || hold.is_complete(self.setup.guidance.hold_secs);
+        let complete = is_forced || (is_held && !is_led);
         if !complete {
             self.tracking.hold = Some(hold);
             return None;

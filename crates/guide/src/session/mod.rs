@@ -34,6 +34,7 @@
 //! | `Command`: undo, remove, restore | views move | recomputed | motion, hold cleared |
 //! | `Command`: pause, resume | paused | – | pausing ends the hold |
 //! | `Command`: force next | – | – | forced frame |
+//! | `Led` | leadership | recomputed | hold cleared |
 //! | `Camera` | camera, views dropped | recomputed with views | cleared while not ready |
 //! | `WorkerFailed`, `SourceEnded` | noted | – | – |
 //! | `Resumed` | run state reset; views stay | – | cleared |

@@ -220,6 +220,24 @@ impl Prompt {
         }
     }
 
+    /// True if the prompt asks for a move of the board that the camera sees.
+    pub fn asks_for_a_move(self) -> bool {
+        matches!(
+            self,
+            Self::Closer
+                | Self::Farther
+                | Self::Tip(_)
+                | Self::TipInstead(_)
+                | Self::TipFurther(_)
+                | Self::TipLess
+                | Self::TipMore
+                | Self::Shift(..)
+                | Self::ToTheMiddle
+                | Self::FollowTheOutline
+                | Self::Clearer
+        )
+    }
+
     /// The board in view, if not the chosen board and possible to choose.
     pub fn other_board(self) -> Option<BoardChoice> {
         match self {

@@ -11,7 +11,7 @@ use crate::guidance::{GuidanceParams, Lack, LensEstimate, Role, Target, View, pa
 use boresight_calibrate::Calibration;
 use boresight_detect::Miss;
 use boresight_geometry::{
-    BoardOutline, Camera, FocalLength, PrincipalLine,
+    BoardOutline, Camera, Corner, FocalLength, PrincipalLine,
     boards::Board,
     frame::{CaptureTime, FrameId},
 };
@@ -56,6 +56,8 @@ pub struct Snapshot {
     pub calibration: Option<Arc<Calibration>>,
     /// Accepted views, in the order of the calibration.
     pub views: Arc<[ViewSummary]>,
+    /// Corners of each of `views`, as used by the calibration.
+    pub corners: Arc<[Vec<Corner>]>,
     /// Opposed pairs of `views`.
     pub pairs: Arc<[PairSummary]>,
     /// Views removed by the newest decision, oldest first: several if focus or zoom moved.

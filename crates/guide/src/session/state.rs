@@ -61,6 +61,15 @@ pub(super) struct Ground {
     /// Failed workers of the run, with the reasons.
     pub(super) failures: Vec<(String, String)>,
     pub(super) camera: CameraState,
+    /// Pose requested by a rig, if any; `None` without a rig.
+    pub(super) lead: Option<Option<Target>>,
+}
+
+impl Ground {
+    /// Pose requested by a rig.
+    pub(super) fn led_to(&self) -> Option<&Target> {
+        self.lead.as_ref()?.as_ref()
+    }
 }
 
 /// State derived from the setup, the accepted views and the frames.
@@ -68,7 +77,7 @@ pub(super) struct Ground {
 pub(super) struct Derived {
     pub(super) lens_estimate: LensEstimate,
     /// See [`Session::corners_at_one_instant`].
-    pub(super) corners: Vec<Vec<Corner>>,
+    pub(super) corners: Arc<[Vec<Corner>]>,
     /// `None` without a view.
     pub(super) calibration: Option<Result<Arc<Calibration>, NotCalibrated>>,
     /// Accepted views, measured through the lens estimate.
@@ -151,14 +160,14 @@ impl Derived {
         let at_one_instant = |taken: &AcceptedView| {
             seen.readout.at_one_instant(&taken.seen, taken.velocity.as_ref(), height_px)
         };
-        let corners: Vec<Vec<Corner>> = accepted.iter().map(at_one_instant).collect();
+        let corners: Arc<[Vec<Corner>]> = accepted.iter().map(at_one_instant).collect();
         let calibration = (!corners.is_empty())
             .then(|| calibrate(&corners, board, *image_size, solver).map(Arc::new));
         let solved = calibration.as_ref().and_then(|result| result.as_deref().ok());
         let lens_estimate = lens_estimate(setup, solved, accepted.len(), seen.first_f_px);
         let measured: Vec<View> = accepted
             .iter()
-            .zip(&corners)
+            .zip(&*corners)
             .map(|(taken, corners)| remeasured(&taken.view, corners, setup, &lens_estimate))
             .collect();
         let precision = solved.map(|solved| precision_of(solved, *image_size));
@@ -173,13 +182,17 @@ impl Derived {
         } else if progress == Progress::Collecting && seen.given_up {
             progress = final_progress(precision.as_ref(), guidance);
         }
+        // A rig knows when its cameras are done.
+        if ground.lead.is_some() {
+            progress = Progress::Collecting;
+        }
         let target = match progress {
-            Progress::Collecting => {
+            Progress::Collecting => ground.led_to().cloned().or_else(|| {
                 next_target(&measured, &seen.tried_rad, board, &knowledge, &lens_estimate, guidance)
-            }
+            }),
             Progress::Complete | Progress::Exhausted => None,
         };
-        if progress == Progress::Collecting && target.is_none() {
+        if progress == Progress::Collecting && target.is_none() && ground.lead.is_none() {
             progress = final_progress(precision.as_ref(), guidance);
         }
         let target_pose = pose_asked_for(target.as_ref(), board, &lens_estimate);
@@ -429,6 +442,7 @@ impl Session {
             lens: lens.camera,
             calibration: derived.calibration().cloned(),
             views: Arc::clone(&derived.views),
+            corners: Arc::clone(&derived.corners),
             pairs: Arc::clone(&derived.pairs),
             just_removed: tracking.just_removed.clone(),
             removed: ground.removed.last().map(|(_, accepted)| accepted.number),

@@ -11,7 +11,10 @@ use boresight_geometry::{
     frame::{CaptureTime, FrameId, FrameKind, ImageSize},
     markers::{CircleRows, Dictionary},
 };
-use boresight_guide::session::{Command, Input, Observation, ViewNumber};
+use boresight_guide::{
+    guidance::{Purpose, Target},
+    session::{Command, Input, Observation, ViewNumber},
+};
 
 /// One line of the journal: the checksum is over the exact bytes of `body`.
 #[derive(Serialize, Deserialize)]
@@ -68,6 +71,12 @@ pub enum InputLine {
     Observed(ObservedLine),
     /// See [`Input::Command`].
     Command(CommandLine),
+    /// See [`Input::Led`].
+    Led {
+        /// Pose requested by the rig, if any.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pose: Option<PoseLine>,
+    },
     /// See [`Input::Camera`].
     Camera(CameraLine),
     /// See [`Input::WorkerFailed`].
@@ -83,6 +92,32 @@ pub enum InputLine {
     SourceEnded,
     /// See [`Input::Stop`].
     Stop,
+}
+
+/// Mirror of a [`Target`].
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct PoseLine {
+    /// Direction in which the board recedes, clockwise from the right, and tilt, in radians.
+    tipped_rad: [f64; 2],
+    /// Requested pixels of the inner corners.
+    ghost_px: Vec<[f64; 2]>,
+}
+
+impl PoseLine {
+    fn of(target: &Target) -> Self {
+        let Target { tilt_azimuth_rad, tilt_rad, ghost_px, .. } = target;
+        let ghost_px = ghost_px.iter().map(|px| [px.x, px.y]).collect();
+        Self { tipped_rad: [*tilt_azimuth_rad, *tilt_rad], ghost_px }
+    }
+
+    fn target(self) -> Target {
+        let [tilt_azimuth_rad, tilt_rad] = self.tipped_rad;
+        let ghost_px = self.ghost_px.iter().map(|[x, y]| Point2::new(*x, *y)).collect();
+        let (purpose, leaves_picture) = (Purpose::MostInformative, false);
+        Target { purpose, tilt_azimuth_rad, tilt_rad, ghost_px, leaves_picture }
+    }
 }
 
 /// Mirror of [`Observation`].
@@ -246,6 +281,7 @@ impl From<&Input> for InputLine {
                 Command::Resume => CommandLine::Resume,
                 Command::TakeMore => CommandLine::TakeMore,
             }),
+            Input::Led(target) => Self::Led { pose: target.as_ref().map(PoseLine::of) },
             Input::Camera(event) => Self::Camera(event.into()),
             Input::WorkerFailed { worker, reason } => {
                 Self::WorkerFailed { worker: worker.clone(), reason: reason.clone() }
@@ -270,6 +306,7 @@ impl From<InputLine> for Input {
                 CommandLine::Resume => Command::Resume,
                 CommandLine::TakeMore => Command::TakeMore,
             }),
+            InputLine::Led { pose } => Self::Led(pose.map(PoseLine::target)),
             InputLine::Camera(line) => Self::Camera(line.into()),
             InputLine::WorkerFailed { worker, reason } => Self::WorkerFailed { worker, reason },
             InputLine::Resumed => Self::Resumed,

@@ -1,0 +1,87 @@
+//! The one sentence to say to the person in front of several cameras.
+
+use super::lead::{REST_SECS, RigSession};
+use crate::session::Gravity;
+
+/// Request to the person.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RigPrompt {
+    /// What a camera's session asks for.
+    OfCamera {
+        /// The camera.
+        camera: usize,
+    },
+    /// Move the board to where this camera sees it, too.
+    Unseen {
+        /// Camera without the board.
+        camera: usize,
+    },
+    /// Show the board to two cameras at once.
+    ShowToTwo,
+    /// Let the board rest.
+    Rest,
+    /// Wait: the board rests.
+    Resting {
+        /// Share of the rest passed, 0 to 1.
+        progress: f64,
+    },
+    /// A place was taken.
+    Taken,
+    /// Show another place: this one was taken.
+    Elsewhere,
+    /// Every pair of cameras meets the goal.
+    Complete,
+}
+
+impl RigSession {
+    /// What to ask the person for now.
+    pub fn prompt(&self) -> RigPrompt {
+        let troubled = self
+            .cameras
+            .iter()
+            .position(|camera| camera.prompt.is_some_and(|it| it.gravity() == Gravity::Bad));
+        if let Some(camera) = troubled {
+            return RigPrompt::OfCamera { camera };
+        }
+        if self.is_complete() {
+            return RigPrompt::Complete;
+        }
+        if self.is_taking() {
+            return RigPrompt::Resting { progress: 1.0 };
+        }
+        if self.has_just_taken() {
+            return RigPrompt::Taken;
+        }
+        let seeing = self.seeing();
+        let wanted = self.wanted();
+        let lead = wanted.map_or_else(|| seeing.first().copied().unwrap_or(0), |it| it.lead);
+        if !seeing.contains(&lead) {
+            // Another camera may see a place worth taking.
+            return RigPrompt::OfCamera { camera: lead };
+        }
+        if seeing.len() < 2 {
+            let misses = |camera: &usize| !seeing.contains(camera);
+            let asked = wanted.iter().flat_map(|it| &it.targets).map(|(camera, _)| *camera);
+            let others: Vec<usize> = (0..self.cameras.len()).filter(misses).collect();
+            return match (asked.filter(misses).next(), others.as_slice()) {
+                (Some(camera), _) | (None, &[camera]) => RigPrompt::Unseen { camera },
+                _ => RigPrompt::ShowToTwo,
+            };
+        }
+        let asks_for_a_move = self.cameras[lead].prompt.is_some_and(|it| it.asks_for_a_move());
+        let rested_secs = self.rested_secs(&seeing);
+        if rested_secs >= REST_SECS && !self.is_new(&seeing) {
+            return match asks_for_a_move {
+                true => RigPrompt::OfCamera { camera: lead },
+                false => RigPrompt::Elsewhere,
+            };
+        }
+        if asks_for_a_move && rested_secs < 0.5 * REST_SECS {
+            RigPrompt::OfCamera { camera: lead }
+        } else if rested_secs > 0.0 {
+            RigPrompt::Resting { progress: (rested_secs / REST_SECS).min(1.0) }
+        } else {
+            RigPrompt::Rest
+        }
+    }
+}
