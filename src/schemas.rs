@@ -14,7 +14,7 @@ use boresight_fleet::{
     history::HistoryFile,
 };
 use boresight_formats::{CalibrationFile, CheckFile, JudgementFile, RigFile};
-use boresight_run::recording::journal_line_schema;
+use boresight_run::recording::{RigSessionFile, journal_line_schema};
 use boresight_station::{StateLine, StoreLine, WatchFile};
 
 /// Name of each file in `docs/schemas`, with schema (draft 2020-12). The schemas describe the
@@ -25,6 +25,7 @@ pub fn schemas() -> Vec<(&'static str, Schema)> {
         ("check.v1.json", of::<CheckFile>()),
         ("judgement.v1.json", of::<JudgementFile>()),
         ("rig.v1.json", of::<RigFile>()),
+        ("rig-session.v1.json", of::<RigSessionFile>()),
         ("report.v1.json", of::<ReportFile>()),
         ("doctor.v1.json", of::<DoctorFile>()),
         ("batch.v1.json", of::<Job>()),

@@ -11,8 +11,8 @@ use clap::Args;
 #[cfg(feature = "report")]
 use super::this_command::this_command;
 use super::{
-    accept_args::AcceptArguments, lens_args::LensArguments, rig, this_command::with_board,
-    views::views_of,
+    accept_args::AcceptArguments, guide_rig::is_rig, lens_args::LensArguments, rig,
+    this_command::with_board, views::views_of,
 };
 #[cfg(feature = "report")]
 use boresight_app::session::{
@@ -27,6 +27,7 @@ use boresight_app::{
         rig::{cameras_in, known_lens, named},
     },
     session::{
+        rig_run::saved_rig,
         run::say_how_to_leave_out,
         source::{is_recording, is_session},
     },
@@ -61,7 +62,8 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "IMAGES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
     /// Several cameras that see one board: a folder or corner table each (NAME=PATH names the
-    /// camera), or one folder of them. Pictures with the same number were taken at the same moment.
+    /// camera), one folder of them, or the session of guide --rig. Pictures with the same number
+    /// were taken at the same moment.
     #[arg(long, conflicts_with_all = ["varying_focal", "report"])]
     rig: bool,
     /// Earlier calibration of a rig's camera, whose lens has not been touched since.
@@ -114,6 +116,15 @@ impl Arguments {
 
     /// Views of several cameras, with the settings.
     fn rig_views(&self) -> anyhow::Result<(Vec<String>, Vec<RigViews>, Config)> {
+        if let [folder] = self.inputs.as_slice()
+            && is_rig(folder)
+        {
+            let saved = saved_rig(folder, &announcer())?;
+            let mut config = self.board.config_over(&saved.config)?;
+            self.goal.apply(&mut config);
+            self.lens.apply(&mut config);
+            return Ok((saved.names, saved.views, config));
+        }
         let inputs = cameras_in(&self.inputs)?;
         let mut config = self.board.config_for(&rig::pictures(&inputs))?;
         config.camera.as_stored |= self.as_stored;

@@ -4,8 +4,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::guide;
-use boresight_app::{Exit, Opening, REPORT_FILE, window::desktop};
+use super::{guide, guide_rig};
+use boresight_app::{
+    Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop,
+};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
 use boresight_terminal::{announcer, say};
@@ -28,6 +30,9 @@ pub(super) struct Arguments {
     /// Run as fast as this computer can instead of at a person's pace.
     #[arg(long)]
     fast: bool,
+    /// Two cameras without a trigger, and a board on a tripod.
+    #[arg(long)]
+    rig: bool,
     /// Don't open the report.
     #[arg(long)]
     no_open: bool,
@@ -39,13 +44,20 @@ pub(super) struct Arguments {
 const EXAMPLES: &str = "\
 Examples:
   boresight demo
-  boresight demo --fast --seed 2 --out demo";
+  boresight demo --fast --seed 2 --out demo
+  boresight demo --rig";
 
 /// Maximum number of pictures: a minute and a half of the person's time.
 const MOST_FRAMES: u64 = 2_700;
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        if self.rig {
+            say(text::demo::BEGINNING_RIG);
+            let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
+            let run = if self.fast { run.fast() } else { run };
+            return guide_rig::carry_out(run, None, &announcer(), self.json);
+        }
         say(text::demo::BEGINNING);
         let opening = Opening {
             out: self.out,

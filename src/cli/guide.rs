@@ -5,7 +5,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{
-    accept_args::AcceptArguments, backend, lens_args::LensArguments, status::Status,
+    accept_args::AcceptArguments,
+    backend,
+    guide_rig::{self, is_rig},
+    lens_args::LensArguments,
+    status::Status,
     stream_args::StreamArguments,
 };
 use boresight_app::{
@@ -52,6 +56,17 @@ pub(super) struct Arguments {
     backend: Option<Backend>,
     #[command(flatten)]
     stream: StreamArguments,
+    /// Several cameras that see one board, each with any source; they need no trigger, since
+    /// pictures are taken while the board rests. Guides in the terminal. Also with --session: other
+    /// sources for the cameras named.
+    #[arg(long, value_name = "NAME=SOURCE", num_args = 1.., conflicts_with_all = ["source", "against", "set_camera_info"])]
+    rig: Vec<String>,
+    /// Calibration of a rig's camera, whose lens nobody has touched since.
+    #[arg(long, value_name = "NAME=FILE", requires = "rig", conflicts_with = "session")]
+    known_lens: Vec<String>,
+    /// The rig's cameras have one trigger: a calm hand will do.
+    #[arg(long, requires = "rig", conflicts_with = "session")]
+    synchronised: bool,
     /// Guide in the terminal instead of a window.
     #[arg(long)]
     headless: bool,
@@ -100,12 +115,23 @@ Examples:
   boresight guide --board 9x6 --square 25mm
   boresight guide --headless --source sim
   boresight guide --accept \"length 800mm at 2m <= 2mm\"
+  boresight guide --rig left=/dev/video0 right=/dev/video2 --board 9x6
   boresight guide --session sessions/2026-11-21T08-00-00Z";
 
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
         let operation = self.operation.start()?;
         let mut opening = self.opening()?;
+        if !self.rig.is_empty() || self.session.as_deref().is_some_and(is_rig) {
+            let given = guide_rig::Given {
+                cameras: &self.rig,
+                known_lenses: &self.known_lens,
+                is_synchronised: self.synchronised,
+            };
+            let voice = self.beside.voice()?;
+            let announcer = self.beside.for_person(announcer());
+            return given.run(&opening, voice.as_ref(), &announcer, self.json);
+        }
         if !self.headless {
             #[cfg(feature = "window")]
             if has_display() {

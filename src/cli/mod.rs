@@ -14,6 +14,7 @@ mod doctor;
 mod errors;
 mod export;
 mod guide;
+mod guide_rig;
 mod judge;
 #[cfg(not(all(
     feature = "report",

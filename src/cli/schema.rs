@@ -47,6 +47,7 @@ const SCHEMAS: &[(&str, &str)] = &[
     schema!("paths", "v1"),
     schema!("report", "v1"),
     schema!("rig", "v1"),
+    schema!("rig-session", "v1"),
     schema!("session-journal-line", "v1"),
     schema!("target", "v1"),
     schema!("truth", "v1"),

@@ -9,6 +9,7 @@ use boresight::{
     device::{CameraInfo, Control, ControlBefore, Mode, PixelLayout},
     frame::{CaptureTime, Frame, FrameId, FrameKind},
     geometry::Corner,
+    guidance::{Purpose, Target},
     markers::{CircleRows, Dictionary},
     recording::{Header, Journal, RecordingError, Replayed, SessionFolder, replay, stored_frame},
     session::{Command, Input, Observation, Session, ViewNumber},
@@ -382,11 +383,21 @@ fn input() -> impl Strategy<Value = Input> {
             Input::Command(Command::Pause),
             Input::Command(Command::Resume),
             Input::Command(Command::TakeMore),
+            Input::Led(None),
             Input::Resumed,
             Input::SourceEnded,
             Input::Stop,
         ]),
         1 => (".*", ".*").prop_map(|(worker, reason)| Input::WorkerFailed { worker, reason }),
+        1 => prop::collection::vec(((0.0..2000.0), (0.0..2000.0)), 0..60).prop_map(|ghost_px| {
+            Input::Led(Some(Target {
+                purpose: Purpose::MostInformative,
+                tilt_azimuth_rad: ghost_px.len() as f64 / 60.0,
+                tilt_rad: 0.6,
+                ghost_px: ghost_px.into_iter().map(|(x, y)| Point2::new(x, y)).collect(),
+                leaves_picture: false,
+            }))
+        }),
     ]
 }
 

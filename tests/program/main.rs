@@ -23,6 +23,7 @@ mod damage;
 mod demo;
 #[cfg(unix)]
 mod files;
+mod guided_rig;
 mod history;
 mod judge;
 #[cfg(target_os = "linux")]

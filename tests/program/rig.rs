@@ -113,6 +113,20 @@ fn a_camera_that_was_knocked_since_is_told() {
 }
 
 #[test]
+fn two_of_three_cameras_are_checked_without_the_third() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    write_tables(place, usize::MAX);
+    let third = Isometry3::translation(-0.5 * BASELINE_M, 0.02, 0.0);
+    fs::write(place.join("third.jsonl"), table(&third, usize::MAX)).expect("written");
+    let three = [&RIG[..4], &["third.jsonl"], &RIG[4..], &["--out", "rig.json"]].concat();
+    says(&boresight(place, &three), 0, &["Good", "third"]);
+    let check = ["check", "--against", "rig.json", "--image-size", "1280x720", "--rig"];
+    let two = [&check[..], &["third.jsonl", "near=right.jsonl"]].concat();
+    says(&boresight(place, &two), 0, &["OK, displaced", "no camera has moved"]);
+}
+
+#[test]
 fn pictures_of_other_moments_are_refused() {
     let place = tempfile::tempdir().expect("folder");
     let place = place.path();

@@ -28,6 +28,7 @@
 //! | `print`, `bend`, `printed_*` | the printed board in the picture |
 //! | `source`, `track` | the camera with its shutter, and the truth behind its pictures |
 //! | [`technician`] | the person in front of the camera |
+//! | `hands` | the person's board, before one or several cameras |
 //! | `rng_stream` | random numbers, by seed |
 //! | `kernel` | simulated V4L2 kernel for tests, with the feature `simulated-kernel` |
 
@@ -37,6 +38,7 @@ mod backdrop;
 mod bend;
 mod blur;
 mod exposure;
+mod hands;
 #[cfg(all(target_os = "linux", feature = "simulated-kernel"))]
 pub mod kernel;
 mod print;

@@ -8,12 +8,7 @@ use std::{
 use image::GrayImage;
 use nalgebra::Isometry3;
 
-use super::{
-    renderer::Renderer,
-    scene::Scene,
-    technician::{Cue, Technician},
-    track::Track,
-};
+use super::{hands::Hands, renderer::Renderer, scene::Scene, technician::Cue, track::Track};
 use boresight_capture::{Arrival, CaptureError, FrameSource, SourceIdentity};
 use boresight_geometry::{
     Camera,
@@ -81,7 +76,7 @@ impl TruthLog {
 pub struct SyntheticSource {
     scene: Scene,
     renderer: Renderer,
-    technician: Technician,
+    hands: Hands,
     /// Path of the board, for a rolling shutter.
     track: Track,
     cues: Box<dyn Cues>,
@@ -103,10 +98,36 @@ impl SyntheticSource {
         limit_frames: Option<u64>,
         pool_size: usize,
     ) -> Self {
+        let hands = Hands::before(&[(scene.clone(), Isometry3::identity())]).remove(0);
+        Self::with(scene, hands, cues, (limit_frames, pool_size))
+    }
+
+    /// Sources of several cameras in front of the first scene's person, with `cam_from_first` of
+    /// each. Frames of one number are of one moment, if the scenes have equal intervals; a camera
+    /// waits for the others.
+    pub fn rig(
+        cameras: Vec<(Scene, Isometry3<f64>)>,
+        cues: Vec<Box<dyn Cues>>,
+        limit_frames: Option<u64>,
+        pool_size: usize,
+    ) -> Vec<Self> {
+        let hands = Hands::before(&cameras);
+        let scenes = cameras.into_iter().zip(hands).zip(cues);
+        let of =
+            |(((scene, _), hands), cues)| Self::with(scene, hands, cues, (limit_frames, pool_size));
+        scenes.map(of).collect()
+    }
+
+    fn with(
+        scene: Scene,
+        hands: Hands,
+        cues: Box<dyn Cues>,
+        (limit_frames, pool_size): (Option<u64>, usize),
+    ) -> Self {
         let truth = Truth { camera: scene.camera, poses: Vec::new() };
         Self {
             renderer: Renderer::new(&scene),
-            technician: Technician::new(&scene),
+            hands,
             track: Track::default(),
             cues,
             frames_left: limit_frames,
@@ -134,7 +155,7 @@ impl SyntheticSource {
         // Nobody else holds a free frame, so this never copies.
         let frame = Arc::make_mut(&mut shared);
         (frame.id, frame.captured_at) = (id, captured_at);
-        self.renderer.cover(self.technician.hand_at(captured_at));
+        self.renderer.cover(self.hands.hand_at(captured_at));
         let middle = self.expose(id, captured_at, &mut frame.image);
         if self.pool.len() < self.pool_size {
             self.pool.push(Arc::clone(&shared));
@@ -171,7 +192,7 @@ impl SyntheticSource {
         let middle_secs = captured_at.nanos as f64 * 1e-9;
         let exposure_secs = self.exposure_secs();
         let half_secs = 0.5 * (exposure_secs + readout_secs);
-        self.track.follow(&mut self.technician, middle_secs - half_secs, middle_secs + half_secs);
+        self.track.follow(&self.hands, middle_secs - half_secs, middle_secs + half_secs);
         let (track, last_row) = (&self.track, self.scene.image_size.height_px.saturating_sub(1));
         let poses_of_row = |row: u32| {
             let share = f64::from(row) / f64::from(last_row.max(1)) - 0.5;
@@ -201,18 +222,18 @@ impl SyntheticSource {
     ) -> (Vec<Isometry3<f64>>, Isometry3<f64>) {
         let exposure_nanos = (self.exposure_secs() * 1e9) as u64;
         let start_nanos = captured_at.nanos - (exposure_nanos / 2).min(captured_at.nanos);
-        let technician = &mut self.technician;
+        let hands = &self.hands;
         let mut poses = Vec::with_capacity(POSES_PER_EXPOSURE as usize);
         let mut middle = None;
         for i in 0..POSES_PER_EXPOSURE {
             if i == POSES_PER_EXPOSURE / 2 {
-                middle = Some(technician.pose_at(captured_at));
+                middle = Some(hands.pose_at(captured_at));
             }
             let share = (f64::from(i) + 0.5) / f64::from(POSES_PER_EXPOSURE);
             let nanos = start_nanos + (share * exposure_nanos as f64) as u64;
-            poses.push(technician.pose_at(CaptureTime { nanos }));
+            poses.push(hands.pose_at(CaptureTime { nanos }));
         }
-        let middle = middle.unwrap_or_else(|| technician.pose_at(captured_at));
+        let middle = middle.unwrap_or_else(|| hands.pose_at(captured_at));
         (poses, middle)
     }
 
@@ -246,6 +267,9 @@ impl FrameSource for SyntheticSource {
         if self.frames_left == Some(0) {
             return Ok(Arrival::End);
         }
+        if self.prepared.is_none() && !self.hands.wait_for_others(self.next_id, patience) {
+            return Ok(Arrival::NothingYet);
+        }
         let prepared = match self.prepared.take() {
             Some(prepared) => prepared,
             None => self.prepare(),
@@ -255,12 +279,13 @@ impl FrameSource for SyntheticSource {
             return Ok(Arrival::NothingYet);
         }
         while let Some(cue) = self.cues.next_cue() {
-            self.technician.read(cue);
+            self.hands.read(cue);
         }
         let (frame, middle) = prepared;
         self.published = Some(frame.id);
         self.frames_left = self.frames_left.map(|left| left - 1);
         self.truth.add(frame.id, middle);
+        self.hands.delivered(frame.id.0 + 1);
         Ok(Arrival::Frame(frame))
     }
 }

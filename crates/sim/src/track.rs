@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use nalgebra::{Isometry3, UnitQuaternion};
 
-use super::technician::Technician;
+use super::hands::Hands;
 use boresight_geometry::frame::CaptureTime;
 
 /// Time between two stored poses. A tremor of 12 Hz and 0.35 mm differs by 1 µm from linear
@@ -20,9 +20,9 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// Follows `technician` from `from_secs` to `to_secs`, and forgets earlier poses. Neither may
+    /// Follows the board in `hands` from `from_secs` to `to_secs`, and forgets earlier poses. Neither may
     /// decrease from call to call.
-    pub(super) fn follow(&mut self, technician: &mut Technician, from_secs: f64, to_secs: f64) {
+    pub(super) fn follow(&mut self, hands: &Hands, from_secs: f64, to_secs: f64) {
         if self.poses.is_empty() || self.end_secs() < from_secs - STEP_SECS {
             self.poses.clear();
             self.start_secs = from_secs - STEP_SECS;
@@ -30,7 +30,7 @@ impl Track {
         while self.poses.len() < 2 || self.end_secs() < to_secs {
             let next_secs = self.start_secs + self.poses.len() as f64 * STEP_SECS;
             let nanos = (next_secs.max(0.0) * 1e9).round() as u64;
-            self.poses.push_back(technician.pose_at(CaptureTime { nanos }));
+            self.poses.push_back(hands.pose_at(CaptureTime { nanos }));
         }
         while self.poses.len() > 2 && self.start_secs + STEP_SECS < from_secs {
             self.poses.pop_front();

@@ -14,21 +14,20 @@ use rustix::{
     io::read,
 };
 
-use super::lines::Lines;
 use boresight_terminal::typing;
 
 /// Longest wait for a key before checking for the end of the session.
 const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 
 /// Reads keys until dropped, then restores the terminal's settings.
-pub(super) struct Keys {
+pub(crate) struct Keys {
     over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Keys {
-    /// Starts reading keys; `None` unless stdin is a terminal.
-    pub(super) fn start(lines: Arc<Lines>) -> Option<Self> {
+    /// Calls `pressed` with each key; `None` unless stdin is a terminal.
+    pub(crate) fn start(pressed: impl Fn(u8) + Send + 'static) -> Option<Self> {
         let stdin = std::io::stdin();
         if !stdin.is_terminal() {
             return None;
@@ -45,7 +44,7 @@ impl Keys {
                 }
                 let mut key = [0];
                 match read(&stdin, &mut key) {
-                    Ok(1) => lines.pressed(key[0]),
+                    Ok(1) => pressed(key[0]),
                     // The terminal is gone.
                     _ => break,
                 }

@@ -10,7 +10,7 @@
 
 mod drawing;
 #[cfg(unix)]
-mod keys;
+pub(super) mod keys;
 mod layout;
 mod lines;
 mod words;
@@ -53,7 +53,8 @@ impl Status {
         set_status(bar);
         #[cfg(unix)]
         {
-            let keys = keys::Keys::start(Arc::clone(&lines));
+            let pressed = Arc::clone(&lines);
+            let keys = keys::Keys::start(move |key| pressed.pressed(key));
             lines.has_keys.store(keys.is_some(), Ordering::Relaxed);
             Some(Self { lines, _keys: keys })
         }

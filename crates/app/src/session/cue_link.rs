@@ -63,7 +63,8 @@ impl PersonCues {
         }
         if decision.progress != Progress::Collecting {
             cues.push(Cue { seen_at, kind: CueKind::Finished });
-        } else if self.last_target != Some(decision.target_serial)
+        } else if snapshot.is_led != Some(false)
+            && self.last_target != Some(decision.target_serial)
             && now.card.is_some()
             && let Some(target) = &snapshot.target
         {
@@ -74,6 +75,7 @@ impl PersonCues {
         let shown = &snapshot.shown;
         let target = snapshot.target.as_ref();
         let instruction = shown.advice.and_then(|advice| asked_for(&advice, target));
+        let instruction = instruction.filter(|_| snapshot.is_led != Some(false));
         let news = match (self.last_instruction, instruction) {
             (Some(last), Some(new)) => !is_same_gist(&last, &new),
             (_, new) => new.is_some(),

@@ -7,6 +7,7 @@
 //! | `opening` | a new session, or a resumed one: source, folder and state |
 //! | `saved_session`, `session_folders` | a stored session as state; sessions below a folder |
 //! | `run` | a session from its first frame to its stored result |
+//! | `rig_run` | sessions of several cameras, led to common places |
 //! | `result`, `verdict` | result: file, sentences and exit status |
 //! | `comparison` | new views against an older calibration |
 //! | `board_from_code` | the board named by a code in its margin |
@@ -30,6 +31,7 @@ pub mod opening;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod result;
+pub mod rig_run;
 pub mod run;
 mod saved_session;
 pub mod session_folders;

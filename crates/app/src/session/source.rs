@@ -13,7 +13,7 @@ use crate::{
     Announcer, RESULT_FILE,
     session::{
         camera::{self, ChosenCamera},
-        cue_link::cue_link,
+        cue_link::{CueSender, cue_link},
     },
 };
 #[cfg(all(unix, feature = "live"))]
@@ -30,9 +30,10 @@ use boresight_run::{
     pipeline::OnFrame,
     recording::{SessionFolder, stored_frame},
 };
-use boresight_sim::{Scene, SceneFile, SyntheticSource, TruthLog};
+use boresight_sim::{Cues, Scene, SceneFile, SyntheticSource, TruthLog};
 #[cfg(feature = "bags")]
 use boresight_sources::open_bag;
+use nalgebra::Isometry3;
 
 /// Default limit of a simulated camera's frames: ten minutes at 30 per second.
 const SIMULATED_FRAMES: u64 = 18_000;
@@ -213,6 +214,22 @@ fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
         on_frame: Box::new(move |report| sender.send(report)),
         truth: Some(truth),
     }
+}
+
+/// Simulated cameras in front of one person, each with `cam_from_first`.
+pub(super) fn open_simulated_rig(
+    cameras: Vec<(Scene, Isometry3<f64>)>,
+    max_frames: u64,
+) -> Vec<OpenSource> {
+    let (senders, receivers): (Vec<_>, Vec<_>) = cameras.iter().map(|_| cue_link()).unzip();
+    let cues = receivers.into_iter().map(|receiver| Box::new(receiver) as Box<dyn Cues>);
+    let sources = SyntheticSource::rig(cameras, cues.collect(), Some(max_frames), IN_FLIGHT);
+    let opened = |(source, mut sender): (SyntheticSource, CueSender)| OpenSource {
+        truth: Some(source.truth()),
+        source: Box::new(source),
+        on_frame: Box::new(move |report| sender.send(report)),
+    };
+    sources.into_iter().zip(senders).map(opened).collect()
 }
 
 /// Error for network streams and video files in builds without a reader.

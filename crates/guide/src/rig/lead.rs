@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     guidance::wanted_share,
-    session::{Command, Input, Prompt, Snapshot, ViewNumber},
+    session::{Command, Input, Prompt, Session, Snapshot, ViewNumber},
 };
 use boresight_calibrate::{KnownLens, RigViews, Verdict};
 use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize};
@@ -18,8 +18,9 @@ use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize};
 /// Rest of the board before a place is taken.
 pub(super) const REST_SECS: f64 = 0.6;
 /// Distance of corners from those of an earlier place in the same camera, in picture widths, below
-/// which a place is the same.
-const SAME_PLACE_WIDTHS: f64 = 0.03;
+/// which a place is the same: the calibration then counts it once. Two opposed tilts in one place
+/// are 0.02 apart.
+const SAME_PLACE_WIDTHS: f64 = 0.01;
 /// Displacement of the corners while a place is taken, in picture widths, above which the board
 /// didn't rest.
 const MOVED_WIDTHS: f64 = 0.001;
@@ -125,9 +126,9 @@ impl RigSession {
         found.is_some_and(|rig| rig.verdict == Verdict::Good)
     }
 
-    /// True if no more pictures come from any camera.
+    /// True if pictures come from fewer than two cameras.
     pub fn has_ended(&self) -> bool {
-        self.cameras.iter().all(|camera| camera.has_ended)
+        self.cameras.iter().filter(|camera| !camera.has_ended).count() < 2
     }
 
     /// Views of each camera. Pictures of one place have its number; others have numbers of their
@@ -181,6 +182,13 @@ impl RigSession {
             None if is_new => self.take(),
             None => Vec::new(),
         }
+    }
+
+    /// Takes over the views of a camera's session that no longer changes.
+    pub fn settle(&mut self, camera: usize, session: &Session) {
+        let corners = session.corners_at_one_instant().iter().cloned();
+        let numbers = session.accepted().iter().map(|taken| taken.number);
+        self.cameras[camera].views = numbers.zip(corners).collect();
     }
 
     /// Uses a new plan.

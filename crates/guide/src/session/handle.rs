@@ -24,8 +24,11 @@ impl Session {
             }
             Input::Command(command) => (None, self.apply_command(*command), None),
             Input::Led(target) => {
-                if self.ground.lead.as_ref() != Some(target) {
-                    self.ground.lead = Some(target.clone());
+                // A recording may hold anything.
+                let corners = self.setup.board.corner_count();
+                let target = target.clone().filter(|target| target.ghost_px.len() == corners);
+                if self.ground.lead.as_ref() != Some(&target) {
+                    self.ground.lead = Some(target);
                     self.replan();
                 }
                 self.tracking.ask_anew();

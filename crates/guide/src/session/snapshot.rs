@@ -72,6 +72,8 @@ pub struct Snapshot {
     pub source_ended: bool,
     /// True if the person paused.
     pub paused: bool,
+    /// True if a rig asks for the pose, false if it asks for none; `None` without a rig.
+    pub is_led: Option<bool>,
     /// Failed workers, with the reasons.
     pub failures: Vec<(String, String)>,
 }

@@ -450,6 +450,7 @@ impl Session {
             camera: ground.camera.clone(),
             source_ended: ground.source_ended,
             paused: ground.paused,
+            is_led: ground.lead.as_ref().map(Option::is_some),
             failures: ground.failures.clone(),
         }
     }

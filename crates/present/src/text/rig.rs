@@ -6,11 +6,17 @@ use boresight_calibrate::{
 };
 use boresight_formats::RigWords;
 use boresight_geometry::Camera;
+use boresight_guide::rig::RigPrompt;
 
 use crate::grade::Grade;
 
 /// Words for the findings of a rig.
 pub const RIG_WORDS: RigWords = RigWords { finding, not_a_rig };
+
+fn common_places(count: usize) -> String {
+    let noun = if count == 1 { "place" } else { "places" };
+    format!("{count} common {noun} of the board")
+}
 
 /// The camera's name, or "a camera" where either of two may be meant.
 fn of(camera: Option<usize>, names: &[String]) -> &str {
@@ -20,9 +26,7 @@ fn of(camera: Option<usize>, names: &[String]) -> &str {
 fn finding(finding: &RigFinding, names: &[String]) -> (String, &'static str) {
     match finding {
         RigFinding::InstantsFew { instants, wanted } => (
-            format!(
-                "{instants} common places of the board: the uncertainty is known from {wanted} on"
-            ),
+            format!("{}: the uncertainty is known from {wanted} on", common_places(*instants)),
             "Show the board to two cameras at once in more places, tipped by 30 to 50°.",
         ),
         RigFinding::Touched { camera, from } => (
@@ -107,6 +111,49 @@ fn not_a_rig(reason: &NotARig, names: &[String]) -> (String, String) {
         ),
     }
 }
+
+/// What the person is asked for; `sentences` are those of the cameras' sessions.
+pub fn prompt(prompt: &RigPrompt, names: &[String], sentences: &[String]) -> String {
+    match *prompt {
+        RigPrompt::OfCamera { camera } => match sentences.get(camera) {
+            Some(sentence) => format!("{}: {sentence}", names[camera]),
+            None => format!("{}: waiting for its first picture", names[camera]),
+        },
+        RigPrompt::Unseen { camera } => {
+            format!("Now where {} sees the whole board, too", names[camera])
+        }
+        RigPrompt::ShowToTwo => "Show the board to two cameras at once".into(),
+        RigPrompt::Rest => "Lean the board on something, and let go".into(),
+        RigPrompt::Resting { .. } => "Leave it".into(),
+        RigPrompt::Taken => "Got it".into(),
+        RigPrompt::Elsewhere => "This place is taken: show another one".into(),
+        RigPrompt::Complete => "Done: every pair of cameras meets the goal".into(),
+    }
+}
+
+/// News of a place: cameras and the number of places so far.
+pub fn taken(cameras: &[&str], places: usize) -> String {
+    format!("Taken: place {places}, seen by {}", cameras.join(", "))
+}
+
+/// News of a place that was taken back.
+pub fn place_removed(places: usize) -> String {
+    let left = if places == 1 { "place is" } else { "places are" };
+    format!("The newest place is removed; {places} {left} left")
+}
+
+/// How far the weakest pair is from the goal, after `places` places.
+pub fn so_far(found: Result<&RigCalibration, &NotARig>, names: &[String]) -> Option<String> {
+    let rig = found.ok()?;
+    // What a few places contradict is mended by more of them.
+    let is_known = rig.covariance.is_some();
+    let worst = rig.findings.iter().find(|finding| is_known || finding.is_of_too_few())?;
+    let (message, _) = finding(worst, names);
+    Some(format!("  So far: {message}"))
+}
+
+/// Keys of a rig's session.
+pub const KEYS: &str = "Keys: U takes the newest place back, Q ends";
 
 /// Verdict on a rig.
 pub fn verdict(rig: &RigCalibration) -> String {

@@ -271,11 +271,16 @@ impl Pipeline {
     ///
     /// The command, if the inbox is full or the session has ended.
     pub fn try_command(&self, command: Command) -> Result<(), Command> {
-        self.inbox.try_send(Input::Command(command)).map_err(|err| match err {
-            TrySendError::Full(Input::Command(command))
-            | TrySendError::Disconnected(Input::Command(command)) => command,
-            _ => command,
-        })
+        self.try_give(Input::Command(command)).map_err(|_| command)
+    }
+
+    /// Hands an input of a rig to the session without waiting.
+    ///
+    /// # Errors
+    ///
+    /// The input, if the inbox is full or the session has ended.
+    pub fn try_give(&self, input: Input) -> Result<(), Input> {
+        self.inbox.try_send(input).map_err(TrySendError::into_inner)
     }
 
     /// Asks the source to set a camera control before the next frame. Ignored if 16 requests are

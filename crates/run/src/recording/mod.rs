@@ -42,6 +42,7 @@ mod journal_text;
 mod lines;
 mod recovery;
 mod replay;
+mod rig_folder;
 
 pub use camera_line::{CameraLine, ControlLine, FaultLine, LayoutLine, LockLine, ModeLine};
 pub use camera_table::CameraTable;
@@ -55,3 +56,4 @@ pub use journal_text::JournalText;
 pub use lines::{Lines, LinesWalk};
 pub use recovery::{Recovered, copy_for_others, hide_in_json, recover};
 pub use replay::{Difference, MOST_KEPT, RecordedOutcome, Replayed, Rounding, replay};
+pub use rig_folder::{RigSessionCamera, RigSessionFile, is_name};

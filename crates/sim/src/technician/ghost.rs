@@ -8,7 +8,7 @@ use boresight_geometry::{Camera, frame::ImageSize};
 
 /// Pose with the board's corners on the part of the ghost within the picture, or on the whole ghost
 /// if less than a third is within. See [`pose_onto`].
-pub(super) fn matching_pose(
+pub(crate) fn matching_pose(
     camera: &Camera,
     image_size: ImageSize,
     corners_in_board_m: &[Point2<f64>],

@@ -32,7 +32,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::UnitSphere;
 
 use attention::{Attention, Stamina};
-use ghost::matching_pose;
+pub(super) use ghost::matching_pose;
 use habits::{Act, Habits};
 use hand::Covers;
 use reach::{Reach, tipped};
@@ -158,6 +158,16 @@ impl Technician {
             next: None,
             reach: Reach::rest(start, CaptureTime { nanos: 0 }, params.sink_m),
         }
+    }
+
+    /// Camera whose picture the person looks at.
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Inner corners of the board, in metres.
+    pub(super) fn corners_in_board_m(&self) -> &[Point2<f64>] {
+        &self.corners_in_board_m
     }
 
     /// Shows or tells the person a cue. Repetition changes nothing.
