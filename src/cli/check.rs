@@ -32,13 +32,12 @@ use boresight_terminal::{
 ///
 /// Guides through two opposed pairs, then compares: OK if any change is surely within the limit,
 /// RECALIBRATE if it's surely beyond, else CAN'T TELL, with what would tell. There is no verdict
-/// for a different picture size, a different
-/// camera, or views outside the part of the picture that the old calibration covers. The old file
-/// is never changed.
+/// for a different picture size, a different camera, or views outside the part of the picture that
+/// the old calibration covers. The old file is never changed.
 ///
-/// Reads boresight's calibration.json, OpenCV YAML and JSON, ROS camera_info, Kalibr camchain and
-/// mrcal .cameramodel. Only calibration.json states its uncertainty, which makes the check most
-/// sensitive.
+/// The old calibration is boresight's, which states its uncertainty. A file of another program may
+/// never have been right: `boresight judge FILE PICTURES --out calibration.json` says whether it
+/// was, and writes the lens of its pictures, which can be checked.
 #[derive(Debug, Args)]
 #[command(
     after_help = EXAMPLES
@@ -90,8 +89,8 @@ const RIG_LIMIT_PX: f64 = 1.0;
 
 const EXAMPLES: &str = "\
 Examples:
-  boresight check --against calibration.json
-  boresight check --against camera_info.yaml --source /dev/video0 --board 9x6 --square 25mm
+  boresight check --against sessions/gate
+  boresight check --against calibration.json --source /dev/video0 --board 9x6 --square 25mm
   boresight check --against calibration.json --source rtsp://192.168.1.20/stream
   boresight check --against rig.json --rig left=today/left right=today/right";
 

@@ -4,7 +4,7 @@ use boresight::{
     boards::Board,
     calibration::{CalibrationParams, OldLens, calibrate, drift},
     frame::ImageSize,
-    geometry::{Camera, Corner},
+    geometry::{Camera, Corner, LensMatrix},
     text,
 };
 use nalgebra::{Isometry3, Matrix2, Point2, Vector3};
@@ -88,7 +88,7 @@ fn calibrations() {
 fn comparisons() {
     let lens = OldLens {
         camera: Camera::pinhole(600.0, SIZE.centre_px()),
-        covariance: None,
+        covariance: Some(LensMatrix::identity() * 1e-4),
         outlines: &[],
         image_size: SIZE,
     };

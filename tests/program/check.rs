@@ -149,21 +149,30 @@ fn a_file_that_is_no_lens_is_not_checked() {
     assert_eq!(contents(folder), before);
 }
 
-/// A file of another program is judged first: its own error is no change of the camera.
+/// A file of another program may never have been right, and that is no change of the camera: what
+/// its own pictures say is checked instead.
 #[test]
-fn a_file_without_uncertainty_is_doubted_before_the_check() {
+fn a_file_without_uncertainty_is_judged_before_the_check() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
-    let source = scene(folder, "any.toml", "image_size_px = [640, 480]");
-    let file = "image_width: 1280\nimage_height: 960\n\
-                camera_matrix: {rows: 3, cols: 3, data: [1040, 0, 639.5, 0, 1386.7, 479.5, 0, 0, 1]}\n\
-                distortion_model: plumb_bob\n\
-                distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n";
-    fs::write(folder.join("ost.yaml"), file).expect("written");
-    let ended = boresight(folder, &["check", "--against", "ost.yaml", "--source", &source]);
-    let doubts = ["judge FILE PICTURES", "assumed, not measured", "exactly 4:3"];
-    says(&ended, 3, &doubts);
-    says(&ended, 3, &["the pictures are 640x480"]);
+    let old = calibrated(folder);
+    let export = ["export", old, "--format", "ros-yaml", "--out", "ost.yaml"];
+    says(&boresight(folder, &export), 0, &["Written"]);
+    let source = scene(folder, "before.toml", "image_size_px = [640, 480]\npp_px = [322, 238]");
+    let against = |file: &str| {
+        let out = ["--out", "checked", "--limit", "8px"];
+        let check = ["check", "--against", file, "--json", "--same-camera", "--source", &source];
+        boresight(folder, &[&check[..], &out[..]].concat())
+    };
+    let before = contents(folder);
+    let ended = against("ost.yaml");
+    let command = "boresight judge FILE PICTURES --out calibration.json";
+    says(&ended, 3, &["NO VERDICT", "may never have been right", command]);
+    assert_eq!(verdict(&ended.stdout)["reason"], "NOT-JUDGED");
+    assert_eq!(contents(folder), before, "no camera was opened");
+    let judge = ["judge", "ost.yaml", "old", "--out", "calibration.json"];
+    says(&boresight(folder, &judge), 0, &["TRUE", "Written: calibration.json"]);
+    says(&against("calibration.json"), 0, &["OK: no change detected"]);
 }
 
 /// A recalibrated session is still a session of the same camera, simulated or not.

@@ -33,22 +33,14 @@ pub(super) const LEAST_SEEN: usize = 6;
 const MAX_UNCOVERED_FRACTION: f64 = 0.25;
 /// Number of views beyond which more wouldn't help: then the old calibration is what isn't known.
 const MOST_VIEWS: usize = 1000;
-/// Standard deviations assumed for a calibration file without covariance: f relative to itself, PP
-/// relative to the width, then the coefficients. Deliberately pessimistic: the PP's is about nine
-/// times as large as after eight frame-filling views (`docs/method.md`, section 0).
-const UNSTATED_F: f64 = 1.5e-3;
-const UNSTATED_PP: f64 = 1.5e-3;
-const UNSTATED_K1: f64 = 5e-3;
-const UNSTATED_TANGENTIAL: f64 = 2e-4;
-const UNSTATED_RADIAL: f64 = 1e-2;
 
 /// Calibration against which a camera is checked.
 #[derive(Clone, Debug)]
 pub struct OldLens<'a> {
     /// Focal lengths and principal point in pixels, and distortion.
     pub camera: Camera,
-    /// Covariance of the lens parameters, if stated in the file; zero for parameters outside its
-    /// lens model.
+    /// Covariance of the lens parameters, zero for parameters outside the lens model. Without it,
+    /// there is no verdict.
     pub covariance: Option<LensMatrix>,
     /// Outlines of the old calibration's boards, in pixels; empty if the file doesn't state them.
     pub outlines: &'a [BoardOutline],
@@ -94,8 +86,6 @@ pub struct Drift {
     pub matters_px: f64,
     /// True if the distortion changed significantly, at 0.1 %.
     pub lens_changed: bool,
-    /// True if a typical covariance was assumed because the old calibration states none.
-    pub assumed: bool,
     /// Present lens: new focal length and principal point; old distortion, unless that changed.
     pub camera: Camera,
     /// Indices of the views used.
@@ -147,6 +137,9 @@ pub enum NoDrift {
     /// The old lens can't be right.
     #[error("the old lens can't be right: {0}")]
     Impossible(LensFlaw),
+    /// The old calibration states no uncertainty: its own error can't be told from a change.
+    #[error("the old calibration states no uncertainty")]
+    NotJudged,
     /// The views don't determine focal length and principal point.
     #[error("the views do not determine focal length and principal point")]
     Undetermined,
@@ -162,6 +155,7 @@ impl NoDrift {
             Self::Mixed { .. } => "VIEWS-MIXED",
             Self::FocusMoved { .. } => "FOCUS-MOVED",
             Self::Impossible(_) => "LENS-IMPOSSIBLE",
+            Self::NotJudged => "NOT-JUDGED",
             Self::Undetermined => "UNDETERMINED",
         }
     }
@@ -180,7 +174,7 @@ impl NoDrift {
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the old lens can't be right, if the picture size differs, if fewer than
+/// [`NoDrift`] if the old lens can't be right or states no covariance, if the picture size differs, if fewer than
 /// [`DRIFT_VIEWS`] usable views differ, if they are of two cameras or focal lengths, or if they
 /// don't determine the three parameters.
 pub fn drift(
@@ -193,6 +187,7 @@ pub fn drift(
     if let Some(flaw) = LensFlaw::of(&old.camera, old.image_size, old.outlines) {
         return Err(NoDrift::Impossible(flaw));
     }
+    let of_old = old.covariance.ok_or(NoDrift::NotJudged)?;
     if image_size != old.image_size {
         return Err(NoDrift::OtherSize { new: image_size, old: old.image_size });
     }
@@ -213,9 +208,6 @@ pub fn drift(
         return Err(NoDrift::FewViews { different, outside });
     }
     let family = LensModel::simplest_with(&old.camera).family();
-    let assumed = old.covariance.is_none();
-    let of_old =
-        old.covariance.unwrap_or_else(|| unstated(&old.camera, family.richest(), image_size));
     let params = CalibrationParams { models: family.models(), ..CalibrationParams::default() };
     let new = calibrate(&scaled, board, image_size, &params).map_err(|_| NoDrift::Undetermined)?;
     for finding in new.findings.iter().filter(|finding| finding.severity == Severity::Bad) {
@@ -241,7 +233,7 @@ pub fn drift(
         DriftVerdict::CannotTell => lenses.views_needed(different, matters_px),
         DriftVerdict::Ok | DriftVerdict::Recalibrate => None,
     };
-    Ok(Drift { views_needed, assumed, used, ..found })
+    Ok(Drift { views_needed, used, ..found })
 }
 
 /// Old and new lens of a camera, each with covariance.
@@ -298,7 +290,6 @@ impl Lenses {
             visible_lens_px: lens.map(|lens| lens.shift.visible_px),
             matters_px,
             lens_changed: lens.is_some_and(|lens| lens.is_significant),
-            assumed: false,
             camera: *old,
             used: Vec::new(),
         };
@@ -376,20 +367,4 @@ fn scaled_covariance(covariance: &LensMatrix, aspect: f64) -> LensMatrix {
         _ => 1.0,
     });
     LensMatrix::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j])
-}
-
-/// Typical covariance of `camera`, a lens of `model` with square pixels.
-fn unstated(camera: &Camera, model: LensModel, image_size: ImageSize) -> LensMatrix {
-    let mut covariance = LensMatrix::zeros();
-    for parameter in model.freedom(true).parameters() {
-        let sd = match parameter {
-            LensParameter::Fx | LensParameter::Fy => UNSTATED_F * camera.f_px.x,
-            LensParameter::Cx | LensParameter::Cy => UNSTATED_PP * f64::from(image_size.width_px),
-            LensParameter::K1 => UNSTATED_K1,
-            LensParameter::P1 | LensParameter::P2 => UNSTATED_TANGENTIAL,
-            _ => UNSTATED_RADIAL,
-        };
-        covariance[(parameter.index(), parameter.index())] = sd * sd;
-    }
-    covariance
 }

@@ -73,7 +73,7 @@ pub struct CheckFile {
     /// The displacement from which a change matters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub matters_px: Option<f64>,
-    /// `stated` or `assumed`: whether the old file states its uncertainty.
+    /// `stated`; earlier versions wrote `assumed` for an old file without uncertainty.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["stated", "assumed"])))]
     pub uncertainty_of_old: Option<String>,
@@ -200,7 +200,7 @@ impl CheckFile {
             changed: Some(drift.is_significant),
             views_needed: drift.views_needed,
             matters_px: Some(drift.matters_px),
-            uncertainty_of_old: Some(if drift.assumed { "assumed" } else { "stated" }.into()),
+            uncertainty_of_old: Some("stated".into()),
             now: Some(LensNow {
                 f_px: [camera.f_px.x, camera.f_px.y],
                 pp_px: [camera.pp_px.x, camera.pp_px.y],

@@ -36,7 +36,7 @@ pub enum NoKnownLens {
         new: ImageSize,
     },
     /// The file states no covariance.
-    #[error("it states no uncertainty; use a calibration.json, or compare only, without --hold")]
+    #[error("it states no uncertainty: use a calibration.json of boresight")]
     NoUncertainty,
 }
 
@@ -100,13 +100,15 @@ pub fn known_lens(old: &OldCalibration, image_size: ImageSize) -> Result<KnownLe
     Ok(KnownLens::new(&old.camera, covariance))
 }
 
-/// Reason for a missing verdict that needs no views: the lens varies, or can't be right.
+/// Reason for a missing verdict that needs no views: the lens varies, can't be right, or may never
+/// have been.
 pub fn not_comparable(old: &OldCalibration) -> Option<NoVerdict> {
     if old.focal_varies {
         return Some(NoVerdict::FocalVaries);
     }
-    let flaw = LensFlaw::of(&old.camera, old.image_size, &old.outlines)?;
-    Some(NoVerdict::NoDrift(NoDrift::Impossible(flaw)))
+    let flaw = LensFlaw::of(&old.camera, old.image_size, &old.outlines).map(NoDrift::Impossible);
+    let reason = flaw.or_else(|| old.covariance.is_none().then_some(NoDrift::NotJudged));
+    reason.map(NoVerdict::NoDrift)
 }
 
 /// Compares the views of `session` with `old`. Displacements above `limit_px` matter; without it,
@@ -149,9 +151,6 @@ pub fn announce(found: &Checked, action: &str, source: &str, announcer: &Announc
     let Ok(drift) = found else { return };
     for line in text::drift_numbers(drift) {
         say(&format!("  {line}"));
-    }
-    if drift.assumed {
-        say(&format!("  {}.", text::drift_is_weak()));
     }
 }
 
@@ -198,9 +197,6 @@ pub fn of_session(
     let mut doubts = text::doubts_of_old(&old);
     let other = old.source.as_deref().filter(|named| *named != source);
     doubts.extend(other.map(|named| text::maybe_other_camera(named, source)));
-    if found.as_ref().is_ok_and(|drift| drift.assumed) {
-        doubts.push(text::drift_is_weak().into());
-    }
     let (what, action) = words(&found);
     let has_moved = found.as_ref().is_ok_and(|drift| drift.is_significant);
     let is_good = session.calibration().is_some_and(|new| new.verdict == Verdict::Good);

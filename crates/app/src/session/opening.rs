@@ -75,8 +75,14 @@ impl Opening {
     pub fn open(&self, announcer: &Announcer) -> anyhow::Result<Run> {
         // Fail on an unreadable older calibration before the views are taken rather than after.
         let old = self.against.as_deref().map(comparison::read).transpose()?;
-        for doubt in old.iter().flat_map(text::doubts_of_old) {
-            announcer.say(&format!("{doubt}."));
+        if let Some(old) = &old {
+            for doubt in text::doubts_of_old(old) {
+                announcer.say(&format!("{doubt}."));
+            }
+            if let Some(reason) = comparison::not_comparable(old) {
+                let (what, action) = comparison::words(&Err(reason));
+                announcer.say(&format!("{what}. {action}"));
+            }
         }
         match &self.session {
             Some(path) => self.resume(path, announcer),

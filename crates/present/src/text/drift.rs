@@ -7,51 +7,42 @@ use boresight_calibrate::{Drift, DriftVerdict, LensFlaw, NoDrift, Shift, Verdict
 use boresight_formats::import::{FileDoubt, OldCalibration};
 use boresight_geometry::device::{Control, Lock};
 
-/// Verdict with numbers, and the next action. A file without uncertainty may never have been right:
-/// a difference from it is no change of the camera.
+/// Verdict with numbers, and the next action.
 pub fn drift(drift: &Drift) -> (String, String) {
     let Shift { px, least_px, most_px, visible_px } = drift.shift;
     let (moved, limit) = apart(px, drift.matters_px, 2);
-    let differs = match (drift.lens_changed, drift.assumed) {
-        (true, false) => "the distortion changed; it moves points by",
-        (true, true) => "the distortion differs from the file's; it moves points by",
-        (false, false) => "changed by",
-        (false, true) => "differs from the file by",
+    let changed = if drift.lens_changed {
+        "the distortion changed; it moves points by"
+    } else {
+        "changed by"
     };
-    let differs = format!("{differs} up to {moved} px ({least_px:.2} to {most_px:.2} px)");
-    let nothing = if drift.assumed { "no difference from the file" } else { "no change" };
+    let changed = format!("{changed} up to {moved} px ({least_px:.2} to {most_px:.2} px)");
     let hidden = format!(
         "{most_px:.2} px could hide (limit {limit} px, smallest detectable {visible_px:.2} px)"
     );
     match (drift.verdict, drift.is_significant) {
         (DriftVerdict::Ok, false) => (
-            format!("OK: {nothing} detected, and at most {hidden}"),
+            format!("OK: no change detected, and at most {hidden}"),
             "Keep the calibration.".into(),
         ),
         (DriftVerdict::Ok, true) => (
-            format!("OK: {differs}, within the {limit} px limit"),
+            format!("OK: {changed}, within the {limit} px limit"),
             "Keep the calibration and check again soon.".into(),
         ),
         (DriftVerdict::CannotTell, false) => {
-            (format!("CAN'T TELL: {nothing} detected, but up to {hidden}"), what_would_tell(drift))
+            (format!("CAN'T TELL: no change detected, but up to {hidden}"), what_would_tell(drift))
         }
         (DriftVerdict::CannotTell, true) => (
-            format!("CAN'T TELL: {differs}, around the {limit} px limit"),
+            format!("CAN'T TELL: {changed}, around the {limit} px limit"),
             "Recalibrate to be sure, or take more views.".into(),
         ),
         (DriftVerdict::Recalibrate, _) => {
-            let action = match (drift.assumed, drift.lens_changed) {
-                (true, _) => {
-                    "Recalibrate, and use the new file. The old one doesn't hold for this camera, and perhaps never did; its own pictures tell: boresight judge FILE PICTURES."
-                }
-                (false, true) => {
-                    "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate."
-                }
-                (false, false) => {
-                    "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom."
-                }
+            let action = if drift.lens_changed {
+                "Is it the same lens, and is it clean? Look for a changed focus or zoom, and recalibrate."
+            } else {
+                "Recalibrate. Look for a loose lens or mount, or a changed focus or zoom."
             };
-            (format!("RECALIBRATE: {differs}, above the {limit} px limit"), action.into())
+            (format!("RECALIBRATE: {changed}, above the {limit} px limit"), action.into())
         }
     }
 }
@@ -63,10 +54,6 @@ fn what_would_tell(drift: &Drift) -> String {
             "To tell, take {} more views like these. Fewer will do if the board is tipped by 30 to 50° and fills the picture.",
             needed.saturating_sub(drift.used.len()).max(1)
         ),
-        None if drift.assumed => {
-            "The file states no uncertainty, so more views can't tell. Recalibrate; the new calibration.json can be checked."
-                .into()
-        }
         None => {
             "More views can't tell: the old calibration itself isn't known well enough. Recalibrate with more views."
                 .into()
@@ -80,12 +67,11 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
     let Shift { px, least_px, most_px, visible_px } = drift.shift;
     let (pp_px, f_px, matters_px) = (drift.visible_pp_px, drift.visible_f_px, drift.matters_px);
-    let changed = if drift.assumed { "differs" } else { "changed" };
     let lens = drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
     let lens = lens.unwrap_or_default();
     [
-        ("focal length", format!("{changed} by {f:+.2} ± {sd_f:.2} px")),
-        ("principal point", format!("{changed} by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
+        ("focal length", format!("changed by {f:+.2} ± {sd_f:.2} px")),
+        ("principal point", format!("changed by ({x:+.2} ± {sd_x:.2}, {y:+.2} ± {sd_y:.2}) px")),
         (
             "picture",
             format!(
@@ -162,6 +148,10 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             format!("NO VERDICT: the file isn't a lens that can be right: {}", lens_flaw(&flaw)),
             "Don't use the file. Calibrate the camera.",
         ),
+        NoDrift::NotJudged => (
+            "NO VERDICT: the file states no uncertainty, and may never have been right".into(),
+            "Judge it by the pictures that it was made from, and check against their lens: boresight judge FILE PICTURES --out calibration.json",
+        ),
         NoDrift::Undetermined => (
             "NO VERDICT: the views aren't enough to measure focal length and principal point"
                 .into(),
@@ -209,13 +199,8 @@ pub fn doubts_of_old(old: &OldCalibration) -> Vec<String> {
         doubts.push(first_of_cameras(old.camera_count));
     }
     if old.covariance.is_none() {
-        doubts.push(
-            "The old file states no uncertainty: a difference from it may be a change of the camera, or its own error. To learn whether it was ever true: boresight judge FILE PICTURES"
-                .into(),
-        );
         doubts.extend(FileDoubt::of(old).iter().map(file_doubt));
-    }
-    if old.outlines.is_empty() {
+    } else if old.outlines.is_empty() {
         doubts.push(
             "The old file doesn't say where its boards were. Hold the board where it was then; elsewhere a change can't be detected"
                 .into(),
