@@ -31,6 +31,7 @@
 //! | `pixel_format`, `camera_mode` | brightness from cameras; choice of the mode |
 //! | `pixels` | brightness from other programs' formats |
 //! | `compressed`, `decoded` | brightness from JPEG and PNG in memory and in files |
+//! | `exif` | time and lens of a picture in its file |
 //! | `address` | names of network streams, with and without secrets |
 //! | `health` | appearance of pictures |
 //! | `stream_report` | events of a stream without camera controls |
@@ -42,6 +43,7 @@ mod bag_flaw;
 mod camera_mode;
 mod compressed;
 mod decoded;
+mod exif;
 #[cfg(all(unix, feature = "live"))]
 mod ffmpeg;
 mod guarded;
@@ -81,6 +83,7 @@ pub use bag_flaw::{BagFlaw, RosFlaw, bag_files, is_bag};
 pub use camera_mode::{CameraMode, choose, layout, not_offered};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};
+pub use exif::{exif_time, film_length_mm};
 #[cfg(all(unix, feature = "live"))]
 pub use ffmpeg::Ffmpeg;
 pub use guarded::guarded;

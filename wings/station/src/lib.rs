@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `feed` | pictures from files, folders, recordings, cameras and streams |
-//! | `times`, `exif` | times of pictures |
+//! | `times` | times of pictures |
 //! | `burst` | several pictures of a moment |
 //! | `camera` | one camera: store, references, state; its replay |
 //! | `store`, `store_lines`, `reference_files`, `shelf` | the folder of a camera |
@@ -26,7 +26,6 @@ mod camera;
 pub mod command;
 #[cfg(feature = "report")]
 mod curve;
-mod exif;
 mod feed;
 mod heard;
 #[cfg(feature = "serve")]

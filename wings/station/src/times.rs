@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::Context;
 use jiff::tz::{Offset, TimeZone};
 
-use super::exif;
+use boresight_capture::exif_time;
 
 /// Time of a picture's file, and where it's from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub fn picture_time(path: &Path) -> anyhow::Result<PictureTime> {
     if let Some(secs) = secs_in(&name, &zone) {
         return Ok(PictureTime { secs, is_named: true });
     }
-    let stored = exif::time_of(path);
+    let stored = exif_time(path);
     let secs = match stored.and_then(|(time, offset)| exif_secs(&time, offset.as_deref(), &zone)) {
         Some(secs) => secs,
         None => changed_secs(path)?,
