@@ -51,11 +51,9 @@ def calibrate_corners(
     views: list[Given], board: Named, image_size: tuple[int, int], settings: list[str]
 ) -> str: ...
 def check_corners(
-    views: list[Given],
+    views: tuple[list[Given], Named, tuple[int, int]],
     against: PathLike,
     old: str | None,
-    board: Named,
-    image_size: tuple[int, int],
     limit_px: float | None,
 ) -> str: ...
 def judge(

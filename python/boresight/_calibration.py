@@ -402,7 +402,8 @@ def check(
     ``views`` is a session folder, or views of ``board`` as for :func:`calibrate`. Returns ``check.json`` as a dict:
     ``verdict`` is "ok" if any change is surely within ``limit_px`` (by default .08 % of the width) anywhere in the
     picture, "recalibrate" if it's surely beyond, else "cannot-tell", or None with a ``reason``; ``visible`` is the
-    smallest change that would have been found.
+    smallest change that would have been found. A file of another program states no uncertainty and has no verdict
+    ("NOT-JUDGED"): :func:`judge` it first.
     """
     file, old = _older(against)
     if is_path(views):
@@ -411,7 +412,7 @@ def check(
         raise ArgumentError("views without a session need their board")
     board = Board.of(board, square_mm)
     given, size = given_views(views, board, image_size)
-    text = _boresight.check_corners(given, file, old, board._named(), size, limit_px)
+    text = _boresight.check_corners((given, board._named(), size), file, old, limit_px)
     return cast("dict[str, Any]", json.loads(text))
 
 

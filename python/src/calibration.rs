@@ -98,6 +98,9 @@ pub(crate) fn calibrate_session(
 /// A view by its name: corners in the order of the board, or why there are none.
 type Given<'py> = (String, Option<View<'py>>, String);
 
+/// Views of a board in pictures of one size.
+type OfBoard<'py> = (Vec<Given<'py>>, Named, (u32, u32));
+
 fn views_of(views: Vec<Given<'_>>) -> PyResult<Vec<GivenView>> {
     let read = |(name, view, reason): Given<'_>| {
         Ok((name, view.map(|view| corners(&view)).transpose()?.ok_or(reason)))
@@ -132,18 +135,17 @@ pub(crate) fn calibrate_corners(
     py.detach(work).map_err(|err| raised(&err))
 }
 
-/// Compares corners with the calibration `old`, the text of a file named `against`. Returns
+/// Compares views of a board with the calibration `old`, the text of a file named `against`. Returns
 /// `boresight.check/1`.
 #[pyfunction]
 pub(crate) fn check_corners(
     py: Python<'_>,
-    views: Vec<Given<'_>>,
+    views: OfBoard<'_>,
     against: PathBuf,
     old: Option<&str>,
-    named: Named,
-    image_size: (u32, u32),
     limit_px: Option<f64>,
 ) -> PyResult<String> {
+    let (views, named, image_size) = views;
     let image_size = size(image_size)?;
     let board = board(&named)?;
     let given = views_of(views)?;
@@ -176,7 +178,7 @@ pub(crate) fn judge(
     py: Python<'_>,
     file: PathBuf,
     old: Option<&str>,
-    views: Option<(Vec<Given<'_>>, Named, (u32, u32))>,
+    views: Option<OfBoard<'_>>,
     session: Option<PathBuf>,
     limit_px: Option<f64>,
 ) -> PyResult<String> {

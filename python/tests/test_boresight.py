@@ -88,6 +88,7 @@ def test_a_judgement_is_that_of_the_command_line(program, good, tmp_path):
     file.write_text(boresight.export(good, "ros-yaml"))
     assert boresight.judge(file, good) == program("judge", "--json", file, good)
     assert boresight.judge(file)["reason"] == "NO-PICTURES"
+    assert boresight.check(good, file)["reason"] == "NOT-JUDGED"
 
 
 def test_a_judgement_of_pictures(good, pictures):
