@@ -25,15 +25,15 @@ use boresight_geometry::{
 /// Standard deviations below a measured error that the true one doesn't lie under, 39 times of 40.
 const SDS: f64 = 1.96;
 
-/// Answer to the question whether a calibration is true.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Answer to the question whether a calibration is true, the best first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Answer {
     /// The error of projection is surely within the limit.
     True,
-    /// The error of projection is surely beyond the limit.
-    Off,
     /// The pictures don't tell.
     CannotTell,
+    /// The error of projection is surely beyond the limit.
+    Off,
 }
 
 impl Answer {
