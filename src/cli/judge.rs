@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use clap::Args;
 
-use super::views::views_of;
+use super::{guide, views::views_of};
 use boresight_app::{
-    Exit,
+    Exit, Opening,
     commands::{
         calibration_views::from_session,
         judgement::{Fresh, judgement},
@@ -19,6 +18,7 @@ use boresight_app::{
     },
 };
 use boresight_calibrate::{Answer, CalibrationParams};
+use boresight_capture::film_length_mm;
 use boresight_files::{Overwrite, entries, may_save, save};
 use boresight_formats::{
     export::CameraFormat,
@@ -27,6 +27,7 @@ use boresight_formats::{
 use boresight_geometry::boards::Board;
 #[cfg(feature = "report")]
 use boresight_present::report::judgement_page;
+use boresight_run::pipeline::Onlookers;
 use boresight_terminal::{
     announcer,
     board_args::{BoardArguments, Size},
@@ -47,7 +48,8 @@ const ENDINGS: [&str; 6] = ["yaml", "yml", "xml", "json", "cameramodel", "xmp"];
 ///
 /// Reads every format that convert reads. A file of OpenCV's sample or PhotonVision brings its
 /// corners, and needs no pictures; of any other file alone, only what it shows is reported. A folder
-/// with a calibration and its pictures needs no other name.
+/// with a calibration and its pictures needs no other name; of a folder of such folders, each is a
+/// camera, and a table lists the worst first. With --source, the guide takes the pictures.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -55,6 +57,9 @@ pub(super) struct Arguments {
     /// session folder.
     #[arg(required = true, value_name = "FILE|PICTURES|CORNERS.vnl|SESSION")]
     inputs: Vec<PathBuf>,
+    /// Live source of the pictures, as for guide, which takes them in the terminal.
+    #[arg(long, value_name = "SOURCE")]
+    source: Option<String>,
     #[command(flatten)]
     board: BoardArguments,
     /// Error of projection above which a calibration is off, in pixels [default: 0.2 % of the
@@ -88,20 +93,82 @@ Examples:
   boresight judge ost.yaml pictures
   boresight judge out_camera_data.xml
   boresight judge calibrationdata
+  boresight judge cameras
+  boresight judge ost.yaml --source /dev/video0 --board 9x6 --square 25mm
   boresight judge camera.xml pictures --board 9x6 --limit 1px --out better.xml
   boresight judge old.yaml new.yaml corners.vnl";
 
 /// A calibration with the path of its file.
 type Named = (PathBuf, OldCalibration);
 
+/// Answer about a calibration, its error in pixels, and its file.
+type Told<'a> = (Answer, Option<f64>, &'a Path);
+
+/// Calibrations of one camera, the first of which a better one may replace, with its pictures.
+struct Camera {
+    files: Vec<Named>,
+    pictures: Vec<PathBuf>,
+}
+
 impl Arguments {
     pub(super) fn run(self) -> anyhow::Result<Exit> {
-        let (judged, pictures) = self.sorted()?;
+        let mut cameras = self.cameras()?;
+        self.may_write(&cameras)?;
+        if let Some(source) = &self.source {
+            match &mut cameras[..] {
+                [camera] if camera.pictures.is_empty() => {
+                    camera.pictures.push(self.guided(source)?);
+                }
+                _ => return Err(wrong("--source takes the pictures: name only calibrations")),
+            }
+        }
+        let several = cameras.len() > 1;
+        let mut told = Vec::new();
+        for camera in &cameras {
+            match self.judged(camera) {
+                // Nothing stops the other cameras.
+                Err(err) if several => {
+                    let path = camera.files[0].0.as_path();
+                    say(&format!("{}: CAN'T TELL: {err:#}", path.display()));
+                    told.push((Answer::CannotTell, None, path));
+                }
+                answers => told.extend(answers?),
+            }
+        }
+        let px = |off_px: Option<f64>| off_px.unwrap_or(f64::INFINITY);
+        told.sort_by(|a, b| a.0.cmp(&b.0).then(px(a.1).total_cmp(&px(b.1))));
+        let worst = told.last().map(|(answer, ..)| *answer);
+        if several {
+            told.reverse();
+        }
+        if told.len() > 1 && told.iter().any(|(_, off_px, _)| off_px.is_some()) {
+            let nearest = "Nearest to the lens of the pictures first:";
+            say(if several { "Worst first:" } else { nearest });
+            for (answer, off_px, path) in &told {
+                let off = off_px.map_or_else(|| "-".into(), |px| format!("{px:.2} px"));
+                say(&format!("  {off:>10}  {:11}  {}", answer.code(), path.display()));
+            }
+        }
+        Ok(match worst {
+            Some(Answer::Off) => Exit::Recalibrate,
+            Some(Answer::CannotTell) => Exit::NotTrustworthy,
+            _ => Exit::Good,
+        })
+    }
+
+    /// Refuses `--out` and `--report` that can't be written.
+    fn may_write(&self, cameras: &[Camera]) -> anyhow::Result<()> {
+        let of_one = |count: usize, option: &str| match count {
+            1 => Ok(()),
+            _ => Err(wrong(&format!("{option} is about one calibration: name one"))),
+        };
         if let Some(out) = &self.out {
-            if pictures.is_empty() && judged[0].1.corners.is_none() {
+            of_one(cameras.len(), "--out")?;
+            let Camera { files, pictures } = &cameras[0];
+            if pictures.is_empty() && self.source.is_none() && files[0].1.corners.is_none() {
                 let wanted =
                     "--out needs pictures, or a file with its corners: it writes their lens";
-                return Err(WrongUsage(wanted.into()).into());
+                return Err(wrong(wanted));
             }
             may_save(out, self.overwrite())?;
         }
@@ -110,17 +177,21 @@ impl Arguments {
             return Err(boresight_app::MissingFeature::REPORT.into());
         }
         if let Some(page) = &self.report {
-            if judged.len() > 1 {
-                let wanted = "--report is about one calibration: name one file";
-                return Err(WrongUsage(wanted.into()).into());
-            }
+            of_one(cameras.iter().map(|camera| camera.files.len()).sum(), "--report")?;
             may_save(page, self.overwrite())?;
         }
-        let size = self.image_size.or_else(|| Some(Size(judged[0].1.image_size)));
-        let shared = if pictures.is_empty() { None } else { Some(self.fresh(&pictures, size)?) };
+        Ok(())
+    }
+
+    /// Answers about the calibrations of one camera, with the error and the file of each.
+    fn judged<'a>(&self, camera: &'a Camera) -> anyhow::Result<Vec<Told<'a>>> {
+        let Camera { files, pictures } = camera;
+        let size = self.image_size.or_else(|| Some(Size(files[0].1.image_size)));
+        let shared = if pictures.is_empty() { None } else { Some(self.fresh(pictures, size)?) };
         let params = self.board.config()?.calibration();
-        let mut answers = Vec::with_capacity(judged.len());
-        for (number, (path, old)) in judged.iter().enumerate() {
+        let mut told = Vec::with_capacity(files.len());
+        for (number, judged) in files.iter().enumerate() {
+            let (path, old) = judged;
             let own = || Fresh::of_own_corners(old, &params, &announcer());
             let own = if shared.is_none() { own() } else { None };
             let fresh = shared.as_ref().or(own.as_ref());
@@ -137,51 +208,54 @@ impl Arguments {
                 say(&format!("Report: {}", page.display()));
             }
             if let (Some(out), Some(fresh), 0) = (&self.out, fresh, number) {
-                self.write_better(out, old, fresh)?;
+                self.write_better(out, judged, fresh)?;
             }
-            answers.push((answer, file.off_px, path));
+            told.push((answer, file.off_px, &**path));
         }
-        if answers.len() > 1 && shared.is_some() {
-            answers.sort_by(|a, b| {
-                let off = |off_px: Option<f64>| off_px.unwrap_or(f64::INFINITY);
-                off(a.1).total_cmp(&off(b.1))
-            });
-            say("Nearest to the lens of the pictures first:");
-            for (_, off_px, path) in &answers {
-                let off = off_px.map_or_else(|| "none".into(), |px| format!("{px:.2} px"));
-                say(&format!("  {off:>10}  {}", path.display()));
-            }
-        }
-        let has = |wanted: Answer| answers.iter().any(|(answer, ..)| *answer == wanted);
-        Ok(match (has(Answer::Off), has(Answer::CannotTell)) {
-            (true, _) => Exit::Recalibrate,
-            (false, true) => Exit::NotTrustworthy,
-            (false, false) => Exit::Good,
-        })
+        Ok(told)
+    }
+
+    /// Folder of a session of the live `source`, whose views the guide takes.
+    fn guided(&self, source: &str) -> anyhow::Result<PathBuf> {
+        let board_code = self.board.open_to_code()?;
+        let opening = Opening { board_code, ..Opening::new(source, self.board.config()?) };
+        let taken = guide::in_terminal(&opening, false, Onlookers::default(), announcer())?;
+        Ok(taken.conclude(&announcer())?.path)
     }
 
     fn overwrite(&self) -> Overwrite {
         if self.force { Overwrite::Allowed } else { Overwrite::Never }
     }
 
-    /// Calibrations and pictures among the inputs. Without a calibration by name, those in the
-    /// named folders.
-    fn sorted(&self) -> anyhow::Result<(Vec<Named>, Vec<PathBuf>)> {
+    /// Cameras among the inputs: one, if its calibrations are named. Without, each named folder that
+    /// holds some, with its pictures; or else each folder in those.
+    fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
         let (files, pictures): (Vec<PathBuf>, Vec<PathBuf>) =
             self.inputs.iter().cloned().partition(|path| path.is_file() && has_ending(path));
         let read = |path: PathBuf| comparison::read(&path).map(|old| (path, old));
-        let judged: Vec<Named> = if files.is_empty() {
-            let inside = pictures.iter().filter(|path| path.is_dir() && !is_session(path));
-            let files = inside.flat_map(|folder| entries(folder)).filter(|path| has_ending(path));
-            files.filter_map(|path| read(path).ok()).collect()
-        } else {
-            files.into_iter().map(read).collect::<anyhow::Result<_>>()?
-        };
-        if judged.is_empty() {
-            let wanted = "no calibration among the inputs: name its file before the pictures";
-            return Err(WrongUsage(wanted.into()).into());
+        if !files.is_empty() {
+            let files = files.into_iter().map(read).collect::<anyhow::Result<_>>()?;
+            return Ok(vec![Camera { files, pictures }]);
         }
-        Ok((judged, pictures))
+        let camera = |folder: &PathBuf| {
+            let files = entries(folder).into_iter().filter(|path| has_ending(path));
+            let files: Vec<Named> = files.filter_map(|path| read(path).ok()).collect();
+            let is_one = !files.is_empty() && !is_session(folder);
+            is_one.then(|| Camera { files, pictures: vec![folder.clone()] })
+        };
+        let mut cameras: Vec<Camera> = pictures.iter().filter_map(camera).collect();
+        if cameras.is_empty() {
+            let folders = pictures.iter().flat_map(|at| entries(at));
+            cameras = folders.filter_map(|folder| camera(&folder)).collect();
+        } else if let [one] = &mut cameras[..] {
+            // Its pictures may be elsewhere.
+            one.pictures = pictures;
+        }
+        if cameras.is_empty() {
+            let wanted = "no calibration among the inputs: name its file before the pictures";
+            return Err(wrong(wanted));
+        }
+        Ok(cameras)
     }
 
     /// Lens of `pictures`, or of a corner table of pictures of `table_size`. Another board than the
@@ -217,19 +291,22 @@ impl Arguments {
             views = found(&board)?;
         }
         let params = CalibrationParams { noise_floor_px, ..config.calibration() };
-        Ok(Fresh::of(views, board, &params, &announcer()))
+        let exif_mm = given.files.first().and_then(|picture| film_length_mm(picture));
+        Ok(Fresh { exif_mm, ..Fresh::of(views, board, &params, &announcer()) })
     }
 
-    /// Writes the lens of the pictures, in the format of the name `out` or of `old`.
-    fn write_better(&self, out: &Path, old: &OldCalibration, fresh: &Fresh) -> anyhow::Result<()> {
+    /// Writes the lens of the pictures, in the format of the name `out` or of the judged file; in
+    /// boresight's own to a JSON file if that is none.
+    fn write_better(&self, out: &Path, judged: &Named, fresh: &Fresh) -> anyhow::Result<()> {
+        let (path, old) = judged;
         if fresh.lens.is_err() {
             say("The pictures give no lens: nothing is written.");
             return Ok(());
         }
-        let format =
-            Format::of_file(out).or_else(|| format_of(old.format, out)).with_context(|| {
-                format!("the name {out:?} doesn't tell its format: use a usual name of it")
-            })?;
+        let is_json = |path: &Path| path.extension().is_some_and(|ending| ending == "json");
+        let is_own = is_json(out) && !is_json(path);
+        let by_kind = || if is_own { Format::Json } else { format_of(old.format, out) };
+        let format = Format::of_file(out).unwrap_or_else(by_kind);
         let json = serde_json::to_string_pretty(&fresh.file.to_json()?)?;
         let text = export_text(&json, format, old.source.as_deref(), &announcer())?;
         save(out, text.as_bytes(), self.overwrite())?;
@@ -238,17 +315,21 @@ impl Arguments {
     }
 }
 
+fn wrong(wanted: &str) -> anyhow::Error {
+    WrongUsage(wanted.into()).into()
+}
+
 fn has_ending(path: &Path) -> bool {
     let is_cameras = path.file_name().is_some_and(|name| name == "cameras.txt");
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
     is_cameras || ending.is_some_and(|ending| ENDINGS.contains(&&*ending))
 }
 
-/// Format to write for the file of a format that was read.
-fn format_of(read: OldFormat, out: &Path) -> Option<Format> {
+/// Format to write to `out` for the file of a format that was read.
+fn format_of(read: OldFormat, out: &Path) -> Format {
     let ends = |ending: &str| out.extension().is_some_and(|of_out| of_out == ending);
-    Some(Format::Camera(match read {
-        OldFormat::Own => return Some(Format::Json),
+    Format::Camera(match read {
+        OldFormat::Own => return Format::Json,
         OldFormat::OpenCv if ends("xml") => CameraFormat::OpencvXml,
         OldFormat::OpenCv if ends("json") => CameraFormat::OpencvJson,
         OldFormat::OpenCv => CameraFormat::OpencvYaml,
@@ -265,5 +346,5 @@ fn format_of(read: OldFormat, out: &Path) -> Option<Format> {
         OldFormat::Photonvision => CameraFormat::Photonvision,
         OldFormat::Gyroflow => CameraFormat::Gyroflow,
         OldFormat::Open3d => CameraFormat::Open3d,
-    }))
+    })
 }

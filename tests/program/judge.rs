@@ -2,6 +2,7 @@
 
 use std::{fs, path::Path};
 
+use image::{ImageEncoder, codecs::jpeg::JpegEncoder};
 use serde_json::Value;
 
 use crate::{
@@ -70,6 +71,8 @@ fn a_sound_file_is_true_and_a_wrong_one_off_by_its_part() {
         ["sound.yaml", "long.yaml"].map(|name| ended.stderr.rfind(name).expect("listed")).into();
     assert!(order[0] < order[1], "{}", ended.stderr);
     says(&boresight(place, &["judge", "better.yaml", &session]), 0, &["TRUE"]);
+    let known = ["judge", "long.yaml", &session, "--out", "known.json"];
+    says(&boresight(place, &known), 4, &["Written: known.json (JSON)"]);
     says(&boresight(place, &both), 1, &["already a file", "better.yaml"]);
 }
 
@@ -95,13 +98,104 @@ fn a_folder_with_a_file_and_its_pictures_needs_no_other_name() {
     let place = place.path();
     fs::create_dir(place.join("calibrationdata")).expect("a folder");
     planted(place, "calibrationdata/ost.yaml", |_| {});
-    let frames = Path::new(&good()).join("frames");
-    for (number, frame) in fs::read_dir(frames).expect("frames").flatten().enumerate() {
-        let to = place.join(format!("calibrationdata/left-{number:04}.png"));
-        fs::copy(frame.path(), to).expect("copied");
-    }
+    pictures(&place.join("calibrationdata"));
     let ended = boresight(place, &["judge", "calibrationdata"]);
     says(&ended, 0, &["calibrationdata/ost.yaml: TRUE"]);
+    assert!(!ended.stderr.contains("EXIF"), "{}", ended.stderr);
+
+    // A first picture by a lens of 70 mm, as its EXIF data says.
+    let exif = [
+        &b"MM\0*\0\0\0\x08\0\x01\x87\x69\0\x04\0\0\0\x01\0\0\0\x1a\0\0\0\0"[..],
+        b"\0\x01\xa4\x05\0\x03\0\0\0\x01\0\x46\0\0\0\0\0\0",
+    ];
+    let mut bytes = Vec::new();
+    let mut encoder = JpegEncoder::new_with_quality(&mut bytes, 100);
+    encoder.set_exif_metadata(exif.concat()).expect("room for it");
+    let first = image::open(place.join("calibrationdata/left-0000.png")).expect("a picture");
+    encoder.encode_image(&first.to_luma8()).expect("encoded");
+    fs::write(place.join("calibrationdata/left-.jpg"), bytes).expect("written");
+    let ended = boresight(place, &["judge", "calibrationdata", "--json"]);
+    says(&ended, 0, &["TRUE", "EXIF data says 70 mm"]);
+    assert_eq!(json(ended.stdout.trim())["shown"][0], "F-NOT-OF-EXIF");
+}
+
+/// The fixture's pictures, in `folder`.
+fn pictures(folder: &Path) {
+    let frames = Path::new(&good()).join("frames");
+    for (number, frame) in fs::read_dir(frames).expect("frames").flatten().enumerate() {
+        fs::copy(frame.path(), folder.join(format!("left-{number:04}.png"))).expect("copied");
+    }
+}
+
+#[test]
+fn of_a_folder_of_cameras_the_worst_is_first_and_nothing_stops_the_others() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    for camera in ["front", "rear", "lost"] {
+        fs::create_dir_all(place.join("cameras").join(camera)).expect("a folder");
+    }
+    planted(place, "cameras/front/ost.yaml", |_| {});
+    planted(place, "cameras/lost/ost.yaml", |_| {});
+    planted(place, "cameras/rear/ost.yaml", |lens| {
+        (0..2).for_each(|axis| scale(&mut lens["f_px"][axis], 1.06));
+    });
+    pictures(&place.join("cameras/front"));
+    pictures(&place.join("cameras/rear"));
+    let ended = boresight(place, &["judge", "cameras", "--json"]);
+    says(&ended, 4, &["rear/ost.yaml: OFF", "front/ost.yaml: TRUE", "lost/ost.yaml: CAN'T TELL"]);
+    let (_, table) = ended.stderr.split_once("Worst first:").expect("a table");
+    let rows: Vec<&str> = table.trim().lines().collect();
+    for (row, (answer, camera)) in
+        rows.iter().zip([("off", "rear"), ("cannot-tell", "lost"), ("true", "front")])
+    {
+        assert!(row.contains(answer) && row.contains(camera), "{row}");
+    }
+    assert_eq!((rows.len(), ended.stdout.lines().count()), (3, 2));
+    let one = ["judge", "cameras", "--out", "better.yaml"];
+    says(&boresight(place, &one), 2, &["--out is about one calibration"]);
+}
+
+#[test]
+fn a_live_camera_is_guided_first() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    let scene = "name = \"installed\"\nseed = 3\nf_px = 520\nimage_size_px = [640, 480]\n\
+                 pp_px = [322, 238]\ndistortion = [-0.1, 0.02, 0, 0, 0]\n\
+                 [technician]\nperson = \"tripod\"\n";
+    fs::write(place.join("scene.toml"), scene).expect("written");
+    let file = |f_px: u32| {
+        format!(
+            "image_width: 640\nimage_height: 480\ndistortion_model: plumb_bob\n\
+             camera_matrix: {{rows: 3, cols: 3, data: [{f_px}, 0, 322, 0, {f_px}, 238, 0, 0, 1]}}\n\
+             distortion_coefficients: {{rows: 1, cols: 5, data: [-0.1, 0.02, 0, 0, 0]}}\n"
+        )
+    };
+    fs::write(place.join("sound.yaml"), file(520)).expect("written");
+    fs::write(place.join("long.yaml"), file(560)).expect("written");
+    let live = ["judge", "sound.yaml", "long.yaml", "--source", "sim:scene.toml"];
+    let ended = boresight(place, &live);
+    says(&ended, 4, &["sound.yaml: TRUE", "long.yaml: OFF", "too long", "Nearest"]);
+    let both = [&live[..], &["pictures"]].concat();
+    says(&boresight(place, &both), 2, &["--source takes the pictures"]);
+}
+
+/// Of formats without corners that can be read, the next action names what has them.
+#[test]
+fn a_file_without_corners_says_where_they_are() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    for (format, name, action) in [
+        ("mrcal", "front.cameramodel", "boresight judge FILE CORNERS.vnl"),
+        ("kalibr", "camchain.yaml", "boresight judge FILE --source BAG"),
+    ] {
+        let export = ["export", &good(), "--format", format, "--out", name];
+        says(&boresight(place, &export), 0, &["Written"]);
+        says(&boresight(place, &["judge", name]), 3, &["CAN'T TELL", action]);
+    }
+    let export = ["export", &good(), "--format", "vnl", "--out", "corners.vnl"];
+    says(&boresight(place, &export), 0, &["Written"]);
+    let judge = ["judge", "front.cameramodel", "corners.vnl", "--board", "7x5"];
+    says(&boresight(place, &judge), 0, &["TRUE"]);
 }
 
 /// A file as OpenCV's sample writes it, with the fixture's corners, and its focal length times `by`.

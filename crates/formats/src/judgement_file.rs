@@ -5,7 +5,6 @@ use serde_json::Value;
 
 use super::schema::{self, NotRead};
 use boresight_calibrate::{Calibration, Judgement, WrongPart};
-use boresight_geometry::frame::ImageSize;
 
 /// Name and version of the format.
 pub const JUDGEMENT_SCHEMA: &str = "boresight.judgement/1";
@@ -80,44 +79,25 @@ pub struct FreshLens {
 }
 
 impl JudgementFile {
-    /// The file of a judgement of the calibration `file` of `format`, or of the stable name of why
-    /// there is none; `message`, `action` and `doubts` in words.
-    pub fn of(
-        (file, format): (&str, &str),
-        image_size: ImageSize,
-        judged: Result<(&Judgement, &Calibration), &str>,
-        answer: &str,
-        (message, action, doubts): (String, String, Vec<String>),
-    ) -> Self {
-        let mut judgement = Self {
-            schema: JUDGEMENT_SCHEMA.into(),
-            file: file.into(),
-            format: format.into(),
-            image_size: [image_size.width_px, image_size.height_px],
-            answer: answer.into(),
-            reason: judged.err().map(Into::into),
-            message,
-            action,
-            doubts,
-            ..Self::default()
-        };
-        if let Ok((found, fresh)) = judged {
-            judgement.off_px = Some(found.off_px);
-            judgement.off_interval_px = Some([found.least_px, found.most_px]);
-            judgement.worst_px = Some(found.worst_px);
-            judgement.goal_px = Some(found.goal_px);
-            judgement.wrong = found.wrong.as_ref().map(WrongPart::code).map(Into::into);
-            judgement.rms_px = found.rms_px;
-            judgement.fresh = Some(FreshLens {
+    /// Numbers of a judgement by the lens `fresh`.
+    pub fn numbers(found: &Judgement, fresh: &Calibration) -> Self {
+        let displaced_px = found.displaced_px.iter();
+        Self {
+            off_px: Some(found.off_px),
+            off_interval_px: Some([found.least_px, found.most_px]),
+            worst_px: Some(found.worst_px),
+            goal_px: Some(found.goal_px),
+            wrong: found.wrong.as_ref().map(WrongPart::code).map(Into::into),
+            rms_px: found.rms_px,
+            fresh: Some(FreshLens {
                 f_px: fresh.camera.f_px.into(),
                 pp_px: fresh.camera.pp_px.into(),
                 rms_px: fresh.rms_px,
                 views: fresh.views.len(),
-            });
-            judgement.displaced_px =
-                found.displaced_px.iter().map(|(at, by)| [at.x, at.y, by.x, by.y]).collect();
+            }),
+            displaced_px: displaced_px.map(|(at, by)| [at.x, at.y, by.x, by.y]).collect(),
+            ..Self::default()
         }
-        judgement
     }
 
     /// Reads the tree of a JSON file. Unknown fields are skipped.

@@ -8,7 +8,7 @@ use boresight_calibrate::{
     Answer, Calibration, CalibrationParams, GivenLens, LensFlaw, NotCalibrated, NotJudged, judge,
 };
 use boresight_formats::{
-    CalibrationFile, FindingEntry, JudgementFile,
+    CalibrationFile, FindingEntry, JUDGEMENT_SCHEMA, JudgementFile,
     import::{FileDoubt, OldCalibration},
 };
 use boresight_geometry::boards::Board;
@@ -25,6 +25,8 @@ pub struct Fresh {
     pub lens: Result<Calibration, NotCalibrated>,
     /// File of the lens.
     pub file: CalibrationFile,
+    /// Focal length on 35 mm film in the pictures' EXIF data, if stated, in millimetres.
+    pub exif_mm: Option<f64>,
 }
 
 impl Fresh {
@@ -38,7 +40,7 @@ impl Fresh {
         let threads = available_parallelism().map_or(1, usize::from);
         let params = CalibrationParams { threads, ..params.clone() };
         let (lens, file) = views.calibrated_with_file(&board, &params, None, announcer);
-        Self { views, board, lens, file }
+        Self { views, board, lens, file, exif_mm: None }
     }
 
     /// Lens of the corners in the file of `old`. `None` if it brings none.
@@ -64,7 +66,9 @@ pub fn judgement(
     limit_px: Option<f64>,
 ) -> (Answer, JudgementFile) {
     let given = GivenLens { camera: old.camera, image_size: old.image_size };
-    let shown = FileDoubt::of(old);
+    let mut shown = FileDoubt::of(old);
+    let exif_mm = fresh.and_then(|fresh| fresh.exif_mm);
+    shown.extend(exif_mm.and_then(|exif_mm| FileDoubt::by_exif(old, exif_mm)));
     let mut doubts: Vec<String> = shown.iter().map(words::file_doubt).collect();
     let judged = match fresh {
         None => Err(LensFlaw::of(&old.camera, old.image_size, &old.outlines)
@@ -86,14 +90,23 @@ pub fn judgement(
             let findings = fresh.map(|fresh| &fresh.file.findings).into_iter().flatten();
             let first = findings.filter(|_| *reason == NotJudged::NoFreshLens).find(bad);
             doubts.extend(first.map(|finding| finding.message.clone()));
-            (reason.answer(), words::not_judged(reason))
+            (reason.answer(), words::not_judged(reason, old.format))
         }
     };
-    let judged = judged.as_ref().map(|(judged, lens)| (judged, *lens));
-    let judged = judged.map_err(NotJudged::code);
-    let of = (&*path.display().to_string(), old.format.name());
-    let words = (message, action, doubts);
-    let mut file = JudgementFile::of(of, old.image_size, judged, answer.code(), words);
-    file.shown = shown.iter().map(|doubt| doubt.code().into()).collect();
+    let reason = judged.as_ref().err().map(|reason| reason.code().into());
+    let numbers = judged.as_ref().map(|(judged, lens)| JudgementFile::numbers(judged, lens));
+    let file = JudgementFile {
+        schema: JUDGEMENT_SCHEMA.into(),
+        file: path.display().to_string(),
+        format: old.format.name().into(),
+        image_size: [old.image_size.width_px, old.image_size.height_px],
+        answer: answer.code().into(),
+        reason,
+        message,
+        action,
+        doubts,
+        shown: shown.iter().map(|doubt| doubt.code().into()).collect(),
+        ..numbers.unwrap_or_default()
+    };
     (answer, file)
 }

@@ -25,6 +25,11 @@ const ROTATION_ERROR: f64 = 1e-3;
 const POSSIBLE_ZOOM: std::ops::Range<f64> = 0.2..5.0;
 /// Largest coordinate of a principal point stated as a fraction of the picture.
 const MOST_FRACTION: f64 = 1.5;
+/// Diagonal of 35 mm film, in millimetres.
+const FILM_DIAGONAL_MM: f64 = 43.27;
+/// Ratio of focal lengths that rounding, pictures of another shape, and a crop against shake don't
+/// explain.
+const OTHER_FIELD: f64 = 1.3;
 const IDENTITY: [f64; 9] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
 
 /// Doubt about a calibration from its file alone.
@@ -72,6 +77,13 @@ pub enum FileDoubt {
     NoRotation,
     /// The projection can't be that of this lens's rectified pictures.
     Projection,
+    /// The focal length isn't that in the pictures' EXIF data.
+    NotOfExif {
+        /// Focal length on 35 mm film, in millimetres.
+        film_mm: f64,
+        /// The same in the EXIF data.
+        exif_mm: f64,
+    },
 }
 
 /// Every check of numbers in pixels, one kind of doubt each.
@@ -83,6 +95,13 @@ impl FileDoubt {
     pub fn of(file: &OldCalibration) -> Vec<Self> {
         let in_pixels = || CHECKS.iter().filter_map(|check| check(file)).collect();
         units(file).map_or_else(in_pixels, |units| vec![units])
+    }
+
+    /// Doubt about `file` by the focal length on 35 mm film in its pictures' EXIF data.
+    pub fn by_exif(file: &OldCalibration, exif_mm: f64) -> Option<Self> {
+        let film_mm = FILM_DIAGONAL_MM * file.camera.f_px.x / sides(file).norm();
+        let ratio = film_mm / exif_mm;
+        (ratio.max(ratio.recip()) > OTHER_FIELD).then_some(Self::NotOfExif { film_mm, exif_mm })
     }
 
     /// True for a doubt about the principal point.
@@ -103,6 +122,7 @@ impl FileDoubt {
             Self::FewViews { .. } => "FEW-VIEWS",
             Self::NoRotation => "R-NO-ROTATION",
             Self::Projection => "P-NOT-OF-K",
+            Self::NotOfExif { .. } => "F-NOT-OF-EXIF",
         }
     }
 }
@@ -237,6 +257,12 @@ projection_matrix: {rows: 3, cols: 4, data: [760.2, 0, 655.0, 0, 0, 811.0, 347.1
             ("-0.29, 0.11, 0.0007, -0.0004, -0.02", "0, 0, 0, 0, 0", "P-NOT-OF-K"),
         ] {
             assert_eq!(codes(of, by), [code], "{by}");
+        }
+        // As wide as a lens of 26.6 mm on film.
+        let file = read(ROS).expect("a calibration");
+        for (exif_mm, is_doubtful) in [(52.0, true), (36.0, true), (28.0, false), (24.0, false)] {
+            let doubt = FileDoubt::by_exif(&file, exif_mm);
+            assert_eq!(doubt.map(|doubt| doubt.code()), is_doubtful.then_some("F-NOT-OF-EXIF"));
         }
         let ratio = FileDoubt::of(&read(&ROS.replace("903.4", "1202.8")).expect("read"));
         assert!(matches!(ratio[..], [FileDoubt::Stretched { exactly: Some((4, 3)), .. }]));

@@ -1,7 +1,7 @@
 //! Whether a calibration is true, in words.
 
 use boresight_calibrate::{Answer, Judgement, NotJudged, SizeFit, WrongPart};
-use boresight_formats::import::FileDoubt;
+use boresight_formats::import::{FileDoubt, OldFormat};
 use nalgebra::Point2;
 
 /// Answer with numbers, and the next action.
@@ -33,12 +33,21 @@ pub fn judgement(judged: &Judgement) -> (String, String) {
     }
 }
 
-/// Why there is no answer, and the next action.
-pub fn not_judged(reason: &NotJudged) -> (String, String) {
+/// Why there is no answer about a file of `format`, and the next action.
+pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
     match reason {
         NotJudged::NoPictures => (
             "CAN'T TELL: a file alone can't show that it's true".into(),
-            "Give its pictures, too: boresight judge FILE PICTURES.".into(),
+            match format {
+                OldFormat::Mrcal => {
+                    "mrcal packs its corners. Give the table that they came from: boresight judge FILE CORNERS.vnl."
+                }
+                OldFormat::Kalibr => {
+                    "Kalibr's files hold no corners. Give the pictures, or the bag: boresight judge FILE --source BAG."
+                }
+                _ => "Give its pictures, too: boresight judge FILE PICTURES.",
+            }
+            .into(),
         ),
         NotJudged::Impossible(flaw) => (
             format!("OFF: {flaw}, as no lens has"),
@@ -149,6 +158,9 @@ pub fn file_doubt(doubt: &FileDoubt) -> String {
             format!("{views} view{s} can't support {terms} distortion coefficients")
         }
         FileDoubt::NoRotation => "Its R is no rotation: rectified pictures will be wrong".into(),
+        FileDoubt::NotOfExif { film_mm, exif_mm } => format!(
+            "It has the field of view of a {film_mm:.0} mm lens on film, and its pictures' EXIF data says {exif_mm:.0} mm: another camera, zoom or size?"
+        ),
         FileDoubt::Projection => {
             "Its P isn't a projection of this lens's rectified pictures: they will be wrong".into()
         }

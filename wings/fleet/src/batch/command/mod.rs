@@ -18,6 +18,8 @@ use boresight_app::Exit;
 /// A result that is there is done. So if a run was interrupted, or a machine was lost, run it
 /// again: only what is missing is worked on. Several runs on one folder of results share the work.
 /// A session that can't be worked on becomes a row with a code, and the others go on.
+///
+/// Calibrations of other programs, a folder a camera with its pictures: `boresight judge CAMERAS`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
