@@ -35,7 +35,7 @@ use boresight_terminal::{
 /// for a different picture size, a different camera, or views outside the part of the picture that
 /// the old calibration covers. The old file is never changed.
 ///
-/// The old calibration is boresight's, which states its uncertainty. A file of another program may
+/// The old calibration is boresight's, which states its uncertainty. What other programs write may
 /// never have been right: `boresight judge FILE PICTURES --out calibration.json` says whether it
 /// was, and writes the lens of its pictures, which can be checked.
 #[derive(Debug, Args)]
