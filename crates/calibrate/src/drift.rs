@@ -174,9 +174,9 @@ impl NoDrift {
 ///
 /// # Errors
 ///
-/// [`NoDrift`] if the old lens can't be right or states no covariance, if the picture size differs, if fewer than
-/// [`DRIFT_VIEWS`] usable views differ, if they are of two cameras or focal lengths, or if they
-/// don't determine the three parameters.
+/// [`NoDrift`] if the old lens can't be right or states no covariance, if the picture size differs,
+/// if fewer than [`DRIFT_VIEWS`] usable views differ, if they are of two cameras or focal lengths,
+/// or if they don't determine the three parameters.
 pub fn drift(
     views: &[Vec<Corner>],
     board: &Board,

@@ -118,7 +118,7 @@ impl Hands {
         }
     }
 
-    /// Waits at most `patience` until no other camera is behind frame `next`. False if one still is.
+    /// Waits at most `patience` until no other camera is behind frame `next`. False if one is.
     pub(super) fn wait_for_others(&self, next: u64, patience: Duration) -> bool {
         let person = self.person();
         let is_behind = |person: &mut Watched| {

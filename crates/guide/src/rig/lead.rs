@@ -89,8 +89,9 @@ pub struct RigSession {
 }
 
 impl RigSession {
-    /// Leads sessions, from the first [plan](Self::planned) on, with pictures of `image_sizes`, and known lenses if any, after the `places`
-    /// of an earlier run. `is_synchronised` if one trigger starts every exposure.
+    /// Leads sessions of cameras with the given picture sizes, and known lenses if any, from the
+    /// first [plan](Self::planned) on, after the `places` of an earlier run. `is_synchronised` if
+    /// one trigger starts every exposure.
     pub fn new(
         board: Board,
         cameras: impl IntoIterator<Item = (ImageSize, Option<KnownLens>)>,
