@@ -245,14 +245,14 @@ impl Arguments {
             told.is_new(&StateLine::of(camera));
         }
         let hear = |camera: &WatchedCamera, _: &Decision| {
+            let line = StateLine::of(camera);
             if let Some(metrics) = &metrics {
-                metrics.note(camera);
+                metrics.note(camera, &line);
             }
             if self.json && !is_once {
                 // A closed reader ends nothing.
-                let _ = serde_json::to_string(&StateLine::of(camera)).map(|line| print(&line));
+                let _ = serde_json::to_string(&line).map(|line| print(&line));
             }
-            let line = StateLine::of(camera);
             if !told.is_new(&line) {
                 return;
             }
@@ -274,15 +274,19 @@ impl Arguments {
         }
         let cameras = || left.iter().flat_map(|round| round.places.cameras());
         for camera in cameras() {
+            let line = StateLine::asked(camera);
+            if is_once && let Some(metrics) = &metrics {
+                metrics.note(camera, &line);
+            }
             if self.json && is_once {
-                print(&serde_json::to_string(&StateLine::of(camera))?)?;
+                print(&serde_json::to_string(&line)?)?;
             } else if is_once {
                 for line in watch::lines(camera) {
                     print(&line)?;
                 }
             }
             if is_once && let Some(on_finish) = &on_finish {
-                start(on_finish, camera, &StateLine::of(camera));
+                start(on_finish, camera, &line);
             }
         }
         if left.len() < listed {
@@ -292,7 +296,7 @@ impl Arguments {
             say("No preset has been seen twice yet: its second picture begins its learning.");
             return Ok(Exit::NotTrustworthy);
         }
-        Ok(watch::worst(cameras().map(|camera| camera.watch().decision().state)))
+        Ok(watch::worst(cameras().map(|camera| camera.watch().asked().state)))
     }
 
     /// Opens the cameras, each with pictures and interval, and returns the intended number: a
@@ -492,13 +496,13 @@ fn state(folder: &Path, json: bool) -> anyhow::Result<Exit> {
     for folder in &folders {
         let camera = WatchedCamera::look_at(folder)?;
         if json {
-            print(&serde_json::to_string(&StateLine::of(&camera))?)?;
+            print(&serde_json::to_string(&StateLine::asked(&camera))?)?;
         } else {
             for line in watch::lines(&camera) {
                 print(&line)?;
             }
         }
-        states.push(camera.watch().decision().state);
+        states.push(camera.watch().asked().state);
     }
     Ok(watch::worst(states))
 }

@@ -63,9 +63,9 @@ impl Metrics {
         Self { path, parts: Mutex::default() }
     }
 
-    pub(super) fn note(&self, camera: &WatchedCamera) {
+    pub(super) fn note(&self, camera: &WatchedCamera, line: &StateLine) {
         let mut parts = self.parts.lock().unwrap_or_else(PoisonError::into_inner);
-        parts.insert(camera.name().to_owned(), CameraMetrics::of(camera));
+        parts.insert(camera.name().to_owned(), CameraMetrics::of(camera, line.clone()));
         drop(parts);
         self.write(&announcer());
     }

@@ -36,7 +36,8 @@ pub struct StateLine {
     pub off: Option<Amounts>,
     /// The smallest change that is found within two days; `null` while learning.
     pub smallest_visible: Option<Amounts>,
-    /// Why there is no answer, such as `no-picture`; `null` if there is one.
+    /// Why there is no answer, such as `no-picture`, or why it vouches for nothing, such as
+    /// `unsure`; `null` otherwise.
     pub reason: Option<String>,
     /// When the references were learned.
     pub reference: String,
@@ -105,14 +106,17 @@ pub fn with_scale<T>(lens: &Lens, say: impl FnOnce(&Scale<'_>) -> T) -> T {
 impl StateLine {
     /// Present state of `camera`.
     pub fn of(camera: &WatchedCamera) -> Self {
-        let newest = camera.newest_secs();
-        Self::of_decision(
-            camera.name(),
-            camera.lens(),
-            camera.watch().decision(),
-            newest,
-            camera.pictures(),
-        )
+        Self::after(camera, camera.watch().decision())
+    }
+
+    /// State of `camera` for someone who asks once: see [`boresight_watch::Watch::asked`].
+    pub fn asked(camera: &WatchedCamera) -> Self {
+        Self::after(camera, &camera.watch().asked())
+    }
+
+    fn after(camera: &WatchedCamera, decision: &Decision) -> Self {
+        let (name, newest) = (camera.name(), camera.newest_secs());
+        Self::of_decision(name, camera.lens(), decision, newest, camera.pictures())
     }
 
     /// State of a camera after `decision`.
@@ -177,12 +181,12 @@ fn reason(decision: &Decision) -> Option<String> {
     }
 }
 
-/// State of a camera, as lines.
+/// State of a camera for someone who asks once, as lines.
 pub fn lines(camera: &WatchedCamera) -> Vec<String> {
     let smallest = with_scale(camera.lens(), |scale| {
         words::smallest_visible(camera.watch().decision(), scale)
     });
-    StateLine::of(camera).lines(&smallest)
+    StateLine::asked(camera).lines(&smallest)
 }
 
 /// Exit code of a state.
@@ -210,11 +214,11 @@ pub struct CameraMetrics {
 }
 
 impl CameraMetrics {
-    /// Present metrics of a camera.
-    pub fn of(camera: &WatchedCamera) -> Self {
+    /// Metrics of a camera in the state of `line`.
+    pub fn of(camera: &WatchedCamera, line: StateLine) -> Self {
         let answer = camera.newest_answer();
         Self {
-            line: StateLine { camera: harmless(camera.name()), ..StateLine::of(camera) },
+            line: StateLine { camera: harmless(camera.name()), ..line },
             answered_secs: camera.watch().decision().answered_secs,
             glass: [answer.and_then(|a| a.sharp), answer.and_then(|a| a.contrast)],
         }

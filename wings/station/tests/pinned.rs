@@ -5,8 +5,8 @@
 use std::{fs, path::Path};
 
 use boresight_geometry::frame::ImageSize;
-use boresight_station::{Taken, WatchedCamera, exit, street::Street};
-use boresight_watch::{Lens, State};
+use boresight_station::{StateLine, Taken, WatchedCamera, exit, street::Street};
+use boresight_watch::{Lens, NoAnswer, State};
 use image::GrayImage;
 use tempfile::TempDir;
 
@@ -99,4 +99,35 @@ fn a_question_is_answered_by_pictures_of_now_and_changes_nothing() {
     // A camera that was moved, and is back.
     look(&mut watched, ",pan=4px@0d", 10..14);
     assert!(matches!(asked(place.path(), 15, |at| still.picture(at)), Exit::Good));
+}
+
+#[test]
+fn who_asks_once_hears_ok_only_of_a_look_that_was_answered() {
+    use NoAnswer::{Frozen, NoPicture, NotLoggedIn, NotReached, OtherSize};
+    let place = TempDir::new().expect("a folder");
+    let mut camera = open(place.path());
+    let said = |camera: &WatchedCamera| {
+        let line = StateLine::asked(camera);
+        (line.state, line.reason, exit(camera.watch().asked().state))
+    };
+    let none = [NoPicture, NotLoggedIn, NotReached, Frozen, OtherSize];
+    assert_eq!(look(&mut camera, "", 0..8), State::Ok);
+    assert_eq!(said(&camera), ("OK", None, boresight_app::Exit::Good));
+    for (number, reason) in (8..).zip(none) {
+        let taken = Taken::at(at_secs(2 * number));
+        camera.no_picture(reason, taken).expect("recorded");
+        let (state, named, exit) = said(&camera);
+        assert_eq!((state, exit), ("CANNOT-TELL", boresight_app::Exit::CannotTell), "{reason:?}");
+        assert!(named.is_some());
+        // A program that only reads the store says the same.
+        let stored = WatchedCamera::look_at(place.path()).expect("there");
+        assert_eq!(said(&stored).0, "CANNOT-TELL");
+        look(&mut camera, "", 2 * number + 1..2 * number + 2);
+    }
+    // A picture that shows nothing is no answer either; a camera that was moved stays so.
+    look(&mut camera, ",cover=1@0d", 40..41);
+    assert_eq!(said(&camera).0, "CANNOT-TELL");
+    look(&mut camera, ",pan=4px@0d", 42..46);
+    camera.no_picture(NotLoggedIn, Taken::at(at_secs(47))).expect("recorded");
+    assert_eq!(said(&camera).0, "MOVED");
 }

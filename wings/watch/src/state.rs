@@ -81,7 +81,7 @@ pub struct Decision {
     pub answered_secs: Option<f64>,
     /// Share of the patches looked for that usually agrees; `None` while learning.
     pub usual_seen: Option<f64>,
-    /// Why the newest picture has no answer.
+    /// Why the newest picture has no answer, or one that vouches for nothing.
     pub lacks: Option<NoAnswer>,
     /// Findings besides the state.
     pub findings: Vec<Finding>,

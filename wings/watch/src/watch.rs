@@ -164,6 +164,20 @@ impl Watch {
         &self.decision
     }
 
+    /// Decision of someone who asks once: a newest look without an answer that vouches for the
+    /// camera doesn't end as OK, however short the silence.
+    pub fn asked(&self) -> Decision {
+        let mut decision = self.decision.clone();
+        let is_first = decision.lacks == Some(NoAnswer::NoReferences);
+        if let (Some(reason), None, false) = (decision.lacks, self.kind, is_first)
+            && matches!(decision.state, State::Ok | State::Learning { .. })
+        {
+            decision.state = State::CannotTell { reason, before: None };
+            decision.since_secs = self.vouched_secs.unwrap_or(decision.since_secs);
+        }
+        decision
+    }
+
     /// Target of a camera that stays at the hour, px, as [`crate::Turn::in_px`]; zero while
     /// learning.
     pub fn target_px(&self, at_secs: f64) -> Vector4<f64> {
@@ -188,10 +202,8 @@ impl Watch {
 
     /// Asks for answers anew: what was said before vouches for nothing.
     pub fn ask(&mut self, at_secs: f64) {
-        if self.cycle.is_some() {
-            let reason = NoAnswer::Unconfirmed;
-            self.doubt(State::CannotTell { reason, before: None }, at_secs);
-        }
+        let reason = NoAnswer::Unconfirmed;
+        self.doubt(State::CannotTell { reason, before: None }, at_secs);
     }
 
     /// True after three days of learning.
@@ -351,6 +363,7 @@ impl Watch {
             self.unvouched = 0;
             self.doubt(state, since);
         } else if let Some(reason) = lack {
+            self.decision.lacks = Some(reason);
             match self.kind {
                 Some(kind) => self.doubt(kind, at_secs),
                 None => self.unanswered(at_secs, reason, None),
