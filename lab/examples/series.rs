@@ -3,11 +3,11 @@
 //! Prints each change of state; writes the lines.
 //!
 //! ```text
-//! series FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE.jsonl]
+//! series FOLDER fx,fy,cx,cy[,k1…] [--pin] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE.jsonl]
 //! ```
 //!
-//! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `blur`, `dirt`,
-//! `fog`, `veil`, `dark` or `covered`. Times come from the names: `2023-06-13T03_11_46`, or seconds
+//! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `shift=2` (px, of
+//! the whole picture), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`. Times come from the names: `2023-06-13T03_11_46`, or seconds
 //! since 1970.
 
 mod watched;
@@ -17,13 +17,16 @@ use std::{collections::BTreeMap, io::Write, path::Path};
 use boresight_geometry::frame::ImageSize;
 use boresight_watch::{Input, NoAnswer, Station, Turn, Watch};
 use image::GrayImage;
-use watched::{Failed, blurred, dirty, foggy, lens, noisy, pictures, read, turn_by, veiled};
+use watched::{
+    Failed, blurred, cubic, dirty, foggy, lens, noisy, pictures, read, spent_secs, turn_by, veiled,
+};
 
 fn main() -> Result<(), Failed> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [folder, numbers, options @ ..] = arguments.as_slice() else {
         return Err(
-            "FOLDER fx,fy,cx,cy[,k1…] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE]".into()
+            "FOLDER fx,fy,cx,cy[,k1…] [--pin] [--plant WHAT@NUMBER[..NUMBER]]… [--lines FILE]"
+                .into(),
         );
     };
     let given = |name: &str| -> Vec<&str> {
@@ -42,7 +45,9 @@ fn main() -> Result<(), Failed> {
         before: "",
         none: BTreeMap::new(),
         findings: BTreeMap::new(),
+        spent_secs: 0.0,
     };
+    camera.station.is_pinned = options.iter().any(|option| option == "--pin");
     // Everything before the first change is shared.
     let common = planted.iter().map(|p| p.from).min().unwrap_or(files.len()).min(files.len());
     for (number, file) in files.iter().enumerate().take(common) {
@@ -74,6 +79,7 @@ struct Watched {
     before: &'static str,
     none: BTreeMap<String, u32>,
     findings: BTreeMap<&'static str, u32>,
+    spent_secs: f64,
 }
 
 impl Watched {
@@ -85,7 +91,10 @@ impl Watched {
         lines: &mut Option<std::fs::File>,
     ) -> Result<(), Failed> {
         let at = seconds(file).ok_or("no time in a name")?;
-        for input in self.station.look(grey, at, &self.watch, &mut self.shelf).inputs {
+        let began = spent_secs();
+        let inputs = self.station.look(grey, at, &self.watch, &mut self.shelf).inputs;
+        self.spent_secs += spent_secs() - began;
+        for input in inputs {
             if let Some(lines) = lines {
                 writeln!(lines, "{}", serde_json::to_string(&input)?)?;
             }
@@ -118,7 +127,8 @@ impl Watched {
 
     fn conclude(&self, pictures: usize) {
         println!(
-            "{pictures} pictures; without an answer {:?}; pictures with findings {:?}; at the end {}, {:?}",
+            "{pictures} pictures, {:.1} ms of processor each; without an answer {:?}; pictures with findings {:?}; at the end {}, {:?}",
+            1e3 * self.spent_secs / pictures as f64,
             self.none,
             self.findings,
             self.before,
@@ -154,6 +164,7 @@ impl Planted {
             "tilt" => Turn { tilt_rad: amount / f.y, ..Turn::default() },
             "roll" => Turn { roll_rad: amount.to_radians(), ..Turn::default() },
             "focal" => Turn { log_focal: (amount / 100.0).ln_1p(), ..Turn::default() },
+            "shift" => return shifted(grey, amount),
             "blur" => return blurred(grey),
             "dirt" => return dirty(grey),
             "fog" => return foggy(grey),
@@ -163,6 +174,13 @@ impl Planted {
         };
         turn_by(grey, lens, &turn)
     }
+}
+
+/// Picture of a camera whose lens was knocked: everything has moved by as much.
+fn shifted(grey: &GrayImage, by_px: f64) -> GrayImage {
+    GrayImage::from_fn(grey.width(), grey.height(), |x, y| {
+        image::Luma([cubic(grey, nalgebra::Point2::new(f64::from(x) - by_px, f64::from(y)))])
+    })
 }
 
 /// Seconds since 1970 from a name.

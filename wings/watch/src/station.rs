@@ -1,7 +1,7 @@
 //! Station of a camera: measures pictures and learns from them. Pictures in, inputs of the fold
 //! out.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::OnceLock};
 
 use image::GrayImage;
 
@@ -16,7 +16,7 @@ use crate::{
     reference::Reference,
     slot::{DAY_SECS, lived_secs},
     state::{Decision, State},
-    turn::Lens,
+    turn::{Lens, Turn},
     watch::{SETTLED_SECS, Watch},
 };
 
@@ -94,12 +94,26 @@ pub struct Station {
     pub is_pinned: bool,
     tracks: Vec<(usize, Track)>,
     uses: Vec<f64>,
-    candidates: Vec<(f64, Reference)>,
+    candidates: Vec<Candidate>,
     day: Option<i64>,
     was_ok_all_day: bool,
     /// Newest picture during learning.
-    newest: Option<Reference>,
+    newest: Option<Newest>,
 }
+
+/// Picture that may be adopted at the end of the day.
+#[derive(Clone, Debug)]
+struct Candidate {
+    /// Likeness to the nearest reference.
+    likeness: f64,
+    at_secs: f64,
+    turn: Turn,
+    grey: GrayImage,
+}
+
+/// Newest picture, and its patches once they are asked for.
+#[derive(Clone, Debug)]
+struct Newest(GrayImage, OnceLock<Reference>);
 
 impl Station {
     /// Camera without references.
@@ -192,7 +206,10 @@ impl Station {
     /// newest picture during learning, if credible. A camera that points elsewhere isn't searched
     /// for.
     pub fn agreeing(&self, view: &View) -> Option<usize> {
-        let by_newest = self.newest.as_ref().and_then(|newest| agreeing(newest, view, &self.lens));
+        let by_newest = self.newest.as_ref().and_then(|Newest(grey, patches)| {
+            let of = || self.reference(grey.clone(), 0.0);
+            agreeing(patches.get_or_init(of), view, &self.lens)
+        });
         by_newest.max(self.gallery.measure(view, &self.lens).ok().map(|measured| measured.inliers))
     }
 
@@ -271,8 +288,12 @@ impl Station {
         looked
     }
 
+    fn reference(&self, grey: GrayImage, taken_secs: f64) -> Reference {
+        Reference::of(&View::of(grey), taken_secs, &self.lens, &self.mask)
+    }
+
     fn shelve(&mut self, view: &View, at_secs: f64, shelf: &mut dyn Shelf) {
-        self.newest = Some(Reference::of(view, at_secs, &self.lens, &self.mask));
+        self.newest = Some(Newest(view.grey.clone(), OnceLock::new()));
         let number = self.seen;
         self.seen += 1;
         if !number.is_multiple_of(self.stride) {
@@ -349,14 +370,11 @@ impl Station {
         let is_usual = decision.usual_seen.is_some_and(|usual| seen >= ADOPTED_SEEN * usual);
         if is_ok && is_usual && measured.turned_back.is_none() {
             let is_candidate = self.candidates.len() < ADOPTED_A_DAY
-                || self.candidates.iter().any(|(other, _)| *other > likeness);
+                || self.candidates.iter().any(|other| other.likeness > likeness);
             if is_candidate {
-                let reference = Reference {
-                    turn: measured.turn,
-                    ..Reference::of(view, at_secs, &self.lens, &self.mask)
-                };
-                self.candidates.push((likeness, reference));
-                self.candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+                let (turn, grey) = (measured.turn, view.grey.clone());
+                self.candidates.push(Candidate { likeness, at_secs, turn, grey });
+                self.candidates.sort_by(|a, b| a.likeness.total_cmp(&b.likeness));
                 self.candidates.truncate(ADOPTED_A_DAY);
             }
         }
@@ -377,7 +395,8 @@ impl Station {
     }
 
     fn adopt(&mut self) {
-        for (_, reference) in std::mem::take(&mut self.candidates) {
+        for Candidate { at_secs, turn, grey, .. } in std::mem::take(&mut self.candidates) {
+            let reference = Reference { turn, ..self.reference(grey, at_secs) };
             self.tracks.push((self.gallery.references.len(), Track::of(&reference)));
             self.gallery.references.push(reference);
         }
