@@ -1,10 +1,10 @@
 //! Comparison of a picture with the nearest references of a gallery.
 
 use crate::{
-    fit::{AGREES, Fit, fit, lens_covariance},
+    fit::lens_covariance,
     gallery::Gallery,
     level::View,
-    measure::{FEWEST_FOUND, Measured, NEAREST, NoAnswer, credible, spread},
+    measure::{Measured, NEAREST, NoAnswer, credible},
     reference::Reference,
     turn::Lens,
 };
@@ -61,32 +61,15 @@ impl Gallery {
         let order = self.nearest(view);
         let first = &self.references[*order.first()?];
         let guess = first.turn.then(&first.locate(view, lens));
-        let (mut tags, mut sightings) = (Vec::new(), Vec::new());
-        for index in order {
+        let sought = order.iter().map(|index| self.references[*index].landmarks.len()).sum();
+        let tagged = order.into_iter().flat_map(|index| {
             let reference = &self.references[index];
             let found = reference.find(view, lens, &guess.since(&reference.turn));
-            tags.extend(found.iter().map(|(patch, _)| (index, *patch)));
-            sightings.extend(found.into_iter().map(|(_, sighting)| sighting));
-        }
-        if sightings.len() < FEWEST_FOUND {
-            return None;
-        }
-        let Fit { turn, covariance, weights } = fit(lens, &sightings, None)?;
-        let covariance = covariance + lens_covariance(lens, &turn, &sightings, &weights);
-        let inliers = weights.iter().filter(|w| **w > AGREES).count();
-        let spread = spread(&sightings, &weights, lens);
-        let found = sightings.len();
-        Some(Measured {
-            turn,
-            covariance,
-            sought: self.sought(view),
-            found,
-            inliers,
-            spread,
-            tags,
-            sightings,
-            weights,
-            turned_back: None,
-        })
+            found.into_iter().map(move |(patch, sighting)| ((index, patch), sighting))
+        });
+        let mut measured = Measured::of(lens, sought, tagged)?;
+        let Measured { turn, sightings, weights, .. } = &measured;
+        measured.covariance += lens_covariance(lens, turn, sightings, weights);
+        Some(measured)
     }
 }

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector, Matrix4, Vector4};
 
 use crate::{
-    fit::{SIGMA_OF_MEDIAN, fit, median, offsets_px},
+    fit::{SIGMA_OF_MEDIAN, median, offsets_px},
     level::{Thumb, View},
-    measure::{FEWEST_FOUND, Measured, NEAREST},
+    measure::{Measured, NEAREST, credible},
     overlay::Mask,
     reference::{Reference, UNKNOWN_SIGMA_PX},
     slot::SEVERAL,
@@ -20,9 +20,6 @@ const LEAST_FOUND: f64 = 0.35;
 /// something that moves.
 const BEST_SIGMA_PX: f64 = 0.1;
 const WORST_SIGMA_PX: f64 = 1.5;
-/// Minimum number of agreeing patches for a pair of reference and picture to tie references
-/// together.
-const FEWEST_TYING: usize = 15;
 
 /// References, unordered.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,11 +94,13 @@ impl Gallery {
         mask: &Mask,
         load: impl FnMut(usize) -> Option<View>,
     ) -> Self {
-        Self::with_ties(lens, glances, size, mask, load).0
+        /// Minimum number of agreeing patches of a camera that stays.
+        const FEWEST_TYING: usize = 15;
+        Self::with_ties(lens, glances, size, mask, load, |tie| tie.inliers >= FEWEST_TYING).0
     }
 
     /// Learns as [`Self::learn`], but keeps only references tied to the first picture: of others,
-    /// nobody knows whether the camera stood as it had.
+    /// nobody knows whether the camera stood as it had. A tie is then as credible as an answer.
     pub fn learn_tied(
         lens: &Lens,
         glances: &[Glance],
@@ -109,7 +108,10 @@ impl Gallery {
         mask: &Mask,
         load: impl FnMut(usize) -> Option<View>,
     ) -> Self {
-        let (mut gallery, ties) = Self::with_ties(lens, glances, size, mask, load);
+        let is_sure = |tie: &Measured| {
+            credible(Some(tie.clone()), tie.sought).is_ok() && tie.second_motion(lens).is_none()
+        };
+        let (mut gallery, ties) = Self::with_ties(lens, glances, size, mask, load, is_sure);
         let mut tied: Vec<bool> = (0..glances.len()).map(|picture| picture == 0).collect();
         let mut is_tied = vec![false; gallery.references.len()];
         let mut pairs: Vec<_> = ties.iter().map(|tie| (tie.reference, tie.picture)).collect();
@@ -131,6 +133,7 @@ impl Gallery {
         size: usize,
         mask: &Mask,
         mut load: impl FnMut(usize) -> Option<View>,
+        is_sure: impl Fn(&Measured) -> bool,
     ) -> (Self, Vec<Tie>) {
         let chosen: Vec<(usize, Reference)> = choose(glances, size)
             .into_iter()
@@ -155,7 +158,14 @@ impl Gallery {
             for (k, _) in
                 order.into_iter().take(NEAREST + 1).filter(|(k, _)| indices[*k] != picture)
             {
-                ties.extend(tracks[k].compare(&gallery.references[k], &view, lens, (k, picture)));
+                let measured = tracks[k].compare(&gallery.references[k], &view, lens);
+                let sure = measured.filter(&is_sure);
+                ties.extend(sure.map(|Measured { turn, covariance, .. }| Tie {
+                    reference: k,
+                    picture,
+                    turn,
+                    covariance,
+                }));
             }
         }
         for (reference, track) in gallery.references.iter_mut().zip(&mut tracks) {
@@ -251,29 +261,15 @@ impl Track {
         Self { tries: 0, off_px: vec![Vec::new(); reference.landmarks.len()] }
     }
 
-    fn compare(
-        &mut self,
-        reference: &Reference,
-        view: &View,
-        lens: &Lens,
-        (index, picture): (usize, usize),
-    ) -> Option<Tie> {
+    fn compare(&mut self, reference: &Reference, view: &View, lens: &Lens) -> Option<Measured> {
         let found = reference.find(view, lens, &reference.locate(view, lens));
-        let sightings: Vec<_> = found.iter().map(|(_, sighting)| *sighting).collect();
-        self.tries += 1;
-        if sightings.len() < FEWEST_FOUND {
-            return None;
+        let tagged = found.into_iter().map(|(patch, sighting)| ((0, patch), sighting));
+        let measured = Measured::of(lens, reference.landmarks.len(), tagged);
+        match &measured {
+            Some(measured) => self.note(0, measured, lens),
+            None => self.tries += 1,
         }
-        let fitted = fit(lens, &sightings, None)?;
-        for ((patch, _), off) in found.iter().zip(offsets_px(lens, &fitted.turn, &sightings)) {
-            self.off_px[*patch].extend(off.map(|off| off.norm()));
-        }
-        (fitted.inliers() >= FEWEST_TYING).then_some(Tie {
-            reference: index,
-            picture,
-            turn: fitted.turn,
-            covariance: fitted.covariance,
-        })
+        measured
     }
 
     /// Number of comparisons so far.
@@ -319,6 +315,7 @@ mod tests {
     use image::GrayImage;
 
     use super::*;
+    use crate::NoAnswer;
 
     /// References an hour apart with these focal lengths, per cent.
     fn with_focals(percent: &[f64]) -> Vec<f64> {
@@ -343,6 +340,47 @@ mod tests {
         // no groups.
         for single in [[0.01, -0.01, 0.0, 0.31, 0.29, 0.30], [0.0, 0.3, 0.1, 0.4, 0.2, 0.5]] {
             assert_eq!(with_focals(&single), single);
+        }
+    }
+
+    /// Blocks of random levels, in five bands that slide along each other.
+    fn scene(slid_px: [u32; 5]) -> View {
+        View::of(GrayImage::from_fn(480, 360, |x, y| {
+            let x = x + slid_px[y as usize / 72];
+            let block = (x / 11).wrapping_mul(0x9E37_79B1) ^ (y / 11).wrapping_mul(0x85EB_CA6B);
+            image::Luma([(block.wrapping_mul(0xC2B2_AE35) >> 24) as u8])
+        }))
+    }
+
+    fn pinned_by(slid_px: [[u32; 5]; 6]) -> (Lens, Gallery) {
+        let size = ImageSize { width_px: 480, height_px: 360 };
+        let lens = Lens::new(Camera::pinhole(400.0, size.centre_px()), None, size);
+        let views = slid_px.map(scene);
+        let glances: Vec<Glance> =
+            views.iter().zip(0..).map(|(view, at)| Glance::of(view, f64::from(at))).collect();
+        let load = |i: usize| views.get(i).cloned();
+        let gallery = Gallery::learn_tied(&lens, &glances, SIZE, &Mask::default(), load);
+        (lens, gallery)
+    }
+
+    #[test]
+    fn a_pin_is_not_tied_to_pictures_whose_patches_disagree() {
+        let (still, slid) = ([20; 5], [24, 18, 20, 16, 22]);
+        let (_, pinned) = pinned_by([still, still, still, slid, slid, slid]);
+        let taken: Vec<f64> = pinned.references.iter().map(|r| r.taken_secs).collect();
+        assert!(!taken.is_empty() && taken.iter().all(|at| *at < 3.0), "{taken:?}");
+    }
+
+    #[test]
+    fn no_search_answers_a_picture_of_two_motions() {
+        let (lens, gallery) = pinned_by([[20; 5]; 6]);
+        let mut station = crate::Station::new(lens);
+        (station.gallery, station.is_learned) = (gallery, true);
+        assert!(station.measure(&scene([24; 5])).is_ok());
+        // Most patches stand where they did, as on the camera's own mount.
+        for slid_px in [[24, 20, 20, 20, 24], [20, 20, 24, 20, 20]] {
+            let answer = station.measure(&scene(slid_px)).map(|measured| measured.turn);
+            assert!(matches!(answer, Err(NoAnswer::TwoMotions { .. })), "{answer:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix4;
 
 use crate::{
-    fit::{self, AGREES, Sighting, fit, offsets_px},
+    fit::{self, AGREES, Fit, Sighting, fit, offsets_px},
     turn::{Lens, Turn},
 };
 
@@ -16,7 +16,7 @@ const LEAST_AGREEING: f64 = 0.4;
 /// Minimum spread of the agreeing patches, as a share of an even spread over the picture.
 const LEAST_SPREAD: f64 = 0.35;
 /// Minimum distance between two motions in one picture, px.
-const APART_PX: f64 = 1.0;
+pub(crate) const APART_PX: f64 = 1.0;
 /// Minimum number of patches for a fit.
 pub(crate) const FEWEST_FOUND: usize = 8;
 
@@ -162,6 +162,31 @@ pub struct Causes {
 }
 
 impl Measured {
+    /// Fit of tagged sightings, without the lens's own error. `None` for too few.
+    pub(crate) fn of(
+        lens: &Lens,
+        sought: usize,
+        tagged: impl Iterator<Item = ((usize, usize), Sighting)>,
+    ) -> Option<Self> {
+        let (tags, sightings): (Vec<_>, Vec<_>) = tagged.unzip();
+        if sightings.len() < FEWEST_FOUND {
+            return None;
+        }
+        let Fit { turn, covariance, weights } = fit(lens, &sightings, None)?;
+        Some(Self {
+            turn,
+            covariance,
+            sought,
+            found: sightings.len(),
+            inliers: weights.iter().filter(|w| **w > AGREES).count(),
+            spread: spread(&sightings, &weights, lens),
+            tags,
+            sightings,
+            weights,
+            turned_back: None,
+        })
+    }
+
     /// Number of patches outside the fit that agree about another motion, if they are many: part of
     /// the picture moves with the camera, such as its mount, or part of the scene has moved. Neither
     /// is known to be the scene that stands still.

@@ -26,8 +26,6 @@ const UNSETTLED: f64 = 3.0;
 /// Number of answers of a pin, and Student's t of their scatter: one in ten thousand to a side.
 const PIN_ANSWERS: usize = 6;
 const PIN_T: f64 = 9.68;
-/// Largest scatter of a pin, in relevant changes: a camera that moves more doesn't stand yet.
-const PIN_SCATTER: f64 = 2.0;
 /// Time over which the cycle follows the season.
 const FOLLOWED_SECS: f64 = 14.0 * DAY_SECS;
 /// Threshold of a changed focal length, in standard deviations including the lens's own error.
@@ -268,7 +266,8 @@ impl Watch {
         self.unvouched += 1;
         let is_long = used.is_none_or(|used| at_secs - used > patience);
         let is_told = matches!(self.decision.state, State::CannotTell { .. });
-        if is_long || is_told || (self.is_only_pinned() && self.unvouched >= SEVERAL) {
+        let is_lost = self.is_only_pinned() && self.kind.is_none() && self.unvouched >= SEVERAL;
+        if is_long || is_told || is_lost {
             self.doubt(State::CannotTell { reason, before }, used.unwrap_or(at_secs));
         }
     }
@@ -413,7 +412,8 @@ impl Watch {
         let square = |s: &Sample| (s.value_px - mean).map(|off| off * off);
         let sum: Vector4<f64> = self.samples.iter().map(square).sum();
         let sd_px = sum.map(|sum| (sum / (count - 1.0)).sqrt());
-        let is_still = sd_px.amax() < PIN_SCATTER * RELEVANT * self.width_px;
+        // A camera that moves by more than what matters doesn't stand yet.
+        let is_still = sd_px.amax() < RELEVANT * self.width_px;
         let factor = PIN_T * (1.0 + 1.0 / count).sqrt() / (UNSETTLED * VISIBLE);
         (self.samples.len() >= PIN_ANSWERS && is_still).then_some(sd_px * factor)
     }
