@@ -166,10 +166,13 @@ impl Watch {
     /// camera doesn't end as OK, however short the silence.
     pub fn asked(&self) -> Decision {
         let mut decision = self.decision.clone();
-        let is_first = decision.lacks == Some(NoAnswer::NoReferences);
-        if let (Some(reason), None, false) = (decision.lacks, self.kind, is_first)
-            && matches!(decision.state, State::Ok | State::Learning { .. })
-        {
+        let (Some(reason), None) = (decision.lacks, self.kind) else { return decision };
+        let is_said = match decision.state {
+            State::Ok => true,
+            State::Learning { .. } => !reason.is_of_a_picture(),
+            State::Moved(_) | State::Zoom | State::Blurred | State::CannotTell { .. } => false,
+        };
+        if is_said {
             decision.state = State::CannotTell { reason, before: None };
             decision.since_secs = self.vouched_secs.unwrap_or(decision.since_secs);
         }

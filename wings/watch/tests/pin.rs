@@ -137,3 +137,19 @@ fn a_question_isnt_answered_by_what_was_said_before() {
         assert_eq!(camera.panned(8.0).state.code(), code);
     }
 }
+
+#[test]
+fn a_camera_that_gives_no_picture_is_no_longer_said_to_be_learning_or_ok() {
+    for count in [3, 6] {
+        let mut camera = Tripod::pinned(count, 0.02);
+        let before = camera.watch.asked().state;
+        assert_eq!(matches!(before, State::Ok), count == 6);
+        camera.look(Err(NoAnswer::NotLoggedIn), 5.0);
+        let (reason, before) = (NoAnswer::NotLoggedIn, None);
+        assert_eq!(camera.watch.asked().state, State::CannotTell { reason, before });
+        // Who listens all the time hears no single gap.
+        assert!(!matches!(camera.state(), State::CannotTell { .. }));
+        camera.look(Err(NoAnswer::TooDark), 5.0);
+        assert_eq!(matches!(camera.watch.asked().state, State::Learning { .. }), count == 3);
+    }
+}
