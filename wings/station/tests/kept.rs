@@ -6,6 +6,7 @@
 use std::{
     fs,
     path::{Path, PathBuf},
+    process::{Command, Stdio},
     sync::{OnceLock, atomic::AtomicBool},
     time::Duration,
 };
@@ -252,6 +253,52 @@ fn a_crash_between_any_two_files_loses_no_reference() {
     assert_eq!(references(saved.path()), before);
     look(&mut begin(saved.path(), &street), &street, 14..26);
     assert_eq!(references(saved.path()), after);
+}
+
+/// Watches 14 hours, or the rest of them, and notes the references after each look.
+fn watch_on(folder: &Path, street: &Street, told: &mut Vec<usize>) -> Result<(), String> {
+    let lens = Lens::new(street.camera, None, street.image_size);
+    let opened = WatchedCamera::open(folder, "mast", None, (Some(lens), false));
+    let (mut camera, _) = opened.map_err(|err| format!("{err:#}"))?;
+    for hour in camera.pictures().iter().sum::<u64>()..14 {
+        let at_secs = street.began_secs + HOUR_SECS * hour as f64;
+        let looked = camera.look(vec![street.picture(at_secs)], Taken::at(at_secs));
+        looked.map_err(|err| format!("{err:#}"))?;
+        told.push(camera.station().gallery.references.len());
+    }
+    Ok(())
+}
+
+#[test]
+fn a_full_disk_loses_no_reference_and_the_watch_goes_on_with_room() {
+    let (street, mut full) = (street(), 0);
+    for kib in (1..=20).map(|n| 52 * n) {
+        let place = TempDir::new().expect("a folder");
+        let mounts = |options: &str| {
+            let mut mount = Command::new("mount");
+            mount.args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(place.path());
+            mount.stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+        };
+        if !mounts(&format!("size={kib}k")) {
+            return println!("SKIPPED: mounting a small file system needs root");
+        }
+        let (folder, mut told) = (place.path().join("cam"), Vec::new());
+        let first = watch_on(&folder, &street, &mut told);
+        // Started again on the full disk, as by a timer.
+        full += usize::from(first.is_err() && watch_on(&folder, &street, &mut told).is_err());
+        if let Some(before) = told.last() {
+            let camera = WatchedCamera::look_at(&folder).expect("whole");
+            assert!(camera.pictures().iter().sum::<u64>() >= told.len() as u64, "{kib} KiB");
+            assert!(camera.station().gallery.references.len() >= *before, "{kib} KiB: {first:?}");
+        }
+        assert!(mounts("remount,size=16m"));
+        watch_on(&folder, &street, &mut told).expect("goes on");
+        assert!(references(&folder) > 0, "{kib} KiB");
+        // A mount that stays does no harm.
+        drop(Command::new("umount").arg(place.path()).status());
+    }
+    println!("{full} of 20 disks were full");
+    assert!(full >= 10, "{full}");
 }
 
 /// A round over a folder of pictures of the street.
