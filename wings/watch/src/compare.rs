@@ -4,7 +4,7 @@ use crate::{
     fit::lens_covariance,
     gallery::Gallery,
     level::View,
-    measure::{Measured, NEAREST, NoAnswer, credible},
+    measure::{APART_PX, Measured, NEAREST, NoAnswer, credible},
     reference::Reference,
     turn::Lens,
 };
@@ -34,7 +34,9 @@ impl Gallery {
             return Err(NoAnswer::TooDark);
         }
         let measured = credible(self.fit_nearest(view, lens), self.sought(view))?;
-        match measured.second_motion(lens) {
+        // Of two motions, the one that stands still may be the camera's own mount.
+        let is_still = measured.turn.in_px(lens).amax() < APART_PX;
+        match measured.second_motion(lens).filter(|_| is_still) {
             Some(other) => Err(NoAnswer::TwoMotions { agree: measured.inliers as u32, other }),
             None => Ok(measured),
         }

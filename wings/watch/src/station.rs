@@ -11,7 +11,7 @@ use crate::{
     glass::Glass,
     input::{Answer, Input, LearnedSample, Picture, line_turn},
     level::View,
-    measure::{APART_PX, Measured, NoAnswer},
+    measure::{Measured, NoAnswer},
     overlay::Mask,
     reference::Reference,
     slot::{DAY_SECS, lived_secs},
@@ -195,12 +195,9 @@ impl Station {
             Err(NoAnswer::NoReferences) => Err(NoAnswer::NoReferences),
             Err(NoAnswer::OtherSize) => Err(NoAnswer::OtherSize),
             Err(NoAnswer::TooDark) => Err(NoAnswer::TooDark),
+            Err(reason @ NoAnswer::TwoMotions { .. }) => Err(reason),
             Err(reason) if self.is_learned || self.is_pinned => {
-                let far = self.gallery.measure_far(view, &self.lens).map_err(|_| reason)?;
-                // Of two motions, the one that stands still may be the camera's own mount.
-                let is_still = far.turn.in_px(&self.lens).amax() < APART_PX;
-                let is_one_of_two = matches!(reason, NoAnswer::TwoMotions { .. });
-                if is_still && is_one_of_two { Err(reason) } else { Ok(far) }
+                self.gallery.measure_far(view, &self.lens).map_err(|_| reason)
             }
             answer => answer,
         }
