@@ -26,6 +26,7 @@ use boresight_terminal::{
     board_args::BoardArguments,
     operation::{Operation, OperationArguments},
     print, say, stop_flag,
+    usage::WrongUsage,
 };
 #[cfg(feature = "window")]
 use {
@@ -128,6 +129,11 @@ impl Arguments {
                 known_lenses: &self.known_lens,
                 is_synchronised: self.synchronised,
             };
+            let of_one = self.operation.of_one_camera();
+            if let Some(option) = of_one.or(self.beside.serves().then_some("--serve")) {
+                let usage = format!("{option} is for one camera: leave it out for a rig");
+                return Err(WrongUsage(usage).into());
+            }
             let voice = self.beside.voice()?;
             let announcer = self.beside.for_person(announcer());
             return given.run(&opening, voice.as_ref(), &announcer, self.json);

@@ -145,4 +145,5 @@ fn cameras_are_named() {
     says(&guide(&["a=sim", "a=sim"]), 1, &["two cameras are called"]);
     says(&guide(&["a/b=sim", "c=sim"]), 1, &["no name of a camera"]);
     says(&guide(&["a=nowhere", "b=sim"]), 1, &["camera a", "no source"]);
+    says(&guide(&["a=sim", "b=sim", "--metrics", "a.prom"]), 2, &["--metrics is for one camera"]);
 }

@@ -67,13 +67,14 @@ mod tests {
     #[test]
     fn a_track_runs_where_the_board_goes() {
         let scene = Scene { technician: Person::Shaky.params(), ..Scene::default_720p(3) };
-        let (mut followed, mut alone) = (Technician::new(&scene), Technician::new(&scene));
+        let hands = || Hands::before(&[(scene.clone(), Isometry3::identity())]).remove(0);
+        let (followed, alone) = (hands(), hands());
         let mut track = Track::default();
         let mut farthest_m = 0.0_f64;
         for frame in 1..60 {
             // Pictures of 20 ms, 33 ms apart, then a long gap.
             let middle = f64::from(frame) / 30.0 + if frame > 40 { 10.0 } else { 0.0 };
-            track.follow(&mut followed, middle - 0.01, middle + 0.01);
+            track.follow(&followed, middle - 0.01, middle + 0.01);
             for part in 0..=8 {
                 let secs = middle - 0.01 + 0.0025 * f64::from(part);
                 let pose = alone.pose_at(CaptureTime { nanos: (secs * 1e9).round() as u64 });

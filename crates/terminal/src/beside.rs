@@ -79,6 +79,14 @@ enum Stands {
 }
 
 impl BesideArguments {
+    /// True if a phone's page is requested.
+    pub fn serves(&self) -> bool {
+        #[cfg(feature = "serve")]
+        return self.serve.is_some();
+        #[cfg(not(feature = "serve"))]
+        false
+    }
+
     /// True if the requested voice addresses someone facing the camera; `None` without a voice.
     #[cfg(feature = "window")]
     pub fn speaks_to_facing(&self) -> Option<bool> {

@@ -65,6 +65,17 @@ pub struct OperationArguments {
 }
 
 impl OperationArguments {
+    /// Requested output that only a session of one camera has.
+    pub fn of_one_camera(&self) -> Option<&'static str> {
+        if self.on_finish.is_some() {
+            Some("--on-finish")
+        } else if self.metrics.is_some() {
+            Some("--metrics")
+        } else {
+            self.ros2_state.then_some("--ros2-state")
+        }
+    }
+
     /// Starts the requested outputs.
     pub fn start(&self) -> anyhow::Result<Operation> {
         self.log.begin();
