@@ -7,8 +7,8 @@
 //! ```
 //!
 //! WHAT is `pan=2` or `tilt=2` (px), `roll=0.2` (degrees), `focal=0.3` (per cent), `shift=2` (px, of
-//! the whole picture), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`. Times come from the names: `2023-06-13T03_11_46`, or seconds
-//! since 1970.
+//! the whole picture), `blur`, `dirt`, `fog`, `veil`, `dark` or `covered`. Times come from the
+//! names: `2023-06-13T03_11_46`, or seconds since 1970.
 
 mod watched;
 

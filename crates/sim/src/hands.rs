@@ -143,3 +143,38 @@ impl Drop for Hands {
         self.delivered(u64::MAX);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cues, NoCues, SyntheticSource};
+    use boresight_capture::{Arrival, FrameSource};
+
+    #[test]
+    fn cameras_of_a_rig_see_one_board_at_one_moment() {
+        let image_size = ImageSize { width_px: 160, height_px: 90 };
+        let scene = Scene { image_size, ..Scene::ordinary_webcam(1) };
+        let apart = Isometry3::translation(-0.1, 0.0, 0.0);
+        let cameras = vec![(scene.clone(), Isometry3::identity()), (scene, apart)];
+        let cues = (0..2).map(|_| Box::new(NoCues) as Box<dyn Cues>).collect();
+        let mut sources = SyntheticSource::rig(cameras, cues, Some(4), 2);
+        let mut has_frame = |camera: usize| {
+            let arrival = sources[camera].next_frame(Duration::from_millis(1));
+            matches!(arrival, Ok(Arrival::Frame(_)))
+        };
+        for _ in 0..3 {
+            assert!(has_frame(1) && !has_frame(1), "a camera waits for the other");
+            assert!(has_frame(0));
+        }
+        let [first, second] = [0, 1].map(|camera| sources[camera].truth().snapshot().poses);
+        for ((number, seen), (other, also)) in first.iter().zip(&second) {
+            let off_m = (also.translation.vector - (apart * seen).translation.vector).norm();
+            assert!(number == other && off_m < 1e-12, "{off_m}");
+        }
+        assert_eq!(first.len(), 3);
+        // Whoever is left goes on alone.
+        sources.truncate(1);
+        let last = sources[0].next_frame(Duration::from_secs(1));
+        assert!(matches!(last, Ok(Arrival::Frame(_))));
+    }
+}

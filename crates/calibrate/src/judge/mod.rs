@@ -1,5 +1,6 @@
 //! Judges the calibration of another program, or of another day, by a fresh one: the difference
-//! between the two lenses is held to the uncertainty of the fresh one. `docs/method.md`, section 4.1.
+//! between the two lenses is held to the uncertainty of the fresh one. See `docs/method.md`,
+//! section 4.1.
 //!
 //! | file | holds |
 //! |---|---|
