@@ -1,4 +1,4 @@
-//! `boresight guide --rig`: two cameras without a trigger, and a board that rests in ten places.
+//! `boresight guide --rig`: two cameras without a trigger, and a board that rests in twelve places.
 
 use std::{
     f64::consts::TAU,
@@ -20,7 +20,7 @@ use crate::{
 
 const BASELINE_M: f64 = 0.08;
 const SIZE: ImageSize = ImageSize { width_px: 640, height_px: 360 };
-const PLACES: u32 = 10;
+const PLACES: u32 = 12;
 /// Frames of a rest, and of the way to the next place.
 const REST: u32 = 20;
 const WAY: u32 = 5;

@@ -17,6 +17,9 @@ use boresight_geometry::{Corner, boards::Board, fit_pose, frame::ImageSize};
 
 /// Rest of the board before a place is taken.
 pub(super) const REST_SECS: f64 = 0.6;
+/// Share of the last place that [`wanted_share`] goes by: a fifth of the best gain will do at
+/// first, because letting the board rest costs a person seconds.
+const SHOWN: f64 = 0.05;
 /// Distance of corners from those of an earlier place in the same camera, in picture widths, below
 /// which a place is the same: the calibration then counts it once. Two opposed tilts in one place
 /// are 0.02 apart.
@@ -86,6 +89,9 @@ pub struct RigSession {
     taking: Option<Taking>,
     plan: Option<Arc<Plan>>,
     frames_since_taken: u32,
+    /// Rests since the newest place, in seconds, and the part of the current one.
+    waited_secs: f64,
+    rested_secs: f64,
 }
 
 impl RigSession {
@@ -107,8 +113,17 @@ impl RigSession {
             has_ended: false,
         };
         let cameras = cameras.into_iter().map(of).collect();
-        let (taking, plan, frames_since_taken) = (None, None, u32::MAX);
-        Self { board, is_synchronised, cameras, places, taking, plan, frames_since_taken }
+        Self {
+            board,
+            is_synchronised,
+            cameras,
+            places,
+            taking: None,
+            plan: None,
+            frames_since_taken: u32::MAX,
+            waited_secs: 0.0,
+            rested_secs: 0.0,
+        }
     }
 
     /// Places taken so far.
@@ -288,13 +303,17 @@ impl RigSession {
     /// Asks for the pictures of a place, if the board rests where it tells enough.
     fn take(&mut self) -> Vec<Order> {
         let seeing = self.seeing();
+        if seeing.len() < 2 {
+            return Vec::new();
+        }
         let rested_secs = self.rested_secs(&seeing);
-        if seeing.len() < 2
-            || rested_secs < REST_SECS
+        self.waited_secs += (rested_secs - self.rested_secs).max(0.0);
+        self.rested_secs = rested_secs;
+        if rested_secs < REST_SECS
             || self.is_complete()
             || self.awaits_plan()
             || !self.is_new(&seeing)
-            || !self.is_worth_it(&seeing, rested_secs - REST_SECS)
+            || !self.is_worth_it(&seeing)
         {
             return Vec::new();
         }
@@ -316,9 +335,9 @@ impl RigSession {
         self.plan.as_ref().is_none_or(|plan| plan.places != self.places.len())
     }
 
-    /// True if the place tells a share of what the wanted one would; the longer the board rests,
-    /// the less is enough.
-    fn is_worth_it(&self, seeing: &[usize], waited_secs: f64) -> bool {
+    /// True if the place tells a share of what the wanted one would; the longer the board has
+    /// rested since the newest place, here or elsewhere, the less is enough.
+    fn is_worth_it(&self, seeing: &[usize]) -> bool {
         let Some(plan) = &self.plan else { return true };
         let (Some(worth), Some(wanted)) = (&plan.worth, &plan.wanted) else { return true };
         let rig = worth.rig();
@@ -332,7 +351,7 @@ impl RigSession {
         });
         let gain = place.map_or(0.0, |place| worth.gain(&place));
         let share = gain / wanted.gain.max(f64::MIN_POSITIVE);
-        share >= wanted_share(waited_secs, None)
+        share >= wanted_share(self.waited_secs, Some(SHOWN))
     }
 
     /// Notes a picture that was asked for; completes the place with the last one.
@@ -371,7 +390,7 @@ impl RigSession {
         let number = self.places.iter().map(|place| place.number).max().unwrap_or(0) + 1;
         let place = Place { number, views };
         self.places.push(place.clone());
-        self.frames_since_taken = 0;
+        (self.frames_since_taken, self.waited_secs) = (0, 0.0);
         vec![Order::Keep(place)]
     }
 }

@@ -24,6 +24,7 @@ pub struct RigSessionFile {
     pub cameras: Vec<RigSessionCamera>,
     /// True if one trigger starts every exposure.
     pub synchronised: bool,
+    /// Common places of the board, in the order in which they were taken.
     places: Vec<PlaceEntry>,
 }
 
