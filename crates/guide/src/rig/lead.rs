@@ -162,8 +162,7 @@ impl RigSession {
                 (number, corners.clone())
             });
             let views = numbered.collect();
-            let known_lens = state.known_lens.clone();
-            RigViews { image_size: state.image_size, views, known_lens }
+            RigViews { image_size: state.image_size, views, known_lens: state.known_lens }
         };
         self.cameras.iter().enumerate().map(&mut of_camera).collect()
     }

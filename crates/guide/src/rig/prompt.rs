@@ -1,7 +1,7 @@
 //! The one sentence to say to the person in front of several cameras.
 
 use super::lead::{REST_SECS, RigSession};
-use crate::session::Gravity;
+use crate::session::{Gravity, Prompt};
 
 /// Request to the person.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,14 +61,14 @@ impl RigSession {
         }
         if seeing.len() < 2 {
             let misses = |camera: &usize| !seeing.contains(camera);
-            let asked = wanted.iter().flat_map(|it| &it.targets).map(|(camera, _)| *camera);
+            let mut asked = wanted.iter().flat_map(|it| &it.targets).map(|(camera, _)| *camera);
             let others: Vec<usize> = (0..self.cameras.len()).filter(misses).collect();
-            return match (asked.filter(misses).next(), others.as_slice()) {
+            return match (asked.find(misses), others.as_slice()) {
                 (Some(camera), _) | (None, &[camera]) => RigPrompt::Unseen { camera },
                 _ => RigPrompt::ShowToTwo,
             };
         }
-        let asks_for_a_move = self.cameras[lead].prompt.is_some_and(|it| it.asks_for_a_move());
+        let asks_for_a_move = self.cameras[lead].prompt.is_some_and(Prompt::asks_for_a_move);
         let rested_secs = self.rested_secs(&seeing);
         if rested_secs >= REST_SECS && !self.is_new(&seeing) {
             return match asks_for_a_move {
