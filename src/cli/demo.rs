@@ -5,9 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::{guide, guide_rig};
-use boresight_app::{
-    Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop,
-};
+use boresight_app::{Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
 use boresight_terminal::{announcer, say};

@@ -100,26 +100,26 @@ pub(super) fn carry_out(
     announcer: &Announcer,
     as_json: bool,
 ) -> anyhow::Result<Exit> {
-        let stop = stop_flag()?;
-        let undo = Arc::new(AtomicBool::new(false));
-        #[cfg(unix)]
-        let keys = keys(&undo, &stop);
-        #[cfg(unix)]
-        if keys.is_some() {
-            say(words::KEYS);
-        }
-        let mut teller = Teller { said: String::new(), newest: None };
-        let finished = run.carry_out(&stop, &undo, announcer, |state| {
-            if let Some(sentence) = teller.news(state) {
-                announcer.ask(sentence);
-                if let Some(voice) = voice {
-                    voice.request(sentence, sentence);
-                }
+    let stop = stop_flag()?;
+    let undo = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    let keys = keys(&undo, &stop);
+    #[cfg(unix)]
+    if keys.is_some() {
+        say(words::KEYS);
+    }
+    let mut teller = Teller { said: String::new(), newest: None };
+    let finished = run.carry_out(&stop, &undo, announcer, |state| {
+        if let Some(sentence) = teller.news(state) {
+            announcer.ask(sentence);
+            if let Some(voice) = voice {
+                voice.request(sentence, sentence);
             }
-        })?;
-        let out = finished.folder.join(RESULT);
-        let written = (Some(out.as_path()), Overwrite::Allowed, as_json);
-        rig::calibrate(&finished.names, &finished.views, &finished.config, written)
+        }
+    })?;
+    let out = finished.folder.join(RESULT);
+    let written = (Some(out.as_path()), Overwrite::Allowed, as_json);
+    rig::calibrate(&finished.names, &finished.views, &finished.config, written)
 }
 
 fn option_value(option: &str) -> &'static str {
