@@ -339,6 +339,10 @@ impl RigSession {
     fn is_worth_it(&self, seeing: &[usize]) -> bool {
         let Some(plan) = &self.plan else { return true };
         let (Some(worth), Some(wanted)) = (&plan.worth, &plan.wanted) else { return true };
+        // Too few places state no uncertainty, whatever they tell.
+        if plan.found.as_ref().is_ok_and(|rig| rig.covariance.is_none()) {
+            return true;
+        }
         let rig = worth.rig();
         let points_m = self.board.corners_in_board_m();
         let place = seeing.iter().find_map(|camera| {
