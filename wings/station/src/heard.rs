@@ -11,7 +11,7 @@ use boresight_app::{Announcer, prometheus::Page};
 use boresight_terminal::{announcer, operation::OnFinish};
 
 /// What was told about each camera: its state, and the findings and reasons told since. A reason is
-/// told with CANNOT-TELL, or if it doesn't go by itself.
+/// told unless the camera is OK or learning, and then if it doesn't go by itself.
 #[derive(Debug, Default)]
 pub(super) struct Told {
     cameras: Mutex<BTreeMap<String, (&'static str, BTreeSet<String>)>>,
@@ -24,7 +24,8 @@ impl Told {
         let mut cameras = self.cameras.lock().unwrap_or_else(PoisonError::into_inner);
         let findings = line.findings.iter().map(|finding| finding.code.to_owned());
         let is_cause = |reason: &String| {
-            line.state == "CANNOT-TELL" || ["not-logged-in", "other-size"].contains(&&**reason)
+            let is_calm = ["OK", "LEARNING"].contains(&line.state);
+            !is_calm || ["not-logged-in", "other-size"].contains(&&**reason)
         };
         let reason = line.reason.clone().filter(is_cause);
         let all: BTreeSet<String> = findings.chain(reason).collect();
