@@ -14,7 +14,7 @@ use super::rig;
 use super::status::keys::Keys;
 use boresight_app::{
     Announcer, Exit, Opening, Voice,
-    session::rig_run::{RigOpening, RigRun, RigState},
+    session::rig_run::{RigOpening, RigRequest, RigRun},
 };
 use boresight_files::Overwrite;
 use boresight_guide::rig::RigPrompt;
@@ -37,17 +37,16 @@ pub(super) struct Given<'a> {
 }
 
 impl Given<'_> {
-    fn split<'a>(option: &str, text: &'a str) -> anyhow::Result<(&'a str, &'a str)> {
-        text.split_once('=').ok_or_else(|| {
-            WrongUsage(format!("{option} takes NAME={}, not {text:?}", option_value(option))).into()
-        })
+    fn split<'a>(usage: &str, text: &'a str) -> anyhow::Result<(&'a str, &'a str)> {
+        let wrong = || WrongUsage(format!("{usage}, not {text:?}")).into();
+        text.split_once('=').ok_or_else(wrong)
     }
 
     /// Opens a new session like `opening`, or resumes the one in its folder.
     fn open(&self, opening: &Opening, announcer: &Announcer) -> anyhow::Result<RigRun> {
         let mut cameras = Vec::with_capacity(self.cameras.len());
         for camera in self.cameras {
-            cameras.push(Self::split("--rig", camera)?);
+            cameras.push(Self::split("--rig takes NAME=SOURCE", camera)?);
         }
         if let Some(folder) = &opening.session {
             let like = Opening { session: None, ..opening.clone() };
@@ -59,7 +58,7 @@ impl Given<'_> {
         }
         let mut lenses = Vec::with_capacity(self.known_lenses.len());
         for lens in self.known_lenses {
-            let (name, path) = Self::split("--known-lens", lens)?;
+            let (name, path) = Self::split("--known-lens takes NAME=FILE", lens)?;
             if !cameras.iter().any(|(camera, _)| *camera == name) {
                 let usage = format!("--known-lens: no camera is called {name:?}");
                 return Err(WrongUsage(usage).into());
@@ -109,8 +108,8 @@ pub(super) fn carry_out(
         say(words::KEYS);
     }
     let mut teller = Teller { said: String::new(), newest: None };
-    let finished = run.carry_out(&stop, &undo, announcer, |state| {
-        if let Some(sentence) = teller.news(state) {
+    let finished = run.carry_out(&stop, &undo, announcer, |request| {
+        if let Some(sentence) = teller.news(request) {
             announcer.ask(sentence);
             if let Some(voice) = voice {
                 voice.request(sentence, sentence);
@@ -120,10 +119,6 @@ pub(super) fn carry_out(
     let out = finished.folder.join(RESULT);
     let written = (Some(out.as_path()), Overwrite::Allowed, as_json);
     rig::calibrate(&finished.names, &finished.views, &finished.config, written)
-}
-
-fn option_value(option: &str) -> &'static str {
-    if option == "--rig" { "SOURCE" } else { "FILE" }
 }
 
 /// Keys of the terminal, if any: take the newest place back, end.
@@ -144,18 +139,18 @@ struct Teller {
 }
 
 impl Teller {
-    /// The sentence of `state`, if it's news and has settled.
-    fn news(&mut self, state: &RigState<'_>) -> Option<&str> {
+    /// The sentence of `request`, if it's news and has settled.
+    fn news(&mut self, request: &RigRequest) -> Option<&str> {
         let since = match self.newest.take() {
-            Some((sentence, since)) if sentence == state.sentence => since,
+            Some((sentence, since)) if sentence == request.sentence => since,
             _ => Instant::now(),
         };
-        self.newest = Some((state.sentence.clone(), since));
-        let is_settled = since.elapsed() >= SETTLED || state.prompt == RigPrompt::Taken;
-        if !is_settled || self.said == state.sentence {
+        self.newest = Some((request.sentence.clone(), since));
+        let is_settled = since.elapsed() >= SETTLED || request.prompt == RigPrompt::Taken;
+        if !is_settled || self.said == request.sentence {
             return None;
         }
-        self.said.clone_from(&state.sentence);
+        self.said.clone_from(&request.sentence);
         Some(&self.said)
     }
 }

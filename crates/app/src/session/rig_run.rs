@@ -70,16 +70,12 @@ pub struct FinishedRig {
     pub views: Vec<RigViews>,
 }
 
-/// State of the session for whoever shows it.
-pub struct RigState<'a> {
-    /// Names of the cameras.
-    pub names: &'a [String],
-    /// What to ask for, in words for the person.
+/// Request to the person.
+pub struct RigRequest {
+    /// In words.
     pub sentence: String,
-    /// The same, as a value.
+    /// As a value.
     pub prompt: RigPrompt,
-    /// Places taken so far.
-    pub places: usize,
 }
 
 impl RigOpening {
@@ -171,15 +167,7 @@ impl RigRun {
     fn new(folder: PathBuf, file: RigSessionFile, runs: Vec<Run>) -> anyhow::Result<Self> {
         let first = runs.first().context("a rig has cameras")?.session.setup();
         let (board, params) = (first.board, first.calibration.clone());
-        let mut cameras = Vec::with_capacity(runs.len());
-        for (run, camera) in runs.iter().zip(&file.cameras) {
-            if run.session.setup().board != board {
-                bail!("{}: another board than the first camera's", camera.name);
-            }
-            let known = camera.known_lens.as_deref().map(known_lens).transpose()?;
-            cameras.push((run.session.setup().image_size, known));
-        }
-        let rig = RigSession::new(board, cameras, file.places(), file.synchronised);
+        let rig = rig_of(&file, runs.iter().map(|run| &run.session))?;
         Ok(Self { folder, file, runs, rig, params, board, is_paced: true })
     }
 
@@ -189,13 +177,8 @@ impl RigRun {
         Self { is_paced: false, ..self }
     }
 
-    /// Names of the cameras.
-    pub fn names(&self) -> Vec<String> {
-        self.file.cameras.iter().map(|camera| camera.name.clone()).collect()
-    }
-
     /// Runs until every pair meets the goal, a source ends, or `stop` is set. `undo` takes the
-    /// newest place back; `each` is called with every new state.
+    /// newest place back; `each` is called with every request.
     ///
     /// # Errors
     ///
@@ -205,9 +188,9 @@ impl RigRun {
         stop: &AtomicBool,
         undo: &AtomicBool,
         announcer: &Announcer,
-        mut each: impl FnMut(&RigState<'_>),
+        mut each: impl FnMut(&RigRequest),
     ) -> anyhow::Result<FinishedRig> {
-        let names = self.names();
+        let names = self.file.names();
         let Self { folder, file, runs, rig, params, board, is_paced } = self;
         announcer.say(&format!("Session: {}", folder.display()));
         announcer.say(&runs.first().map_or(String::new(), Run::board_in_words));
@@ -238,7 +221,7 @@ impl RigRun {
                 }
             }
             let is_over = led.look(announcer)?;
-            each(&led.state(announcer.is_mirrored()));
+            each(&led.request(announcer.is_mirrored()));
             if is_over || led.rig.is_complete() || led.rig.has_ended() {
                 break;
             }
@@ -326,7 +309,7 @@ impl Led {
                 Order::Give { camera, input } => self.cameras[camera].waiting.push_back(input),
                 Order::Keep(_) | Order::Forget(_) => {
                     // The views are on disk already: a place is announced once it is, too.
-                    self.file = self.file.clone().with_places(self.rig.places());
+                    self.file.set_places(self.rig.places());
                     self.file.write(&self.folder)?;
                     self.plan();
                 }
@@ -346,19 +329,13 @@ impl Led {
         self.planner = Background::start(move || plan(places, &views, &board, &params)).ok();
     }
 
-    fn state(&self, is_mirrored: bool) -> RigState<'_> {
+    fn request(&self, is_mirrored: bool) -> RigRequest {
         let prompt = self.rig.prompt();
-        let sentence = |camera: &Running| {
-            let newest = camera.newest.as_ref();
-            newest.map_or(String::new(), |it| Instruction::of(it).sentence(is_mirrored))
-        };
-        let sentences: Vec<String> = self.cameras.iter().map(sentence).collect();
-        RigState {
-            names: &self.names,
-            sentence: words::prompt(&prompt, &self.names, &sentences),
-            prompt,
-            places: self.rig.places().len(),
-        }
+        let sentence = words::prompt(&prompt, &self.names, |camera| {
+            let newest = self.cameras[camera].newest.as_ref();
+            newest.map(|newest| Instruction::of(newest).sentence(is_mirrored))
+        });
+        RigRequest { sentence, prompt }
     }
 
     fn finished(self) -> anyhow::Result<FinishedRig> {
@@ -369,6 +346,29 @@ impl Led {
         }
         finished(folder, names, &sessions, rig)
     }
+}
+
+/// The fold of the sessions, after the places in `file`.
+///
+/// # Errors
+///
+/// If two sessions have different boards, or a known lens can't be read.
+fn rig_of<'a>(
+    file: &RigSessionFile,
+    sessions: impl Iterator<Item = &'a Session>,
+) -> anyhow::Result<RigSession> {
+    let mut cameras = Vec::with_capacity(file.cameras.len());
+    let mut of_first = None;
+    for (session, camera) in sessions.zip(&file.cameras) {
+        let setup = session.setup();
+        if *of_first.get_or_insert(setup.board) != setup.board {
+            bail!("{}: another board than the first camera's", camera.name);
+        }
+        let known = camera.known_lens.as_deref().map(known_lens).transpose()?;
+        cameras.push((setup.image_size, known));
+    }
+    let board = of_first.context("a rig has cameras")?;
+    Ok(RigSession::new(board, cameras, file.places(), file.synchronised))
 }
 
 /// Views of the sessions, numbered by the places of `rig`.
@@ -393,17 +393,12 @@ fn finished(
 /// If the folder, or the session of a camera, can't be read.
 pub fn saved_rig(folder: &Path, announcer: &Announcer) -> anyhow::Result<FinishedRig> {
     let file = RigSessionFile::read(folder)?;
-    let names: Vec<String> = file.cameras.iter().map(|camera| camera.name.clone()).collect();
-    let mut sessions = Vec::with_capacity(names.len());
-    let mut cameras = Vec::with_capacity(names.len());
+    let mut sessions = Vec::with_capacity(file.cameras.len());
     for camera in &file.cameras {
         let saved = SavedSession::open(&folder.join(&camera.name))?;
         saved.announce(announcer);
-        let known = camera.known_lens.as_deref().map(known_lens).transpose()?;
-        cameras.push((saved.session.setup().image_size, known));
         sessions.push(saved.session);
     }
-    let board = sessions.first().context("a rig has cameras")?.setup().board;
-    let rig = RigSession::new(board, cameras, file.places(), file.synchronised);
-    finished(folder.to_path_buf(), names, &sessions, rig)
+    let rig = rig_of(&file, sessions.iter())?;
+    finished(folder.to_path_buf(), file.names(), &sessions, rig)
 }

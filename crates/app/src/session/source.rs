@@ -205,14 +205,16 @@ fn parsed_seed(seed: &str) -> anyhow::Result<u64> {
 }
 
 fn open_simulated(scene: &Scene, max_frames: u64) -> OpenSource {
-    let (mut sender, receiver) = cue_link();
-    let source =
-        SyntheticSource::new(scene.clone(), Box::new(receiver), Some(max_frames), IN_FLIGHT);
-    let truth = source.truth();
+    let (sender, receiver) = cue_link();
+    let cues = Box::new(receiver);
+    simulated(SyntheticSource::new(scene.clone(), cues, Some(max_frames), IN_FLIGHT), sender)
+}
+
+fn simulated(source: SyntheticSource, mut sender: CueSender) -> OpenSource {
     OpenSource {
+        truth: Some(source.truth()),
         source: Box::new(source),
         on_frame: Box::new(move |report| sender.send(report)),
-        truth: Some(truth),
     }
 }
 
@@ -224,12 +226,7 @@ pub(super) fn open_simulated_rig(
     let (senders, receivers): (Vec<_>, Vec<_>) = cameras.iter().map(|_| cue_link()).unzip();
     let cues = receivers.into_iter().map(|receiver| Box::new(receiver) as Box<dyn Cues>);
     let sources = SyntheticSource::rig(cameras, cues.collect(), Some(max_frames), IN_FLIGHT);
-    let opened = |(source, mut sender): (SyntheticSource, CueSender)| OpenSource {
-        truth: Some(source.truth()),
-        source: Box::new(source),
-        on_frame: Box::new(move |report| sender.send(report)),
-    };
-    sources.into_iter().zip(senders).map(opened).collect()
+    sources.into_iter().zip(senders).map(|(source, sender)| simulated(source, sender)).collect()
 }
 
 /// Error for network streams and video files in builds without a reader.

@@ -82,8 +82,8 @@ pub(super) fn place_board(
         .then_some(pose)
 }
 
-/// Pose of a whole board that recedes towards `azimuth_rad`, tilted by `tilt_rad`, with the mean
-/// corner `offset_px` from the principal point. `None` if it doesn't fit.
+/// Pose of a whole board receding towards `tilt_azimuth_rad`, tilted by `tilt_rad`, with the mean
+/// corner `offset_px` from the principal point. `None` without room for the board.
 pub(crate) fn posed_board(
     (tilt_azimuth_rad, tilt_rad): (f64, f64),
     offset_px: Vector2<f64>,

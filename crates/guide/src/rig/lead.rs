@@ -9,7 +9,7 @@ use super::{
     rest::{Rest, apart_px, limit_widths_per_sec},
 };
 use crate::{
-    guidance::wanted_share,
+    guidance::{Role, wanted_share},
     session::{Command, Input, Prompt, Session, Snapshot, ViewNumber},
 };
 use boresight_calibrate::{KnownLens, RigViews, Verdict};
@@ -68,6 +68,24 @@ pub(super) struct CameraState {
     pub(super) prompt: Option<Prompt>,
     /// True if the source has ended or failed.
     has_ended: bool,
+}
+
+impl CameraState {
+    /// Takes over the views of the camera's session.
+    fn take_over(&mut self, numbers: impl Iterator<Item = ViewNumber>, corners: &[Vec<Corner>]) {
+        self.views = numbers.zip(corners.iter().cloned()).collect();
+    }
+
+    /// Corners of a view, in pixels; `None` without the view.
+    fn view_px(&self, view: ViewNumber) -> Option<Vec<Point2<f64>>> {
+        let (_, corners) = self.views.iter().find(|(number, _)| *number == view)?;
+        Some(corners.iter().map(|corner| corner.px).collect())
+    }
+
+    /// Picture widths in pixels.
+    fn widths_px(&self, widths: f64) -> f64 {
+        widths * f64::from(self.image_size.width_px)
+    }
 }
 
 /// Pictures that were asked for.
@@ -150,8 +168,7 @@ impl RigSession {
     /// Views of each camera. Pictures of one place have its number; others have numbers of their
     /// own.
     pub fn views(&self) -> Vec<RigViews> {
-        let last = self.places.iter().map(|place| place.number).max().unwrap_or(0);
-        let mut alone = last;
+        let mut alone = self.last_number();
         let mut of_camera = |(camera, state): (usize, &CameraState)| {
             let numbered = state.views.iter().map(|(view, corners)| {
                 let place = self.places.iter().find(|place| place.views.contains(&(camera, *view)));
@@ -167,16 +184,20 @@ impl RigSession {
         self.cameras.iter().enumerate().map(&mut of_camera).collect()
     }
 
+    /// Largest number of a place; 0 without any.
+    fn last_number(&self) -> u64 {
+        self.places.iter().map(|place| place.number).max().unwrap_or(0)
+    }
+
     /// Applies the newest state of a camera's session.
     pub fn seen(&mut self, camera: usize, snapshot: &Snapshot) -> Vec<Order> {
         let limit = limit_widths_per_sec(self.is_synchronised);
         let state = &mut self.cameras[camera];
         state.prompt = Some(snapshot.shown.prompt);
         state.has_ended = snapshot.source_ended || !snapshot.failures.is_empty();
-        let numbers = state.views.iter().map(|(number, _)| *number);
-        if !numbers.eq(snapshot.views.iter().map(|view| view.number)) {
-            let corners = snapshot.corners.iter().cloned();
-            state.views = snapshot.views.iter().map(|view| view.number).zip(corners).collect();
+        let numbers = || snapshot.views.iter().map(|view| view.number);
+        if !state.views.iter().map(|(number, _)| *number).eq(numbers()) {
+            state.take_over(numbers(), &snapshot.corners);
         }
         let width_px = f64::from(state.image_size.width_px);
         let live = snapshot.live.as_ref();
@@ -201,9 +222,8 @@ impl RigSession {
 
     /// Takes over the views of a camera's session that no longer changes.
     pub fn settle(&mut self, camera: usize, session: &Session) {
-        let corners = session.corners_at_one_instant().iter().cloned();
         let numbers = session.accepted().iter().map(|taken| taken.number);
-        self.cameras[camera].views = numbers.zip(corners).collect();
+        self.cameras[camera].take_over(numbers, session.corners_at_one_instant());
     }
 
     /// Uses a new plan.
@@ -286,13 +306,11 @@ impl RigSession {
             cameras.iter().any(|camera| {
                 let state = &self.cameras[*camera];
                 let view = place.views.iter().find(|(of, _)| of == camera);
-                let before = view.and_then(|(_, view)| {
-                    let taken = state.views.iter().find(|(number, _)| number == view);
-                    taken.map(|(_, corners)| corners.iter().map(|it| it.px).collect::<Vec<_>>())
-                });
-                let limit_px = SAME_PLACE_WIDTHS * f64::from(state.image_size.width_px);
+                let before = view.and_then(|(_, view)| state.view_px(*view));
                 match (before, &state.rest.corners_px) {
-                    (Some(before), Some(now)) => apart_px(&before, now) > limit_px,
+                    (Some(before), Some(now)) => {
+                        apart_px(&before, now) > state.widths_px(SAME_PLACE_WIDTHS)
+                    }
                     (before, _) => before.is_none(),
                 }
             })
@@ -366,8 +384,7 @@ impl RigSession {
         if let Some((.., view)) = taking.cameras.iter_mut().find(|(of, ..)| *of == camera)
             && view.is_none()
         {
-            let newest =
-                snapshot.views.last().filter(|it| it.role == crate::guidance::Role::Forced);
+            let newest = snapshot.views.last().filter(|it| it.role == Role::Forced);
             *view = newest.map(|newest| newest.number).filter(|number| !in_places(*number));
         }
         let given_up = taking.frames > LONGEST_TAKING_FRAMES * self.cameras.len();
@@ -377,12 +394,10 @@ impl RigSession {
         let Some(Taking { cameras, .. }) = self.taking.take() else { return Vec::new() };
         let views: Vec<(usize, ViewNumber)> =
             cameras.iter().filter_map(|(camera, .., view)| Some((*camera, (*view)?))).collect();
-        let moved = |(camera, at_rest, view): &(usize, Vec<Point2<f64>>, _)| {
+        let moved = |(camera, at_rest, view): &(usize, Vec<Point2<f64>>, Option<ViewNumber>)| {
             let state = &self.cameras[*camera];
-            let taken = state.views.iter().find(|(number, _)| Some(*number) == *view);
-            let limit_px = MOVED_WIDTHS * f64::from(state.image_size.width_px);
-            let px = |corners: &[Corner]| corners.iter().map(|it| it.px).collect::<Vec<_>>();
-            taken.is_some_and(|(_, corners)| apart_px(&px(corners), at_rest) > limit_px)
+            let taken_px = view.and_then(|view| state.view_px(view));
+            taken_px.is_some_and(|px| apart_px(&px, at_rest) > state.widths_px(MOVED_WIDTHS))
         };
         if views.len() < 2 || (!self.is_synchronised && cameras.iter().any(moved)) {
             for state in &mut self.cameras {
@@ -390,8 +405,7 @@ impl RigSession {
             }
             return self.remove(&views);
         }
-        let number = self.places.iter().map(|place| place.number).max().unwrap_or(0) + 1;
-        let place = Place { number, views };
+        let place = Place { number: self.last_number() + 1, views };
         self.places.push(place.clone());
         (self.frames_since_taken, self.waited_secs) = (0, 0.0);
         vec![Order::Keep(place)]

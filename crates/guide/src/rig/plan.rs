@@ -71,12 +71,11 @@ fn first_place(
 ) -> Option<Wanted> {
     let shares = |camera: usize, other: usize| {
         let numbers = || views[other].views.iter().map(|(number, _)| *number);
-        let own = views[camera].views.iter();
-        other != camera && own.clone().any(|(number, _)| numbers().any(|it| it == *number))
+        let mut own = views[camera].views.iter();
+        other != camera && own.any(|(number, _)| numbers().any(|it| it == *number))
     };
     let others = |camera: usize| (0..views.len()).filter(move |other| shares(camera, *other));
-    let turn = std::f64::consts::TAU / f64::from(DIRECTIONS);
-    let tilt = ((places % DIRECTIONS as usize) as f64 * turn, TILT_RAD);
+    let tilt = tipped((places % DIRECTIONS as usize) as u32);
     let guess = |camera: usize| LensEstimate::guess(sizes[camera]);
     let apart = (0..views.len()).find(|camera| others(*camera).next().is_none());
     if let Some(lead) = apart {
@@ -107,48 +106,55 @@ fn first_place(
     let seen = |place: &Isometry3<f64>| seen_by(&rig, &sizes, &points_m, place);
     let tipped = candidates(&guess(lead), board, &[tilt]);
     let place = tipped.into_iter().rev().max_by_key(|place| seen(place).len())?;
-    let of = |camera: usize| {
-        let pose = rig.cam_from_rig[camera] * place;
-        Some((linked[camera], target_at(&pose, board, &guess(linked[camera]))?))
-    };
-    let targets = seen(&place).into_iter().filter_map(of).collect();
+    let targets = targets(&rig, &sizes, &seen(&place), &place, board);
+    let targets = targets.into_iter().map(|(camera, target)| (linked[camera], target)).collect();
     Some(Wanted { lead, targets, gain: 0.0 })
 }
 
 fn best_place(worth: &PlaceWorth, sizes: &[ImageSize], board: &Board) -> Option<Wanted> {
     let rig = worth.rig();
-    let turn = std::f64::consts::TAU / f64::from(DIRECTIONS);
-    let tipped = |direction: u32| (f64::from(direction) * turn, TILT_RAD);
     let tilts: Vec<(f64, f64)> = (0..DIRECTIONS).map(tipped).chain([(0.0, 0.0)]).collect();
     let mut best: Option<(f64, usize, Isometry3<f64>)> = None;
-    for (lead, size) in sizes.iter().enumerate() {
-        let lens = LensEstimate { camera: rig.cameras[lead], ..LensEstimate::guess(*size) };
+    for lead in 0..sizes.len() {
         let rig_from_lead = rig.cam_from_rig[lead].inverse();
         // The first camera leads unless another shows much more: the person looks at one picture.
-        let least = best.map_or(0.0, |(gain, of, _)| match of == lead {
-            true => gain,
-            false => CLEARLY_MORE * gain,
-        });
-        for pose in candidates(&lens, board, &tilts) {
+        let mut least = best.map_or(0.0, |(gain, ..)| CLEARLY_MORE * gain);
+        for pose in candidates(&lens(&rig, sizes, lead), board, &tilts) {
             let place = rig_from_lead * pose;
             let gain = worth.gain(&place);
-            let so_far = match best {
-                Some((gain, of, _)) if of == lead => gain,
-                _ => least,
-            };
-            if gain > so_far {
-                best = Some((gain, lead, place));
+            if gain > least {
+                (best, least) = (Some((gain, lead, place)), gain);
             }
         }
     }
     let (gain, lead, place) = best?;
-    let of = |camera: usize| {
-        let lens =
-            LensEstimate { camera: rig.cameras[camera], ..LensEstimate::guess(sizes[camera]) };
-        Some((camera, target_at(&(rig.cam_from_rig[camera] * place), board, &lens)?))
-    };
-    let targets = worth.seen_by(&place).into_iter().filter_map(of).collect();
+    let targets = targets(&rig, sizes, &worth.seen_by(&place), &place, board);
     Some(Wanted { lead, targets, gain })
+}
+
+/// Direction and angle of the requested tilt with this number.
+fn tipped(number: u32) -> (f64, f64) {
+    let turn = std::f64::consts::TAU / f64::from(DIRECTIONS);
+    (f64::from(number) * turn, TILT_RAD)
+}
+
+fn lens(rig: &Rig, sizes: &[ImageSize], camera: usize) -> LensEstimate {
+    LensEstimate { camera: rig.cameras[camera], ..LensEstimate::guess(sizes[camera]) }
+}
+
+/// Board at a place in the rig's frame, in the pictures of `cameras`.
+fn targets(
+    rig: &Rig,
+    sizes: &[ImageSize],
+    cameras: &[usize],
+    place: &Isometry3<f64>,
+    board: &Board,
+) -> Vec<(usize, Target)> {
+    let of = |camera: &usize| {
+        let pose = rig.cam_from_rig[*camera] * place;
+        Some((*camera, target_at(&pose, board, &lens(rig, sizes, *camera))?))
+    };
+    cameras.iter().filter_map(of).collect()
 }
 
 /// Poses of the board in a camera's frame with each of `tilts`, direction and angle: the middle of

@@ -4,7 +4,9 @@
 pub const BEGINNING: &str = "SIMULATED: a simulated person follows the guidance in front of a simulated webcam. What you read is what a person reads and hears with a real one.";
 
 /// Sentence before the demonstration of several cameras.
-pub const BEGINNING_RIG: &str = "SIMULATED: a board on a tripod in front of two simulated cameras, 120 mm apart. What you read is what a person reads and hears with real ones.";
+pub const BEGINNING_RIG: &str = "\
+SIMULATED: a board on a tripod in front of two simulated cameras, 120 mm apart. What you read is \
+what a person reads and hears with real ones.";
 
 /// Sentence after the result.
 pub const WHAT_NOW: &str = "\

@@ -112,10 +112,14 @@ fn not_a_rig(reason: &NotARig, names: &[String]) -> (String, String) {
     }
 }
 
-/// What the person is asked for; `sentences` are those of the cameras' sessions.
-pub fn prompt(prompt: &RigPrompt, names: &[String], sentences: &[String]) -> String {
+/// Request to the person; `sentence` is that of a camera's session, if there was a picture.
+pub fn prompt(
+    prompt: &RigPrompt,
+    names: &[String],
+    sentence: impl FnOnce(usize) -> Option<String>,
+) -> String {
     match *prompt {
-        RigPrompt::OfCamera { camera } => match sentences.get(camera) {
+        RigPrompt::OfCamera { camera } => match sentence(camera) {
             Some(sentence) => format!("{}: {sentence}", names[camera]),
             None => format!("{}: waiting for its first picture", names[camera]),
         },

@@ -108,18 +108,20 @@ impl RigSessionFile {
         self.places.iter().map(place).collect()
     }
 
-    /// The same with `places` instead.
-    #[must_use]
-    pub fn with_places(mut self, places: &[Place]) -> Self {
+    /// Names of the cameras.
+    pub fn names(&self) -> Vec<String> {
+        self.cameras.iter().map(|camera| camera.name.clone()).collect()
+    }
+
+    /// Replaces the places.
+    pub fn set_places(&mut self, places: &[Place]) {
         let name = |camera: usize| Some(self.cameras.get(camera)?.name.clone());
         let entry = |place: &Place| {
             let views = place.views.iter();
             let of = |(camera, view): &(usize, ViewNumber)| Some((name(*camera)?, view.0));
             PlaceEntry { number: place.number, views: views.filter_map(of).collect() }
         };
-        let places = places.iter().map(entry).collect();
-        self.places = places;
-        self
+        self.places = places.iter().map(entry).collect();
     }
 }
 
@@ -138,14 +140,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path().join("rig");
         let camera = |name: &str| RigSessionCamera { name: name.into(), known_lens: None };
-        let file = RigSessionFile::new(vec![camera("window"), camera("door")], false);
+        let mut file = RigSessionFile::new(vec![camera("window"), camera("door")], false);
         let place = |number: u64, views: &[(usize, u32)]| Place {
             number,
             views: views.iter().map(|(camera, view)| (*camera, ViewNumber(*view))).collect(),
         };
         let places = [place(1, &[(0, 1), (1, 1)]), place(3, &[(0, 4), (1, 3)])];
         assert!(!RigSessionFile::is_in(&folder));
-        file.with_places(&places).write(&folder).expect("written");
+        file.set_places(&places);
+        file.write(&folder).expect("written");
         assert!(RigSessionFile::is_in(&folder));
         assert_eq!(RigSessionFile::read(&folder).expect("readable").places(), places);
     }
