@@ -64,7 +64,7 @@ pub(super) struct Arguments {
     /// Several cameras that see one board: a folder or corner table each (NAME=PATH names the
     /// camera), one folder of them, or the session of guide --rig. Pictures with the same number
     /// were taken at the same moment.
-    #[arg(long, conflicts_with_all = ["varying_focal", "report"])]
+    #[arg(long, conflicts_with = "varying_focal")]
     rig: bool,
     /// Earlier calibration of a rig's camera, whose lens has not been touched since.
     #[arg(long, value_name = "NAME=FILE", requires = "rig")]
@@ -130,7 +130,7 @@ impl Arguments {
         config.camera.as_stored |= self.as_stored;
         self.goal.apply(&mut config);
         self.lens.apply(&mut config);
-        if let Some(path) = &self.out {
+        for path in self.out.iter().chain(&self.report) {
             may_save(path, self.overwrite())?;
         }
         let upright = config.camera.upright();
@@ -149,10 +149,19 @@ impl Arguments {
     }
 
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
+        #[cfg(not(feature = "report"))]
+        if self.report.is_some() {
+            return Err(boresight_app::MissingFeature::REPORT.into());
+        }
         if self.rig {
             let (names, cameras, config) = self.rig_views()?;
-            let (out, overwrite) = (self.out.as_deref(), self.overwrite());
-            return rig::calibrate(&names, &cameras, &config, (out, overwrite, self.json));
+            let written = rig::Written {
+                out: self.out.as_deref(),
+                report: self.report.as_deref(),
+                overwrite: self.overwrite(),
+                as_json: self.json,
+            };
+            return Ok(rig::calibrate(&names, &cameras, &config, written)?.exit);
         }
         let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);
@@ -160,10 +169,6 @@ impl Arguments {
             bail!(
                 "{recording:?} is a recording, whose views are chosen first: boresight guide --headless --source {recording:?}"
             );
-        }
-        #[cfg(not(feature = "report"))]
-        if self.report.is_some() {
-            return Err(boresight_app::MissingFeature::REPORT.into());
         }
         let of_session = match self.inputs.as_slice() {
             [folder] if is_session(folder) => Some(from_session(folder, &announcer())?),

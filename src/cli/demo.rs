@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::{guide, guide_rig};
+use super::{guide, guide_rig::Guide};
 use boresight_app::{Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
@@ -31,6 +31,10 @@ pub(super) struct Arguments {
     /// Two cameras without a trigger, and a board on a tripod.
     #[arg(long)]
     rig: bool,
+    /// Watch both cameras in a window.
+    #[cfg(feature = "window")]
+    #[arg(long, requires = "rig", conflicts_with = "fast")]
+    window: bool,
     /// Don't open the report.
     #[arg(long)]
     no_open: bool,
@@ -54,7 +58,12 @@ impl Arguments {
             say(text::demo::BEGINNING_RIG);
             let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
             let run = if self.fast { run.fast() } else { run };
-            return guide_rig::carry_out(run, None, &announcer(), self.json);
+            let guide = Guide { announcer: announcer(), voice: None, as_json: self.json };
+            #[cfg(feature = "window")]
+            if self.window {
+                return guide.in_window(run);
+            }
+            return guide.in_terminal(run);
         }
         say(text::demo::BEGINNING);
         let opening = Opening {

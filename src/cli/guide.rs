@@ -7,7 +7,7 @@ use clap::Args;
 use super::{
     accept_args::AcceptArguments,
     backend,
-    guide_rig::{self, is_rig},
+    guide_rig::{self, Guide, is_rig},
     lens_args::LensArguments,
     status::Status,
     stream_args::StreamArguments,
@@ -58,8 +58,8 @@ pub(super) struct Arguments {
     #[command(flatten)]
     stream: StreamArguments,
     /// Several cameras that see one board, each with any source; they need no trigger, since
-    /// pictures are taken while the board rests. Guides in the terminal. Also with --session: other
-    /// sources for the cameras named.
+    /// pictures are taken while the board rests. Also with --session: other sources for the cameras
+    /// named.
     #[arg(long, value_name = "NAME=SOURCE", num_args = 1.., conflicts_with_all = ["source", "against", "set_camera_info"])]
     rig: Vec<String>,
     /// Calibration of a rig's camera, whose lens nobody has touched since.
@@ -134,20 +134,28 @@ impl Arguments {
                 let usage = format!("{option} is for one camera: leave it out for a rig");
                 return Err(WrongUsage(usage).into());
             }
-            let voice = self.beside.voice()?;
+            let (voice, as_json) = (self.beside.voice()?, self.json);
+            if self.opens_window() {
+                #[cfg(feature = "window")]
+                {
+                    let announcer = self.beside.announcer_of_window();
+                    let run = given.open(&opening, &announcer)?;
+                    return Guide { announcer, voice, as_json }.in_window(run);
+                }
+            }
             let announcer = self.beside.for_person(announcer());
-            return given.run(&opening, voice.as_ref(), &announcer, self.json);
+            let run = given.open(&opening, &announcer)?;
+            return Guide { announcer, voice, as_json }.in_terminal(run);
         }
-        if !self.headless {
+        if self.opens_window() {
             #[cfg(feature = "window")]
-            if has_display() {
+            {
                 let at_once = self.says_something();
                 if at_once {
                     opening.board_code = self.board.open_to_code()?;
                 }
                 return window::run(opening, &self.beside, operation, (at_once, self.json));
             }
-            say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
         }
         opening.board_code = self.board.open_to_code()?;
         let voice = self.beside.voice()?;
@@ -164,6 +172,19 @@ impl Arguments {
         let announcer = self.beside.for_person(announcer());
         let finished = in_terminal(&opening, voice.is_some(), onlookers, announcer)?;
         conclude_seen(finished, &operation, self.json)
+    }
+
+    /// True to guide in a window. Says why not, unless that was asked for.
+    fn opens_window(&self) -> bool {
+        if self.headless {
+            return false;
+        }
+        #[cfg(feature = "window")]
+        if has_display() {
+            return true;
+        }
+        say(if cfg!(feature = "window") { words::IN_TERMINAL } else { words::BUILT_WITHOUT });
+        false
     }
 
     /// Program behind a window for the sessions.

@@ -9,21 +9,23 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::rig;
+use super::rig::{self, Announced, Written};
 #[cfg(unix)]
 use super::status::keys::Keys;
 use boresight_app::{
     Announcer, Exit, Opening, Voice,
-    session::rig_run::{RigOpening, RigRequest, RigRun},
+    session::rig_run::{RigNews, RigOpening, RigRun},
 };
 use boresight_files::Overwrite;
 use boresight_guide::rig::RigPrompt;
 use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
 use boresight_terminal::{say, stop_flag, usage::WrongUsage};
+#[cfg(feature = "window")]
+use boresight_window::rig::{RigEnded, RigHand, run_rig};
 
 /// Name of the result in the session's folder.
-const RESULT: &str = "rig.json";
+pub(super) const RESULT: &str = "rig.json";
 /// Time that a sentence must have been right before it's said: a board passes through many.
 const SETTLED: Duration = Duration::from_millis(400);
 
@@ -43,7 +45,7 @@ impl Given<'_> {
     }
 
     /// Opens a new session like `opening`, or resumes the one in its folder.
-    fn open(&self, opening: &Opening, announcer: &Announcer) -> anyhow::Result<RigRun> {
+    pub(super) fn open(&self, opening: &Opening, announcer: &Announcer) -> anyhow::Result<RigRun> {
         let mut cameras = Vec::with_capacity(self.cameras.len());
         for camera in self.cameras {
             cameras.push(Self::split("--rig takes NAME=SOURCE", camera)?);
@@ -78,47 +80,67 @@ impl Given<'_> {
         }
         .open(announcer)
     }
-
-    /// Guides in the terminal, and calibrates the rig.
-    pub(super) fn run(
-        &self,
-        opening: &Opening,
-        voice: Option<&Voice>,
-        announcer: &Announcer,
-        as_json: bool,
-    ) -> anyhow::Result<Exit> {
-        let run = self.open(opening, announcer)?;
-        carry_out(run, voice, announcer, as_json)
-    }
 }
 
-/// Guides in the terminal, calibrates the rig, and writes it into the session's folder.
-pub(super) fn carry_out(
-    run: RigRun,
-    voice: Option<&Voice>,
-    announcer: &Announcer,
-    as_json: bool,
-) -> anyhow::Result<Exit> {
-    let stop = stop_flag()?;
-    let undo = Arc::new(AtomicBool::new(false));
-    #[cfg(unix)]
-    let keys = keys(&undo, &stop);
-    #[cfg(unix)]
-    if keys.is_some() {
-        say(words::KEYS);
-    }
-    let mut teller = Teller { said: String::new(), newest: None };
-    let finished = run.carry_out(&stop, &undo, announcer, |request| {
-        if let Some(sentence) = teller.news(request) {
-            announcer.ask(sentence);
-            if let Some(voice) = voice {
-                voice.request(sentence, sentence);
-            }
+/// What speaks beside a rig's session, and how its result is printed.
+pub(super) struct Guide {
+    pub(super) announcer: Announcer,
+    pub(super) voice: Option<Voice>,
+    pub(super) as_json: bool,
+}
+
+impl Guide {
+    /// Guides in the terminal, calibrates the rig, and writes it into the session's folder.
+    pub(super) fn in_terminal(self, run: RigRun) -> anyhow::Result<Exit> {
+        let stop = stop_flag()?;
+        let undo = Arc::new(AtomicBool::new(false));
+        #[cfg(unix)]
+        let keys = keys(&undo, &stop);
+        #[cfg(unix)]
+        if keys.is_some() {
+            say(words::KEYS);
         }
-    })?;
-    let out = finished.folder.join(RESULT);
-    let written = (Some(out.as_path()), Overwrite::Allowed, as_json);
-    rig::calibrate(&finished.names, &finished.views, &finished.config, written)
+        Ok(self.carry_out(run, (&stop, &undo), |_| ())?.exit)
+    }
+
+    /// The same in a window.
+    #[cfg(feature = "window")]
+    pub(super) fn in_window(self, run: RigRun) -> anyhow::Result<Exit> {
+        let hand = RigHand { stop: stop_flag()?, undo: Arc::new(AtomicBool::new(false)) };
+        let (names, orders) = (run.names(), hand.clone());
+        run_rig(names, hand, move |show| {
+            let Announced { exit, grade, lines } =
+                self.carry_out(run, (&orders.stop, &orders.undo), |news| show(news))?;
+            Ok(RigEnded { exit, grade, lines })
+        })
+    }
+
+    fn carry_out(
+        &self,
+        run: RigRun,
+        (stop, undo): (&AtomicBool, &AtomicBool),
+        mut each: impl FnMut(&RigNews<'_>),
+    ) -> anyhow::Result<Announced> {
+        let mut teller = Teller { said: String::new(), newest: None };
+        let finished = run.carry_out(stop, undo, &self.announcer, |news| {
+            each(news);
+            if let Some(sentence) = teller.news(news) {
+                self.announcer.ask(sentence);
+                if let Some(voice) = &self.voice {
+                    voice.request(sentence, sentence);
+                }
+            }
+        })?;
+        let out = finished.folder.join(RESULT);
+        let page = out.with_extension("html");
+        let written = Written {
+            out: Some(&out),
+            report: cfg!(feature = "report").then_some(page.as_path()),
+            overwrite: Overwrite::Allowed,
+            as_json: self.as_json,
+        };
+        rig::calibrate(&finished.names, &finished.views, &finished.config, written)
+    }
 }
 
 /// Keys of the terminal, if any: take the newest place back, end.
@@ -140,7 +162,7 @@ struct Teller {
 
 impl Teller {
     /// The sentence of `request`, if it's news and has settled.
-    fn news(&mut self, request: &RigRequest) -> Option<&str> {
+    fn news(&mut self, request: &RigNews<'_>) -> Option<&str> {
         let since = match self.newest.take() {
             Some((sentence, since)) if sentence == request.sentence => since,
             _ => Instant::now(),

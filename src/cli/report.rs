@@ -8,7 +8,12 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::{accept_args::AcceptArguments, this_command::this_command};
+use super::{
+    accept_args::AcceptArguments,
+    guide_rig::{RESULT, is_rig},
+    rig,
+    this_command::this_command,
+};
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
     commands::calibration_views::{SessionViews, from_session},
@@ -19,8 +24,8 @@ use boresight_app::{
     },
 };
 use boresight_calibrate::{BOARD_SCALE_SD, CalibrationParams};
-use boresight_files::{Overwrite, save};
-use boresight_formats::{AcceptanceEntry, CalibrationFile};
+use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
+use boresight_formats::{AcceptanceEntry, CalibrationFile, RigFile};
 use boresight_present::{
     report::{certificate_pdf, page},
     text::{acceptance::acceptance, of_source, report as words},
@@ -33,12 +38,13 @@ use boresight_terminal::{board_args::setting, print, say, usage::WrongUsage};
 /// One self-contained HTML file. The first sheet is for your customer, the others are for
 /// engineers.
 ///
-/// For a session, rewrites the report in its folder. For a calibration.json from `calibrate`,
+/// For a session, rewrites the report in its folder; likewise for several cameras, and for a
+/// rig.json. For a calibration.json from `calibrate`,
 /// writes a report beside it, with the pictures if they're in the same folder.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
-    /// A session folder, or a calibration.json.
+    /// A session folder, a calibration.json, or a rig.json.
     #[arg(value_name = "SESSION|FILE")]
     input: PathBuf,
     #[command(flatten)]
@@ -72,7 +78,45 @@ Examples:
   boresight report calibration.json --out site-12.html";
 
 impl Arguments {
+    /// The file of several cameras that is named, or in the session that is.
+    fn rig(&self) -> Option<PathBuf> {
+        if is_rig(&self.input) {
+            return Some(self.input.join(RESULT));
+        }
+        let text = read_text(&self.input, TEXT_LIMIT, Links::Followed).ok()?;
+        let tree = serde_json::from_str(&text).ok()?;
+        RigFile::is_one(&tree).then(|| self.input.clone())
+    }
+
+    /// Writes the page about the rig in the file `path`.
+    fn of_rig(&self, path: &Path) -> anyhow::Result<Exit> {
+        if self.pdf || self.goal.says_something() {
+            let usage = "a rig has a page only: leave out --pdf, --accept and --goal".to_owned();
+            return Err(WrongUsage(usage).into());
+        }
+        let rig = rig::read(path).with_context(|| {
+            format!("to calibrate it again: boresight calibrate --rig {}", self.input.display())
+        })?;
+        let page = self.out.clone().unwrap_or_else(|| path.with_extension("html"));
+        // A session's own page follows from its result.
+        let is_own = self.out.is_none() && path != self.input;
+        let may_overwrite = self.force || is_own;
+        let overwrite = if may_overwrite { Overwrite::Allowed } else { Overwrite::Never };
+        let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+        say(&rig::write_page(&names.join(", "), &rig, &page, overwrite)?);
+        if self.json {
+            let (schema, page) = (REPORT_SCHEMA.into(), page.display().to_string());
+            let written = ReportFile { schema, page, verdict: rig.verdict.clone() };
+            print(&serde_json::to_value(&written)?.to_string())?;
+        }
+        let is_usable = matches!(rig.verdict.as_str(), "good" | "care");
+        Ok(if is_usable { Exit::Good } else { Exit::NotTrustworthy })
+    }
+
     pub(super) fn run(self) -> anyhow::Result<Exit> {
+        if let Some(rig) = self.rig() {
+            return self.of_rig(&rig);
+        }
         let session = self.session();
         self.says_what_it_states()?;
         let stated = Config::load(self.config.as_deref(), &self.settings)?.certificate;

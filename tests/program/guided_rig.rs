@@ -92,6 +92,17 @@ fn a_board_that_rests_where_two_cameras_see_it_gives_their_places() {
     let pair = &json(&text)["pairs"][0];
     let number = |key: &str| pair[key].as_f64().expect("a number");
     assert!((number("baseline_m") - BASELINE_M).abs() < 3.0 * number("baseline_sd_m"), "{pair}");
+    let page = std::fs::read_to_string(folder.join("rig/rig.html")).expect("a page");
+    let page = page.replacen("<!DOCTYPE html>", "", 1);
+    let page = roxmltree::Document::parse(&page).expect("well-formed");
+    let told: String = page.descendants().filter_map(|it| it.text()).collect();
+    for words in ["left to right", "Cameras, and places of the board", "Distances by two cameras"] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    says(&boresight(folder, &["report", "rig"]), guided.code, &["Report: rig/rig.html"]);
+    let copied = ["report", "rig/rig.json", "--out", "page.html"];
+    says(&boresight(folder, &copied), guided.code, &["Report: page.html"]);
+    says(&boresight(folder, &copied), 1, &["page.html", "--force"]);
     // The recording is the same rig, to the last digit.
     says(
         &boresight(folder, &["calibrate", "--rig", "rig", "--out", "again.json"]),

@@ -21,6 +21,7 @@ mod paint_time;
 mod phone;
 mod picker;
 mod result_card;
+mod rig;
 mod screenshots;
 mod start_page;
 #[path = "../common/world.rs"]

@@ -116,8 +116,8 @@ pub use lens_flaw::LensFlaw;
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
 pub use rig::{
-    KnownRig, NotARig, Pair, PairChange, PairSd, PlaceWorth, RigCalibration, RigCamera, RigFinding,
-    RigInstant, RigViews, calibrate_rig, moved_camera, pair_change, seen_by,
+    KnownRig, NotARig, Pair, PairBound, PairChange, PairSd, PlaceWorth, RigCalibration, RigCamera,
+    RigFinding, RigInstant, RigViews, calibrate_rig, moved_camera, pair_change, seen_by,
 };
 pub use shift::{DriftVerdict, Shift};
 pub use solve::{

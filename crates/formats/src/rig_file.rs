@@ -232,6 +232,12 @@ impl RigFile {
         is_finite.then_some(KnownRig { rig: Rig { cameras, cam_from_rig }, covariance })
     }
 
+    /// True if the rig isn't wrong but needs more places of the board.
+    pub fn is_unfinished(&self) -> bool {
+        let mut bad = self.findings.iter().filter(|it| it.severity == "bad").peekable();
+        bad.peek().is_some() && bad.all(|it| RigFinding::OF_TOO_FEW.contains(&it.code.as_str()))
+    }
+
     /// Reads a file of this schema.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 
-#[cfg(feature = "serve")]
+#[cfg(any(feature = "serve", feature = "window"))]
 use crate::announcer;
 use crate::say;
 use boresight_app::{Announcer, NoVoice, Voice};
@@ -91,6 +91,16 @@ impl BesideArguments {
     #[cfg(feature = "window")]
     pub fn speaks_to_facing(&self) -> Option<bool> {
         self.voice.speak.map(|_| self.voice.faces())
+    }
+
+    /// Announcer beside a window, whose picture isn't mirrored, unless the voice addresses someone
+    /// facing the camera.
+    #[cfg(feature = "window")]
+    pub fn announcer_of_window(&self) -> Announcer {
+        match self.speaks_to_facing() {
+            Some(true) => announcer(),
+            _ => announcer().from_behind(),
+        }
     }
 
     /// True if the person faces the camera, which is usual.

@@ -26,7 +26,7 @@ use super::{
     settings,
     sound::{Sound, Tone},
     start::{self, Choices, StartPage},
-    theme::{self, LARGEST, SMALLEST, background, switch},
+    theme::{self, background, switch},
     user_error,
 };
 use boresight_app::{
@@ -230,19 +230,6 @@ impl App {
         }
     }
 
-    /// Shows everything smaller in a too small window, as on a laptop with doubled pixels, and
-    /// larger in a very large window, as on a screen of 3840×2160 undoubled pixels.
-    fn fit(&mut self, ctx: &Context) {
-        let zoom = ctx.zoom_factor();
-        let size = ctx.content_rect().size() * zoom;
-        let times = |other: egui::Vec2| (size / other).min_elem();
-        let fitted = times(SMALLEST).min(1.0).max(times(LARGEST));
-        if (fitted - self.fitted).abs() > 1e-3 {
-            ctx.set_zoom_factor(zoom / self.fitted * fitted);
-            self.fitted = fitted;
-        }
-    }
-
     /// Scale chosen by the person; 1 is the usual size.
     fn zoom(&self, ctx: &Context) -> f32 {
         ctx.zoom_factor() / self.fitted
@@ -430,7 +417,7 @@ impl App {
     /// ends unattended.
     pub fn look(&mut self, ctx: &Context) {
         self.screen.now_secs = ctx.time();
-        self.fit(ctx);
+        theme::fit(ctx, &mut self.fitted);
         self.notice_hands(ctx);
         self.voice();
         if self.host.interrupted() {

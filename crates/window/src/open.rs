@@ -11,9 +11,7 @@ use crate::{NoWindow, run as run_window, run_replay, window_host::WindowHost};
 use boresight_app::{AppHost, Exit, Opening, usual_memory, window::recordings::DecidedRecording};
 use boresight_formats::CalibrationFile;
 use boresight_present::text::window as words;
-use boresight_terminal::{
-    announcer, beside::BesideArguments, operation::Operation, print, stop_flag,
-};
+use boresight_terminal::{beside::BesideArguments, operation::Operation, print, stop_flag};
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
 /// Without `at_once`, the start page asks about the first session.
@@ -60,11 +58,7 @@ fn host(
             let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
-    // The window's picture isn't mirrored, unless its voice addresses someone facing the camera.
-    let announcer = match beside.speaks_to_facing() {
-        Some(true) => announcer(),
-        _ => announcer().from_behind(),
-    };
+    let announcer = beside.announcer_of_window();
     let host = WindowHost::new(opening, paced, stop_flag()?, announcer, on_result);
     #[cfg(feature = "serve")]
     let host = host.with_phone(beside.phone()?);

@@ -185,6 +185,20 @@ pub fn apply(ctx: &Context) {
     }
 }
 
+/// Shows everything smaller in a too small window, as on a laptop with doubled pixels, and larger
+/// in a very large window, as on a screen of 3840×2160 undoubled pixels. `fitted` is the scale on
+/// top of the person's choice, 1 at first.
+pub(super) fn fit(ctx: &Context, fitted: &mut f32) {
+    let zoom = ctx.zoom_factor();
+    let size = ctx.content_rect().size() * zoom;
+    let times = |other: Vec2| (size / other).min_elem();
+    let scale = times(SMALLEST).min(1.0).max(times(LARGEST));
+    if (scale - *fitted).abs() > 1e-3 {
+        ctx.set_zoom_factor(zoom / *fitted * scale);
+        *fitted = scale;
+    }
+}
+
 /// Names of the palettes, as remembered.
 const NAMES: [&str; 3] = ["dark", "light", "sunlight"];
 

@@ -3,7 +3,10 @@
 use std::{
     collections::VecDeque,
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
     time::Duration,
 };
 
@@ -16,8 +19,8 @@ use super::{
     source::open_simulated_rig,
 };
 use crate::{Announcer, Opening, Run, commands::rig::known_lens};
-use boresight_calibrate::{CalibrationParams, RigViews};
-use boresight_geometry::boards::Board;
+use boresight_calibrate::{CalibrationParams, Pair, RigCalibration, RigViews};
+use boresight_geometry::{boards::Board, frame::Frame};
 use boresight_guide::{
     rig::{Order, Plan, RigPrompt, RigSession, plan},
     session::{Input, Session, Snapshot},
@@ -25,7 +28,7 @@ use boresight_guide::{
 use boresight_present::{instruction::Instruction, text::rig as words};
 use boresight_run::{
     config::Config,
-    pipeline::{Background, LatestReceiver, Onlookers, Pipeline},
+    pipeline::{Background, LiveFeed, Pipeline},
     recording::{RigSessionCamera, RigSessionFile, is_name},
 };
 use boresight_sim::{Scene, technician::Person};
@@ -70,12 +73,29 @@ pub struct FinishedRig {
     pub views: Vec<RigViews>,
 }
 
-/// Request to the person.
-pub struct RigRequest {
-    /// In words.
+/// State of a rig's session after news of a camera.
+pub struct RigNews<'a> {
+    /// Request to the person, in words.
     pub sentence: String,
-    /// As a value.
+    /// The same as a value.
     pub prompt: RigPrompt,
+    /// Number of places taken.
+    pub places: usize,
+    /// Cameras that have been linked.
+    pub links: &'a Arc<[RigLink]>,
+    /// The newest picture and state of each camera.
+    pub cameras: Vec<(Option<&'a Arc<Frame>>, Option<&'a Snapshot>)>,
+}
+
+/// Link of two cameras.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigLink {
+    /// The cameras.
+    pub of: [usize; 2],
+    /// Error against the goal, in words.
+    pub words: String,
+    /// True if the goal is met.
+    pub is_met: bool,
 }
 
 impl RigOpening {
@@ -171,6 +191,11 @@ impl RigRun {
         Ok(Self { folder, file, runs, rig, params, board, is_paced: true })
     }
 
+    /// Names of the cameras.
+    pub fn names(&self) -> Vec<String> {
+        self.file.names()
+    }
+
     /// The same as fast as the computer can; recorded cameras then drift apart.
     #[must_use]
     pub fn fast(self) -> Self {
@@ -178,7 +203,7 @@ impl RigRun {
     }
 
     /// Runs until every pair meets the goal, a source ends, or `stop` is set. `undo` takes the
-    /// newest place back; `each` is called with every request.
+    /// newest place back; `each` is called after all news.
     ///
     /// # Errors
     ///
@@ -188,7 +213,7 @@ impl RigRun {
         stop: &AtomicBool,
         undo: &AtomicBool,
         announcer: &Announcer,
-        mut each: impl FnMut(&RigRequest),
+        mut each: impl FnMut(&RigNews<'_>),
     ) -> anyhow::Result<FinishedRig> {
         let names = self.file.names();
         let Self { folder, file, runs, rig, params, board, is_paced } = self;
@@ -204,11 +229,12 @@ impl RigRun {
             let wake = move || {
                 news.try_send(()).ok();
             };
-            let (pipeline, snapshots) = Pipeline::start_before(setup, &Onlookers::new(), wake)?;
+            let (pipeline, feed) = Pipeline::start_with_feed(setup, wake)?;
             let waiting = VecDeque::new();
-            cameras.push(Running { pipeline, snapshots, context, waiting, newest: None });
+            cameras.push(Running { pipeline, feed, context, waiting, frame: None, newest: None });
         }
-        let mut led = Led { rig, cameras, folder, file, names, planner: None, params, board };
+        let (planner, links) = (None, Arc::from([]));
+        let mut led = Led { rig, cameras, folder, file, names, planner, links, params, board };
         led.plan();
         while !stop.load(Ordering::Relaxed) {
             has_news.recv_timeout(PATIENCE).ok();
@@ -221,7 +247,7 @@ impl RigRun {
                 }
             }
             let is_over = led.look(announcer)?;
-            each(&led.request(announcer.is_mirrored()));
+            each(&led.news(announcer.is_mirrored()));
             if is_over || led.rig.is_complete() || led.rig.has_ended() {
                 break;
             }
@@ -242,10 +268,11 @@ fn opened<'a>(
 /// Camera whose pipeline runs.
 struct Running {
     pipeline: Pipeline,
-    snapshots: LatestReceiver<Snapshot>,
+    feed: LiveFeed,
     context: RunContext,
     /// Inputs that the session had no room for yet.
     waiting: VecDeque<Input>,
+    frame: Option<Arc<Frame>>,
     newest: Option<Snapshot>,
 }
 
@@ -257,6 +284,7 @@ struct Led {
     file: RigSessionFile,
     names: Vec<String>,
     planner: Option<Background<Plan>>,
+    links: Arc<[RigLink]>,
     params: CalibrationParams,
     board: Board,
 }
@@ -266,8 +294,12 @@ impl Led {
     fn look(&mut self, announcer: &Announcer) -> anyhow::Result<bool> {
         let mut is_over = false;
         for camera in 0..self.cameras.len() {
-            is_over |= self.cameras[camera].snapshots.is_closed();
-            let Some(snapshot) = self.cameras[camera].snapshots.try_recv() else { continue };
+            let Running { feed, frame, .. } = &mut self.cameras[camera];
+            is_over |= feed.has_ended();
+            if let Some(newest) = feed.newest_frame() {
+                *frame = Some(newest);
+            }
+            let Some(snapshot) = feed.newest_snapshot() else { continue };
             let before = self.rig.places().len();
             let orders = self.rig.seen(camera, &snapshot);
             self.cameras[camera].newest = Some(snapshot);
@@ -286,6 +318,8 @@ impl Led {
                 {
                     announcer.say(&line);
                 }
+                self.links =
+                    plan.found.as_ref().map_or_else(|_| Arc::from([]), |rig| self.linked(rig));
                 let orders = self.rig.planned(plan);
                 self.carry_out(orders)?;
             } else {
@@ -329,13 +363,31 @@ impl Led {
         self.planner = Background::start(move || plan(places, &views, &board, &params)).ok();
     }
 
-    fn request(&self, is_mirrored: bool) -> RigRequest {
+    fn linked(&self, rig: &RigCalibration) -> Arc<[RigLink]> {
+        let of = |pair: &Pair| {
+            let bound = pair.bound(self.params.accept);
+            let is_met = bound.is_some_and(|it| it.bound <= it.goal);
+            RigLink { of: pair.of, words: words::link(pair, bound), is_met }
+        };
+        rig.pairs.iter().filter(|pair| pair.instants > 0).map(of).collect()
+    }
+
+    fn news(&self, is_mirrored: bool) -> RigNews<'_> {
         let prompt = self.rig.prompt();
         let sentence = words::prompt(&prompt, &self.names, |camera| {
             let newest = self.cameras[camera].newest.as_ref();
             newest.map(|newest| Instruction::of(newest).sentence(is_mirrored))
         });
-        RigRequest { sentence, prompt }
+        fn of(Running { frame, newest, .. }: &Running) -> (Option<&Arc<Frame>>, Option<&Snapshot>) {
+            (frame.as_ref(), newest.as_ref())
+        }
+        RigNews {
+            sentence,
+            prompt,
+            places: self.rig.places().len(),
+            links: &self.links,
+            cameras: self.cameras.iter().map(of).collect(),
+        }
     }
 
     fn finished(self) -> anyhow::Result<FinishedRig> {

@@ -37,13 +37,11 @@ use self::{
 pub use self::{
     change::{KnownRig, PairChange, moved_camera, pair_change},
     result::{NotARig, RigCalibration, RigCamera, RigFinding, RigInstant},
-    stated::{Pair, PairSd},
+    stated::{Pair, PairBound, PairSd},
     worth::{PlaceWorth, seen_by},
 };
 use crate::{
-    AcceptanceGoal, Calibration, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
-    NotCalibrated, Severity, Verdict,
-    acceptance::TWO_SIDED_95,
+    AcceptanceGoal, Calibration, CalibrationParams, KnownLens, NotCalibrated, Severity, Verdict,
     calibrate,
     solve::{initial_guess::alike_views, reversal::tilts},
 };
@@ -393,16 +391,11 @@ fn instants_of(fitted: &Fit, numbers: &[u64], board_m: &[Point2<f64>]) -> Vec<Ri
 
 /// Finding about a pair held to the goal; `None` if it meets the goal.
 fn judged(pair: &Pair, params: &CalibrationParams) -> Option<RigFinding> {
-    let Some(sd) = &pair.sd else { return Some(RigFinding::PairUnseen { of: pair.of }) };
-    let rows = sd.row_px.map(|sd_px| TWO_SIDED_95 * sd_px);
-    let (bound, goal) = match params.accept {
-        None => (rows, DEFAULT_TYPICAL_GOAL_PX),
-        Some(AcceptanceGoal::Projection { px }) => (rows, px),
-        Some(AcceptanceGoal::Length { within_m, .. }) => (sd.length_bound_m, within_m),
+    let of = pair.of;
+    let Some(PairBound { bound, goal, is_length }) = pair.bound(params.accept) else {
+        return Some(RigFinding::PairUnseen { of });
     };
-    let Some(bound) = bound else { return Some(RigFinding::PairUnseen { of: pair.of }) };
-    let is_length = matches!(params.accept, Some(AcceptanceGoal::Length { .. }));
-    let (of, is_unfinished) = (pair.of, bound > UNUSABLE * goal);
+    let is_unfinished = bound > UNUSABLE * goal;
     let uncertain = RigFinding::PairUncertain { of, bound, goal, is_length, is_unfinished };
     (bound > goal).then_some(uncertain)
 }

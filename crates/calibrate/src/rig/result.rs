@@ -144,9 +144,12 @@ impl RigFinding {
         }
     }
 
+    /// Codes of findings that more places of the board fix.
+    pub const OF_TOO_FEW: [&str; 2] = ["INSTANTS-FEW", "PAIR-UNCERTAIN"];
+
     /// True if more places of the board help.
     pub fn is_of_too_few(&self) -> bool {
-        matches!(self, Self::InstantsFew { .. } | Self::PairUncertain { .. })
+        Self::OF_TOO_FEW.contains(&self.code())
     }
 }
 

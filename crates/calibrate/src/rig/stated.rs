@@ -5,12 +5,12 @@
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Point2, Point3, Vector3};
 
-use super::RigCalibration;
 use super::{
+    KnownRig, RigCalibration,
     bundle::{OF_CAMERA, RigState, SHAPE, part},
     fit::Fit,
 };
-use crate::acceptance::TWO_SIDED_95;
+use crate::{AcceptanceGoal, DEFAULT_TYPICAL_GOAL_PX, acceptance::TWO_SIDED_95};
 use boresight_geometry::{LENS_PARAMETERS, Rig, frame::ImageSize};
 
 /// Step of a numeric derivative, in standard deviations.
@@ -52,6 +52,32 @@ pub struct Pair {
     pub row_rms_px: Option<f64>,
     /// Uncertainty; `None` with too few instants, or if no board was where both see it.
     pub sd: Option<PairSd>,
+}
+
+/// Error of a pair beside its goal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PairBound {
+    /// 95 % bound of the typical row error in pixels, or of the length in metres.
+    pub bound: f64,
+    /// Goal in the same unit.
+    pub goal: f64,
+    /// True for a length.
+    pub is_length: bool,
+}
+
+impl Pair {
+    /// Error beside the goal; `None` without an uncertainty, or for cameras that share no part of
+    /// their pictures to be judged by.
+    pub fn bound(&self, accept: Option<AcceptanceGoal>) -> Option<PairBound> {
+        let sd = self.sd.as_ref()?;
+        let rows = sd.row_px.map(|sd_px| TWO_SIDED_95 * sd_px);
+        let (bound, goal, is_length) = match accept {
+            None => (rows, DEFAULT_TYPICAL_GOAL_PX, false),
+            Some(AcceptanceGoal::Projection { px }) => (rows, px, false),
+            Some(AcceptanceGoal::Length { within_m, .. }) => (sd.length_bound_m, within_m, true),
+        };
+        Some(PairBound { bound: bound?, goal, is_length })
+    }
 }
 
 /// Length at a distance, metres.
@@ -245,23 +271,53 @@ pub(super) fn holds(size: &ImageSize, px: &Point2<f64>) -> bool {
 
 /// Ends of the length in four directions across the first camera's axis, in the rig's frame, about
 /// the point at the distance where the cameras' axes pass each other.
-fn length_ends(rig: &Rig, [a, b]: [usize; 2], (length_m, at_m): LengthAt) -> Vec<[Point3<f64>; 2]> {
-    let rig_from_first = rig.cam_from_rig[a].inverse();
-    let second = rig.cam_from_cam(a, b);
-    let axis = second.rotation * Vector3::z();
-    // The second camera's axis at the same distance.
-    let along = (at_m - second.translation.vector.z) / axis.z;
-    let there = second.translation.vector + axis * along;
-    let middle = match along > 0.0 && there.iter().all(|value| value.is_finite()) {
-        true => 0.5 * (there + Vector3::z() * at_m),
-        false => Vector3::z() * at_m,
-    };
+fn length_ends(rig: &Rig, of: [usize; 2], (length_m, at_m): LengthAt) -> Vec<[Point3<f64>; 2]> {
+    let rig_from_first = rig.cam_from_rig[of[0]].inverse();
+    let middle = between_axes(rig, of, at_m);
     let direction = |eighth: u32| {
         let (sin, cos) = libm::sincos(f64::from(eighth) * core::f64::consts::FRAC_PI_4);
         let half = Vector3::new(cos, sin, 0.0) * (0.5 * length_m);
         [middle - half, middle + half].map(|end| rig_from_first * Point3::from(end))
     };
     (0..4).map(direction).collect()
+}
+
+/// Point at the depth `at_m` between the cameras' axes, in the first camera's frame.
+fn between_axes(rig: &Rig, [a, b]: [usize; 2], at_m: f64) -> Vector3<f64> {
+    let second = rig.cam_from_cam(a, b);
+    let axis = second.rotation * Vector3::z();
+    // The second camera's axis at the same distance.
+    let along = (at_m - second.translation.vector.z) / axis.z;
+    let there = second.translation.vector + axis * along;
+    match along > 0.0 && there.iter().all(|value| value.is_finite()) {
+        true => 0.5 * (there + Vector3::z() * at_m),
+        false => Vector3::z() * at_m,
+    }
+}
+
+impl KnownRig {
+    /// Standard deviation of a point's distance by the calibration alone, as a share of the
+    /// distance: for the point between the axes of the cameras `of`, at the depth `at_m` in metres
+    /// of the first one. `None` if a picture of the given sizes doesn't hold the point.
+    pub fn distance_sd(&self, of: [usize; 2], sizes: [ImageSize; 2], at_m: f64) -> Option<f64> {
+        let Rig { cameras, cam_from_rig } = self.rig.clone();
+        let point = cam_from_rig[of[0]].inverse() * Point3::from(between_axes(&self.rig, of, at_m));
+        let px = |which: usize| {
+            let camera = of[which];
+            let px = cameras[camera].project(&(cam_from_rig[camera] * point))?;
+            holds(&sizes[which], &px).then_some((camera, px))
+        };
+        let seen = [px(0)?, px(1)?];
+        let (rig_from_board, shape) = (Vec::new(), [0.0; SHAPE]);
+        let state = RigState { cameras, cam_from_rig, rig_from_board, shape };
+        let (rows, jacobian) = derivatives(&state, &self.covariance, of, &|state| {
+            let rig = rig_of(state);
+            let in_first = rig.triangulate(&seen).map(|point| rig.cam_from_rig[of[0]] * point);
+            vec![in_first.map_or(f64::NAN, |at| libm::log(at.coords.norm()))]
+        });
+        let variance = &jacobian * part(&self.covariance, &rows) * jacobian.transpose();
+        variance.get(0).map(|variance| variance.max(0.0).sqrt())
+    }
 }
 
 /// Indices of a camera's lens parameters among the shared numbers.

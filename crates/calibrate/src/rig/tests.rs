@@ -173,6 +173,22 @@ fn pictures_of_other_moments_are_no_rig() {
 }
 
 #[test]
+fn the_error_of_a_distance_grows_with_its_square() {
+    let world = World::of(2, board(9, 6));
+    let found = world.calibrated(12, 3).expect("a rig");
+    let sizes = [found.cameras[0].image_size, found.cameras[1].image_size];
+    let covariance = found.covariance.clone().expect("enough instants");
+    let known = KnownRig { rig: found.rig.clone(), covariance };
+    let sd_m = |at_m: f64| Some(at_m * known.distance_sd([0, 1], sizes, at_m)?);
+    let stated = found.pairs[0].sd.expect("an uncertainty");
+    let there = sd_m(stated.at_m).expect("both see it") / (stated.at_m * stated.distance);
+    assert!((0.3..1.5).contains(&there), "beside the boards' places: {there}");
+    let [near, far] = [4.0, 8.0].map(|times| sd_m(times * stated.at_m).expect("both see it"));
+    assert!((3.5..4.5).contains(&(far / near)), "{near} {far}");
+    assert_eq!(sd_m(1e-3), None, "between the cameras");
+}
+
+#[test]
 fn few_instants_state_no_uncertainty_and_none_is_no_rig() {
     let world = World::of(2, board(9, 6));
     let found = world.calibrated(7, 5).expect("a rig");

@@ -40,6 +40,14 @@ pub enum Section {
     Drift,
     /// Displacement by a judged calibration over the picture.
     Difference,
+    /// Cameras of a rig and places of the board.
+    Places,
+    /// Lenses of a rig's cameras.
+    Cameras,
+    /// Each two cameras of a rig.
+    Pairs,
+    /// Uncertainty of a distance that two cameras measure.
+    Distances,
     /// Refused pictures, with reasons.
     Refused,
     /// Versions, and the command to repeat the result.
@@ -66,6 +74,10 @@ impl Section {
             Self::Views => "views",
             Self::Drift => "drift",
             Self::Difference => "difference",
+            Self::Places => "places",
+            Self::Cameras => "cameras",
+            Self::Pairs => "pairs",
+            Self::Distances => "distances",
             Self::Refused => "refused",
             Self::Provenance => "provenance",
         }
@@ -90,6 +102,10 @@ impl Section {
             Self::Views => "Views",
             Self::Drift => "Drift",
             Self::Difference => "Difference over the picture",
+            Self::Places => "Cameras, and places of the board",
+            Self::Cameras => "Cameras",
+            Self::Pairs => "Pairs of cameras",
+            Self::Distances => "Distances by two cameras",
             Self::Refused => "Pictures not used, and why",
             Self::Provenance => "Versions and how to repeat",
         }
@@ -99,6 +115,11 @@ impl Section {
 /// Title of the page.
 pub fn title(name: &str) -> String {
     format!("Calibration report: {name}")
+}
+
+/// Title of the page about several cameras.
+pub fn title_of_rig(name: &str) -> String {
+    format!("Rig: {name}")
 }
 
 /// Title of the page about a judged file.

@@ -2,7 +2,7 @@
 
 use super::{findings::grade, numbers::small};
 use boresight_calibrate::{
-    DriftVerdict, NotARig, Pair, PairChange, RigCalibration, RigCamera, RigFinding,
+    DriftVerdict, NotARig, Pair, PairBound, PairChange, RigCalibration, RigCamera, RigFinding,
 };
 use boresight_formats::RigWords;
 use boresight_geometry::Camera;
@@ -135,6 +135,17 @@ pub fn prompt(
     }
 }
 
+/// Number of places taken.
+pub fn places(count: usize) -> String {
+    if count == 1 { "1 place".into() } else { format!("{count} places") }
+}
+
+/// Label of the button that closes the window.
+pub const CLOSE: &str = "Close";
+
+/// Sentence at the end, until the result is there.
+pub const CALIBRATING: &str = "Calibrating the rig";
+
 /// News of a place: cameras and the number of places so far.
 pub fn taken(cameras: &[&str], places: usize) -> String {
     format!("Taken: place {places}, seen by {}", cameras.join(", "))
@@ -156,12 +167,27 @@ pub fn so_far(found: Result<&RigCalibration, &NotARig>, names: &[String]) -> Opt
     Some(format!("  So far: {message}"))
 }
 
+/// Error of a pair against its goal, in a few letters.
+pub fn link(pair: &Pair, bound: Option<PairBound>) -> String {
+    match bound {
+        Some(PairBound { bound, goal, is_length }) if bound > goal => {
+            format!("{}, goal {}", of_goal(bound, is_length), of_goal(goal, is_length))
+        }
+        Some(PairBound { bound, is_length, .. }) => of_goal(bound, is_length),
+        None => places(pair.instants),
+    }
+}
+
 /// Keys of a rig's session.
 pub const KEYS: &str = "Keys: U takes the newest place back, Q ends";
 
 /// Verdict on a rig.
 pub fn verdict(rig: &RigCalibration) -> String {
-    let of_rig = Grade::by(rig.verdict, rig.is_unfinished());
+    verdict_of(Grade::by(rig.verdict, rig.is_unfinished()))
+}
+
+/// Verdict on a rig of this grade.
+pub fn verdict_of(of_rig: Grade) -> String {
     let what = match of_rig {
         Grade::Good => "every pair of cameras meets the goal",
         Grade::Care => "see the warnings below",
@@ -201,6 +227,41 @@ pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
         None => line += " ± ? mm",
     }
     line + &format!(", {} common places", pair.instants)
+}
+
+/// Titles of the drawings of a rig.
+pub const FROM_ABOVE: &str = "From above; the first camera looks away from you, up the page";
+/// See [`FROM_ABOVE`].
+pub const FROM_THE_SIDE: &str = "From the side; the first camera looks to the right";
+/// In place of a number that isn't known.
+pub const UNKNOWN: &str = "?";
+/// Columns of the table of pairs.
+pub const PAIR_COLUMNS: [&str; 6] =
+    ["Baseline, mm", "Rows ±, px", "Rows rms, px", "Distances ±, %", "at, m", "Places"];
+/// Note below the table of pairs.
+pub const PAIR_NOTE: &str = "The weakest pair first. ± is one standard deviation from the pictures; the size of the board's squares comes on top. Rows rms: how far the corners of both pictures miss each other's row after rectification.";
+/// Columns of the table of cameras.
+pub const CAMERA_COLUMNS: [&str; 7] =
+    ["fx, px", "fy, px", "cx, px", "cy, px", "Residual, px", "alone, px", "Pictures"];
+/// Axes of the chart of distances.
+pub const DISTANCE_AXES: [&str; 2] = ["distance, m", "± of a distance, mm"];
+/// Note below the chart of distances.
+pub const DISTANCE_NOTE: &str = "By the calibration alone, between the cameras' axes: the error of a corner in a picture comes on top.";
+/// Axes of the chart of residuals.
+pub const RESIDUAL_AXES: [&str; 2] = ["place of the board", "residual, px"];
+/// Note below the chart of residuals.
+pub const RESIDUAL_NOTE: &str = "Root mean square of each picture. A picture far above the others of its camera was taken at another moment, or its camera was touched.";
+/// In place of a chart without an uncertainty.
+pub const NO_UNCERTAINTY: &str = "Not known: too few common places of the board.";
+
+/// Length of a scale bar.
+pub fn length(m: f64) -> String {
+    if m < 1.0 { format!("{:.0} mm", 1000.0 * m) } else { format!("{m} m") }
+}
+
+/// Name of two cameras.
+pub fn pair_name(a: &str, b: &str) -> String {
+    format!("{a} to {b}")
 }
 
 /// Change of two cameras since an earlier calibration.

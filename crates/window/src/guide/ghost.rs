@@ -24,7 +24,7 @@ const TRACE: f32 = 10.0;
 /// Offset of the shadow to the right and down.
 const SHADOW: f32 = 14.0;
 
-pub(super) fn paint(painter: &Painter, placed: &Placed, instruction: &Instruction) {
+pub(crate) fn paint(painter: &Painter, placed: &Placed, instruction: &Instruction) {
     let canvas = Canvas { painter, placed };
     let color = color(instruction);
     let corners = |card: &Option<Card>| canvas.points(card.as_ref()?);
@@ -47,12 +47,12 @@ pub(super) fn paint(painter: &Painter, placed: &Placed, instruction: &Instructio
 }
 
 /// Part of the picture inside a card.
-pub(super) fn part_of(card: &Card, image_size: ImageSize) -> Option<Part> {
+pub(crate) fn part_of(card: &Card, image_size: ImageSize) -> Option<Part> {
     Some(Part { rim_px: card.rim()?.into_iter().map(|(px, _)| px).collect(), image_size })
 }
 
 /// Face of the target card, as a tint of the picture.
-pub(super) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<(Part, Color32)> {
+pub(crate) fn face_of(instruction: &Instruction, image_size: ImageSize) -> Option<(Part, Color32)> {
     let part = part_of(instruction.card.as_ref()?, image_size)?;
     let opacity = OPACITY[0] + closeness(instruction) * (OPACITY[1] - OPACITY[0]);
     Some((part, color(instruction).gamma_multiply(opacity)))

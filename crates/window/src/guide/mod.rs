@@ -9,7 +9,7 @@ pub mod icon;
 mod lost;
 mod numbers;
 pub mod overlay;
-mod sentence;
+pub(super) mod sentence;
 mod views;
 mod wheel;
 

@@ -9,7 +9,10 @@ use super::{
     icon,
 };
 use boresight_guide::session::Gravity;
-use boresight_present::{instruction::Instruction, text::window as words};
+use boresight_present::{
+    instruction::{Instruction, Movement},
+    text::window as words,
+};
 
 /// Size of letters as a share of the page's height, and of a line's width.
 const LETTERS: [f32; 2] = [1.0 / 9.0, 1.0 / 16.0];
@@ -27,7 +30,7 @@ fn words(instruction: Option<&Instruction>, mirrored: bool) -> (String, Color32)
     })
 }
 
-fn color(gravity: Gravity) -> Color32 {
+pub(crate) fn color(gravity: Gravity) -> Color32 {
     match gravity {
         Gravity::Bad => theme::RED,
         Gravity::Good => theme::GREEN,
@@ -44,12 +47,23 @@ pub(super) fn show(
     instruction: Option<&Instruction>,
 ) -> Rect {
     let mirrored = screen.preferences.mirrored;
-    let (words, color) = words(instruction, mirrored);
+    let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
+    say(ui, page, (&words(instruction, mirrored), sign), 1.0)
+}
+
+/// Shows words with a colour and a sign in the lower left of `page`, in letters `scale` times as
+/// large as usual. Returns their rectangle.
+pub(crate) fn say(
+    ui: &Ui,
+    page: Rect,
+    ((words, color), sign): (&(String, Color32), Option<Movement>),
+    scale: f32,
+) -> Rect {
+    let (words, color) = (words, *color);
     let margin = MARGIN * page.height();
     // One font size: resizing would draw the eye for nothing. A long sentence has two lines.
     let room = page.width() - 2.0 * margin;
-    let size = (LETTERS[0] * page.height()).min(LETTERS[1] * room).floor();
-    let sign = instruction.and_then(|instruction| instruction.movement(mirrored));
+    let size = (scale * (LETTERS[0] * page.height()).min(LETTERS[1] * room)).floor();
     let side = if sign.is_some() { SIGN * size + theme::UNIT } else { 0.0 };
     let font = theme::headline(size);
     let mut job = LayoutJob::simple(words.clone(), font, color, room - side);
@@ -67,7 +81,7 @@ pub(super) fn show(
         icon::paint(ui.painter(), place, sign, color);
     }
     ui.painter().galley(rect.min + Vec2::new(side, 0.0), galley, color);
-    response.widget_info(|| WidgetInfo::labeled(Role::Status, true, &words));
+    response.widget_info(|| WidgetInfo::labeled(Role::Status, true, words));
     aloud::read_now(&response);
     rect
 }

@@ -307,7 +307,7 @@ fn more() -> (&'static str, UiAction) {
     (words::TAKE_MORE, UiAction::TakeMore)
 }
 
-pub(super) fn color(ui: &Ui, grade: Grade) -> Color32 {
+pub(crate) fn color(ui: &Ui, grade: Grade) -> Color32 {
     let palette = theme::palette(ui.visuals());
     match grade {
         Grade::Good => palette.good,
@@ -319,7 +319,7 @@ pub(super) fn color(ui: &Ui, grade: Grade) -> Color32 {
 
 /// Sign with a distinctive shape: a disc with a tick, a triangle, an open ring, or an octagon with
 /// a cross.
-pub(super) fn sign(painter: &Painter, rect: Rect, grade: Grade, color: Color32, ground: Color32) {
+pub(crate) fn sign(painter: &Painter, rect: Rect, grade: Grade, color: Color32, ground: Color32) {
     let (middle, half) = (rect.center(), 0.5 * rect.width());
     let at = |x: f32, y: f32| middle + half * vec2(x, y);
     let stroke = Stroke::new(0.17 * half, ground);

@@ -14,6 +14,7 @@ mod state;
 mod verdict;
 mod view_bars;
 
+pub(crate) use card::{color, sign};
 pub use comparison::{Comparison, Outcome};
 pub use result_page::ResultPage;
 pub use state::State;

@@ -1,0 +1,269 @@
+//! Several cameras in the window: their pictures, the links between them, and one sentence.
+//!
+//! | file | shows |
+//! |---|---|
+//! | `page` | pictures, sentence, and the result |
+//! | `links` | what each two cameras have reached, between their pictures |
+
+mod links;
+mod page;
+
+use std::{
+    cell::RefCell,
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
+
+use anyhow::Context as _;
+use egui::{Context, Ui, ViewportCommand};
+
+use super::{
+    keys::{self, UiAction},
+    open::or_say_why,
+    picture::Picture,
+    run,
+    sound::{Sound, Tone},
+    theme,
+};
+use boresight_app::{
+    Exit,
+    session::rig_run::{RigLink, RigNews},
+};
+use boresight_geometry::frame::Frame;
+use boresight_guide::{rig::RigPrompt, session::Snapshot};
+use boresight_present::{grade::Grade, known::NewestKnown, text::Act};
+use boresight_run::pipeline::{Background, LatestReceiver, latest};
+
+pub use page::show;
+
+/// Time within which wakes paint once.
+const MOMENT: Duration = Duration::from_millis(15);
+
+/// Result of a rig's session.
+#[derive(Clone, Debug)]
+pub struct RigEnded {
+    /// Exit code of the program.
+    pub exit: Exit,
+    /// Grade; `None` without a rig.
+    pub grade: Option<Grade>,
+    /// Verdict, findings and numbers in words.
+    pub lines: Vec<String>,
+}
+
+/// Orders of the person to a rig's session.
+#[derive(Clone, Debug)]
+pub struct RigHand {
+    /// End the session.
+    pub stop: Arc<AtomicBool>,
+    /// Take the newest place back.
+    pub undo: Arc<AtomicBool>,
+}
+
+/// Camera of a rig on the screen.
+#[derive(Default)]
+pub struct RigCamera {
+    /// Name.
+    pub name: String,
+    /// The newest picture.
+    pub picture: Picture,
+    /// The newest state.
+    pub snapshot: Option<Snapshot>,
+    frame: Option<Arc<Frame>>,
+    known: RefCell<NewestKnown>,
+}
+
+/// State of the page.
+#[derive(Default)]
+pub struct RigScreen {
+    /// Each camera.
+    pub cameras: Vec<RigCamera>,
+    /// Request to the person.
+    pub sentence: String,
+    /// The same as a value; `None` before the first picture.
+    pub prompt: Option<RigPrompt>,
+    /// Number of places taken.
+    pub places: usize,
+    /// Linked cameras.
+    pub links: Arc<[RigLink]>,
+    /// True once the session has ended and the rig is being calibrated.
+    pub is_ending: bool,
+    /// Result, or the reason for none.
+    pub ended: Option<RigEnded>,
+}
+
+impl RigScreen {
+    /// Screen before the first picture.
+    pub fn new(names: Vec<String>) -> Self {
+        let of = |name| RigCamera { name, ..RigCamera::default() };
+        Self { cameras: names.into_iter().map(of).collect(), ..Self::default() }
+    }
+
+    /// Shows news of the session, arrived at `now_secs` by the window's clock.
+    fn show(&mut self, news: Newest, now_secs: f64) {
+        let Newest { sentence, prompt, places, links, cameras } = news;
+        (self.sentence, self.prompt, self.places, self.links) =
+            (sentence, Some(prompt), places, links);
+        for (camera, (frame, snapshot)) in self.cameras.iter_mut().zip(cameras) {
+            let is_new = match (&frame, &camera.frame) {
+                (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
+                (now, _) => now.is_some(),
+            };
+            if let Some(frame) = frame.as_ref().filter(|_| is_new) {
+                camera.picture.show_frame(frame, now_secs);
+            }
+            (camera.frame, camera.snapshot) = (frame, snapshot);
+        }
+    }
+}
+
+/// News on their way from the session's thread.
+struct Newest {
+    sentence: String,
+    prompt: RigPrompt,
+    places: usize,
+    links: Arc<[RigLink]>,
+    cameras: Vec<(Option<Arc<Frame>>, Option<Snapshot>)>,
+}
+
+impl Newest {
+    fn of(news: &RigNews<'_>) -> Self {
+        let cameras = news.cameras.iter();
+        Self {
+            sentence: news.sentence.clone(),
+            prompt: news.prompt,
+            places: news.places,
+            links: Arc::clone(news.links),
+            cameras: cameras.map(|(frame, state)| (frame.cloned(), state.cloned())).collect(),
+        }
+    }
+}
+
+struct RigWindow {
+    screen: RigScreen,
+    hand: RigHand,
+    newest: LatestReceiver<Newest>,
+    work: Background<RigEnded>,
+    sound: Sound,
+    fitted: f32,
+}
+
+/// Runs a session of the cameras `names` in the window until it's closed. `work` runs the session
+/// to its result, and calls the given function after all news.
+///
+/// # Errors
+///
+/// Those of `work`, or if the window can't be opened: then nothing has been started.
+pub fn run_rig(
+    names: Vec<String>,
+    hand: RigHand,
+    work: impl FnOnce(&mut dyn FnMut(&RigNews<'_>)) -> anyhow::Result<RigEnded> + Send + 'static,
+) -> anyhow::Result<Exit> {
+    let outcome = Arc::new(Mutex::new(None));
+    let kept = Arc::clone(&outcome);
+    let mut trouble = None;
+    let opened = run::open(|ctx| {
+        theme::apply(ctx);
+        ctx.set_theme(egui::Theme::Dark);
+        let (newest_in, newest) = latest();
+        let ctx = ctx.clone();
+        let work = Background::start(move || {
+            let result = work(&mut |news| {
+                newest_in.publish(Newest::of(news)).ok();
+                ctx.request_repaint_after(MOMENT);
+            });
+            let ended = result.as_ref().map_or_else(
+                |err| RigEnded { exit: Exit::Failed, grade: None, lines: vec![format!("{err:#}")] },
+                Clone::clone,
+            );
+            let result = result.map(|ended| ended.exit);
+            *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            ctx.request_repaint();
+            ended
+        });
+        match work {
+            Ok(work) => {
+                let (screen, sound) = (RigScreen::new(names), Sound::found());
+                Box::new(RigWindow { screen, hand, newest, work, sound, fitted: 1.0 })
+            }
+            Err(err) => {
+                trouble = Some(err);
+                Box::new(NoSession)
+            }
+        }
+    });
+    or_say_why(opened)?;
+    if let Some(err) = trouble {
+        return Err(err.into());
+    }
+    let outcome = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
+    outcome.context("the session's thread ended without a result")?
+}
+
+impl RigWindow {
+    fn act(&mut self, ctx: &Context, act: Act) {
+        match act {
+            Act::Undo => self.hand.undo.store(true, Ordering::Relaxed),
+            Act::Finish if self.screen.ended.is_some() => {
+                ctx.send_viewport_cmd(ViewportCommand::Close);
+            }
+            Act::Finish => {
+                self.hand.stop.store(true, Ordering::Relaxed);
+                self.screen.is_ending = true;
+            }
+            Act::FullScreen => {
+                let is_full = ctx.input(|input| input.viewport().fullscreen == Some(true));
+                ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
+            }
+            _ => {}
+        }
+    }
+}
+
+impl eframe::App for RigWindow {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        theme::fit(&ctx, &mut self.fitted);
+        let places = self.screen.places;
+        if let Some(news) = self.newest.try_recv() {
+            self.screen.show(news, ctx.input(|input| input.time));
+        }
+        if let Some(ended) = self.work.outcome() {
+            self.screen.ended = Some(ended);
+        }
+        self.screen.is_ending |= self.newest.is_closed() && self.screen.ended.is_none();
+        if self.screen.places > places {
+            self.sound.play(Tone::Taken);
+        }
+        let mut asks: Vec<UiAction> = Vec::new();
+        asks.extend(keys::pressed(&ctx).into_iter().map(UiAction::Act));
+        show(ui, &self.screen, &mut asks);
+        for ask in asks {
+            if let UiAction::Act(act) = ask {
+                self.act(&ctx, act);
+            }
+        }
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        theme::BAND.to_normalized_gamma_f32()
+    }
+}
+
+impl Drop for RigWindow {
+    /// Ends the session: the work is waited for, so every place is stored and calibrated.
+    fn drop(&mut self) {
+        self.hand.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Window without a session, closed at once.
+struct NoSession;
+
+impl eframe::App for NoSession {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+    }
+}
