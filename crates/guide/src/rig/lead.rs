@@ -110,6 +110,8 @@ pub struct RigSession {
     /// Rests since the newest place, in seconds, and the part of the current one.
     waited_secs: f64,
     rested_secs: f64,
+    /// True if the board rests where it tells too little.
+    pub(super) is_declined: bool,
 }
 
 impl RigSession {
@@ -141,6 +143,7 @@ impl RigSession {
             frames_since_taken: u32::MAX,
             waited_secs: 0.0,
             rested_secs: 0.0,
+            is_declined: false,
         }
     }
 
@@ -301,7 +304,7 @@ impl RigSession {
     }
 
     /// True if the board is where none of `cameras` saw it at an earlier place of all of them.
-    pub(super) fn is_new(&self, cameras: &[usize]) -> bool {
+    fn is_new(&self, cameras: &[usize]) -> bool {
         self.places.iter().all(|place| {
             cameras.iter().any(|camera| {
                 let state = &self.cameras[*camera];
@@ -319,6 +322,7 @@ impl RigSession {
 
     /// Asks for the pictures of a place, if the board rests where it tells enough.
     fn take(&mut self) -> Vec<Order> {
+        self.is_declined = false;
         let seeing = self.seeing();
         if seeing.len() < 2 {
             return Vec::new();
@@ -326,12 +330,11 @@ impl RigSession {
         let rested_secs = self.rested_secs(&seeing);
         self.waited_secs += (rested_secs - self.rested_secs).max(0.0);
         self.rested_secs = rested_secs;
-        if rested_secs < REST_SECS
-            || self.is_complete()
-            || self.awaits_plan()
-            || !self.is_new(&seeing)
-            || !self.is_worth_it(&seeing)
-        {
+        if rested_secs < REST_SECS || self.is_complete() || self.awaits_plan() {
+            return Vec::new();
+        }
+        self.is_declined = !self.is_new(&seeing) || !self.is_worth_it(&seeing);
+        if self.is_declined {
             return Vec::new();
         }
         let resting = |camera: &usize| {

@@ -27,7 +27,7 @@ pub enum RigPrompt {
     },
     /// A place was taken.
     Taken,
-    /// Show another place: this one was taken.
+    /// Show another place: this one tells nothing new.
     Elsewhere,
     /// Every pair of cameras meets the goal.
     Complete,
@@ -70,7 +70,7 @@ impl RigSession {
         }
         let asks_for_a_move = self.cameras[lead].prompt.is_some_and(Prompt::asks_for_a_move);
         let rested_secs = self.rested_secs(&seeing);
-        if rested_secs >= REST_SECS && !self.is_new(&seeing) {
+        if rested_secs >= REST_SECS && self.is_declined {
             return match asks_for_a_move {
                 true => RigPrompt::OfCamera { camera: lead },
                 false => RigPrompt::Elsewhere,

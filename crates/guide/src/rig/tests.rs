@@ -224,6 +224,21 @@ fn a_hand_that_trembles_is_asked_to_lean_the_board_and_nothing_is_taken() {
 }
 
 #[test]
+fn whoever_leaves_the_board_where_it_was_taken_hears_to_move_it() {
+    let mut world = World::of(&[0.0, 0.12]);
+    while world.kept.is_empty() && world.secs() < 30 {
+        world.step();
+    }
+    let stays = world.pose();
+    (world.from, world.to) = (stays, stays);
+    world.run(3);
+    assert_eq!(world.kept.len(), 1);
+    let prompt = world.rig.prompt();
+    let is_move = matches!(prompt, RigPrompt::OfCamera { .. } | RigPrompt::Elsewhere);
+    assert!(is_move, "{prompt:?}");
+}
+
+#[test]
 fn sessions_of_a_rig_take_nothing_by_themselves_and_undo_leaves_nothing() {
     let mut world = World::of(&[0.0, 0.12]);
     while world.kept.len() < 2 && world.secs() < 30 {

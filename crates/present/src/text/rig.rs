@@ -130,7 +130,7 @@ pub fn prompt(
         RigPrompt::Rest => "Lean the board on something, and let go".into(),
         RigPrompt::Resting { .. } => "Leave it".into(),
         RigPrompt::Taken => "Got it".into(),
-        RigPrompt::Elsewhere => "This place is taken: show another one".into(),
+        RigPrompt::Elsewhere => "Show the board somewhere else".into(),
         RigPrompt::Complete => "Done: every pair of cameras meets the goal".into(),
     }
 }
