@@ -152,7 +152,7 @@ fn cameras_are_named() {
     let folder = tempfile::tempdir().expect("folder");
     let folder = folder.path();
     let guide = |cameras: &[&str]| boresight(folder, &[&["guide", "--rig"][..], cameras].concat());
-    says(&guide(&["left=sim"]), 1, &["two cameras or more"]);
+    says(&guide(&["left=sim"]), 1, &["two to eight cameras"]);
     says(&guide(&["sim", "sim"]), 2, &["--rig takes NAME=SOURCE"]);
     says(&guide(&["a=sim", "a=sim"]), 1, &["two cameras are called"]);
     says(&guide(&["a/b=sim", "c=sim"]), 1, &["no name of a camera"]);

@@ -35,6 +35,8 @@ use boresight_sim::{Scene, technician::Person};
 
 /// Distance of the simulated cameras.
 pub const SIMULATED_BASELINE_M: f64 = 0.12;
+/// Most cameras of a rig.
+const MOST_CAMERAS: usize = 8;
 /// Longest wait for news before the stop flag is read again.
 const PATIENCE: Duration = Duration::from_millis(100);
 
@@ -105,8 +107,8 @@ impl RigOpening {
     ///
     /// If there are fewer than two cameras, a name is no name, or one can't be opened.
     pub fn open(&self, announcer: &Announcer) -> anyhow::Result<RigRun> {
-        if self.cameras.len() < 2 {
-            bail!("a rig has two cameras or more: --rig left=SOURCE right=SOURCE");
+        if !(2..=MOST_CAMERAS).contains(&self.cameras.len()) {
+            bail!("a rig has two to eight cameras: --rig left=SOURCE right=SOURCE");
         }
         for (index, (camera, _)) in self.cameras.iter().enumerate() {
             if !is_name(&camera.name) {

@@ -116,7 +116,8 @@ fn link(
     let score = |group: &[(f64, Isometry3<f64>)]| {
         group.len() as f64 - group.iter().map(|(angle, _)| angle).sum::<f64>()
     };
-    let groups = motions.iter().flatten().map(nearest);
+    // Of equal groups the first: its tilts fit best.
+    let groups = motions.iter().flatten().rev().map(nearest);
     let Some(best) = groups.max_by(|a, b| score(a).total_cmp(&score(b))) else { return Ok(None) };
     let agreeing = best.len();
     if pairs.len() >= FEW && (agreeing as f64) < AGREEING * pairs.len() as f64 {

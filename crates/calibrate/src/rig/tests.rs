@@ -202,6 +202,21 @@ fn few_instants_state_no_uncertainty_and_none_is_no_rig() {
 }
 
 #[test]
+fn one_common_place_starts_from_the_tilts_that_fit_best() {
+    for seed in 1..=6 {
+        let world = World::of(3, board(9, 6));
+        let mut pictures = world.pictures(9, seed);
+        for (camera, pictures) in (0..).zip(&mut pictures) {
+            // Each camera shares one place with the next.
+            pictures.views.retain(|(number, _)| (1 + 3 * camera..=4 + 3 * camera).contains(number));
+        }
+        let found = calibrate_rig(&pictures, &world.board, &CalibrationParams::default());
+        let found = found.expect("a rig");
+        assert_eq!(found.findings, [RigFinding::InstantsFew { instants: 2, wanted: 8 }]);
+    }
+}
+
+#[test]
 fn instants_left_out_count_for_no_uncertainty() {
     let world = World { late_m: 4e-3, ..World::of(2, board(9, 6)) };
     let found = world.calibrated(8, 5).expect("a rig");

@@ -297,6 +297,20 @@ impl RigSession {
         (0..self.cameras.len()).filter(sees).collect()
     }
 
+    /// Cameras that places link with `camera`, and itself, by bit.
+    pub(super) fn linked(&self, camera: usize) -> u32 {
+        let by_place = |place: &Place| place.views.iter().fold(0, |all, (of, _)| all | 1 << of);
+        let mut linked = 1 << camera;
+        loop {
+            let touching = self.places.iter().map(by_place).filter(|place| place & linked != 0);
+            let more = touching.fold(linked, |all, place| all | place);
+            if more == linked {
+                return linked;
+            }
+            linked = more;
+        }
+    }
+
     /// Time that the board has rested in all of `cameras`.
     pub(super) fn rested_secs(&self, cameras: &[usize]) -> f64 {
         let secs = cameras.iter().map(|camera| self.cameras[*camera].rest.secs);

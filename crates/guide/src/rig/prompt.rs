@@ -18,6 +18,11 @@ pub enum RigPrompt {
     },
     /// Show the board to two cameras at once.
     ShowToTwo,
+    /// Show the board to one of the `linked` cameras and to another camera at once.
+    Link {
+        /// Cameras linked with each other, by bit.
+        linked: u32,
+    },
     /// Let the board rest.
     Rest,
     /// Wait: the board rests.
@@ -56,8 +61,17 @@ impl RigSession {
         let wanted = self.wanted();
         let lead = wanted.map_or_else(|| seeing.first().copied().unwrap_or(0), |it| it.lead);
         if !seeing.contains(&lead) {
-            // Another camera may see a place worth taking.
-            return RigPrompt::OfCamera { camera: lead };
+            // A camera without a link needs one, with whichever camera sees the board.
+            let is_alone = self.linked(lead).is_power_of_two();
+            return match is_alone && !seeing.is_empty() {
+                true => RigPrompt::Unseen { camera: lead },
+                false => RigPrompt::OfCamera { camera: lead },
+            };
+        }
+        let linked = self.linked(lead);
+        let links_nothing = seeing.iter().all(|camera| linked >> camera & 1 == 1);
+        if links_nothing && (2..self.cameras.len() as u32).contains(&linked.count_ones()) {
+            return RigPrompt::Link { linked };
         }
         if seeing.len() < 2 {
             let misses = |camera: &usize| !seeing.contains(camera);

@@ -1,6 +1,6 @@
 //! A simulated person who places a board where the fold asks for it, in front of real sessions.
 
-use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Isometry3, Point2, Point3, UnitQuaternion, Vector2, Vector3};
 
 use super::*;
 use crate::{
@@ -41,16 +41,23 @@ struct World {
 }
 
 impl World {
+    /// Cameras side by side.
     fn of(baselines_m: &[f64]) -> Self {
-        let board = Board::new(9, 6, 0.025).expect("a board");
+        let place = |x: &f64| Isometry3::new(Vector3::new(-x, 0.0, 0.0), Vector3::y() * (-0.4 * x));
+        let start = Isometry3::translation(0.05, 0.0, 0.7);
+        Self::at(baselines_m.iter().map(place).collect(), 0.025, start)
+    }
+
+    /// Cameras at the given places, and a board that a person has brought.
+    fn at(cam_from_rig: Vec<Isometry3<f64>>, square_m: f64, start: Isometry3<f64>) -> Self {
+        let board = Board::new(9, 6, square_m).expect("a board");
         let lens = |f_px: f64| Camera {
             distortion: Distortion { k1: -0.08, ..Distortion::default() },
             ..Camera::pinhole(f_px, Point2::new(645.0, 352.0))
         };
-        let place = |x: &f64| Isometry3::new(Vector3::new(-x, 0.0, 0.0), Vector3::y() * (-0.4 * x));
         let truth = Rig {
-            cameras: (0..baselines_m.len()).map(|i| lens(900.0 + 20.0 * i as f64)).collect(),
-            cam_from_rig: baselines_m.iter().map(place).collect(),
+            cameras: (0..cam_from_rig.len()).map(|i| lens(900.0 + 20.0 * i as f64)).collect(),
+            cam_from_rig,
         };
         let setup = || SessionSetup {
             board,
@@ -58,9 +65,8 @@ impl World {
             guidance: GuidanceParams::default(),
             calibration: CalibrationParams::default(),
         };
-        let sessions = baselines_m.iter().map(|_| Session::new(setup())).collect();
-        let cameras = baselines_m.iter().map(|_| (SIZE, None));
-        let start = Isometry3::translation(0.05, 0.0, 0.7);
+        let sessions = truth.cameras.iter().map(|_| Session::new(setup())).collect();
+        let cameras = truth.cameras.iter().map(|_| (SIZE, None)).collect::<Vec<_>>();
         let mut world = Self {
             truth,
             board,
@@ -134,6 +140,25 @@ impl World {
         self.truth.cam_from_rig[lead].inverse() * pose.cam_from_board
     }
 
+    /// The two cameras, one of each list, that are nearest to each other.
+    fn nearest(&self, ones: &[usize], others: &[usize]) -> Option<[usize; 2]> {
+        let with = |one: &usize| others.iter().map(|other| [*one, *other]).collect::<Vec<_>>();
+        let pairs = ones.iter().flat_map(with).filter(|[a, b]| a != b);
+        let apart_m = |[a, b]: &[usize; 2]| self.truth.baseline_m(*a, *b);
+        pairs.min_by(|a, b| apart_m(a).total_cmp(&apart_m(b)))
+    }
+
+    /// Board farther away than now, where both cameras look, and facing both.
+    fn between(&self, of: [usize; 2]) -> Isometry3<f64> {
+        let rig_from_cam = of.map(|camera| self.truth.cam_from_rig[camera].inverse());
+        let eyes = rig_from_cam.map(|pose| pose.translation.vector);
+        let far_m = 1.3 * (self.to.translation.vector - eyes[0]).norm();
+        let ahead = rig_from_cam.map(|pose| (pose * Point3::new(0.0, 0.0, far_m)).coords);
+        let at = 0.5 * (ahead[0] + ahead[1]);
+        let away = (at - eyes[0]).normalize() + (at - eyes[1]).normalize();
+        Isometry3::face_towards(&at.into(), &(at + away).into(), &Vector3::y())
+    }
+
     fn pose(&mut self) -> Isometry3<f64> {
         let left = self.arrived.saturating_sub(self.frame) as f64 / MOVE_FRAMES as f64;
         let share = 1.0 - left.min(1.0);
@@ -148,23 +173,33 @@ impl World {
     /// One frame of every camera.
     fn step(&mut self) {
         self.frame += 1;
-        // Whoever hears that a camera doesn't see the board steps back, to where both look.
-        let is_unseen =
-            matches!(self.rig.prompt(), RigPrompt::Unseen { .. } | RigPrompt::ShowToTwo);
-        if is_unseen && self.frame > self.arrived + FRAMES_PER_SEC {
-            let back = self.to.translation.vector.component_mul(&Vector3::new(0.7, 0.7, 1.1));
-            let to = Isometry3::from_parts(back.into(), self.to.rotation);
-            (self.from, self.to) = (self.to, to);
+        // Whoever hears that a camera doesn't see the board turns it to where both look.
+        let seeing = self.rig.seeing();
+        let all = 0..self.sessions.len();
+        let two = match self.rig.prompt() {
+            RigPrompt::Unseen { camera } => self.nearest(&seeing, &[camera]),
+            RigPrompt::ShowToTwo => self.nearest(&seeing, &all.collect::<Vec<_>>()),
+            RigPrompt::Link { linked } => {
+                let (those, others): (Vec<_>, Vec<_>) = all.partition(|of| linked >> of & 1 == 1);
+                self.nearest(&those, &others)
+            }
+            _ => None,
+        };
+        if let Some(two) = two
+            && self.frame > self.arrived + FRAMES_PER_SEC
+        {
+            (self.from, self.to) = (self.to, self.between(two));
             self.arrived = self.frame + MOVE_FRAMES;
         }
         let place = self.pose();
         for camera in 0..self.sessions.len() {
             let points_m = self.board.corners_in_board_m();
             let pose = self.truth.cam_from_rig[camera] * place;
+            let is_front = (pose * Vector3::z()).dot(&pose.translation.vector) > 0.0;
             let px: Option<Vec<Point2<f64>>> = points_m
                 .iter()
                 .map(|point| self.truth.cameras[camera].px_from_board(&pose, point))
-                .map(|px| px.filter(|px| SIZE.contains(px)))
+                .map(|px| px.filter(|px| is_front && SIZE.contains(px)))
                 .collect();
             let mut noisy = |px: Point2<f64>| {
                 let mut error = || NOISE_PX * 3.0_f64.sqrt() * self.uniform();
@@ -211,6 +246,43 @@ fn whoever_shows_what_is_asked_for_has_a_calibrated_pair_in_a_minute() {
     let off_m = found.rig.baseline_m(0, 1) - world.truth.baseline_m(0, 1);
     assert!(off_m.abs() < 3.0 * sd_m, "{off_m} {sd_m}");
     assert_eq!(world.rig.prompt(), RigPrompt::Complete);
+}
+
+/// Runs until the rig is complete, within `most_secs`; baselines are as stated.
+fn is_calibrated_within(world: &mut World, most_secs: u64) {
+    world.run(most_secs);
+    let (places, secs) = (world.kept.len(), world.secs());
+    let found = world.rig.plan().and_then(|plan| plan.found.clone().ok()).expect("a rig");
+    assert!(world.rig.is_complete(), "{places} places in {secs} s: {:?}", found.findings);
+    for (pair, sd) in found.pairs.iter().filter_map(|pair| Some((pair, pair.sd?))) {
+        let [a, b] = pair.of;
+        let off_m = found.rig.baseline_m(a, b) - world.truth.baseline_m(a, b);
+        assert!(off_m.abs() < 3.0 * sd.baseline_m, "{a} {b}: {off_m} {}", sd.baseline_m);
+    }
+}
+
+#[test]
+fn four_cameras_in_the_corners_of_a_room_take_a_minute() {
+    let corner = |quarter: u32| {
+        let turn = std::f64::consts::FRAC_PI_2 * f64::from(quarter);
+        let eye = Point3::new(2.0 * turn.sin(), -1.0, -2.0 * turn.cos());
+        Isometry3::face_towards(&eye, &Point3::origin(), &Vector3::y()).inverse()
+    };
+    let start = Isometry3::rotation(Vector3::y() * -std::f64::consts::FRAC_PI_4);
+    let mut world = World::at((0..4).map(corner).collect(), 0.08, start);
+    is_calibrated_within(&mut world, 60);
+}
+
+#[test]
+fn a_chain_whose_ends_share_nothing_is_linked_by_its_middle() {
+    let link = |place: f64| {
+        let rig_from_cam =
+            Isometry3::new(Vector3::new(place, 0.0, 0.0), Vector3::y() * 0.3 * place);
+        rig_from_cam.inverse()
+    };
+    let start = Isometry3::translation(0.0, 0.0, 1.5);
+    let mut world = World::at([-1.0, 0.0, 1.0].map(link).into(), 0.08, start);
+    is_calibrated_within(&mut world, 120);
 }
 
 #[test]

@@ -127,6 +127,14 @@ pub fn prompt(
             format!("Now where {} sees the whole board, too", names[camera])
         }
         RigPrompt::ShowToTwo => "Show the board to two cameras at once".into(),
+        RigPrompt::Link { linked } => {
+            let any_of = |is_linked: bool| {
+                let of = |(camera, _): &(usize, &String)| (linked >> camera & 1 == 1) == is_linked;
+                let names = names.iter().enumerate().filter(of).map(|(_, name)| name.as_str());
+                names.collect::<Vec<_>>().join(" or ")
+            };
+            format!("Show the board to {} and {} at once", any_of(true), any_of(false))
+        }
         RigPrompt::Rest => "Lean the board on something, and let go".into(),
         RigPrompt::Resting { .. } => "Leave it".into(),
         RigPrompt::Taken => "Got it".into(),
