@@ -10,7 +10,7 @@ use crate::person::{boresight, contents, says};
 fn scene(folder: &Path, name: &str, more: &str) -> String {
     let table = if more.contains("[technician]") { "" } else { "[technician]\n" };
     let text = format!(
-        "name = \"installed\"\nseed = 3\nf_px = 520\ndistortion = [-0.1, 0.02, 0, 0, 0]\n{more}\n\
+        "name = \"installed\"\nseed = 3\nfps = 12\nf_px = 520\ndistortion = [-0.1, 0.02, 0, 0, 0]\n{more}\n\
          {table}person = \"tripod\"\n"
     );
     let file = folder.join(name);

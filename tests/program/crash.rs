@@ -22,6 +22,7 @@ use tempfile::TempDir;
 const SCENE: &str = r#"
 name = "quick"
 image_size_px = [320, 240]
+fps = 15
 clutter = 0.0
 noise_levels = 2.0
 [technician]
@@ -126,7 +127,7 @@ fn a_session_that_is_killed_keeps_every_view_and_goes_on() {
         let at_bytes = rng.random_range(0..all_bytes);
         let mut child = fresh(place.path(), &name).spawn().expect("started");
         while written(&path) < at_bytes && child.try_wait().expect("asked").is_none() {
-            std::thread::yield_now();
+            std::thread::sleep(Duration::from_millis(1));
         }
         // SIGKILL on Unix.
         child.kill().expect("killed");

@@ -538,7 +538,8 @@ fn the_certificates_front_is_a_pdf_with_the_words_of_the_page() {
 fn a_simulated_session_says_so_on_every_sheet() {
     let folder = TempDir::new().expect("folder");
     // A quiet camera, which takes little time.
-    fs::write(folder.path().join("scene.toml"), "").expect("written");
+    let quick = "image_size_px = [640, 480]\nfps = 12\n[technician]\nperson = \"tripod\"\n";
+    fs::write(folder.path().join("scene.toml"), quick).expect("written");
     let scene = ["simulate", "sim:scene.toml", "--out", "session", "--accepted-only"];
     let simulate = [&scene[..], &["--set", "certificate.site=Hall 1"]].concat();
     let ended = boresight(folder.path(), &simulate);
