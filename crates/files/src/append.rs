@@ -9,6 +9,7 @@ use std::{
 use super::{
     FileError,
     disk_log::{Change, note},
+    patient::{Patient, sync_all, sync_data},
     plain::{file_or_nothing, options, other_than_file},
 };
 
@@ -29,7 +30,7 @@ impl Appending {
         let writing = FileError::writing(path);
         let file = options(true).append(true).create_new(true).open(path).map_err(&writing)?;
         note(&Change::Create(path));
-        file.sync_all().map_err(&writing)?;
+        sync_all(&file).map_err(&writing)?;
         note(&Change::SyncFile(path));
         Ok(Self { file, path: path.to_path_buf() })
     }
@@ -66,7 +67,7 @@ impl Appending {
     ///
     /// [`FileError::Write`]; some of them may then be there.
     pub fn append(&mut self, bytes: &[u8]) -> Result<(), FileError> {
-        self.file.write_all(bytes).map_err(FileError::writing(&self.path))?;
+        Patient::new(&self.file).write_all(bytes).map_err(FileError::writing(&self.path))?;
         note(&Change::Append { path: &self.path, bytes });
         Ok(())
     }
@@ -77,7 +78,7 @@ impl Appending {
     ///
     /// [`FileError::Write`].
     pub fn sync(&mut self) -> Result<(), FileError> {
-        self.file.sync_data().map_err(FileError::writing(&self.path))?;
+        sync_data(&self.file).map_err(FileError::writing(&self.path))?;
         note(&Change::SyncFile(&self.path));
         Ok(())
     }

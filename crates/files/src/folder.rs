@@ -9,6 +9,7 @@ use std::{
 use super::{
     FileError,
     disk_log::{Change, note},
+    patient::sync_all,
 };
 
 /// Prefix of the names of incomplete files and folders.
@@ -46,7 +47,7 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
 /// [`FileError::Write`].
 pub fn sync_folder(folder: &Path) -> Result<(), FileError> {
     if cfg!(unix) {
-        let opened = File::open(folder).and_then(|open| open.sync_all());
+        let opened = File::open(folder).and_then(|open| sync_all(&open));
         opened.map_err(FileError::writing(folder))?;
     }
     note(&Change::SyncFolder(folder));

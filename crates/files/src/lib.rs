@@ -35,6 +35,7 @@ mod disk_log;
 mod error;
 mod folder;
 mod lock;
+mod patient;
 mod plain;
 mod plain_words;
 mod private;

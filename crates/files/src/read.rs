@@ -8,6 +8,7 @@ use std::{
 
 use super::{
     FileError,
+    patient::Patient,
     plain::{file_or_nothing, options, other_than_file},
 };
 
@@ -62,7 +63,10 @@ pub fn read(path: &Path, limit_bytes: u64, links: Links) -> Result<Vec<u8>, File
     }
     let mut bytes = Vec::with_capacity(size as usize);
     // The file may grow while being read.
-    file.take(limit_bytes.saturating_add(1)).read_to_end(&mut bytes).map_err(&reading)?;
+    Patient::new(file)
+        .take(limit_bytes.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(&reading)?;
     if bytes.len() as u64 > limit_bytes { Err(too_large()) } else { Ok(bytes) }
 }
 
@@ -82,7 +86,7 @@ pub fn read_text(path: &Path, limit_bytes: u64, links: Links) -> Result<String, 
 /// The lines of a file, in order, in a common buffer.
 #[derive(Debug)]
 pub struct LineReader {
-    reader: BufReader<File>,
+    reader: BufReader<Patient<File>>,
     limit_bytes: u64,
     path: PathBuf,
 }
@@ -95,7 +99,7 @@ impl LineReader {
     ///
     /// As [`open`].
     pub fn open(path: &Path, limit_bytes: u64, links: Links) -> Result<Self, FileError> {
-        let reader = BufReader::with_capacity(1 << 16, open(path, links)?);
+        let reader = BufReader::with_capacity(1 << 16, Patient::new(open(path, links)?));
         Ok(Self { reader, limit_bytes, path: path.to_path_buf() })
     }
 

@@ -10,6 +10,7 @@ use super::{
     FileError,
     disk_log::{Change, note},
     folder::{UNFINISHED, sync_folder},
+    patient::{Patient, sync_all},
     plain::file_or_nothing,
     read::{Links, open},
 };
@@ -88,7 +89,7 @@ pub fn remove(path: &Path) -> Result<(), FileError> {
 ///
 /// As [`open`] and [`save`].
 pub fn copy(from: &Path, path: &Path, overwrite: Overwrite) -> Result<(), FileError> {
-    let mut source = open(from, Links::Followed)?;
+    let mut source = Patient::new(open(from, Links::Followed)?);
     let mut unread = None;
     let saved = save_pieces(path, overwrite, 0o666, |piece| {
         let mut buffer = vec![0; 1 << 16];
@@ -172,7 +173,7 @@ fn save_pieces(
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
     #[cfg(not(unix))]
     let _ = mode;
-    let mut beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(&writing)?;
+    let beside = builder.prefix(UNFINISHED).tempfile_in(folder).map_err(&writing)?;
     let draft = beside.path().to_path_buf();
     note(&Change::Create(&draft));
     if replaces {
@@ -180,11 +181,11 @@ fn save_pieces(
         beside.as_file().set_permissions(mode).map_err(&writing)?;
     }
     let written = fill(&mut |bytes| {
-        let written = beside.write_all(bytes);
+        let written = Patient::new(beside.as_file()).write_all(bytes);
         note(&Change::Append { path: &draft, bytes });
         written
     });
-    let synced = written.and_then(|()| beside.as_file().sync_all());
+    let synced = written.and_then(|()| sync_all(beside.as_file()));
     note(&Change::SyncFile(&draft));
     if let Err(source) = synced {
         drop(beside);
