@@ -32,8 +32,9 @@ pub(super) fn of_opencv(tree: &Value) -> Option<OwnCorners> {
             .map(|cell| cell.map(|at| f64::from(at) * square))
             .collect(),
     };
-    let is_whole = places.len() == usize::from(columns) * usize::from(rows)
-        && images.len().is_multiple_of(2 * places.len().max(1));
+    let is_whole = !places.is_empty()
+        && places.len() == usize::from(columns) * usize::from(rows)
+        && images.len().is_multiple_of(2 * places.len());
     let images: Vec<[f64; 2]> = images.chunks_exact(2).map(|px| [px[0], px[1]]).collect();
     let view = |px: &[[f64; 2]]| places.iter().copied().zip(px.iter().copied()).collect();
     let views = || images.chunks(places.len()).map(view).collect();
@@ -130,7 +131,9 @@ mod tests {
         });
         let shifted = text("1", 4, &format!("<grid_points>{shifted}</grid_points>"));
         assert_eq!(read(&shifted).expect("a calibration").corners, None);
-        assert_eq!(read(&text("0.025", 5, "")).expect("a calibration").corners, None);
+        for width in [0, 5] {
+            assert_eq!(read(&text("0.025", width, "")).expect("a calibration").corners, None);
+        }
     }
 
     #[test]
