@@ -21,7 +21,7 @@ use rustix::event::{PollFd, PollFlags, poll};
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
     address::{is_address, without_secrets},
-    programs::{LOOK, Program, is_ending, timespec},
+    programs::{LOOK, Program, is_ending, read_more, timespec},
     reader_words::{known, meaning, refusal},
 };
 use boresight_geometry::{
@@ -39,8 +39,6 @@ const STEADY_PATIENCE: Duration = Duration::from_secs(5);
 const LARGEST_SIDE_PX: u32 = 8192;
 /// Bytes kept of the program's last messages.
 const MESSAGES_KEPT: usize = 4096;
-/// Bytes read from the pipe at once.
-const CHUNK: usize = 1 << 18;
 /// Filters to drop pictures less than 1/31 s after the last (they cost work and add no views),
 /// unless the stream's time restarts, or doesn't advance although the stream has times; then print
 /// the stream's own time, in microseconds, for every picture kept. The stream's own metadata, such
@@ -376,11 +374,7 @@ impl Pictures {
             let wait = if picture.is_some() { Duration::ZERO } else { patience };
             let more = (newest || picture.is_none()) && !self.ended && self.is_readable(wait)?;
             if more {
-                let before = self.bytes.len();
-                self.bytes.resize(before + CHUNK, 0);
-                let got = self.out.read(&mut self.bytes[before..]);
-                self.bytes.truncate(before + *got.as_ref().unwrap_or(&0));
-                self.ended = got? == 0;
+                self.ended = read_more(&self.out, &mut self.bytes)? == 0;
                 continue;
             }
             return Ok(match picture {

@@ -3,7 +3,7 @@
 
 use std::{
     io,
-    os::unix::process::CommandExt,
+    os::{fd::AsFd, unix::process::CommandExt},
     process::{Child, Command},
     sync::{
         Mutex, MutexGuard, PoisonError,
@@ -13,6 +13,7 @@ use std::{
 };
 
 use rustix::{
+    buffer::spare_capacity,
     event::{Timespec, poll},
     process::{
         Pid, Signal, WaitId, WaitIdOptions, WaitIdStatus, kill_process_group,
@@ -23,6 +24,8 @@ use rustix::{
 /// Time for a program to end after a request.
 const ENDING: Duration = Duration::from_secs(1);
 const ENDING_LOOK: Duration = Duration::from_millis(10);
+/// Bytes read at once: all that a pipe holds usually.
+const CHUNK: usize = 1 << 16;
 /// Longest wait between two looks whether the process is ending.
 pub(crate) const LOOK: Duration = Duration::from_millis(100);
 
@@ -50,6 +53,13 @@ pub fn end_programs() {
 
 fn groups() -> MutexGuard<'static, Vec<Pid>> {
     GROUPS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Appends bytes of `output` to `bytes`, without clearing the room for them first; returns their
+/// number, zero at the end.
+pub(crate) fn read_more(output: impl AsFd, bytes: &mut Vec<u8>) -> io::Result<usize> {
+    bytes.reserve(CHUNK);
+    Ok(rustix::io::read(output, spare_capacity(bytes))?)
 }
 
 /// A running program and its children, ended on drop.

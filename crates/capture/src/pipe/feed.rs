@@ -8,7 +8,7 @@ use std::{
 };
 
 use crate::{
-    programs::{Program, timespec},
+    programs::{Program, read_more, timespec},
     stream_report::Loss,
 };
 use boresight_geometry::device::Fault;
@@ -18,8 +18,6 @@ use rustix::{
     process::WaitIdStatus,
 };
 
-/// Bytes read at once.
-const CHUNK: usize = 1 << 18;
 /// Bytes kept of the command's last messages, and letters shown.
 const MESSAGES_KEPT: usize = 4096;
 const LETTERS_SHOWN: usize = 160;
@@ -87,14 +85,8 @@ impl Feed {
                 running.listen();
             }
             if pictures {
-                let before = bytes.len();
-                bytes.resize(before + CHUNK, 0);
-                let got = match self.output() {
-                    Some(output) => rustix::io::read(output, &mut bytes[before..]),
-                    None => Ok(0),
-                };
-                bytes.truncate(before + got.unwrap_or(0));
-                return Ok(if got? == 0 { Got::End } else { Got::Bytes });
+                let got = self.output().map_or(Ok(0), |output| read_more(output, bytes))?;
+                return Ok(if got == 0 { Got::End } else { Got::Bytes });
             }
             if !messages {
                 return Ok(Got::Nothing);
