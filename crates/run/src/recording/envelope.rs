@@ -13,6 +13,8 @@ pub(super) struct Glance {
     pub(super) is_resumed: bool,
     /// Checksum of `session.toml` in the line.
     pub(super) header_crc32: Option<String>,
+    /// Number of synced lines stated by the line.
+    pub(super) synced: Option<u64>,
 }
 
 /// Reads the envelope of a line with a correct checksum.
@@ -55,6 +57,11 @@ pub(super) fn parse(text: &[u8], seq: u64) -> Result<Line, Unread> {
 
 /// Reads the fields of a [`Glance`] from the line numbered `seq`, from 0, skipping numbers.
 pub(super) fn glance(text: &[u8], seq: u64) -> Result<Glance, String> {
+    glimpse(numbered(text, seq)?)
+}
+
+/// Reads the fields of a [`Glance`] from a line.
+pub(super) fn glimpse(envelope: Envelope) -> Result<Glance, String> {
     #[derive(Deserialize)]
     struct Body<'a> {
         #[serde(borrow)]
@@ -63,11 +70,17 @@ pub(super) fn glance(text: &[u8], seq: u64) -> Result<Glance, String> {
         _decision: IgnoredAny,
         #[serde(default)]
         stored: Option<Stored>,
+        #[serde(default)]
+        session: Option<String>,
+        #[serde(default)]
+        synced: Option<u64>,
     }
-    let Envelope { session, body, .. } = numbered(text, seq)?;
-    let Body { input, stored, .. } =
+    let Envelope { session: old_session, synced: old_synced, body, .. } = envelope;
+    let Body { input, stored, session, synced, .. } =
         serde_json::from_str(body.get()).map_err(|err| err.to_string())?;
-    Ok(Glance { stored, is_resumed: input.get() == "\"resumed\"", header_crc32: session })
+    let is_resumed = input.get() == "\"resumed\"";
+    let (header_crc32, synced) = (session.or(old_session), synced.or(old_synced));
+    Ok(Glance { stored, is_resumed, header_crc32, synced })
 }
 
 /// CRC-32 in hexadecimal digits.

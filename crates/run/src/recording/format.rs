@@ -25,11 +25,10 @@ pub(super) struct Envelope {
     pub(super) seq: u64,
     /// CRC-32 of the bytes of `body`, eight hexadecimal digits.
     pub(super) crc32: String,
-    /// CRC-32 of the bytes of `session.toml`, in the first line; older recordings have none.
+    /// As in the body, whose checksum covers it; of recordings before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) session: Option<String>,
-    /// Lines that were synced when this one was written, in the first line after each time. Damage
-    /// before them is no cut.
+    /// As in the body, of recordings before.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) synced: Option<u64>,
     #[cfg_attr(feature = "schemas", schemars(with = "Line"))]
@@ -49,6 +48,13 @@ pub struct Line {
     /// The picture stored with it, if one was.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub stored: Option<Stored>,
+    /// CRC-32 of the bytes of `session.toml`, in the first line; older recordings have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub session: Option<String>,
+    /// Lines that were synced when this one was written, in the first line after each time. Damage
+    /// before them is no cut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub synced: Option<u64>,
 }
 
 /// A picture in `frames/`.

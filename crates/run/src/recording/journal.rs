@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::{
-    envelope::{Glance, enveloped, glance},
+    envelope::{Glance, enveloped, glance, glimpse},
     error::{Damage, RecordingError},
-    format::{Envelope, Line, Stored},
+    format::{Line, Stored},
     journal_text::JournalText,
     lines::{LINE_LIMIT, Lines},
 };
@@ -92,7 +92,7 @@ impl Journal {
     /// # Errors
     ///
     /// As [`Self::append`].
-    pub(super) fn append_line(&mut self, line: &Line) -> Result<(), RecordingError> {
+    pub(super) fn append_line(&mut self, line: Line) -> Result<(), RecordingError> {
         let line = self.text.enclosed(line).map_err(|err| self.unwritten(err))?;
         self.append_text(&line)
     }
@@ -164,7 +164,7 @@ impl Journal {
                     break;
                 }
                 (None, Some(text)) => match glance(text, due) {
-                    Ok(Glance { stored, is_resumed, header_crc32 }) => {
+                    Ok(Glance { stored, is_resumed, header_crc32, .. }) => {
                         count += 1;
                         contents.stored.extend(stored);
                         contents.resumed += usize::from(is_resumed);
@@ -175,13 +175,12 @@ impl Journal {
                         damage = Some(Damage { line: count + 1, reason });
                         // No text has a zero: the file system never got these bytes. A hole may
                         // have taken the end of a line, and joined the next whole line to it.
-                        contents.cut = text.contains(&0)
-                            && after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                        contents.cut = text.contains(&0) && synced_after_hole(text) <= Some(due);
                     }
                 },
                 // The hole is a cut only if no later line states that this one was synced.
                 (Some(_), Some(text)) => {
-                    contents.cut &= after_hole(text).is_none_or(|later| later.synced <= Some(due));
+                    contents.cut &= synced_after_hole(text) <= Some(due);
                 }
                 (Some(_), None) => {}
             }
@@ -192,7 +191,8 @@ impl Journal {
     }
 }
 
-/// The whole line after the last zero, if any.
-fn after_hole(text: &[u8]) -> Option<Envelope> {
-    enveloped(text.rsplit(|byte| *byte == 0).next()?).ok()
+/// Number of synced lines stated by the whole line after the last zero, if any.
+fn synced_after_hole(text: &[u8]) -> Option<u64> {
+    let later = text.rsplit(|byte| *byte == 0).next()?;
+    enveloped(later).and_then(glimpse).ok()?.synced
 }

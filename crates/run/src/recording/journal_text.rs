@@ -40,7 +40,8 @@ impl JournalText {
         stored: Option<Stored>,
     ) -> serde_json::Result<Vec<u8>> {
         let decision = serde_json::value::to_raw_value(decision)?;
-        self.enclosed(&Line { input: InputLine::from(input), decision, stored })
+        let input = InputLine::from(input);
+        self.enclosed(Line { input, decision, stored, session: None, synced: None })
     }
 
     /// Reads the line numbered `seq`, from 0, in `text`.
@@ -54,13 +55,16 @@ impl JournalText {
         })
     }
 
-    pub(super) fn enclosed(&self, line: &Line) -> serde_json::Result<Vec<u8>> {
-        let body = serde_json::value::to_raw_value(line)?;
+    /// Text of `line` as the next one, with what it states about the lines before.
+    pub(super) fn enclosed(&self, mut line: Line) -> serde_json::Result<Vec<u8>> {
+        line.session = (self.next_seq == 0).then(|| self.header_crc32.clone());
+        line.synced = (self.synced > self.synced_told).then_some(self.synced);
+        let body = serde_json::value::to_raw_value(&line)?;
         let envelope = Envelope {
             seq: self.next_seq,
             crc32: checksum(body.get().as_bytes()),
-            session: (self.next_seq == 0).then(|| self.header_crc32.clone()),
-            synced: (self.synced > self.synced_told).then_some(self.synced),
+            session: None,
+            synced: None,
             body,
         };
         let mut bytes = serde_json::to_vec(&envelope)?;
@@ -77,5 +81,34 @@ impl JournalText {
     /// Confirms that every kept line outlasts a power cut.
     pub(super) fn synced(&mut self) {
         self.synced = self.next_seq;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::value::RawValue;
+
+    use super::*;
+
+    #[test]
+    fn no_changed_bit_of_a_line_goes_unseen() {
+        let mut journal = JournalText::new("header");
+        for seq in 0..3 {
+            let decision = RawValue::from_string("{}".into()).expect("JSON");
+            let input = InputLine::Stop;
+            let line = Line { input, decision, stored: None, session: None, synced: None };
+            let text = journal.enclosed(line).expect("written");
+            journal.kept();
+            // The next line states it.
+            journal.synced();
+            let whole = text.trim_ascii_end();
+            JournalText::read(whole, seq).expect("whole");
+            for bit in 0..8 * whole.len() {
+                let mut changed = whole.to_vec();
+                changed[bit / 8] ^= 1 << (bit % 8);
+                let read = JournalText::read(&changed, seq);
+                assert!(read.is_err(), "{}", String::from_utf8_lossy(&changed));
+            }
+        }
     }
 }

@@ -129,7 +129,7 @@ fn copied(
             save(&draft.path().join(name), &bytes, Overwrite::Allowed)?;
         }
         recovered.lost_pictures += usize::from(is_lost);
-        journal.append_line(&line)?;
+        journal.append_line(line)?;
         recovered.lines += 1;
     }
     journal.sync()?;
