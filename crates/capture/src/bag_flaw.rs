@@ -53,10 +53,11 @@ pub enum BagFlaw {
     },
 }
 
-/// Most topics listed for a person.
+/// Most names listed for a person: in a file and on a network, anybody may add some.
 const LISTED: usize = 30;
 
-fn listed(topics: &[String], between: &str) -> String {
+/// The first of `topics` or other names with `between` them, and the number of the rest.
+pub fn listed(topics: &[String], between: &str) -> String {
     let first = topics[..topics.len().min(LISTED)].join(between);
     match topics.len() {
         0 => "none at all".into(),
@@ -132,4 +133,20 @@ pub fn bag_files(path: &Path) -> std::io::Result<Vec<PathBuf>> {
     // `bag_10` follows `bag_9`.
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_thousand_names_are_a_few_and_a_number() {
+        let names: Vec<String> = (0..3000).map(|number| format!("gige:{number}")).collect();
+        let said = listed(&names, ", ");
+        assert!(
+            said.starts_with("gige:0, gige:1, ") && said.ends_with(", and 2970 more"),
+            "{said}"
+        );
+        assert_eq!(listed(&names[..2], " or "), "gige:0 or gige:1");
+    }
 }

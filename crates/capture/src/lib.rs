@@ -79,7 +79,7 @@ pub mod v4l2;
 
 pub use adapted::{limited, preceded, renumbered};
 pub use address::{is_address, is_command, is_topic, without_secrets};
-pub use bag_flaw::{BagFlaw, RosFlaw, bag_files, is_bag};
+pub use bag_flaw::{BagFlaw, RosFlaw, bag_files, is_bag, listed};
 pub use camera_mode::{CameraMode, choose, layout, not_offered};
 pub use compressed::Decompressor;
 pub use decoded::{PICTURE_LIMIT_PX, Upright, decoded};

@@ -4,7 +4,10 @@ use super::{
     Network,
     discovery::{address, near},
 };
-use boresight_capture::v4l2::{Camera, discover};
+use boresight_capture::{
+    listed,
+    v4l2::{Camera, discover},
+};
 use boresight_geometry::device::Fault;
 
 /// Camera by `name`.
@@ -24,14 +27,14 @@ pub fn find(name: &str) -> Result<Camera, (Fault, String)> {
             let there = if there.is_empty() {
                 "no camera answers on the network".into()
             } else {
-                format!("there is {}", there.join(", "))
+                format!("there is {}", listed(&there, ", "))
             };
             Err((Fault::NotFound, format!("{name}; {there}")))
         }
         (cameras, others) => {
             let nodes = cameras.iter().map(|c| &c.node).chain(others.iter().map(|o| &o.node));
             let names: Vec<String> = nodes.map(|node| node.path.display().to_string()).collect();
-            Err((Fault::Twin, names.join(" or ")))
+            Err((Fault::Twin, listed(&names, " or ")))
         }
     }
 }

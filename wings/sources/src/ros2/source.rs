@@ -19,6 +19,7 @@ use crate::{
     camera_time::CameraTime,
     stream_report::{Loss, START_PATIENCE, STEADY_PATIENCE, StreamReport},
 };
+use boresight_capture::listed;
 use boresight_geometry::{
     device::{CameraInfo, Fault, Mode, PixelLayout},
     frame::ImageSize,
@@ -132,8 +133,8 @@ pub(super) fn topic_of(name: &str) -> String {
 }
 
 fn others(topics: &[ImageTopic]) -> String {
-    let names: Vec<&str> = topics.iter().map(|topic| topic.name.as_str()).collect();
-    if names.is_empty() { String::new() } else { format!("there are {}", names.join(", ")) }
+    let names: Vec<String> = topics.iter().map(|topic| topic.name.clone()).collect();
+    if names.is_empty() { String::new() } else { format!("there are {}", listed(&names, ", ")) }
 }
 
 fn without_picture(flaw: Option<RosFlaw>) -> Loss {

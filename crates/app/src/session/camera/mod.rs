@@ -27,16 +27,13 @@ pub use backend::{Backend, ChosenCamera, Devices, Driver, Near, NearCamera, Purp
 pub(crate) use ros2::built::domain as ros2_domain;
 
 use crate::Announcer;
-use boresight_capture::{CaptureError, is_command};
+use boresight_capture::{CaptureError, is_command, listed};
 use boresight_geometry::panic_message::caught;
 use boresight_run::config::{self, Config};
 
 /// All known backends, the default first.
 pub const BACKENDS: [Backend; 5] =
     [v4l2::BACKEND, gige::BACKEND, pipe::BACKEND, ros2::BACKEND, nokhwa::BACKEND];
-
-/// Most cameras listed for a choice.
-const LISTED: usize = 20;
 
 impl Backend {
     /// Requested backend; `None` for `auto`.
@@ -157,13 +154,10 @@ impl ChosenCamera {
                 Self::named(source, config).map(Some)
             }
             several => {
-                let line = |camera: &NearCamera| format!("  {}  {}", camera.source, camera.name);
-                // On a network, anybody may answer.
-                let mut lines: Vec<String> = several.iter().take(LISTED).map(line).collect();
-                if several.len() > LISTED {
-                    lines.push(format!("  and {} more: boresight devices", several.len() - LISTED));
-                }
-                bail!("there are several cameras; say which with --source:\n{}", lines.join("\n"))
+                let line = |camera: &NearCamera| format!("{}  {}", camera.source, camera.name);
+                let lines: Vec<String> = several.iter().map(line).collect();
+                let lines = listed(&lines, "\n  ");
+                bail!("there are several cameras; say which with --source:\n  {lines}")
             }
         }
     }
