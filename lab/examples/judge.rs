@@ -13,7 +13,8 @@ mod corner_lists;
 use std::{collections::BTreeMap, path::Path};
 
 use boresight_calibrate::{
-    Answer, Calibration, CalibrationParams, GivenLens, LensModel, WrongPart, calibrate, judge,
+    Answer, Calibration, CalibrationParams, GivenLens, Judgement, LensModel, Limits, NotJudged,
+    WrongPart, calibrate, judge,
 };
 use boresight_geometry::{Camera, Distortion, frame::ImageSize};
 use corner_lists::{Set, each, read_list};
@@ -113,6 +114,19 @@ fn planted(by: &By, set: &Set, all: &Calibration) -> Option<GivenLens> {
     Some(given)
 }
 
+/// What a judgement says. A lens that misses the picture is off without limit; `None` without an
+/// answer.
+fn told(judged: Result<Judgement, NotJudged>) -> Option<Row> {
+    let (answer, interval_px, wrong) = match judged {
+        Ok(found) => (found.answer, [found.least_px, found.off_px, found.most_px], found.wrong),
+        Err(NotJudged::Misses { wrong, .. }) => (Answer::Off, [f64::INFINITY; 3], wrong),
+        Err(reason) if reason.answer() == Answer::Off => (Answer::Off, [f64::INFINITY; 3], None),
+        Err(_) => return None,
+    };
+    let code = wrong.as_ref().map(WrongPart::code);
+    Some(Row { plant: &PLANTS[0], answer, truth_px: 0.0, interval_px, goal_px: 0.0, code })
+}
+
 fn judged(set: &Set) -> Vec<Row> {
     let params = CalibrationParams::default();
     let half: Vec<_> = set.views.iter().step_by(2).cloned().collect();
@@ -124,15 +138,9 @@ fn judged(set: &Set) -> Vec<Row> {
         let Some(given) = planted(&plant.by, set, &all) else { continue };
         let truth = judge(&given, &half, &set.board, &all, None);
         let found = judge(&given, &half, &set.board, &fresh, None);
-        let (Ok(truth), Ok(found)) = (truth, found) else { continue };
-        rows.push(Row {
-            plant,
-            answer: found.answer,
-            truth_px: truth.off_px,
-            interval_px: [found.least_px, found.off_px, found.most_px],
-            goal_px: found.goal_px,
-            code: found.wrong.as_ref().map(WrongPart::code),
-        });
+        let (Some(truth), Some(found)) = (told(truth), told(found)) else { continue };
+        let truth_px = truth.interval_px[1];
+        rows.push(Row { plant, truth_px, goal_px: Limits::of(set.size).goal_px, ..found });
     }
     rows
 }

@@ -194,11 +194,8 @@ pub(crate) fn judge(
                 Some(Fresh::of(views, board, &config.calibration(), &silent))
             }
             (None, Some(session)) => {
-                let SessionViews { views, noise_floor_px, saved } =
-                    from_session(&session, &silent)?;
-                let config = saved.header.config;
-                let params = CalibrationParams { noise_floor_px, ..config.calibration() };
-                Some(Fresh::of(views, config.board()?, &params, &silent))
+                let saved = SavedSession::open(&session)?;
+                Some(Fresh::of_session(&saved.session, &saved.header.config, &silent)?)
             }
             (None, None) => {
                 Fresh::of_own_corners(&old, &Config::load(None, &[])?.calibration(), &silent)

@@ -6,18 +6,15 @@ use clap::Args;
 
 use super::{guide, views::views_of};
 use boresight_app::{
-    Exit, Opening,
-    commands::{
-        calibration_views::from_session,
-        judgement::{Fresh, judgement},
-    },
+    Exit, Opening, SavedSession,
+    commands::judgement::{Fresh, judgement},
     session::{
         comparison,
         export::{Format, export_text},
         source::is_session,
     },
 };
-use boresight_calibrate::{Answer, CalibrationParams};
+use boresight_calibrate::Answer;
 use boresight_capture::film_length_mm;
 use boresight_files::{Overwrite, entries, may_save, save};
 use boresight_formats::{
@@ -261,27 +258,21 @@ impl Arguments {
     /// Lens of `pictures`, or of a corner table of pictures of `table_size`. Another board than the
     /// default one is found if the pictures agree on it.
     fn fresh(&self, pictures: &[PathBuf], table_size: Option<Size>) -> anyhow::Result<Fresh> {
-        let of_session = match pictures {
-            [folder] if is_session(folder) => Some(from_session(folder, &announcer())?),
-            _ => None,
-        };
+        if let [folder] = pictures
+            && is_session(folder)
+        {
+            let saved = SavedSession::open(folder)?;
+            saved.announce(&announcer());
+            let config = self.board.config_over(&saved.header.config)?;
+            return Fresh::of_session(&saved.session, &config, &announcer());
+        }
         let given = Given::of_pictures(pictures)?;
-        let mut config = match &of_session {
-            Some(taken) => self.board.config_over(&taken.saved.header.config)?,
-            None => self.board.config_for(&given.files)?,
-        };
+        let mut config = self.board.config_for(&given.files)?;
         config.camera.as_stored |= self.as_stored;
-        let mut noise_floor_px = None;
         let upright = config.camera.upright();
         let found = |board: &Board| views_of((&given.files, upright), table_size, board, false);
         let mut board = config.board()?;
-        let mut views = match of_session {
-            Some(taken) => {
-                noise_floor_px = taken.noise_floor_px;
-                taken.views
-            }
-            None => found(&board)?,
-        };
+        let mut views = found(&board)?;
         if let Some(shown) = views.instead
             && !self.board.names_board()?
         {
@@ -290,9 +281,8 @@ impl Arguments {
             board = config.board()?;
             views = found(&board)?;
         }
-        let params = CalibrationParams { noise_floor_px, ..config.calibration() };
         let exif_mm = given.files.first().and_then(|picture| film_length_mm(picture));
-        Ok(Fresh { exif_mm, ..Fresh::of(views, board, &params, &announcer()) })
+        Ok(Fresh { exif_mm, ..Fresh::of(views, board, &config.calibration(), &announcer()) })
     }
 
     /// Writes the lens of the pictures, in the format of the name `out` or of the judged file; in

@@ -1,6 +1,6 @@
 //! `boresight judge`: files of other programs, held to the lens of a session.
 
-use std::{fs, path::Path};
+use std::{fmt::Write, fs, path::Path};
 
 use image::{ImageEncoder, codecs::jpeg::JpegEncoder};
 use serde_json::Value;
@@ -88,7 +88,11 @@ fn a_file_alone_cannot_be_true() {
     let said = json(boresight(place, &["judge", "assumed.yaml", "--json"]).stdout.trim());
     assert_eq!((&said["reason"], &said["shown"][0]), (&"NO-PICTURES".into(), &"PP-ASSUMED".into()));
     planted(place, "folded.yaml", |lens| lens["distortion"]["k1"] = (-9.0).into());
-    says(&boresight(place, &["judge", "folded.yaml"]), 4, &["OFF", "impossible distortion"]);
+    says(
+        &boresight(place, &["judge", "folded.yaml"]),
+        4,
+        &["OFF", "no lens is like that", "folds over"],
+    );
     says(&boresight(place, &["judge", &good()]), 2, &["no calibration among the inputs"]);
 }
 
@@ -241,10 +245,45 @@ fn a_file_with_its_own_corners_needs_no_pictures() {
     // A number in each of the 96 cells, and an arrow in every third one.
     assert_eq!(page.matches("font-size=\"8\"").count(), 96);
     assert_eq!(page.matches("<polyline").count(), 32);
-    for said in ["Judged: short.json", "OFF by", "10.00 % too short", "add --out FILE"] {
+    for said in
+        ["Judged: short.json", "OFF by", "10.00 % too short", "Use the lens of these pictures"]
+    {
         assert!(page.contains(said), "{said}");
     }
     // Each by the corners of its own views.
     let both = boresight(place, &["judge", "sound.json", "short.json"]);
     says(&both, 4, &["sound.json: TRUE", "short.json: OFF"]);
+}
+
+#[test]
+fn no_answer_has_a_number_that_no_picture_has() {
+    let place = tempfile::tempdir().expect("folder");
+    let place = place.path();
+    planted(place, "sound.yaml", |_| {});
+    planted(place, "far.yaml", |lens| {
+        (0..2).for_each(|axis| scale(&mut lens["f_px"][axis], 40.0));
+    });
+    // Four boards parallel to the picture.
+    let mut table = String::from("# filename x y level\n");
+    for (view, index) in (0..4).flat_map(|view| (0..35).map(move |index| (view, index))) {
+        let (x, y) = (50 + 9 * view + 40 * (index % 7), 40 + 5 * view + 40 * (index / 7));
+        writeln!(table, "view{view}.png {x} {y} 0").expect("room for it");
+    }
+    fs::write(place.join("flat.vnl"), table).expect("written");
+    let flat = ["judge", "sound.yaml", "flat.vnl", "--board", "7x5", "--json"];
+    let ended = boresight(place, &flat);
+    says(&ended, 3, &["CAN'T TELL", "Tip the board by 30 to 50°"]);
+    let said = json(ended.stdout.trim());
+    assert_eq!((&said["reason"], &said["off_px"]), (&"NO-FRESH-LENS".into(), &Value::Null));
+
+    let far = ["judge", "far.yaml", &good(), "--json", "--report", "page.html"];
+    let ended = boresight(place, &far);
+    says(&ended, 4, &["OFF", "beyond the picture", "too long"]);
+    let said = json(ended.stdout.trim());
+    assert!(said.as_object().expect("fields").contains_key("off_px"), "{said}");
+    assert_eq!((&said["reason"], &said["off_px"]), (&"MISSES-PICTURE".into(), &Value::Null));
+    assert_eq!(said["wrong"], "FOCAL-LENGTH");
+    assert!(!ended.stderr.contains("OFF by"), "{}", ended.stderr);
+    let page = fs::read_to_string(place.join("page.html")).expect("readable");
+    assert!(page.contains("beyond the picture") && !page.contains("OFF by"));
 }

@@ -219,6 +219,9 @@ pub fn drift(
             _ => {}
         }
     }
+    if new.is_undetermined() {
+        return Err(NoDrift::Undetermined);
+    }
     let mut camera = new.camera;
     camera.f_px.y /= aspect;
     camera.pp_px.y /= aspect;

@@ -149,6 +149,16 @@ pub struct Calibration {
 }
 
 impl Calibration {
+    /// Longer side of the pictures, in pixels: a ray displaced by more is in none of them.
+    pub(crate) fn longer_side_px(&self) -> f64 {
+        f64::from(self.image_size.width_px.max(self.image_size.height_px))
+    }
+
+    /// True if a ray may be anywhere in the picture: the views don't determine the lens.
+    pub(crate) fn is_undetermined(&self) -> bool {
+        self.covered_bound_px.is_some_and(|px| px >= self.longer_side_px())
+    }
+
     /// Camera of a view: with the view's own focal length if it varies.
     pub fn camera_of(&self, view: usize) -> Camera {
         let of_view = self.views.get(view).and_then(|view| view.focal);

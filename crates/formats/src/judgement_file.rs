@@ -38,11 +38,9 @@ pub struct JudgementFile {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shown: Vec<String>,
     /// Error of projection: root mean square per coordinate where the boards were, after the best
-    /// turn of the camera.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// turn of the camera. Null without an answer in numbers, for which `reason` says why.
     pub off_px: Option<f64>,
     /// Where the true error lies: least and most.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub off_interval_px: Option<[f64; 2]>,
     /// Largest displacement of a ray where the boards were.
     #[serde(skip_serializing_if = "Option::is_none")]

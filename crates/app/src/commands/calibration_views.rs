@@ -24,6 +24,7 @@ use boresight_geometry::{
     frame::ImageSize,
     seen_count,
 };
+use boresight_guide::session::Session;
 #[cfg(feature = "report")]
 use boresight_present::report::Thumbnail;
 use boresight_present::text;
@@ -191,16 +192,20 @@ pub struct SessionViews {
 pub fn from_session(path: &Path, announcer: &Announcer) -> anyhow::Result<SessionViews> {
     let saved = SavedSession::open(path)?;
     saved.announce(announcer);
-    let corners = saved.session.corners_at_one_instant();
-    let taken = saved.session.accepted().iter().zip(corners);
+    let (views, noise_floor_px) = of_session(&saved.session, &saved.header.config.board()?);
+    Ok(SessionViews { views, noise_floor_px, saved })
+}
+
+/// Views of `session` with its `board`, and the standard deviation of a corner as measured by it.
+pub fn of_session(session: &Session, board: &Board) -> (CalibrationViews, Option<f64>) {
+    let corners = session.corners_at_one_instant();
+    let taken = session.accepted().iter().zip(corners);
     let given = taken.map(|(taken, corners)| (taken.picture_name(), Ok(corners.clone())));
-    let board = saved.header.config.board()?;
-    let mut views = CalibrationViews::of(given, saved.header.image_size(), &board);
-    for (view, taken) in views.names.iter_mut().zip(saved.session.accepted()) {
+    let mut views = CalibrationViews::of(given, session.setup().image_size, board);
+    for (view, taken) in views.names.iter_mut().zip(session.accepted()) {
         view.number = result::view_name(taken).number;
     }
-    let noise_floor_px = saved.session.calibration().and_then(|found| found.noise_floor_px);
-    Ok(SessionViews { views, noise_floor_px, saved })
+    (views, session.calibration().and_then(|found| found.noise_floor_px))
 }
 
 /// Reads the views from the corner table in `path`, row by row over `board`, of pictures of

@@ -2,7 +2,7 @@
 
 use std::{path::Path, thread::available_parallelism};
 
-use super::calibration_views::CalibrationViews;
+use super::calibration_views::{CalibrationViews, of_session};
 use crate::Announcer;
 use boresight_calibrate::{
     Answer, Calibration, CalibrationParams, GivenLens, LensFlaw, NotCalibrated, NotJudged, judge,
@@ -12,7 +12,9 @@ use boresight_formats::{
     import::{FileDoubt, OldCalibration},
 };
 use boresight_geometry::boards::Board;
+use boresight_guide::session::Session;
 use boresight_present::text::judgement as words;
+use boresight_run::config::Config;
 
 /// Fresh lens, the views behind it, and its file.
 #[derive(Debug)]
@@ -41,6 +43,22 @@ impl Fresh {
         let params = CalibrationParams { threads, ..params.clone() };
         let (lens, file) = views.calibrated_with_file(&board, &params, None, announcer);
         Self { views, board, lens, file, exif_mm: None }
+    }
+
+    /// Lens of the views of `session`, by its settings in `config`.
+    ///
+    /// # Errors
+    ///
+    /// If the board isn't usable.
+    pub fn of_session(
+        session: &Session,
+        config: &Config,
+        announcer: &Announcer,
+    ) -> anyhow::Result<Self> {
+        let board = config.board()?;
+        let (views, noise_floor_px) = of_session(session, &board);
+        let params = CalibrationParams { noise_floor_px, ..config.calibration() };
+        Ok(Self::of(views, board, &params, announcer))
     }
 
     /// Lens of the corners in the file of `old`. `None` if it brings none.
@@ -79,34 +97,45 @@ pub fn judgement(
             Err(_) => Err(NotJudged::NoFreshLens),
         },
     };
-    let (answer, (message, action)) = match &judged {
+    let (answer, (message, action), numbers) = match &judged {
         Ok((judged, lens)) => {
             let pp_px = Some(&lens.camera.pp_px).filter(|_| shown.iter().any(FileDoubt::is_pp));
             doubts.extend(words::judgement_reasons(judged, pp_px));
-            (judged.answer, words::judgement(judged))
+            (judged.answer, words::judgement(judged), JudgementFile::numbers(judged, lens))
         }
         Err(reason) => {
-            let bad = |finding: &&FindingEntry| finding.severity == "bad";
-            let findings = fresh.map(|fresh| &fresh.file.findings).into_iter().flatten();
-            let first = findings.filter(|_| *reason == NotJudged::NoFreshLens).find(bad);
-            doubts.extend(first.map(|finding| finding.message.clone()));
-            (reason.answer(), words::not_judged(reason, old.format))
+            let mut none =
+                JudgementFile { reason: Some(reason.code().into()), ..JudgementFile::default() };
+            let (message, mut action) = words::not_judged(reason, old.format);
+            match (reason, fresh) {
+                (NotJudged::Misses { wrong, .. }, _) => {
+                    doubts.push(words::wrong_part(wrong.as_ref()));
+                    none.wrong = wrong.as_ref().map(|part| part.code().into());
+                }
+                (NotJudged::NoFreshLens, Some(fresh)) => {
+                    let bad = |finding: &&FindingEntry| finding.severity == "bad";
+                    if let Some(finding) = fresh.file.findings.iter().find(bad) {
+                        doubts.push(finding.message.clone());
+                        // What would tell.
+                        action.clone_from(&finding.action);
+                    }
+                }
+                _ => {}
+            }
+            (reason.answer(), (message, action), none)
         }
     };
-    let reason = judged.as_ref().err().map(|reason| reason.code().into());
-    let numbers = judged.as_ref().map(|(judged, lens)| JudgementFile::numbers(judged, lens));
     let file = JudgementFile {
         schema: JUDGEMENT_SCHEMA.into(),
         file: path.display().to_string(),
         format: old.format.name().into(),
         image_size: [old.image_size.width_px, old.image_size.height_px],
         answer: answer.code().into(),
-        reason,
         message,
         action,
         doubts,
         shown: shown.iter().map(|doubt| doubt.code().into()).collect(),
-        ..numbers.unwrap_or_default()
+        ..numbers
     };
     (answer, file)
 }

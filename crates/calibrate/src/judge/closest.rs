@@ -9,8 +9,9 @@ use boresight_geometry::{
 
 /// Rotation in three numbers, then a number for each free direction of the lens.
 const UNKNOWNS: usize = 3 + LENS_PARAMETERS;
-/// Smallest share of the rays with an image by both lenses.
-const LEAST_SHARED: f64 = 0.75;
+
+/// Angle between a ray and that of its pixel, up to which both are one.
+const SAME_RAY_RAD: f64 = 1e-6;
 
 /// Direction in which a lens may change, in the order of [`LENS_PARAMETERS`].
 pub(super) type LensDirection = SVector<f64, LENS_PARAMETERS>;
@@ -26,9 +27,9 @@ pub(super) struct Closest {
     pub(super) turn: UnitQuaternion<f64>,
     /// Changed lens.
     pub(super) camera: Camera,
-    /// Remaining displacement at each pixel.
+    /// Remaining displacement at each pixel whose ray has an image.
     pub(super) displaced_px: Vec<(Point2<f64>, Vector2<f64>)>,
-    /// Root mean square of the displacements, per coordinate.
+    /// Root mean square of the displacements, per coordinate. Infinite if a ray has no image.
     pub(super) off_px: f64,
 }
 
@@ -39,20 +40,27 @@ impl Rays {
     }
 
     /// `camera` turned, and changed along `free`, such that the images of the rays are nearest to
-    /// their pixels. `None` if too few rays have an image.
+    /// their pixels. `None` if no ray has an image.
     pub(super) fn closest_to(&self, camera: &Camera, free: &[LensDirection]) -> Option<Closest> {
-        let seen = |(_, ray): &&(Point2<f64>, Vector3<f64>)| camera.project_ray(ray).is_some();
-        let shared: Vec<_> = self.0.iter().filter(seen).copied().collect();
-        if shared.is_empty() || (shared.len() as f64) < LEAST_SHARED * self.0.len() as f64 {
-            return None;
+        let (mut camera, mut turn) = (*camera, UnitQuaternion::identity());
+        // The turn may bring rays into the field of the lens.
+        for _ in 0..2 {
+            let seen = |(_, ray): &&(_, Vector3<f64>)| image_px(&camera, &(turn * ray)).is_some();
+            let rays: Vec<_> = self.0.iter().filter(seen).copied().collect();
+            if rays.is_empty() {
+                return None;
+            }
+            let problem = Nearest { rays: &rays, free };
+            (camera, turn) = minimise(&problem, (camera, turn), Limits::EXACT)?.state;
+            if rays.len() == self.0.len() {
+                break;
+            }
         }
-        let problem = Nearest { rays: &shared, free };
-        let start = (*camera, UnitQuaternion::identity());
-        let found = minimise(&problem, start, Limits::EXACT)?;
-        let (camera, turn) = found.state;
-        let displaced_px = Self(shared).displaced(&camera, &turn);
+        let displaced_px = self.displaced(&camera, &turn);
         let squares: f64 = displaced_px.iter().map(|(_, by)| by.norm_squared()).sum();
-        let off_px = (squares / (2 * displaced_px.len().max(1)) as f64).sqrt();
+        let is_whole = displaced_px.len() == self.0.len();
+        let mean = squares / (2 * displaced_px.len().max(1)) as f64;
+        let off_px = if is_whole { mean.sqrt() } else { f64::INFINITY };
         Some(Closest { turn, camera, displaced_px, off_px })
     }
 
@@ -63,10 +71,22 @@ impl Rays {
         turn: &UnitQuaternion<f64>,
     ) -> Vec<(Point2<f64>, Vector2<f64>)> {
         let displaced = |(px, ray): &(Point2<f64>, Vector3<f64>)| {
-            Some((*px, camera.project_ray(&(turn * ray))?.px - px))
+            Some((*px, image_px(camera, &(turn * ray))? - px))
         };
         self.0.iter().filter_map(displaced).collect()
     }
+
+    /// Number of the rays.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+}
+
+/// Pixel that shows `ray`. `None` beyond a pole, and where the lens folds over: another ray has
+/// that pixel.
+fn image_px(camera: &Camera, ray: &Vector3<f64>) -> Option<Point2<f64>> {
+    let px = camera.project_ray(ray)?.px;
+    (camera.ray_from_px(&px)?.angle(ray) < SAME_RAY_RAD).then_some(px)
 }
 
 /// Least sum of the squared displacements of rays.
@@ -117,7 +137,7 @@ impl Problem<UNKNOWNS> for Nearest<'_> {
 
 #[cfg(test)]
 mod tests {
-    use boresight_geometry::{cell_centres_px, frame::ImageSize};
+    use boresight_geometry::{Distortion, cell_centres_px, frame::ImageSize};
 
     use super::*;
 
@@ -144,5 +164,16 @@ mod tests {
         f.fixed_rows_mut::<2>(0).fill(1.0);
         let closest = rays.closest_to(&longer, &[f]).expect("shared");
         assert!(closest.off_px < 1e-6 && (closest.camera.f_px.x - 900.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_ray_in_a_fold_has_no_image() {
+        let camera = Camera::pinhole(900.0, SIZE.centre_px());
+        // Folds over 547 px from the middle.
+        let distortion = Distortion { k1: -0.9, ..Distortion::default() };
+        let rays = Rays::of(&camera, cell_centres_px(SIZE));
+        let closest =
+            rays.closest_to(&Camera { distortion, ..camera }, &[]).expect("some are seen");
+        assert!(closest.off_px.is_infinite() && closest.displaced_px.len() < rays.count());
     }
 }

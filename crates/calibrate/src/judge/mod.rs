@@ -11,6 +11,8 @@
 
 mod closest;
 mod sized;
+#[cfg(test)]
+mod tests;
 mod wrong_part;
 
 use nalgebra::{Point2, SVector, Vector2};
@@ -109,16 +111,21 @@ pub enum NotJudged {
     /// The fresh lens isn't trustworthy: its findings say why.
     #[error("the pictures give no trustworthy lens")]
     NoFreshLens,
-    /// The boards cover no part of the picture with rays of both lenses.
-    #[error("the lenses share no part of the picture")]
-    NothingShared,
+    /// The lens shows a part of where the boards were beyond the picture, or nowhere.
+    #[error("{:.0} % of the part with boards is beyond the picture, or nowhere", 100.0 * share)]
+    Misses {
+        /// Share of the part with boards.
+        share: f64,
+        /// Numbers of the lens that explain it, if no others do.
+        wrong: Option<WrongPart>,
+    },
 }
 
 impl NotJudged {
-    /// Answer without numbers: a lens that can't be right, or has no rays, is off.
+    /// Answer without numbers: a lens that can't be right, or misses the picture, is off.
     pub fn answer(&self) -> Answer {
         match self {
-            Self::Impossible(_) | Self::NothingShared => Answer::Off,
+            Self::Impossible(_) | Self::Misses { .. } => Answer::Off,
             Self::NoPictures | Self::OtherSize { .. } | Self::NoFreshLens => Answer::CannotTell,
         }
     }
@@ -130,7 +137,7 @@ impl NotJudged {
             Self::Impossible(_) => "LENS-IMPOSSIBLE",
             Self::OtherSize { .. } => "OTHER-SIZE",
             Self::NoFreshLens => "NO-FRESH-LENS",
-            Self::NothingShared => "NOTHING-SHARED",
+            Self::Misses { .. } => "MISSES-PICTURE",
         }
     }
 }
@@ -163,12 +170,14 @@ pub fn judge(
     if let Some(flaw) = LensFlaw::of(&given.camera, given.image_size, known) {
         return Err(NotJudged::Impossible(flaw));
     }
-    let bound_px = match fresh.covered_bound_px {
-        Some(bound_px) if fresh.verdict != Verdict::Untrustworthy => bound_px,
-        _ => return Err(NotJudged::NoFreshLens),
-    };
+    let reach_px = fresh.longer_side_px();
+    let is_known = fresh.verdict != Verdict::Untrustworthy && !fresh.is_undetermined();
+    let bound_px = fresh.covered_bound_px.filter(|_| is_known).ok_or(NotJudged::NoFreshLens)?;
     let is_covered = |px: &Point2<f64>| outlines.iter().any(|outline| outline.covers(px));
     let covered = Rays::of(&fresh.camera, cell_centres_px(pictures).filter(is_covered));
+    if covered.count() == 0 {
+        return Err(NotJudged::NoFreshLens);
+    }
     let sized = sized::sized(given, pictures);
     if sized.is_empty() {
         return Err(NotJudged::OtherSize { pictures, given: given.image_size });
@@ -178,11 +187,16 @@ pub fn judge(
         .filter_map(|(camera, size)| Some((covered.closest_to(&camera, &[])?, camera, size)));
     // A picture may have been turned either way.
     let nearest = compared.min_by(|a, b| a.0.off_px.total_cmp(&b.0.off_px));
-    let (closest, camera, size) = nearest.ok_or(NotJudged::NothingShared)?;
+    let (closest, camera, size) = nearest.ok_or(NotJudged::Misses { share: 1.0, wrong: None })?;
     let off_px = closest.off_px;
+    let wrong = |off_px| WrongPart::of(&camera, &covered, bound_px, off_px);
+    let hits = closest.displaced_px.iter().filter(|(_, by)| by.norm() < reach_px).count();
+    if hits < covered.count() {
+        let share = 1.0 - hits as f64 / covered.count() as f64;
+        return Err(NotJudged::Misses { share, wrong: wrong(f64::INFINITY) });
+    }
     let goal_px = goal_px.unwrap_or_else(|| Limits::of(pictures).goal_px);
-    let sd_px =
-        sd_along(&closest.displaced_px, fresh, is_covered).ok_or(NotJudged::NothingShared)?;
+    let sd_px = sd_along(&closest.displaced_px, fresh, is_covered).ok_or(NotJudged::NoFreshLens)?;
     let (least_px, most_px) = ((off_px - SDS * sd_px).max(0.0), off_px + bound_px);
     let answer = if least_px > goal_px {
         Answer::Off
@@ -193,6 +207,7 @@ pub fn judge(
     };
     let is_off = answer == Answer::Off;
     let whole = Rays::of(&fresh.camera, cell_centres_px(pictures));
+    let displaced_px = whole.displaced(&camera, &closest.turn).into_iter();
     Ok(Judgement {
         answer,
         off_px,
@@ -200,11 +215,11 @@ pub fn judge(
         most_px,
         worst_px: closest.displaced_px.iter().map(|(_, by)| by.norm()).fold(0.0, f64::max),
         goal_px,
-        displaced_px: whole.displaced(&camera, &closest.turn),
-        rms_px: rms_px(&camera, views, board),
+        displaced_px: displaced_px.filter(|(_, by)| by.norm() < reach_px).collect(),
+        rms_px: rms_px(&camera, views, board).filter(|px| *px < reach_px),
         fresh_rms_px: fresh.rms_px,
         size,
-        wrong: is_off.then(|| WrongPart::of(&camera, &covered, bound_px, off_px)).flatten(),
+        wrong: is_off.then(|| wrong(off_px)).flatten(),
         camera,
     })
 }

@@ -101,10 +101,12 @@ const KINDS: [Kind; 5] = [
 
 impl WrongPart {
     /// Part of `camera` that explains `off_px` of its difference from `rays`, whose own bound is
-    /// `bound_px`: mended, it leaves no more than that, or a third. The one of the fewest numbers;
-    /// of several, the one that leaves least. `None` if no part alone explains it.
+    /// `bound_px`: mended, it leaves no more than that, or a third, and every ray has an image. The
+    /// one of the fewest numbers; of several, the one that leaves least. `None` if no part alone
+    /// explains it.
     pub(super) fn of(camera: &Camera, rays: &Rays, bound_px: f64, off_px: f64) -> Option<Self> {
-        let explains = |closest: &Closest| closest.off_px <= bound_px.max(LEFT * off_px);
+        let left_px = if off_px.is_finite() { bound_px.max(LEFT * off_px) } else { bound_px };
+        let explains = |closest: &Closest| closest.off_px <= left_px;
         let mended = KINDS.iter().filter_map(|kind| {
             let free = (kind.free)(camera);
             let closest = rays.closest_to(camera, &free).filter(explains)?;

@@ -11,15 +11,16 @@ use boresight_geometry::device::{Control, Lock};
 pub fn drift(drift: &Drift) -> (String, String) {
     let Shift { px, least_px, most_px, visible_px } = drift.shift;
     let (moved, limit) = apart(px, drift.matters_px, 2);
+    let moved = if px < ANYWHERE_PX { moved } else { told_px(px) };
+    let [least_px, most_px, visible_px] = [least_px, most_px, visible_px].map(told_px);
     let changed = if drift.lens_changed {
         "the distortion changed; it moves points by"
     } else {
         "changed by"
     };
-    let changed = format!("{changed} up to {moved} px ({least_px:.2} to {most_px:.2} px)");
-    let hidden = format!(
-        "{most_px:.2} px could hide (limit {limit} px, smallest detectable {visible_px:.2} px)"
-    );
+    let changed = format!("{changed} up to {moved} px ({least_px} to {most_px} px)");
+    let hidden =
+        format!("{most_px} px could hide (limit {limit} px, smallest detectable {visible_px} px)");
     match (drift.verdict, drift.is_significant) {
         (DriftVerdict::Ok, false) => (
             format!("OK: no change detected, and at most {hidden}"),
@@ -47,6 +48,14 @@ pub fn drift(drift: &Drift) -> (String, String) {
     }
 }
 
+/// Displacement in pixels beyond which a ray is in no picture.
+const ANYWHERE_PX: f64 = 10_000.0;
+
+/// Displacement in pixels, as a number if it may be in a picture.
+fn told_px(px: f64) -> String {
+    if px < ANYWHERE_PX { format!("{px:.2}") } else { format!("over {ANYWHERE_PX}") }
+}
+
 /// Action for a check that could hide a change that matters.
 fn what_would_tell(drift: &Drift) -> String {
     match drift.views_needed {
@@ -67,6 +76,7 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
     let [sd_f, sd_x, sd_y]: [f64; 3] = drift.sd_px.into();
     let Shift { px, least_px, most_px, visible_px } = drift.shift;
     let (pp_px, f_px, matters_px) = (drift.visible_pp_px, drift.visible_f_px, drift.matters_px);
+    let [px, least_px, most_px, visible_px] = [px, least_px, most_px, visible_px].map(told_px);
     let lens = drift.visible_lens_px.map(|px| format!(", distortion {px:.1} px at the edge"));
     let lens = lens.unwrap_or_default();
     [
@@ -75,13 +85,13 @@ pub fn drift_lines(drift: &Drift) -> [(&'static str, String); 4] {
         (
             "picture",
             format!(
-                "shifted by up to {px:.2} px ({least_px:.2} to {most_px:.2} px, limit {matters_px:.2} px)"
+                "shifted by up to {px} px ({least_px} to {most_px} px, limit {matters_px:.2} px)"
             ),
         ),
         (
             "smallest detectable change",
             format!(
-                "{visible_px:.2} px in the picture: principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}"
+                "{visible_px} px in the picture: principal point {pp_px:.1} px, focal length {f_px:.1} px{lens}"
             ),
         ),
     ]
@@ -161,7 +171,7 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
 }
 
 /// Reason why a lens can't be right.
-fn lens_flaw(flaw: &LensFlaw) -> String {
+pub(super) fn lens_flaw(flaw: &LensFlaw) -> String {
     match *flaw {
         LensFlaw::FocalLength { widths } => {
             format!("its focal length is {widths:.3} times the width of the picture")

@@ -1,8 +1,12 @@
 //! Whether a calibration is true, in words.
 
+use super::drift::lens_flaw;
 use boresight_calibrate::{Answer, Judgement, NotJudged, SizeFit, WrongPart};
 use boresight_formats::import::{FileDoubt, OldFormat};
 use nalgebra::Point2;
+
+/// Action for a calibration that is off.
+const USE_FRESH: &str = "Use the lens of these pictures instead (--out FILE).";
 
 /// Answer with numbers, and the next action.
 pub fn judgement(judged: &Judgement) -> (String, String) {
@@ -18,7 +22,7 @@ pub fn judgement(judged: &Judgement) -> (String, String) {
             format!(
                 "OFF by {off}, beyond the limit of {goal_px:.2} px; at worst by {worst_px:.1} px"
             ),
-            "Use the lens of these pictures: add --out FILE.".into(),
+            USE_FRESH.into(),
         ),
         Answer::CannotTell => (
             format!("CAN'T TELL: off by {off}, around the limit of {goal_px:.2} px"),
@@ -27,7 +31,7 @@ pub fn judgement(judged: &Judgement) -> (String, String) {
                     "These pictures would hide {hidden_px:.1} px. To tell, add some with the board tipped by 30 to 50°, over the whole picture."
                 )
             } else {
-                "Add pictures, or state what matters: --limit PX.".into()
+                "Add pictures, or state what matters (--limit PX).".into()
             },
         ),
     }
@@ -50,7 +54,7 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
             .into(),
         ),
         NotJudged::Impossible(flaw) => (
-            format!("OFF: {flaw}, as no lens has"),
+            format!("OFF: no lens is like that: {}", lens_flaw(flaw)),
             "Calibrate again: boresight calibrate PICTURES.".into(),
         ),
         NotJudged::OtherSize { pictures, given } => (
@@ -61,9 +65,12 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
             "CAN'T TELL: these pictures give no trustworthy lens to hold it to".into(),
             "boresight calibrate PICTURES says why.".into(),
         ),
-        NotJudged::NothingShared => (
-            "OFF: it has no rays for most of the part where the board was".into(),
-            "Use the lens of these pictures: add --out FILE.".into(),
+        NotJudged::Misses { share, .. } => (
+            format!(
+                "OFF: by this lens, {:.0} % of where the board was is beyond the picture, or nowhere",
+                f64::max(100.0 * share, 1.0)
+            ),
+            USE_FRESH.into(),
         ),
     }
 }
@@ -98,7 +105,8 @@ pub fn judgement_reasons(judged: &Judgement, pp_px: Option<&Point2<f64>>) -> Vec
     reasons
 }
 
-fn wrong_part(wrong: Option<&WrongPart>) -> String {
+/// The part of a lens that is wrong, as a sentence.
+pub fn wrong_part(wrong: Option<&WrongPart>) -> String {
     let longer = |ratio: f64| {
         let percent = 100.0 * (ratio - 1.0);
         format!("{:.2} % too {}", percent.abs(), if percent > 0.0 { "long" } else { "short" })

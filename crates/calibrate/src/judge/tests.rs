@@ -1,0 +1,122 @@
+//! Lenses that nobody has, and views that nobody could judge by.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
+
+use super::*;
+use crate::{CalibrationParams, LensModel, calibrate};
+use boresight_geometry::Distortion;
+
+const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
+const NOISE_PX: f64 = 0.1;
+
+fn board() -> Board {
+    Board::new(9, 6, 0.025).expect("valid")
+}
+
+fn lens() -> Camera {
+    let distortion = Distortion { k1: -0.2, k2: 0.08, ..Distortion::default() };
+    Camera { distortion, ..Camera::pinhole(1000.0, Point2::new(652.0, 349.0)) }
+}
+
+/// Views of a board tipped by `tilts_deg`, each in another direction and place.
+fn views(tilts_deg: &[f64]) -> Vec<Vec<Corner>> {
+    let board_m = board().corners_in_board_m();
+    let mut draws = 0_u64;
+    // Sum of four equal distributions, by SplitMix64.
+    let mut noise_px = || {
+        let draw = |_| {
+            draws += 1;
+            let mut z = draws.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            (z >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        NOISE_PX * 3_f64.sqrt() * (0..4).map(draw).sum::<f64>()
+    };
+    let view = |(number, tilt_deg): (usize, &f64)| {
+        let towards = TAU * number as f64 * 0.3;
+        let axis = Vector3::new(towards.sin(), -towards.cos(), 0.0) * tilt_deg.to_radians();
+        let turn = UnitQuaternion::from_scaled_axis(axis);
+        let off_m = Vector3::new(-0.08 * towards.cos(), -0.05 * towards.sin(), 0.42);
+        let pose = Isometry3::from_parts(off_m.into(), turn);
+        let corner = |point: &Point2<f64>| {
+            let px = lens().project_board_point(&pose, point).expect("in front").px;
+            Corner::isotropic(px + Vector2::new(noise_px(), noise_px()), NOISE_PX)
+        };
+        board_m.iter().map(corner).collect()
+    };
+    tilts_deg.iter().enumerate().map(view).collect()
+}
+
+fn fresh(views: &[Vec<Corner>]) -> Calibration {
+    let fresh = calibrate(views, &board(), SIZE, &CalibrationParams::default());
+    let fresh = fresh.expect("calibrates");
+    assert_ne!(fresh.verdict, Verdict::Untrustworthy, "{:?}", fresh.findings);
+    fresh
+}
+
+#[test]
+fn no_lens_is_off_by_more_than_the_picture() {
+    let views = views(&[40.0; 10]);
+    let fresh = fresh(&views);
+    let judged = |camera| {
+        let given = GivenLens { camera, image_size: SIZE };
+        judge(&given, &views, &board(), &fresh, None)
+    };
+    let sound = judged(lens()).expect("judged");
+    assert_eq!(sound.answer, Answer::True, "{sound:?}");
+
+    let mut told = [0; 2];
+    for widths in [0.06, 0.4, 0.78, 2.0, 8.0, 900.0] {
+        for k1 in [0.0, -0.2, -0.6, -1.2, 3.0, 1e3] {
+            for (k3, k4) in [(0.0, 0.0), (-0.5, 0.0), (9.0, 0.0), (1e20, 0.0), (0.0, -3.0)] {
+                let distortion = Distortion { k1, k3, k4, ..Distortion::default() };
+                let f_px = widths * f64::from(SIZE.width_px);
+                let camera = Camera { distortion, ..Camera::pinhole(f_px, SIZE.centre_px()) };
+                let found = judged(camera);
+                told[usize::from(found.is_ok())] += 1;
+                match found {
+                    Err(reason) => assert_eq!(reason.answer(), Answer::Off, "{camera:?}"),
+                    Ok(found) => {
+                        let width_px = f64::from(SIZE.width_px);
+                        let worst_px = found.displaced_px.iter().map(|(_, by)| by.norm());
+                        let most_px = worst_px.fold(found.worst_px.max(found.most_px), f64::max);
+                        assert!(most_px < 2.0 * width_px, "{camera:?}: {most_px}");
+                        assert!(found.rms_px.is_none_or(|px| px < width_px), "{camera:?}");
+                    }
+                }
+            }
+        }
+    }
+    assert!(told.iter().all(|count| *count > 10), "{told:?}");
+}
+
+#[test]
+fn a_lens_of_pictures_of_another_size_is_named_even_if_it_misses_these() {
+    let views = views(&[40.0; 10]);
+    let mut camera = fresh(&views).camera;
+    camera.f_px *= 6.0;
+    camera.pp_px = (camera.pp_px.coords * 6.0).into();
+    let given = GivenLens { camera, image_size: SIZE };
+    let found = judge(&given, &views, &board(), &fresh(&views), None);
+    let Err(NotJudged::Misses { wrong: Some(WrongPart::Scaled { ratio }), .. }) = found else {
+        panic!("{found:?}")
+    };
+    assert!((ratio - 6.0).abs() < 0.1, "{ratio}");
+}
+
+#[test]
+fn flat_views_judge_nothing() {
+    let given = GivenLens { camera: lens(), image_size: SIZE };
+    for tilts_deg in [[0.0; 4], [0.5, 1.0, 0.2, 0.8], [2.0, 1.0, 3.0, 2.0]] {
+        let flat = views(&tilts_deg);
+        for models in [LensModel::ALL.to_vec(), vec![LensModel::K1K2P1P2K3]] {
+            let params = CalibrationParams { models, ..CalibrationParams::default() };
+            let Ok(fresh) = calibrate(&flat, &board(), SIZE, &params) else { continue };
+            let found = judge(&given, &flat, &board(), &fresh, None);
+            assert_eq!(found.err(), Some(NotJudged::NoFreshLens), "{tilts_deg:?}");
+        }
+    }
+}
