@@ -5,7 +5,7 @@
 
 "rendered", and no name at all, is a rendered video: a simulated session, recorded. Each session is begun, watched and ended
 on the page as a person does it. Its downloads are then read by the program: decisions decided again must be the same, corners
-found again in the same pictures, too, and the calibration must be the page's. The rendered session must be GOOD, for which the
+found again in the same pictures, too, and the calibration must be the page's. So must a judgement of a wrong file. The rendered session must be GOOD, for which the
 page must judge enough pictures: nothing else may keep the computer busy. Prints what it measured, and "all well".
 """
 
@@ -224,6 +224,38 @@ def session(options, link, place, video, board, square_mm, must_be_good):
     beside(options, folder, calibration)
 
 
+def judgement(options, link, place, video, board, square_mm):
+    """A wrong calibration chosen with its pictures: the page's answer is the program's by the same views."""
+    recorded, downloads, file = place / "recorded", place / "judged", place / "ost.yaml"
+    downloads.mkdir()
+    run(options.boresight, "export", recorded, "--format", "ros-yaml", "--out", file)
+    longer = lambda number: repr(1.05 * float(number[0]))
+    text = file.read_text()
+    at = text.index("camera_matrix")
+    file.write_text(text[:at] + re.sub(r"\d{3,4}\.\d+", longer, text[at:], count=1))
+    page = Page(link, video, downloads)
+    page.until("ready")
+    page.tap("facing")
+    page.until("shown === 'wait'")
+    columns, rows = board.split("x")
+    page.run(f"el('camera').value = FILES; el('columns').value = {columns}; el('rows').value = {rows}; el('square').value = {square_mm};")
+    page.tap("start")
+    pictures = sorted((recorded / "frames").glob("*.png"))
+    chosen = [file, *pictures[:: 1 + len(pictures) // 60]]
+    page.browser.find_element("id", "chosen").send_keys("\n".join(map(str, chosen)))
+    page.until("live && live.stage === 'ended' && shown === 'result'", 600)
+    page.shoot(options.keep and options.keep / "judgement.png")
+    said = page.run("return [ended.what, ended.action]")
+    run("tar", "-xf", download(page, "Session", downloads, "boresight-session.tar"), "-C", downloads)
+    download(page, "Judgement", downloads, "judgement.html")
+    page.browser.quit()
+    told = json.loads(run(options.boresight, "judge", file, downloads / "boresight-session", "--json", code=4))
+    print(f"{file.name} with {len(chosen) - 1} pictures: {said[0]}")
+    if said != [told["message"], told["action"]]:
+        print(f"  DIFFERS: {told['message']} {told['action']}")
+        options.failed = True
+
+
 def beside(options, folder, calibration):
     """What the program makes of the page's session."""
     run(options.boresight, "doctor", "--session", folder) if options.doctor else None
@@ -265,6 +297,8 @@ def main():
             link = re.search(r"http://\S+", served.stderr.readline()).group()
             for video in videos:
                 session(options, link, place, *video)
+                if video[-1]:
+                    judgement(options, link, place, *video[:-1])
         finally:
             served.terminate()
             served.wait()

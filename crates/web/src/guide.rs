@@ -11,6 +11,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
 use crate::{
     folder::Folder,
+    judging::Given,
     request::{self, Request},
 };
 use boresight_app::{
@@ -67,6 +68,8 @@ pub struct Guide {
     /// Plan last sent to the page.
     plan: Option<PlanSource>,
     files: Vec<PageFile>,
+    /// Calibration to judge.
+    given: Option<Given>,
 }
 
 /// Width and height of a PNG or JPEG file.
@@ -138,9 +141,20 @@ impl Guide {
                 newest: None,
                 plan: None,
                 files: Vec::new(),
+                given: None,
             })
         };
         new().map_err(told)
+    }
+
+    /// Has the views judge the calibration `text` of the file `name`, too.
+    ///
+    /// # Errors
+    ///
+    /// If the file isn't a known calibration.
+    pub fn judges(&mut self, name: &str, text: &str) -> Result<(), JsError> {
+        self.given = Some(Given::new(name, text).map_err(told)?);
+        Ok(())
     }
 
     /// Page before the first picture.
@@ -372,12 +386,13 @@ impl Guide {
             PageFile::new(RESULT_FILE, words::CALIBRATION, "application/json", json.into_bytes()),
             PageFile::new("boresight-session.tar", words::SESSION, "application/x-tar", archive),
         ];
-        self.files = of_all.into_iter().chain(exports).collect();
-        let ended = EndedPage {
-            can_restart: true,
-            can_go_on: true,
-            ..EndedPage::of(session, &calibration, self.files.clone())
-        };
+        let files = of_all.into_iter().chain(exports).collect();
+        let ended = EndedPage::of(session, &calibration, files);
+        let mut ended = EndedPage { can_restart: true, can_go_on: true, ..ended };
+        if let Some(given) = &self.given {
+            ended = given.onto(ended, session, &header.config)?;
+        }
+        self.files.clone_from(&ended.files);
         let newest = self.newest.as_ref().context("a session that ends has a state")?;
         let live = Live::of(newest, self.stage, false);
         Ok(serde_json::to_string(&[("ended", raw(&ended)?), ("live", raw(&live)?)])?)
@@ -389,6 +404,6 @@ fn raw(value: &impl Serialize) -> serde_json::Result<Box<RawValue>> {
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` gives it away")]
-fn told(err: anyhow::Error) -> JsError {
+pub(crate) fn told(err: anyhow::Error) -> JsError {
     JsError::new(&format!("{err:#}"))
 }

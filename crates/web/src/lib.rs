@@ -10,6 +10,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `guide` | [`Guide`], called by the worker |
+//! | `judging` | somebody's calibration beside the pictures |
 //! | `request` | requests from the page |
 //! | `folder` | the session's folder in memory: header, journal, pictures |
 //! | `page.js`, `worker.js` | scripts beside [`boresight_present::browser`], and of the worker |
@@ -23,9 +24,11 @@
 
 mod folder;
 mod guide;
+mod judging;
 mod request;
 
 pub use guide::{Guide, dictionaries, size_of};
+pub use judging::judged_alone;
 
 use wasm_bindgen::prelude::wasm_bindgen;
 

@@ -1,6 +1,6 @@
 
 // ---- One worker sees and decides; this thread shows.
-const FILES = 'files', DICTIONARIES = [];
+const FILES = 'files', DICTIONARIES = [], CALIBRATION = /\.(ya?ml|xml|json|cameramodel|xmp|txt)$/i;
 const worker = new Worker(URL.createObjectURL(new Blob([el('seeing').textContent], { type: 'text/javascript' })));
 const video = el('video'), stats = { shown: 0, judged: 0, looks: [] };
 let ready = false, busy = false, source = null, request = null;
@@ -27,9 +27,11 @@ const answers = {
     for (const [name, value] of events) receive(name, value);
     if (live && live.stage === 'ended') release();
     paint();
-    if (over) end();
+    // Every picture counts for a judgement.
+    if (over && !(source && source.given)) end();
     if (source && source.next) source.next();
   },
+  judged({ judged }) { wait([judged.message, judged.action.replace(/\.$/, ''), ...judged.doubts]); },
   file({ bytes, type, name }) { deliver(new Blob([bytes], { type }), name); },
 };
 worker.onmessage = e => answers[e.data.what](e.data);
@@ -41,7 +43,7 @@ async function offerSources(trouble) {
   const devices = media && media.enumerateDevices ? (await media.enumerateDevices().catch(() => [])).filter(d => d.kind === 'videoinput') : [];
   const cameras = devices.map((d, n) => ({ source: 'camera:' + d.deviceId, name: d.label || 'Camera ' + (n + 1) }));
   if (!cameras.length && !trouble) trouble = media ? ['No camera found', 'Plug one in and load the page again, or choose pictures or a video'] : ['The browser gives this page no camera', 'Open it from this computer: boresight web, or the file itself'];
-  cameras.push({ source: FILES, name: 'Pictures, or a video …' });
+  cameras.push({ source: FILES, name: 'Pictures, a video, or a calibration …' });
   const last = JSON.parse(store.getItem('request') || 'null') || { board: [9, 6], square_m: .025, plan: 'adaptive' };
   wait(trouble || null, { cameras, dictionaries: DICTIONARIES, last });
 }
@@ -71,16 +73,18 @@ async function camera() {
   } catch (e) { release(); wait([e.name === 'NotAllowedError' ? 'The browser may not use the camera' : 'The camera can’t be opened (' + e.message + ')', e.name === 'NotAllowedError' ? 'Allow it beside the address, then start again' : 'Close other programs that use it, then start again']); }
 }
 async function files(list) {
-  const film = list.find(file => file.type.startsWith('video/'));
-  if (!film) return photographs(list.sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true })));
+  const film = list.find(file => file.type.startsWith('video/')), file = list.find(file => CALIBRATION.test(file.name));
+  const given = file && { name: file.name, text: await file.text() }, pictures = list.filter(other => other !== file);
+  if (given && !pictures.length) return tell('judge', given);
+  if (!film) return photographs(pictures.sort((a, b) => a.name.localeCompare(b.name, 'en', { numeric: true })), given);
   video.srcObject = null;
   video.src = URL.createObjectURL(film);
   video.onended = () => end('ended');
-  try { await stream_of(film.name); } catch (e) { release(); wait(['The browser can’t play ' + film.name, 'Convert it to MP4 (H.264) or WebM']); }
+  try { await stream_of(film.name, given); } catch (e) { release(); wait(['The browser can’t play ' + film.name, 'Convert it to MP4 (H.264) or WebM']); }
 }
 const asked = () => Object.assign({}, request, { source: 'browser:' + source.name });
-async function stream_of(name) {
-  source = { name };
+async function stream_of(name, given) {
+  source = { name, given };
   await video.play();
   begun({ width: video.videoWidth, height: video.videoHeight, photographs: false });
   bitmap = video;
@@ -90,7 +94,7 @@ function begun(size) {
   const again = live && live.stage === 'ended';
   live = Object.assign(live || {}, { stage: 'starting' });
   if (again) tell('command', { command: { command: 'more' } });
-  else tell('start', Object.assign({ request: asked(), all: el('all').checked }, size));
+  else tell('start', Object.assign({ request: asked(), all: el('all').checked, given: source.given }, size));
   el('stale').hidden = true;
   paint();
 }
@@ -111,9 +115,9 @@ async function judge(seconds) {
   const frame = window.VideoFrame ? new VideoFrame(video) : await createImageBitmap(video);
   tell('look', { frame, seconds }, [frame]);
 }
-async function photographs(list) {
+async function photographs(list, given) {
   if (!list.length) return;
-  source = { name: list.length + ' pictures', next: null };
+  source = { name: list.length + ' pictures', next: null, given };
   let at = 0;
   const bytes = async () => new Uint8Array(await list[at].arrayBuffer());
   tell('size', { bytes: await bytes() });

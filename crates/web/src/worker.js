@@ -36,9 +36,11 @@ const does = {
     answer('ready', { dictionaries: JSON.parse(wasm_bindgen.dictionaries()) });
   },
   size({ bytes }) { const [width, height] = wasm_bindgen.size_of(bytes); answer('size', { width, height }); },
-  start({ request, width, height, photographs, all }) {
+  judge({ name, text }) { answer('judged', { judged: JSON.parse(wasm_bindgen.judged_alone(name, text)) }); },
+  start({ request, width, height, photographs, all, given }) {
     if (guide) guide.free();
     guide = new wasm_bindgen.Guide(JSON.stringify(request), width, height, photographs, all);
+    if (given) guide.judges(given.name, given.text);
     answer('events', { events: [['live', JSON.parse(guide.begin())]] });
   },
   async look(message) {

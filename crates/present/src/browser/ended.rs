@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::ValidMap;
 use crate::text::{self, phone as words};
 use boresight_calibrate::{NotCalibrated, Verdict};
-use boresight_formats::CalibrationFile;
+use boresight_formats::{CalibrationFile, JudgementFile};
 use boresight_guide::session::Session;
 
 /// Result as shown on a page.
@@ -60,6 +60,17 @@ impl PageFile {
 }
 
 impl EndedPage {
+    /// Page about a session whose views judged a calibration, as told by `judged`.
+    #[must_use]
+    pub fn judged(mut self, judged: &JudgementFile) -> Self {
+        let (verdict, aloud) = words::judged(&judged.answer);
+        let doubts = judged.doubts.iter().map(|doubt| (doubt.clone(), String::new()));
+        self.findings.splice(0..0, doubts);
+        let (what, action) = (judged.message.clone(), judged.action.clone());
+        // The map is that of the fresh lens.
+        Self { verdict, aloud, what, action, map: None, ..self }
+    }
+
     /// Page about the finished `session` with the calibration file `result`.
     pub fn of(session: &Session, result: &CalibrationFile, files: Vec<PageFile>) -> Self {
         let source = result.source.as_deref().unwrap_or_default();
@@ -106,5 +117,32 @@ impl EndedPage {
             map: ValidMap::of(calibration),
             ..page
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_judgement_leads_the_page() {
+        let judged = |answer: &str| JudgementFile {
+            answer: answer.into(),
+            message: "OFF by 5.00 px".into(),
+            action: "Use another".into(),
+            doubts: vec!["It states no distortion".into()],
+            ..JudgementFile::default()
+        };
+        let own = ("Few views".to_owned(), "Take more.".to_owned());
+        let page = EndedPage { findings: vec![own.clone()], ..EndedPage::default() };
+        let page = page.judged(&judged("off"));
+        assert_eq!(
+            (page.verdict, &*page.what, &*page.action),
+            ("bad", "OFF by 5.00 px", "Use another")
+        );
+        assert_eq!(page.findings, [("It states no distortion".to_owned(), String::new()), own]);
+        let verdicts = ["true", "cannot-tell"]
+            .map(|answer| EndedPage::default().judged(&judged(answer)).verdict);
+        assert_eq!(verdicts, ["good", "none"]);
     }
 }

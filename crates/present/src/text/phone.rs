@@ -31,6 +31,15 @@ pub fn aloud(verdict: Verdict) -> &'static str {
     }
 }
 
+/// Verdict's stable name on the page, and the spoken one, of an answer about a calibration.
+pub fn judged(answer: &str) -> (&'static str, &'static str) {
+    match answer {
+        "true" => ("good", "It's true"),
+        "off" => ("bad", "It's off"),
+        _ => ("none", "These pictures can't tell"),
+    }
+}
+
 /// Warning about the usual port being in use by another program.
 pub fn port_is_taken(port: u16) -> String {
     format!(
@@ -42,6 +51,8 @@ pub fn port_is_taken(port: u16) -> String {
 pub const REPORT: &str = "Report";
 /// Name of the calibration file on the page.
 pub const CALIBRATION: &str = "Calibration";
+/// Name of the page about a judged calibration.
+pub const JUDGEMENT: &str = "Judgement";
 /// Name of the session's folder as a file.
 pub const SESSION: &str = "Session";
 /// Error for a missing page that calibrates in a browser.

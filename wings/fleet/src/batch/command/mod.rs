@@ -19,7 +19,8 @@ use boresight_app::Exit;
 /// again: only what is missing is worked on. Several runs on one folder of results share the work.
 /// A session that can't be worked on becomes a row with a code, and the others go on.
 ///
-/// Calibrations of other programs, a folder a camera with its pictures: `boresight judge CAMERAS`.
+/// Calibrations of other programs, a folder a camera with its pictures, have no session: for their
+/// table, `boresight judge CAMERAS`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
