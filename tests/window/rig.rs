@@ -47,14 +47,13 @@ fn screen(snapshot: &Snapshot, cameras: usize) -> RigScreen {
 }
 
 fn page(screen: RigScreen, size: Vec2) -> Harness<'static, Page> {
-    let harness = Harness::builder().with_size(size).build_ui_state(
+    Harness::builder().with_size(size).build_ui_state(
         |ui, page: &mut Page| {
             apply_theme(ui.ctx());
             show(ui, &page.screen, &mut page.asks);
         },
         Page { screen, asks: Vec::new() },
-    );
-    harness
+    )
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn places(rig: &RigFile, [across, up]: [usize; 2]) -> String {
         .iter()
         .filter_map(|instant| Some(outline(rig, &instant.rig_from_board.pose()?)))
         .collect();
-    let cameras: Vec<(&str, Isometry3<f64>, Vec<Point3<f64>>)> = rig
+    let cameras: Vec<(&str, Isometry3<f64>, Vec<_>)> = rig
         .cameras
         .iter()
         .filter_map(|camera| {
