@@ -12,7 +12,7 @@ use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 use crate::{
     folder::Folder,
     judging::Given,
-    request::{self, Request},
+    request::{self, Request, told},
 };
 use boresight_app::{
     Announcer, REPORT_FILE, RESULT_FILE,
@@ -401,9 +401,4 @@ impl Guide {
 
 fn raw(value: &impl Serialize) -> serde_json::Result<Box<RawValue>> {
     serde_json::value::to_raw_value(value)
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "`map_err` gives it away")]
-pub(crate) fn told(err: anyhow::Error) -> JsError {
-    JsError::new(&format!("{err:#}"))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use wasm_bindgen::prelude::{JsError, wasm_bindgen};
 
-use crate::guide::told;
+use crate::request::told;
 use boresight_app::{
     Announcer,
     commands::judgement::{Fresh, judgement},

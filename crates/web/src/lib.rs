@@ -11,7 +11,7 @@
 //! |---|---|
 //! | `guide` | [`Guide`], called by the worker |
 //! | `judging` | somebody's calibration beside the pictures |
-//! | `request` | requests from the page |
+//! | `request` | requests from the page, errors told to it |
 //! | `folder` | the session's folder in memory: header, journal, pictures |
 //! | `page.js`, `worker.js` | scripts beside [`boresight_present::browser`], and of the worker |
 //! | `about.html` | the page's description of itself |

@@ -1,7 +1,8 @@
-//! Requests from the page.
+//! Requests from the page, and errors told to it.
 
 use anyhow::{Context as _, ensure};
 use serde::Deserialize;
+use wasm_bindgen::prelude::JsError;
 
 use boresight_geometry::boards::{BoardChoice, Pattern};
 use boresight_guide::session::Command;
@@ -40,4 +41,10 @@ pub(crate) fn command(text: &str) -> anyhow::Result<Command> {
     ensure!(text.len() < 1000, "no command is that long");
     let asked: Asked = serde_json::from_str(text)?;
     asked.command().context("the session has no such command")
+}
+
+/// Error for the page.
+#[expect(clippy::needless_pass_by_value, reason = "`map_err` gives it away")]
+pub(crate) fn told(err: anyhow::Error) -> JsError {
+    JsError::new(&format!("{err:#}"))
 }

@@ -2,7 +2,10 @@
 
 use std::path::Path;
 
-use super::{apart, camera, judgement::file_doubt};
+use super::{
+    apart, camera,
+    judgement::{file_doubt, lens_flaw},
+};
 use boresight_calibrate::{Drift, DriftVerdict, LensFlaw, NoDrift, Shift, Verdict};
 use boresight_formats::import::{FileDoubt, OldCalibration};
 use boresight_geometry::device::{Control, Lock};
@@ -166,19 +169,6 @@ pub fn no_drift(reason: &NoDrift) -> (String, &'static str) {
             "NO VERDICT: the views aren't enough to measure focal length and principal point"
                 .into(),
             "Tip the board by 30 to 50°, in opposed pairs.",
-        ),
-    }
-}
-
-/// Reason why a lens can't be right.
-pub(super) fn lens_flaw(flaw: &LensFlaw) -> String {
-    match *flaw {
-        LensFlaw::FocalLength { widths } => {
-            format!("its focal length is {widths:.3} times the width of the picture")
-        }
-        LensFlaw::Distortion { share } => format!(
-            "its distortion folds over or stretches {:.0} % of the picture as no lens does",
-            100.0 * share
         ),
     }
 }

@@ -1,7 +1,6 @@
 //! Whether a calibration is true, in words.
 
-use super::drift::lens_flaw;
-use boresight_calibrate::{Answer, Judgement, NotJudged, SizeFit, WrongPart};
+use boresight_calibrate::{Answer, Judgement, LensFlaw, NotJudged, SizeFit, WrongPart};
 use boresight_formats::import::{FileDoubt, OldFormat};
 use nalgebra::Point2;
 
@@ -103,6 +102,19 @@ pub fn judgement_reasons(judged: &Judgement, pp_px: Option<&Point2<f64>>) -> Vec
         ));
     }
     reasons
+}
+
+/// Reason why a lens can't be right.
+pub(super) fn lens_flaw(flaw: &LensFlaw) -> String {
+    match *flaw {
+        LensFlaw::FocalLength { widths } => {
+            format!("its focal length is {widths:.3} times the width of the picture")
+        }
+        LensFlaw::Distortion { share } => format!(
+            "its distortion folds over or stretches {:.0} % of the picture as no lens does",
+            100.0 * share
+        ),
+    }
 }
 
 /// The part of a lens that is wrong, as a sentence.
