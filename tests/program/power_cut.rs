@@ -449,7 +449,7 @@ fn no_power_cut_costs_a_view_or_a_session() {
     // Every state is opened and decided again: few pictures a second make short journals.
     let scene = place.path().join("scene.toml");
     let quick = fs::read_to_string(&scene).expect("there");
-    fs::write(&scene, format!("fps = 5.0\n{quick}")).expect("written");
+    fs::write(&scene, quick.replace("fps = 15", "fps = 5")).expect("written");
     let log = Arc::new(DiskLog::of(place.path()));
     let start = Disk::holding(place.path());
 
