@@ -6,7 +6,7 @@ use super::{
     apart, camera,
     judgement::{file_doubt, lens_flaw},
 };
-use boresight_calibrate::{Drift, DriftVerdict, LensFlaw, NoDrift, Shift, Verdict};
+use boresight_calibrate::{Drift, DriftVerdict, NoDrift, Shift, Verdict};
 use boresight_formats::import::{FileDoubt, OldCalibration};
 use boresight_geometry::device::{Control, Lock};
 
