@@ -39,8 +39,8 @@ use boresight_terminal::{board_args::setting, print, say, usage::WrongUsage};
 /// engineers.
 ///
 /// For a session, rewrites the report in its folder; likewise for several cameras, and for a
-/// rig.json. For a calibration.json from `calibrate`,
-/// writes a report beside it, with the pictures if they're in the same folder.
+/// rig.json. For a calibration.json from `calibrate`, writes a report beside it, with the pictures
+/// if they're in the same folder.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -91,7 +91,8 @@ impl Arguments {
     /// Writes the page about the rig in the file `path`.
     fn of_rig(&self, path: &Path) -> anyhow::Result<Exit> {
         if self.pdf || self.goal.says_something() {
-            let usage = "a rig has a page only: leave out --pdf, --accept and --goal".to_owned();
+            let usage = "a rig has a page only: leave out --pdf, --accept and --board-scale-error"
+                .to_owned();
             return Err(WrongUsage(usage).into());
         }
         let rig = rig::read(path).with_context(|| {

@@ -398,7 +398,8 @@ proptest! {
                 prop_assert!(!was_paused || role == Role::Forced, "taken while paused");
             }
             let decision = serde_json::value::to_raw_value(&decision).expect("plain data");
-            lines.push(Line { input: (&input).into(), decision, stored: None, session: None, synced: None });
+            let input = (&input).into();
+            lines.push(Line { input, decision, stored: None, session: None, synced: None });
         }
 
         // Consequences of the views alone; the plan also depends on other frames, as does the place
