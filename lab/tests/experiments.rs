@@ -120,7 +120,8 @@ fn no_strategy_beats_the_limit() {
     let outcome = guidance::outcome(&params, &parts);
     let limits = outcome.tables.iter().find(|t| t.name == "guidance_limit").expect("the limit");
     let sd_px = |row: &[String], column: usize| row[column].parse::<f64>().expect("a number");
-    // An exhaustive search elsewhere finds 0.55 px for two views and 0.30 px for eight, of corners 12 px inside.
+    // An exhaustive search elsewhere finds 0.55 px for two views and 0.30 px for eight, of corners
+    // 12 px inside.
     let pp_sd_px: Vec<f64> = limits.rows.iter().map(|row| sd_px(row, 1)).collect();
     assert_eq!(pp_sd_px.len(), 6);
     assert!(pp_sd_px.windows(2).all(|pair| pair[1] < pair[0]), "{pp_sd_px:?}");
@@ -130,7 +131,8 @@ fn no_strategy_beats_the_limit() {
     for runs in &parts {
         for mark in runs.runs.iter().filter_map(|run| run.get(3)) {
             let stated = mark.fitted.pp_sd_px;
-            // The design weighs projection, too, so that a run may have a slightly surer principal point.
+            // The design weighs projection, too, so that a run may have a slightly surer principal
+            // point.
             assert!(stated > 0.85 * four, "{}: {stated} below {four}", runs.strategy);
         }
     }

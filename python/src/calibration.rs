@@ -135,8 +135,8 @@ pub(crate) fn calibrate_corners(
     py.detach(work).map_err(|err| raised(&err))
 }
 
-/// Compares views of a board with the calibration `old`, the text of a file named `against`. Returns
-/// `boresight.check/1`.
+/// Compares views of a board with the calibration `old`, the text of a file named `against`.
+/// Returns `boresight.check/1`.
 #[pyfunction]
 pub(crate) fn check_corners(
     py: Python<'_>,

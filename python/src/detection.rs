@@ -31,7 +31,8 @@ impl Detector {
         Self { finder: std::sync::Mutex::new(Finder::new(DetectorParams::default())) }
     }
 
-    /// Searches a grey picture (rows × columns of uint8) for a board. Other threads may run meanwhile.
+    /// Searches a grey picture (rows × columns of uint8) for a board. Other threads may run
+    /// meanwhile.
     fn detect<'py>(
         &self,
         py: Python<'py>,

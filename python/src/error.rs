@@ -7,7 +7,8 @@ use pyo3::{import_exception, prelude::*};
 import_exception!(boresight._errors, BoresightError);
 import_exception!(boresight._errors, ArgumentError);
 
-/// Turns an error of the library into the exception, with the code and the next action of the command line.
+/// Turns an error of the library into the exception, with the code and the next action of the
+/// command line.
 pub(crate) fn raised(err: &anyhow::Error) -> PyErr {
     BoresightError::new_err((format!("{err:#}"), error_code(err), explain(err)))
 }

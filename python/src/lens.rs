@@ -33,7 +33,8 @@ fn columns(array: &PyReadonlyArray2<'_, f64>, count: usize) -> PyResult<()> {
 }
 
 impl Lens {
-    /// Covariance of the image of the ray that is seen at a pixel, the camera's turn compensated; and its derivatives.
+    /// Covariance of the image of the ray that is seen at a pixel, the camera's turn compensated;
+    /// and its derivatives.
     fn certainty_at(
         &self,
         px: &Point2<f64>,
@@ -56,7 +57,8 @@ impl Lens {
         let covers = |px: &Point2<f64>| old.outlines.iter().any(|outline| outline.covers(px));
         let certainty = old.covariance.and_then(|covariance| {
             let whole = projection_jacobian(&camera, old.image_size)?;
-            // The turn that the file's own map has; of the whole picture if the file doesn't say where boards were.
+            // The turn that the file's own map has; of the whole picture if the file doesn't say
+            // where boards were.
             Some((covariance, whole.turned_over(covers).unwrap_or(whole)))
         });
         Ok(Self { camera, certainty })
@@ -103,7 +105,8 @@ impl Lens {
         Ok(rays.into_pyarray(py))
     }
 
-    /// For each pixel of a picture of `size`, width and height, where this camera sees the ray `ray_from_px` (u, v, 1).
+    /// For each pixel of a picture of `size`, width and height, where this camera sees the ray
+    /// `ray_from_px` (u, v, 1).
     fn undistort_map<'py>(
         &self,
         py: Python<'py>,
@@ -158,7 +161,8 @@ impl Lens {
         let mut all = Array3::from_elem((pixels.nrows(), 3, 3), f64::NAN);
         for (px, mut entries) in pixels.rows().into_iter().zip(all.outer_iter_mut()) {
             let Some((covariance, at, ray)) = self.certainty_at(&pixel(px)) else { continue };
-            // Of a unit ray r: d px / d r, whose rows are at right angles to r, and its pseudo-inverse.
+            // Of a unit ray r: d px / d r, whose rows are at right angles to r, and its
+            // pseudo-inverse.
             let px_by_ray = at.jac_rotation * ray.cross_matrix();
             let Some(inverse) = (px_by_ray * px_by_ray.transpose()).try_inverse() else { continue };
             let ray_by_px = px_by_ray.transpose() * inverse;

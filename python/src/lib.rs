@@ -1,5 +1,6 @@
-//! boresight for Python. Results cross as JSON, the same text that the command line prints, so that both give the same
-//! numbers bit for bit; pictures and corners cross as arrays. Long work is done with the interpreter's lock released.
+//! boresight for Python. Results cross as JSON, the same text that the command line prints, so that
+//! both give the same numbers bit for bit; pictures and corners cross as arrays. Long work is done
+//! with the interpreter's lock released.
 
 mod calibration;
 mod detection;

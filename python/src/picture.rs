@@ -21,9 +21,10 @@ pub(crate) fn picture(array: &PyReadonlyArray2<'_, u8>) -> PyResult<GrayImage> {
     GrayImage::from_raw(width, height, bytes).ok_or_else(|| wrong("the picture is too large"))
 }
 
-/// A board as Python names it: inner corners in a row and in a column, side of a square in mm; of a ChArUco board the
-/// dictionary, and the side of a marker in mm, if it's given; of an AprilGrid the corners of tags, the side of a tag, and
-/// the tags' spacing with the first one's number; of circles how their rows lie.
+/// A board as Python names it: inner corners in a row and in a column, side of a square in mm; of a
+/// ChArUco board the dictionary, and the side of a marker in mm, if it's given; of an AprilGrid the
+/// corners of tags, the side of a tag, and the tags' spacing with the first one's number; of
+/// circles how their rows lie.
 pub(crate) type Named =
     (u16, u16, f64, Option<String>, Option<f64>, Option<(f64, u16)>, Option<String>);
 
@@ -52,7 +53,8 @@ pub(crate) fn board(named: &Named) -> PyResult<Board> {
     choice(named)?.board(named.2 * 1e-3).map_err(|err| wrong(err.to_string()))
 }
 
-/// The corners of one view: N×2 positions, N×2×2 covariances, infinite for a corner that isn't seen.
+/// The corners of one view: N×2 positions, N×2×2 covariances, infinite for a corner that isn't
+/// seen.
 pub(crate) type View<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray3<'py, f64>);
 
 /// The corners in `view`.

@@ -81,7 +81,8 @@ impl Session {
         Ok(Self { image_size, state: Mutex::new(state), header, folder: record })
     }
 
-    /// Decides about one frame. `nanos` is when it was captured; a still picture has no neighbours in time.
+    /// Decides about one frame. `nanos` is when it was captured; a still picture has no neighbours
+    /// in time.
     fn feed(
         &self,
         py: Python<'_>,

@@ -37,7 +37,8 @@ fn choice(named: &Named) -> PyResult<BoardChoice> {
     picture::choice(named)
 }
 
-/// A board on paper, as a file's bytes, and `boresight.target/1`. Without `exact`, the squares are as large as fits.
+/// A board on paper, as a file's bytes, and `boresight.target/1`. Without `exact`, the squares are
+/// as large as fits.
 #[pyfunction]
 pub(crate) fn sheet<'py>(
     py: Python<'py>,

@@ -51,9 +51,9 @@ use boresight_terminal::{
 
 /// Calibrate from pictures of the board, a corner table, or the views of a session.
 ///
-/// A corner table has lines `filename x y level` (.vnl), row by row over the board, or is the output
-/// of detect --json (.jsonl); it needs --image-size. A session is calibrated from the corners in its
-/// journal, with its board and settings.
+/// A corner table has lines `filename x y level` (.vnl), row by row over the board, or is the
+/// output of detect --json (.jsonl); it needs --image-size. A session is calibrated from the
+/// corners in its journal, with its board and settings.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {

@@ -44,9 +44,10 @@ const ENDINGS: [&str; 6] = ["yaml", "yml", "xml", "json", "cameramodel", "xmp"];
 /// root mean square where the board was, after the best turn of the camera.
 ///
 /// Reads every format that convert reads. A file of OpenCV's sample or PhotonVision brings its
-/// corners, and needs no pictures; of any other file alone, only what it shows is reported. A folder
-/// with a calibration and its pictures needs no other name; of a folder of such folders, each is a
-/// camera, and a table lists the worst first. With --source, the guide takes the pictures.
+/// corners, and needs no pictures; of any other file alone, only what it shows is reported. A
+/// folder with a calibration and its pictures needs no other name; of a folder of such folders,
+/// each is a camera, and a table lists the worst first. With --source, the guide takes the
+/// pictures.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Arguments {
@@ -224,8 +225,8 @@ impl Arguments {
         if self.force { Overwrite::Allowed } else { Overwrite::Never }
     }
 
-    /// Cameras among the inputs: one, if its calibrations are named. Without, each named folder that
-    /// holds some, with its pictures; or else each folder in those.
+    /// Cameras among the inputs: one, if its calibrations are named. Without, each named folder
+    /// that holds some, with its pictures; or else each folder in those.
     fn cameras(&self) -> anyhow::Result<Vec<Camera>> {
         let (files, pictures): (Vec<PathBuf>, Vec<PathBuf>) =
             self.inputs.iter().cloned().partition(|path| path.is_file() && has_ending(path));

@@ -10,8 +10,8 @@ use image::{ImageDecoder, ImageReader};
 use boresight_files::{Links, open};
 use boresight_geometry::panic_message::caught;
 
-/// Bytes at the start of a file that hold its EXIF data: a block of at most 64 kB, after a few small
-/// ones.
+/// Bytes at the start of a file that hold its EXIF data: a block of at most 64 kB, after a few
+/// small ones.
 const HEAD: u64 = 1 << 17;
 
 /// Tags: the block of the camera's settings, the time of the exposure with its offset from UTC, the

@@ -33,7 +33,8 @@ const LEAST_CORNERS: usize = 4;
 ///
 /// [`Miss::OtherMarkers`] if there are markers, but not the board's, or a plain board;
 /// [`Miss::Mirrored`] if they are the board's in a mirror; [`Miss::OtherSquares`] if they are the
-/// board's, but elsewhere; [`Miss::PartialBoard`] if too few are seen; [`Miss::NoBoard`] if none is.
+/// board's, but elsewhere; [`Miss::PartialBoard`] if too few are seen; [`Miss::NoBoard`] if none
+/// is.
 pub(super) fn name_corners(
     image: &GrayImage,
     lattice: &mut Lattice,

@@ -24,8 +24,8 @@ pub(super) struct Patch {
 
 impl Patch {
     /// Patch of the pixels within `reach_squares` of `start` along the axes `u`, `v` (pixels per
-    /// square), but at least `least_px` and at most [`RADIUS_LIMIT_PX`] away; of these, only pixels within
-    /// `band_squares` of one of the axes. `None` if the axes are parallel or not finite.
+    /// square), but at least `least_px` and at most [`RADIUS_LIMIT_PX`] away; of these, only pixels
+    /// within `band_squares` of one of the axes. `None` if the axes are parallel or not finite.
     pub(super) fn around(
         start: [f64; 2],
         [u, v]: [[f64; 2]; 2],

@@ -7,8 +7,8 @@ use super::Camera;
 /// Least sine of the angle between two rays that meet in a point: 0.01°.
 const LEAST_PARALLAX: f64 = 1.7e-4;
 
-/// Least cosine of the angle between a ray and the middle of two cameras' views across the baseline:
-/// beyond, as for cameras that face each other, their pictures have no common rows.
+/// Least cosine of the angle between a ray and the middle of two cameras' views across the
+/// baseline: beyond, as for cameras that face each other, their pictures have no common rows.
 const LEAST_FORWARD: f64 = 0.2;
 
 /// Cameras with fixed mutual places, all in one frame.

@@ -20,8 +20,8 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// Follows the board in `hands` from `from_secs` to `to_secs`, and forgets earlier poses. Neither
-    /// may decrease from call to call.
+    /// Follows the board in `hands` from `from_secs` to `to_secs`, and forgets earlier poses.
+    /// Neither may decrease from call to call.
     pub(super) fn follow(&mut self, hands: &Hands, from_secs: f64, to_secs: f64) {
         if self.poses.is_empty() || self.end_secs() < from_secs - STEP_SECS {
             self.poses.clear();

@@ -1,4 +1,5 @@
-//! Terminal of the program: lines on stdout and stderr, progress, and arguments that several commands share.
+//! Terminal of the program: lines on stdout and stderr, progress, and arguments that several
+//! commands share.
 //!
 //! | file | holds |
 //! |---|---|

@@ -28,8 +28,8 @@ pub fn print(line: &str) -> anyhow::Result<()> {
     }
 }
 
-/// `text` without commands to a terminal. In JSON, where such characters stand in strings only, they
-/// are escaped, so programs read the same.
+/// `text` without commands to a terminal. In JSON, where such characters stand in strings only,
+/// they are escaped, so programs read the same.
 pub fn harmless(text: &str) -> Cow<'_, str> {
     let is_shown = |c: char| text::camera::is_harmless(c) || matches!(c, '\n' | '\t');
     if text.chars().all(is_shown) {

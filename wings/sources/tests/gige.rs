@@ -1,6 +1,7 @@
-//! Machine-vision cameras through the whole of GigE Vision, on this computer's own network: `gige_camera.py`, which
-//! shares no code with the client, and Aravis' fake camera (Debian's `aravis-tools`). Without Python or Aravis, a test
-//! says that it's skipped; with `CI` set, that's a failure.
+//! Machine-vision cameras through the whole of GigE Vision, on this computer's own network:
+//! `gige_camera.py`, which shares no code with the client, and Aravis' fake camera (Debian's
+//! `aravis-tools`). Without Python or Aravis, a test says that it's skipped; with `CI` set, that's
+//! a failure.
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
@@ -284,8 +285,8 @@ fn times_are_the_cameras_own() {
     let frames = frames(&mut open("gige:127.0.0.19", &wanted), 60);
     let times: Vec<u64> = frames.iter().map(|frame| frame.captured_at.nanos).collect();
     assert!(times.is_sorted_by(|a, b| a < b));
-    // Whenever they came, they were taken 50 ms apart, or a multiple of it. While one comes sooner than all before, the
-    // camera's clock is only being found.
+    // Whenever they came, they were taken 50 ms apart, or a multiple of it. While one comes sooner
+    // than all before, the camera's clock is only being found.
     let period = 50_000_000;
     let off = |pair: &[u64]| {
         let passed = pair[1] - pair[0];
@@ -322,7 +323,8 @@ fn aravis_fake_camera_is_read_to_the_bit() {
     let locks = locked(&mut source);
     assert!(matches!(locks.exposure, Lock::Locked { .. }), "{locks:?}");
     assert!(matches!(locks.gain, Lock::Locked { .. }), "{locks:?}");
-    // A ramp that moves by one from picture to picture. It loses three packets of a thousand, and sends none again.
+    // A ramp that moves by one from picture to picture. It loses three packets of a thousand, and
+    // sends none again.
     for frame in frames(&mut source, 40) {
         let (width, _) = frame.image.dimensions();
         let first = u32::from(frame.image.get_pixel(0, 0).0[0]);

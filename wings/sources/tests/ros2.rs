@@ -1,7 +1,8 @@
-//! Topics of ROS 2 and the service of a camera's driver, through the two middlewares that most of ROS 2 uses, in other
-//! processes: Eclipse Cyclone DDS, `ros2_camera.py`, where `BORESIGHT_PYTHON` is a Python with its package; and eProsima Fast
-//! DDS, where `BORESIGHT_FASTDDS` is the program made of `fastdds_camera.cpp`. `make test-sources` brings both. Without
-//! them, a test says that it's skipped.
+//! Topics of ROS 2 and the service of a camera's driver, through the two middlewares that most of
+//! ROS 2 uses, in other processes: Eclipse Cyclone DDS, `ros2_camera.py`, where `BORESIGHT_PYTHON`
+//! is a Python with its package; and eProsima Fast DDS, where `BORESIGHT_FASTDDS` is the program
+//! made of `fastdds_camera.cpp`. `make test-sources` brings both. Without them, a test says that
+//! it's skipped.
 
 #![cfg(target_os = "linux")]
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]

@@ -18,8 +18,8 @@ pub struct PictureTime {
 }
 
 /// Time of a picture's file: the first date and time in its name (`2023-06-13T03_11_46`,
-/// `20230613031146`), or seconds since 1970 in its name, or the time in its EXIF data, or the file's
-/// modification time. Names and EXIF data without a zone are in this computer's.
+/// `20230613031146`), or seconds since 1970 in its name, or the time in its EXIF data, or the
+/// file's modification time. Names and EXIF data without a zone are in this computer's.
 ///
 /// # Errors
 ///

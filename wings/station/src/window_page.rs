@@ -212,7 +212,8 @@ impl AdjustPage {
     }
 }
 
-/// Shows in a window how to push `camera` back until it's closed; `hear` gets every step. True if the camera stands right.
+/// Shows in a window how to push `camera` back until it's closed; `hear` gets every step. True if
+/// the camera stands right.
 pub(crate) fn adjust(
     (camera, feed): (&WatchedCamera, &Feed),
     faces: bool,

@@ -148,8 +148,9 @@ pub(crate) fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f6
     x.min(FLAT_HORIZON * y)
 }
 
-/// How well two explanations of a move fit the same sightings: root mean squares in px over the sightings that agree with
-/// either. A camera that turned, and a principal point that moved, look alike through a narrow lens.
+/// How well two explanations of a move fit the same sightings: root mean squares in px over the
+/// sightings that agree with either. A camera that turned, and a principal point that moved, look
+/// alike through a narrow lens.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Causes {
@@ -188,8 +189,8 @@ impl Measured {
     }
 
     /// Number of patches outside the fit that agree about another motion, if they are many: part of
-    /// the picture moves with the camera, such as its mount, or part of the scene has moved. Neither
-    /// is known to be the scene that stands still.
+    /// the picture moves with the camera, such as its mount, or part of the scene has moved.
+    /// Neither is known to be the scene that stands still.
     pub fn second_motion(&self, lens: &Lens) -> Option<u32> {
         let left = self.sightings.iter().zip(&self.weights).filter(|(_, w)| **w <= AGREES);
         let left: Vec<Sighting> = left.map(|(sighting, _)| *sighting).collect();

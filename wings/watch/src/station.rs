@@ -29,8 +29,8 @@ const FIRST_POOL: usize = 6;
 /// Maximum number of references adopted per day, and maximum number of references kept.
 const ADOPTED_A_DAY: usize = 4;
 const MOST: usize = SIZE + 2 * ADOPTED_A_DAY;
-/// Minimum share of the patches that usually agree, for an adopted reference: what covers half of the
-/// glass isn't the scene.
+/// Minimum share of the patches that usually agree, for an adopted reference: what covers half of
+/// the glass isn't the scene.
 const ADOPTED_SEEN: f64 = 0.7;
 /// Number of first references kept as anchors: without them, the errors of new references would add
 /// up.

@@ -105,7 +105,8 @@ impl RigOpening {
     ///
     /// # Errors
     ///
-    /// If there are fewer than two or more than eight cameras, a name is no name, or one can't be opened.
+    /// If there are fewer than two or more than eight cameras, a name is no name, or one can't be
+    /// opened.
     pub fn open(&self, announcer: &Announcer) -> anyhow::Result<RigRun> {
         if !(2..=MOST_CAMERAS).contains(&self.cameras.len()) {
             bail!("a rig has two to eight cameras: --rig left=SOURCE right=SOURCE");

@@ -72,7 +72,8 @@ pub trait AppHost {
         let _ = source;
     }
 
-    /// Looks for a board of `board` inner corners in `image`. `None` unless its whole rim is inside.
+    /// Looks for a board of `board` inner corners in `image`. `None` unless its whole rim is
+    /// inside.
     fn whole_board(&mut self, image: &GrayImage, board: [u16; 2]) -> Option<SeenBoard> {
         let _ = (image, board);
         None

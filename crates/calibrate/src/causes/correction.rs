@@ -42,8 +42,8 @@ struct Bent {
 
 impl Correction {
     /// Correction for an explanation that a calibration can and should correct, combined with an
-    /// `earlier` correction. `bundle` is the explained fit, with `n` coordinates. `None` if there is
-    /// no such explanation or it is already corrected.
+    /// `earlier` correction. `bundle` is the explained fit, with `n` coordinates. `None` if there
+    /// is no such explanation or it is already corrected.
     pub(super) fn of(
         explanations: &Explanations,
         bundle: &Bundle,

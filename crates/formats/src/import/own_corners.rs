@@ -123,7 +123,8 @@ mod tests {
         assert_eq!((board, px), (Board::new(4, 3, 0.025).expect("a board"), images()));
         let (board, _) = corners(&read(&text("25", 4, "")).expect("a calibration"));
         assert_eq!(board, Board::new(4, 3, 0.025).expect("a board"));
-        // Circles in shifted rows aren't a plain board, and 5 × 3 corners aren't those of the views.
+        // Circles in shifted rows aren't a plain board, and 5 × 3 corners aren't those of the
+        // views.
         let shifted: String = (0..12).fold(String::new(), |mut all, index| {
             let (row, column) = (index / 4, index % 4);
             let _ = write!(all, "{} {row} 0 ", f64::from(2 * column + row % 2) / 2.0);

@@ -4,7 +4,8 @@
 //! moves meanwhile at its speed `v`. To first order it's off by `q T` with `q = v (y/h − ½)`. Most
 //! of the shear looks like another pose, or another lens within the lens's uncertainty; the rest
 //! changes its sign with the motion, as no error of the board does, so `T` is estimated from the
-//! residuals of a moving board. A global shutter has `T = 0`. Source: `docs/method.md`, section 3.8.
+//! residuals of a moving board. A global shutter has `T = 0`. Source: `docs/method.md`, section
+//! 3.8.
 
 use nalgebra::{Point2, SMatrix, SVector};
 
@@ -161,8 +162,8 @@ mod tests {
 
     const READOUT_SECS: f64 = 0.015;
 
-    /// Readout learned from a board that is `turned` and drifts one way, seen through a lens with an
-    /// error of f within its uncertainty.
+    /// Readout learned from a board that is `turned` and drifts one way, seen through a lens with
+    /// an error of f within its uncertainty.
     fn learned(turned: [f64; 2], f_error: f64) -> Readout {
         let image_size = ImageSize { width_px: 480, height_px: 360 };
         let board = Board::new(9, 6, 0.025).expect("valid");

@@ -22,8 +22,8 @@ pub fn days_ago(days: f64) -> anyhow::Result<String> {
     Ok(then.strftime("%Y-%m-%dT%H:%M:%SZ").to_string())
 }
 
-/// Page of HTML with the curves of `all` cameras and of the `watched` cameras. A camera is due after
-/// `older_days`.
+/// Page of HTML with the curves of `all` cameras and of the `watched` cameras. A camera is due
+/// after `older_days`.
 ///
 /// # Errors
 ///

@@ -1,8 +1,8 @@
 //! Machine-vision cameras on the network: GigE Vision, with GenICam features.
 //!
-//! [`Network`] answers the requests of [`Kernel`](boresight_capture::v4l2::kernel::Kernel) to a driver, so
-//! [`LiveCamera`](boresight_capture::v4l2::LiveCamera) settles, locks, watches, loses and finds these cameras
-//! like others: same faults, same words.
+//! [`Network`] answers the requests of [`Kernel`](boresight_capture::v4l2::kernel::Kernel) to a
+//! driver, so [`LiveCamera`](boresight_capture::v4l2::LiveCamera) settles, locks, watches, loses
+//! and finds these cameras like others: same faults, same words.
 //!
 //! | file | is |
 //! |---|---|

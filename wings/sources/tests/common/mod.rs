@@ -1,4 +1,5 @@
-//! What the tests of cameras in other processes share: the process, and arrivals until one is as wanted.
+//! What the tests of cameras in other processes share: the process, and arrivals until one is as
+//! wanted.
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 #![allow(dead_code, reason = "no test program uses all of it")]
