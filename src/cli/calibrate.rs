@@ -27,6 +27,7 @@ use boresight_app::{
         rig::{cameras_in, known_lens, named},
     },
     session::{
+        rig_result::{RigFiles, conclude_rig},
         rig_run::saved_rig,
         run::say_how_to_leave_out,
         source::{is_recording, is_session},
@@ -155,13 +156,16 @@ impl Arguments {
         }
         if self.rig {
             let (names, cameras, config) = self.rig_views()?;
-            let written = rig::Written {
+            let files = RigFiles {
                 out: self.out.as_deref(),
                 report: self.report.as_deref(),
                 overwrite: self.overwrite(),
-                as_json: self.json,
             };
-            return Ok(rig::calibrate(&names, &cameras, &config, written)?.exit);
+            let ended = conclude_rig(&names, &cameras, &config, files, &announcer())?;
+            if self.json {
+                print(&ended.json)?;
+            }
+            return Ok(ended.exit);
         }
         let given = Given::of_pictures(&self.inputs)?;
         self.inputs.clone_from(&given.files);

@@ -1,33 +1,24 @@
 //! Several cameras and one board: `boresight guide --rig`.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
-    time::{Duration, Instant},
-};
+use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::sync::atomic::Ordering;
 
-use super::rig::{self, Announced, Written};
 #[cfg(unix)]
 use super::status::keys::Keys;
 use boresight_app::{
     Announcer, Exit, Opening, Voice,
-    session::rig_run::{RigNews, RigOpening, RigRun},
+    session::{
+        rig_guide::guide_rig,
+        rig_result::RigEnded,
+        rig_run::{RigHand, RigNews, RigOpening, RigRun},
+    },
 };
-use boresight_files::Overwrite;
-use boresight_guide::rig::RigPrompt;
 use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
-use boresight_terminal::{say, stop_flag, usage::WrongUsage};
+use boresight_terminal::{print, say, stop_flag, usage::WrongUsage};
 #[cfg(feature = "window")]
-use boresight_window::rig::{RigEnded, RigHand, run_rig};
-
-/// Name of the result in the session's folder.
-pub(super) const RESULT: &str = "rig.json";
-/// Time that a sentence must have been right before it's said: a board passes through many.
-const SETTLED: Duration = Duration::from_millis(400);
+use {boresight_app::window::host::RigOpened, boresight_window::rig::run_rig};
 
 /// Cameras of a rig, as given.
 pub(super) struct Given<'a> {
@@ -92,89 +83,60 @@ pub(super) struct Guide {
 impl Guide {
     /// Guides in the terminal, calibrates the rig, and writes it into the session's folder.
     pub(super) fn in_terminal(self, run: RigRun) -> anyhow::Result<Exit> {
-        let stop = stop_flag()?;
-        let undo = Arc::new(AtomicBool::new(false));
+        let hand = RigHand::new(stop_flag()?);
         #[cfg(unix)]
-        let keys = keys(&undo, &stop);
+        let keys = keys(&hand);
         #[cfg(unix)]
         if keys.is_some() {
             say(words::KEYS);
         }
-        Ok(self.carry_out(run, (&stop, &undo), |_| ())?.exit)
+        let ended = self.carry_out(run, &hand, |_| ())?;
+        self.print(&ended)?;
+        Ok(ended.exit)
     }
 
     /// The same in a window.
     #[cfg(feature = "window")]
     pub(super) fn in_window(self, run: RigRun) -> anyhow::Result<Exit> {
-        let hand = RigHand { stop: stop_flag()?, undo: Arc::new(AtomicBool::new(false)) };
-        let (names, orders) = (run.names(), hand.clone());
-        run_rig(names, hand, move |show| {
-            let Announced { exit, grade, lines } =
-                self.carry_out(run, (&orders.stop, &orders.undo), |news| show(news))?;
-            Ok(RigEnded { exit, grade, lines })
-        })
+        let (names, hand) = (run.names(), RigHand::new(stop_flag()?));
+        let orders = hand.clone();
+        let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
+            let ended = self.carry_out(run, &orders, show)?;
+            self.print(&ended)?;
+            Ok(ended)
+        });
+        run_rig(RigOpened { names, hand, work })
     }
 
     fn carry_out(
         &self,
         run: RigRun,
-        (stop, undo): (&AtomicBool, &AtomicBool),
-        mut each: impl FnMut(&RigNews<'_>),
-    ) -> anyhow::Result<Announced> {
-        let mut teller = Teller { said: String::new(), newest: None };
-        let finished = run.carry_out(stop, undo, &self.announcer, |news| {
-            each(news);
-            if let Some(sentence) = teller.news(news) {
-                self.announcer.ask(sentence);
-                if let Some(voice) = &self.voice {
-                    voice.request(sentence, sentence);
-                }
+        hand: &RigHand,
+        each: impl FnMut(&RigNews<'_>),
+    ) -> anyhow::Result<RigEnded> {
+        let speaks = self.voice.as_ref().map(Voice::requests);
+        let speak = |sentence: &str| {
+            if let Some(speak) = &speaks {
+                speak(sentence, sentence);
             }
-        })?;
-        let out = finished.folder.join(RESULT);
-        let page = out.with_extension("html");
-        let written = Written {
-            out: Some(&out),
-            report: cfg!(feature = "report").then_some(page.as_path()),
-            overwrite: Overwrite::Allowed,
-            as_json: self.as_json,
         };
-        rig::calibrate(&finished.names, &finished.views, &finished.config, written)
+        guide_rig(run, hand, &self.announcer, speak, each)
+    }
+
+    fn print(&self, ended: &RigEnded) -> anyhow::Result<()> {
+        if self.as_json { print(&ended.json) } else { Ok(()) }
     }
 }
 
 /// Keys of the terminal, if any: take the newest place back, end.
 #[cfg(unix)]
-fn keys(undo: &Arc<AtomicBool>, stop: &Arc<AtomicBool>) -> Option<Keys> {
-    let (undo, stop) = (Arc::clone(undo), Arc::clone(stop));
+fn keys(hand: &RigHand) -> Option<Keys> {
+    let hand = hand.clone();
     Keys::start(move |key| match key.to_ascii_lowercase() {
-        b'u' => undo.store(true, Ordering::Relaxed),
-        b'q' => stop.store(true, Ordering::Relaxed),
+        b'u' => hand.undo.store(true, Ordering::Relaxed),
+        b'q' => hand.stop.store(true, Ordering::Relaxed),
         _ => {}
     })
-}
-
-/// Chooses when to say a sentence.
-struct Teller {
-    said: String,
-    newest: Option<(String, Instant)>,
-}
-
-impl Teller {
-    /// The sentence of `request`, if it's news and has settled.
-    fn news(&mut self, request: &RigNews<'_>) -> Option<&str> {
-        let since = match self.newest.take() {
-            Some((sentence, since)) if sentence == request.sentence => since,
-            _ => Instant::now(),
-        };
-        self.newest = Some((request.sentence.clone(), since));
-        let is_settled = since.elapsed() >= SETTLED || request.prompt == RigPrompt::Taken;
-        if !is_settled || self.said == request.sentence {
-            return None;
-        }
-        self.said.clone_from(&request.sentence);
-        Some(&self.said)
-    }
 }
 
 /// True if `folder` is the session of several cameras.

@@ -8,17 +8,14 @@ use std::{
 use anyhow::Context;
 use clap::Args;
 
-use super::{
-    accept_args::AcceptArguments,
-    guide_rig::{RESULT, is_rig},
-    rig,
-    this_command::this_command,
-};
+use super::{accept_args::AcceptArguments, guide_rig::is_rig, rig, this_command::this_command};
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
     commands::calibration_views::{SessionViews, from_session},
     session::{
         report::{REPORT_SCHEMA, ReportFile, of_file},
+        rig_guide::RIG_RESULT,
+        rig_result::write_rig_page,
         session_report,
         source::is_session,
     },
@@ -81,7 +78,7 @@ impl Arguments {
     /// The file of several cameras that is named, or in the session that is.
     fn rig(&self) -> Option<PathBuf> {
         if is_rig(&self.input) {
-            return Some(self.input.join(RESULT));
+            return Some(self.input.join(RIG_RESULT));
         }
         let text = read_text(&self.input, TEXT_LIMIT, Links::Followed).ok()?;
         let tree = serde_json::from_str(&text).ok()?;
@@ -104,7 +101,7 @@ impl Arguments {
         let may_overwrite = self.force || is_own;
         let overwrite = if may_overwrite { Overwrite::Allowed } else { Overwrite::Never };
         let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        say(&rig::write_page(&names.join(", "), &rig, &page, overwrite)?);
+        say(&write_rig_page(&names.join(", "), &rig, &page, overwrite)?);
         if self.json {
             let (schema, page) = (REPORT_SCHEMA.into(), page.display().to_string());
             let written = ReportFile { schema, page, verdict: rig.verdict.clone() };

@@ -1,9 +1,6 @@
 //! Several cameras: `boresight calibrate --rig`, `boresight check --rig`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 
@@ -14,20 +11,18 @@ use boresight_app::{
         calibration_views::is_table,
         rig::{CameraInput, by_number, cameras_in},
     },
+    session::rig_result::on_every_core,
 };
 use boresight_calibrate::{
-    CalibrationParams, DriftVerdict, PairChange, RigViews, Verdict, calibrate_rig, moved_camera,
-    pair_change,
+    DriftVerdict, PairChange, RigViews, calibrate_rig, moved_camera, pair_change,
 };
 use boresight_capture::Upright;
-use boresight_files::{Links, Overwrite, TEXT_LIMIT, read_text, save};
-use boresight_formats::{FindingEntry, RigFile};
+use boresight_files::{Links, TEXT_LIMIT, read_text};
+use boresight_formats::RigFile;
 use boresight_geometry::boards::Board;
-#[cfg(feature = "report")]
-use boresight_present::report::rig_page;
-use boresight_present::{grade::Grade, text::rig as words};
+use boresight_present::text::rig as words;
 use boresight_run::config::Config;
-use boresight_terminal::{board_args::Size, print, say};
+use boresight_terminal::{board_args::Size, say};
 
 /// Pictures among the cameras' files, to read the board's code from.
 pub(super) fn pictures(inputs: &[CameraInput]) -> Vec<PathBuf> {
@@ -49,94 +44,6 @@ pub(super) fn views(
     };
     let both: Vec<_> = inputs.into_iter().map(of).collect::<anyhow::Result<_>>()?;
     Ok(both.into_iter().unzip())
-}
-
-fn on_every_core(params: CalibrationParams) -> CalibrationParams {
-    CalibrationParams { threads: available_parallelism().map_or(1, usize::from), ..params }
-}
-
-/// Result of a rig, as announced.
-#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "a window shows all of it"))]
-pub(super) struct Announced {
-    pub(super) exit: Exit,
-    /// `None` without a rig.
-    pub(super) grade: Option<Grade>,
-    pub(super) lines: Vec<String>,
-}
-
-/// Where to write a rig.
-#[derive(Clone, Copy)]
-pub(super) struct Written<'a> {
-    pub(super) out: Option<&'a Path>,
-    /// Page about the rig.
-    pub(super) report: Option<&'a Path>,
-    pub(super) overwrite: Overwrite,
-    /// Print as JSON.
-    pub(super) as_json: bool,
-}
-
-/// Calibrates the cameras, announces the result, and writes it.
-pub(super) fn calibrate(
-    names: &[String],
-    cameras: &[RigViews],
-    config: &Config,
-    Written { out, report, overwrite, as_json }: Written<'_>,
-) -> anyhow::Result<Announced> {
-    let board = config.board()?;
-    let params = on_every_core(config.calibration());
-    let found = calibrate_rig(cameras, &board, &params);
-    let file = RigFile::of(found.as_ref(), names, &board, words::RIG_WORDS);
-    let mut lines: Vec<String> = found.iter().map(words::verdict).collect();
-    for FindingEntry { code, message, action, .. } in &file.findings {
-        lines.push(format!("  {code}: {message}. {action}"));
-    }
-    if let Ok(rig) = &found {
-        for ((name, lens), of) in names.iter().zip(&rig.rig.cameras).zip(&rig.cameras) {
-            lines.push(words::camera(name, lens, of));
-        }
-        // Where the pictures contradict each other, no number between cameras is a fact.
-        let is_told = rig.verdict != Verdict::Untrustworthy || rig.is_unfinished();
-        for pair in rig.pairs.iter().filter(|_| is_told) {
-            lines.push(words::pair(pair, names, params.board_scale_sd));
-        }
-    }
-    for line in &lines {
-        say(line);
-    }
-    let json = serde_json::to_string_pretty(&file)?;
-    if let Some(path) = out {
-        save(path, json.as_bytes(), overwrite)?;
-        let written = format!("Written: {}", path.display());
-        say(&written);
-        lines.push(written);
-    }
-    #[cfg(feature = "report")]
-    if let Some(path) = report {
-        let written = write_page(&names.join(", "), &file, path, overwrite)?;
-        say(&written);
-        lines.push(written);
-    }
-    #[cfg(not(feature = "report"))]
-    let _ = report;
-    if as_json {
-        print(&json)?;
-    }
-    let is_usable = found.as_ref().is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
-    let exit = if is_usable { Exit::Good } else { Exit::NotTrustworthy };
-    let grade = found.ok().map(|rig| Grade::by(rig.verdict, rig.is_unfinished()));
-    Ok(Announced { exit, grade, lines })
-}
-
-/// Writes the page about `rig` to `path`; the news of it.
-#[cfg(feature = "report")]
-pub(super) fn write_page(
-    name: &str,
-    rig: &RigFile,
-    path: &Path,
-    overwrite: Overwrite,
-) -> anyhow::Result<String> {
-    save(path, rig_page(name, rig).as_bytes(), overwrite)?;
-    Ok(format!("Report: {}", path.display()))
 }
 
 /// Rig in the file `path`.

@@ -11,8 +11,8 @@ use boresight::{
         explain::UserError,
         window::{
             host::{
-                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, SessionRequest, Storing,
-                Wake,
+                AppHost, Comparing, Ended, Loading, Opened, PrintedBoard, RigOpened, RigRequest,
+                SessionRequest, Storing, Wake,
             },
             recordings::{Dropped, Recording},
         },
@@ -102,6 +102,10 @@ impl AppHost for OneCamera {
             go_on_with: None,
             first: None,
         }
+    }
+
+    fn open_rig(&mut self, _request: &RigRequest) -> Result<RigOpened, UserError> {
+        unreachable!("one camera")
     }
 
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {

@@ -1,12 +1,15 @@
 //! The page of several cameras: pictures as nodes, links between them, one sentence.
 
 use boresight::{
-    app::{Exit, session::rig_run::RigLink},
+    app::{
+        Exit,
+        session::{rig_result::RigEnded, rig_run::RigLink},
+    },
     session::Snapshot,
     text::Act,
     ui::{
         UiAction, apply_theme,
-        rig::{RigEnded, RigScreen, show},
+        rig::{RigScreen, show},
     },
 };
 use boresight_guide::rig::RigPrompt;
@@ -77,6 +80,7 @@ fn each_camera_has_a_picture_each_link_its_error_and_the_person_one_sentence() {
         lines: ["Good: every pair meets the goal", "  door to window: 119.99 mm"]
             .map(Into::into)
             .into(),
+        json: String::new(),
     });
     page.run();
     page.get_by_label("Good: every pair meets the goal");

@@ -13,8 +13,8 @@ use boresight::{
         session::camera::{Near, NearCamera},
         window::{
             host::{
-                CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, SeenBoard,
-                SeenCode, SessionRequest, Storing, Wake,
+                CameraView, Comparing, Loading, Memory, Opened, OtherKind, PrintedBoard, RigOpened,
+                RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
             },
             lookout::{Cameras, Lookout, whole_board},
             recordings::{Dropped, Recording},
@@ -28,7 +28,7 @@ use boresight::{
     guidance::Plan,
     markers::{CircleRows, Dictionary},
     simulation::{Scene, render_view},
-    text::{NO_VOICE, settings, start as words},
+    text::{NO_VOICE, rig, settings, start as words},
     ui::{
         App, Page, SMALLEST, UiAction, apply_theme,
         start::{self, Choices, StartPage},
@@ -40,7 +40,7 @@ use image::{GrayImage, Luma};
 use nalgebra::{Isometry3, Vector3};
 
 use crate::{
-    app::{Window, app, click, until, window},
+    app::{Window, app, click, settle, until, window},
     draft,
     paint::Painter,
 };
@@ -193,6 +193,35 @@ fn cameras_come_and_go() {
     page.get_by_label("Close that program.");
     press(&mut page, Role::Button, words::GO);
     assert_eq!(page.state().2, []);
+}
+
+#[test]
+fn several_cameras_are_chosen_together() {
+    let any = SessionRequest { source: "auto".into(), ..draft() };
+    let broken = CameraView {
+        trouble: Some(UserError { what: "Another program uses it".into(), action: None }),
+        ..camera("usb:9:9:9", "Broken")
+    };
+    let cameras = vec![camera("usb:1:2:3", "HD Webcam"), broken, camera("usb:1:2:4", "HD Webcam")];
+    let mut page = page(any, Choices { cameras, ..choices() });
+    change(&mut page);
+    press(&mut page, Role::CheckBox, words::RIG);
+    page.get_by_role_and_label(Role::Button, &words::rig(&["HD Webcam", "HD Webcam"]));
+    press(&mut page, Role::Button, words::GO);
+    let Some(UiAction::StartRig(request)) = page.state().2.last() else {
+        unreachable!("{:?}", page.state().2)
+    };
+    let named = |name: &str, source: &str| (name.to_owned(), source.to_owned());
+    let wanted = [named("HD-Webcam", "usb:1:2:3"), named("HD-Webcam-2", "usb:1:2:4")];
+    assert_eq!(request.cameras, wanted, "names of folders differ");
+    page.state_mut().1.cameras.pop();
+    page.run();
+    page.get_by_label(words::RIG_TROUBLE);
+    press(&mut page, Role::Button, words::GO);
+    assert_eq!(page.state().2.len(), 1, "one camera is no rig");
+    press(&mut page, Role::CheckBox, words::RIG);
+    press(&mut page, Role::Button, words::GO);
+    assert!(matches!(page.state().2.last(), Some(UiAction::Start(_))));
 }
 
 #[test]
@@ -386,6 +415,8 @@ fn the_board_is_shown_in_a_window_of_its_own() {
 struct WithCamera {
     inner: Box<dyn AppHost>,
     source: String,
+    /// Name of a second camera, with the same source.
+    second: Option<&'static str>,
     remembered: Arc<Mutex<Memory>>,
     opened: Arc<Mutex<Vec<SessionRequest>>>,
     /// Picture of the preview.
@@ -443,7 +474,10 @@ impl AppHost for WithCamera {
     }
 
     fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
-        let Some(scene) = &self.seen else { return vec![camera(&self.source, "Webcam")] };
+        let Some(scene) = &self.seen else {
+            let names = std::iter::once("Webcam").chain(self.second);
+            return names.map(|name| camera(&self.source, name)).collect();
+        };
         let lookout = self.lookout.get_or_insert_with(|| {
             let still = Still { source: self.source.clone(), picture: scene.clone() };
             Lookout::start(Box::new(still), Arc::clone(wake)).expect("threads")
@@ -478,6 +512,10 @@ impl AppHost for WithCamera {
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         self.opened.lock().unwrap_or_else(PoisonError::into_inner).push(wish.clone());
         self.inner.open(wish, wake)
+    }
+
+    fn open_rig(&mut self, request: &RigRequest) -> Result<RigOpened, UserError> {
+        self.inner.open_rig(request)
     }
 
     fn modes(&mut self, _source: &str) -> Vec<String> {
@@ -567,6 +605,7 @@ fn a_computer_that_cant_speak_says_so_beside_the_button() {
     let host = WithCamera {
         inner: app_host(&["--out", &out], false).expect("arguments"),
         source: "sim".into(),
+        second: None,
         remembered: Arc::default(),
         opened: Arc::default(),
         seen: None,
@@ -578,6 +617,46 @@ fn a_computer_that_cant_speak_says_so_beside_the_button() {
     click(&mut window, Role::Button, settings::TEST_VOICE);
     assert_eq!(window.query_all_by_label(NO_VOICE).count(), 2, "beside the button, and in the bar");
     assert!(!app(&window).screen().preferences.speech, "it's off");
+}
+
+/// Two cameras with the same view are no rig, but their places, sentences and folders are real.
+#[test]
+fn cameras_chosen_together_are_guided_together_and_the_window_stays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("scene.toml");
+    std::fs::write(&scene, SCENE).expect("written");
+    let out = folder.path().join("rig");
+    let named = out.display().to_string();
+    let host = WithCamera {
+        inner: app_host(&["--board", "7x5", "--out", &named], false).expect("arguments"),
+        source: format!("sim:{}", scene.display()),
+        second: Some("Door camera"),
+        remembered: Arc::default(),
+        opened: Arc::default(),
+        seen: None,
+        lookout: None,
+    };
+    let mut window = window(|ctx| App::new(ctx, Box::new(host)));
+    click(&mut window, Role::Button, words::CHANGE);
+    window.get_by_role_and_label(Role::CheckBox, words::RIG).scroll_to_me();
+    settle(&mut window);
+    click(&mut window, Role::CheckBox, words::RIG);
+    click(&mut window, Role::Button, words::GO);
+    for name in ["Webcam", "Door-camera"] {
+        until(&mut window, "the picture of each camera", |window| {
+            window.query_by_role_and_label(Role::Image, name).is_some()
+        });
+    }
+    until(&mut window, "a place", |window| window.query_by_label("1 place").is_some());
+    click(&mut window, Role::Button, "Finish");
+    until(&mut window, "the end", |window| window.query_by_label(rig::CLOSE).is_some());
+    for file in
+        ["rig.json", "rig-session.json", "Webcam/journal.jsonl", "Door-camera/journal.jsonl"]
+    {
+        assert!(out.join(file).is_file(), "{file}");
+    }
+    click(&mut window, Role::Button, rig::CLOSE);
+    window.get_by_role_and_label(Role::Button, words::GO);
 }
 
 #[test]
@@ -605,6 +684,7 @@ fn a_recorded_stream_stays_when_another_board_is_used() {
     let host = WithCamera {
         inner: app_host(&["--record-stream", "--out", &out], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
+        second: None,
         remembered: Arc::default(),
         opened: Arc::clone(&opened),
         seen: None,
@@ -637,6 +717,7 @@ fn from_an_empty_home_one_press_leads_to_the_first_view() {
     let host = WithCamera {
         inner: app_host(&["--out", &out], true).expect("arguments"),
         source: format!("sim:{}", scene.display()),
+        second: None,
         remembered: Arc::default(),
         opened: Arc::clone(&opened),
         seen: Some(render_view(&preview, &pose)),
@@ -669,6 +750,7 @@ fn a_newcomer_with_another_board_gets_views_after_one_click() {
     let host = WithCamera {
         inner: app_host(&["--out", &first.display().to_string()], false).expect("arguments"),
         source: format!("sim:{}", scene.display()),
+        second: None,
         remembered: Arc::clone(&remembered),
         opened: Arc::clone(&opened),
         seen: None,

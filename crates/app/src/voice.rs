@@ -137,11 +137,14 @@ impl Voice {
         Ok(())
     }
 
-    /// Speaks a passing request if switched on; `mirrored` to a person facing the camera. Repeated
-    /// requests are heard when there is time for them.
-    pub fn request(&self, text: &str, mirrored: &str) {
-        let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
-        self.said.offer(Word { rank: Rank::Guidance, text, mirrored });
+    /// Speaks passing requests while switched on; the second text to a person facing the camera.
+    /// Repeated requests are heard when there is time for them.
+    pub fn requests(&self) -> impl Fn(&str, &str) + Send + use<> {
+        let said = Arc::clone(&self.said);
+        move |text, mirrored| {
+            let (text, mirrored) = (text.to_owned(), mirrored.to_owned());
+            said.offer(Word { rank: Rank::Guidance, text, mirrored });
+        }
     }
 
     /// Onlooker for a session.

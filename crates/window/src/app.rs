@@ -21,6 +21,7 @@ use super::{
     keys::{self, UiAction},
     replay::RecordingBrowser,
     result,
+    rig::RigView,
     screen::{Preferences, Screen},
     session_state::{Running, SessionState},
     settings,
@@ -31,8 +32,10 @@ use super::{
 };
 use boresight_app::{
     BoardFromCode,
-    explain::UserError,
-    window::host::{AppHost, Ended, Memory, SeenBoard, SeenCode, SessionRequest, Storing, Wake},
+    explain::{UserError, user_error as user_error_of},
+    window::host::{
+        AppHost, Ended, Memory, RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
+    },
 };
 use boresight_geometry::{boards::BoardChoice, device::Control};
 use boresight_guide::session::{Command, Snapshot};
@@ -91,6 +94,8 @@ pub struct App {
     fills_screen: bool,
     phone: phone::PhoneCard,
     stage: SessionState,
+    /// Session of several cameras, instead of every page.
+    rig: Option<RigView>,
     screen: Screen,
     page: Page,
     result: result::ResultPage,
@@ -172,6 +177,7 @@ impl App {
             fills_screen: false,
             phone,
             stage: SessionState::Idle,
+            rig: None,
             screen: Screen { preferences, ..Screen::default() },
             page: Page::Start,
             result: result::ResultPage::default(),
@@ -423,6 +429,9 @@ impl App {
         if self.host.interrupted() {
             ctx.send_viewport_cmd(ViewportCommand::Close);
         }
+        if self.rig.is_some() {
+            return;
+        }
         match &mut self.stage {
             SessionState::Running(running) => {
                 let news = running.look(ctx, &mut self.screen);
@@ -491,6 +500,14 @@ impl App {
     /// Paints the page and carries out requests.
     pub fn paint(&mut self, ui: &mut Ui) {
         aloud::name_window(ui.ctx(), &self.title());
+        if let Some(rig) = &mut self.rig {
+            if rig.show(ui) {
+                self.rig = None;
+                self.page = Page::Start;
+                ui.ctx().request_repaint();
+            }
+            return;
+        }
         // A recording has its own keys.
         let replaying = self.page == Page::Replay;
         let mut asks: Vec<UiAction> = keys::pressed(ui.ctx())
@@ -573,6 +590,7 @@ impl App {
         self.end();
         // Dropping an ending session waits for it.
         self.stage = SessionState::Idle;
+        self.rig = None;
     }
 
     /// Title of the window: the session's camera, if any.
@@ -613,6 +631,24 @@ impl App {
             Err(trouble) => SessionState::NotStarted(trouble),
         };
         self.wish = SessionRequest { first: None, board_code: BoardFromCode::Nothing, ..wish };
+    }
+
+    fn open_rig(&mut self, ctx: &Context, request: &RigRequest) {
+        self.stop_looking();
+        self.end();
+        // Dropping an ending session waits for it.
+        (self.stage, self.note) = (SessionState::Idle, None);
+        let opened = self.host.open_rig(request);
+        let started = opened.and_then(|opened| {
+            let view = RigView::start(ctx, opened, |_| ());
+            view.map_err(|err| user_error_of(&err.into()))
+        });
+        match started {
+            Ok(view) => self.rig = Some(view),
+            Err(UserError { what, action }) => {
+                self.note = Some([what].into_iter().chain(action).collect::<Vec<_>>().join(". "));
+            }
+        }
     }
 
     /// Ends the running session, if any.
@@ -709,6 +745,10 @@ impl App {
                 self.keep_wish(&wish);
                 self.switches = 0;
                 self.open(ctx, *wish);
+            }
+            UiAction::StartRig(request) => {
+                self.keep_wish(&request.wish);
+                self.open_rig(ctx, &request);
             }
             UiAction::UseBoard(board) => {
                 let code = self.whole_board(board).and_then(|seen| seen.code);

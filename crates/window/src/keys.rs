@@ -17,6 +17,8 @@ pub enum UiAction {
     Remove(ViewNumber),
     /// Start the session chosen on the start page.
     Start(Box<boresight_app::window::host::SessionRequest>),
+    /// Start the session of several cameras chosen on the start page.
+    StartRig(Box<boresight_app::window::host::RigRequest>),
     /// Take two more views in uncovered areas.
     TakeMore,
     /// Restart with a board of the given size.

@@ -20,13 +20,16 @@ use boresight_app::{
     session::{
         camera, comparison, export,
         opening::new_session_path,
+        rig_guide::guide_rig,
+        rig_run::{RigHand, RigNews, RigOpening},
         run::{Concluded, announcing},
     },
     window::{
         desktop,
         host::{
             AppHost, CameraView, Comparing, Ended, Loading, Memory, Opened, PrintedBoard,
-            SeenBoard, SeenCode, SessionRequest, SmallPictures, Storing, Wake,
+            RigOpened, RigRequest, SeenBoard, SeenCode, SessionRequest, SmallPictures, Storing,
+            Wake,
         },
         lookout::{Connected, Lookout, whole_board},
         memory, printed_board,
@@ -41,7 +44,11 @@ use boresight_phone::QrCode;
 use boresight_present::text;
 #[cfg(feature = "serve")]
 use boresight_run::pipeline::Onlooker;
-use boresight_run::pipeline::{Background, Onlookers, Paced, Pipeline};
+use boresight_run::{
+    config::Config,
+    pipeline::{Background, Onlookers, Paced, Pipeline},
+    recording::RigSessionCamera,
+};
 
 /// Callback for each session's folder and result.
 pub type OnResult = Arc<dyn Fn(&Path, &CalibrationFile) + Send + Sync>;
@@ -186,6 +193,10 @@ impl AppHost for WindowHost {
 
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError> {
         self.opened(wish, wake).map_err(|err| user_error(&err))
+    }
+
+    fn open_rig(&mut self, request: &RigRequest) -> Result<RigOpened, UserError> {
+        self.rig_opened(request).map_err(|err| user_error(&err))
     }
 
     fn modes(&mut self, source: &str) -> Vec<String> {
@@ -430,9 +441,8 @@ impl WindowHost {
         }
     }
 
-    fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
-        // Previewed cameras must be free.
-        self.stop_looking();
+    /// Settings for `wish`.
+    fn config_for(&self, wish: &SessionRequest) -> anyhow::Result<Config> {
         let mut config = self.opening.config.clone();
         config.board = config.board.chosen(BoardChoice::of(wish.board, wish.pattern));
         config.board.square_mm = wish.square_m * 1e3;
@@ -447,6 +457,47 @@ impl WindowHost {
         if let Some(code) = self.code.as_ref().filter(is_seen) {
             config.certificate.board_id.clone_from(&code.id);
         }
+        Ok(config)
+    }
+
+    fn rig_opened(
+        &mut self,
+        RigRequest { cameras, wish }: &RigRequest,
+    ) -> anyhow::Result<RigOpened> {
+        // Previewed cameras must be free.
+        self.stop_looking();
+        let config = self.config_for(wish)?;
+        let of = |(name, source): &(String, String)| {
+            let opening = Opening {
+                backend: self.opening.backend.clone(),
+                ..Opening::new(source, config.clone())
+            };
+            (RigSessionCamera { name: name.clone(), known_lens: None }, opening)
+        };
+        let opening = RigOpening {
+            cameras: cameras.iter().map(of).collect(),
+            is_synchronised: false,
+            out: self.folder_for(wish),
+        };
+        let run = opening.open(&self.announcer)?;
+        let (names, hand) = (run.names(), RigHand::new(Arc::default()));
+        let (announcer, exit, orders) =
+            (self.announcer.clone(), Arc::clone(&self.exit), hand.clone());
+        let speak = self.voice.requests();
+        let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
+            let speak = |sentence: &str| speak(sentence, sentence);
+            let ended = guide_rig(run, &orders, &announcer, speak, show);
+            let code = ended.as_ref().map_or(Exit::Failed, |ended| ended.exit);
+            *exit.lock().unwrap_or_else(PoisonError::into_inner) = code;
+            ended
+        });
+        Ok(RigOpened { names, hand, work })
+    }
+
+    fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
+        // Previewed cameras must be free.
+        self.stop_looking();
+        let config = self.config_for(wish)?;
         let opening = Opening {
             source: wish.source.clone(),
             config,

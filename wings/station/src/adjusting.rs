@@ -136,7 +136,7 @@ pub fn adjust(
 pub fn say_aloud(voice: &Voice, advice: &Advice) {
     let facing = words::facing(advice);
     if let Some((text, mirrored)) = words::aloud(advice).zip(words::aloud(&facing)) {
-        voice.request(text, mirrored);
+        voice.requests()(text, mirrored);
     }
 }
 

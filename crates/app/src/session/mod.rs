@@ -7,7 +7,8 @@
 //! | `opening` | a new session, or a resumed one: source, folder and state |
 //! | `saved_session`, `session_folders` | a stored session as state; sessions below a folder |
 //! | `run` | a session from its first frame to its stored result |
-//! | `rig_run` | sessions of several cameras, led to common places |
+//! | `rig_run`, `rig_guide` | sessions of several cameras, led to common places |
+//! | `rig_result` | result of several cameras |
 //! | `result`, `verdict` | result: file, sentences and exit status |
 //! | `comparison` | new views against an older calibration |
 //! | `board_from_code` | the board named by a code in its margin |
@@ -31,6 +32,8 @@ pub mod opening;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod result;
+pub mod rig_guide;
+pub mod rig_result;
 pub mod rig_run;
 pub mod run;
 mod saved_session;

@@ -36,7 +36,7 @@ use boresight_sim::{Scene, technician::Person};
 /// Distance of the simulated cameras.
 pub const SIMULATED_BASELINE_M: f64 = 0.12;
 /// Most cameras of a rig.
-const MOST_CAMERAS: usize = 8;
+pub const MOST_CAMERAS: usize = 8;
 /// Longest wait for news before the stop flag is read again.
 const PATIENCE: Duration = Duration::from_millis(100);
 
@@ -49,6 +49,22 @@ pub struct RigOpening {
     pub is_synchronised: bool,
     /// Folder of a new session; `None` for a new one in `sessions`.
     pub out: Option<PathBuf>,
+}
+
+/// Orders of the person to a rig's session.
+#[derive(Clone, Debug)]
+pub struct RigHand {
+    /// End the session.
+    pub stop: Arc<AtomicBool>,
+    /// Take the newest place back.
+    pub undo: Arc<AtomicBool>,
+}
+
+impl RigHand {
+    /// Orders of which `stop` may also come from elsewhere.
+    pub fn new(stop: Arc<AtomicBool>) -> Self {
+        Self { stop, undo: Arc::default() }
+    }
 }
 
 /// Sessions of several cameras, ready to run.
@@ -205,16 +221,15 @@ impl RigRun {
         Self { is_paced: false, ..self }
     }
 
-    /// Runs until every pair meets the goal, a source ends, or `stop` is set. `undo` takes the
-    /// newest place back; `each` is called after all news.
+    /// Runs until every pair meets the goal, a source ends, or the person ends it; `each` is called
+    /// after all news.
     ///
     /// # Errors
     ///
     /// If a place can't be written; every announced place is on disk.
     pub fn carry_out(
         self,
-        stop: &AtomicBool,
-        undo: &AtomicBool,
+        RigHand { stop, undo }: &RigHand,
         announcer: &Announcer,
         mut each: impl FnMut(&RigNews<'_>),
     ) -> anyhow::Result<FinishedRig> {

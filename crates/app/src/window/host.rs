@@ -11,7 +11,12 @@ use serde::{Deserialize, Serialize};
 use crate::{
     BoardFromCode,
     explain::UserError,
-    session::{camera, comparison::Compared},
+    session::{
+        camera,
+        comparison::Compared,
+        rig_result::RigEnded,
+        rig_run::{RigHand, RigNews},
+    },
     window::recordings::{self, DecidedRecording, Dropped, Recording, StoredSession},
 };
 use boresight_calibrate::BOARD_SCALE_SD;
@@ -61,7 +66,7 @@ pub trait AppHost {
         Ok(())
     }
 
-    /// Connected cameraswith pictures. The first call starts the previews.
+    /// Connected cameras with pictures. The first call starts the previews.
     fn cameras(&mut self, wake: &Wake) -> Vec<CameraView> {
         let _ = wake;
         Vec::new()
@@ -98,6 +103,13 @@ pub trait AppHost {
     ///
     /// [`UserError`] with the next action; the same wish may be tried again.
     fn open(&mut self, wish: &SessionRequest, wake: Wake) -> Result<Opened, UserError>;
+
+    /// Opens a session of several cameras.
+    ///
+    /// # Errors
+    ///
+    /// [`UserError`] with the next action; the same request may be tried again.
+    fn open_rig(&mut self, request: &RigRequest) -> Result<RigOpened, UserError>;
 
     /// Modes of the named camera, as in the settings file; empty unless it's a live camera.
     fn modes(&mut self, source: &str) -> Vec<String>;
@@ -250,6 +262,28 @@ pub struct SessionRequest {
     /// Command to give as soon as the session runs.
     pub first: Option<Command>,
 }
+
+/// Cameras and settings for a session of several cameras.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigRequest {
+    /// Name in the rig and source of each camera.
+    pub cameras: Vec<(String, String)>,
+    /// Settings of all of them.
+    pub wish: SessionRequest,
+}
+
+/// Session of several cameras, ready to run.
+pub struct RigOpened {
+    /// Names of the cameras.
+    pub names: Vec<String>,
+    /// Orders of the person to the session.
+    pub hand: RigHand,
+    /// Runs the session to its stored result. Runs beside the window.
+    pub work: RigWork,
+}
+
+/// Work of a rig's session, which calls the given function after all news.
+pub type RigWork = Box<dyn FnOnce(&mut dyn FnMut(&RigNews<'_>)) -> anyhow::Result<RigEnded> + Send>;
 
 /// A camera and preview before a session.
 #[derive(Clone, Debug, PartialEq)]

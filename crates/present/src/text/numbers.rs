@@ -20,6 +20,11 @@ pub fn principal_point(snapshot: &Snapshot) -> String {
     }
 }
 
+/// `count` of `what`, a regular noun.
+pub(super) fn counted(count: usize, what: &str) -> String {
+    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
+}
+
 /// Standard deviation to two significant digits at most.
 pub(super) fn small(sd: f64) -> String {
     match sd {

@@ -1,6 +1,9 @@
 //! A rig in words: several cameras with fixed mutual places.
 
-use super::{findings::grade, numbers::small};
+use super::{
+    findings::grade,
+    numbers::{counted, small},
+};
 use boresight_calibrate::{
     DriftVerdict, NotARig, Pair, PairBound, PairChange, RigCalibration, RigCamera, RigFinding,
 };
@@ -13,11 +16,6 @@ use crate::grade::Grade;
 /// Words for the findings of a rig.
 pub const RIG_WORDS: RigWords = RigWords { finding, not_a_rig };
 
-fn common_places(count: usize) -> String {
-    let noun = if count == 1 { "place" } else { "places" };
-    format!("{count} common {noun} of the board")
-}
-
 /// The camera's name, or "a camera" where either of two may be meant.
 fn of(camera: Option<usize>, names: &[String]) -> &str {
     camera.map_or("one of the cameras", |camera| &names[camera])
@@ -26,7 +24,10 @@ fn of(camera: Option<usize>, names: &[String]) -> &str {
 fn finding(finding: &RigFinding, names: &[String]) -> (String, &'static str) {
     match finding {
         RigFinding::InstantsFew { instants, wanted } => (
-            format!("{}: the uncertainty is known from {wanted} on", common_places(*instants)),
+            format!(
+                "{}: the uncertainty is known from {wanted} on",
+                counted(*instants, "common place")
+            ),
             "Show the board to two cameras at once in more places, tipped by 30 to 50°.",
         ),
         RigFinding::Touched { camera, from } => (
@@ -145,7 +146,7 @@ pub fn prompt(
 
 /// Number of places taken.
 pub fn places(count: usize) -> String {
-    if count == 1 { "1 place".into() } else { format!("{count} places") }
+    counted(count, "place")
 }
 
 /// Label of the button that closes the window.
@@ -209,8 +210,12 @@ pub fn verdict_of(of_rig: Grade) -> String {
 pub fn camera(name: &str, lens: &Camera, of: &RigCamera) -> String {
     let alone = of.alone_rms_px.map_or(String::new(), |px| format!(", {px:.3} px alone"));
     format!(
-        "  {name}: focal length {:.2} px, principal point ({:.2}, {:.2}), residual {:.3} px{alone}, {} pictures",
-        lens.f_px.x, lens.pp_px.x, lens.pp_px.y, of.rms_px, of.views
+        "  {name}: focal length {:.2} px, principal point ({:.2}, {:.2}), residual {:.3} px{alone}, {}",
+        lens.f_px.x,
+        lens.pp_px.x,
+        lens.pp_px.y,
+        of.rms_px,
+        counted(of.views, "picture")
     )
 }
 
@@ -234,7 +239,7 @@ pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
         }
         None => line += " ± ? mm",
     }
-    line + &format!(", {} common places", pair.instants)
+    line + ", " + &counted(pair.instants, "common place")
 }
 
 /// Titles of the drawings of a rig.

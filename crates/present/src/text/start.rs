@@ -44,6 +44,12 @@ pub const OTHER: &str = "Stream or file";
 pub const OTHER_TIP: &str = "An address such as rtsp://…, pipe: and a command that sends pictures, ros2: and a topic, gige: and a camera's address, a video file, a recorded bag, a folder of pictures, or sim:SCENE.toml.";
 /// Tooltip of a stream used before.
 pub const RECENT_TIP: &str = "Used before. Passwords aren't stored: add yours again.";
+/// Choice of several cameras for one session.
+pub const RIG: &str = "Several cameras together";
+/// See [`RIG`].
+pub const RIG_TIP: &str = "All see one board, and you learn where they are to each other, too. They need no trigger: pictures are taken while the board rests.";
+/// Reason why no session of several cameras can start.
+pub const RIG_TROUBLE: &str = "Choose two to eight cameras";
 /// Label of the chosen camera's mode.
 pub const MODE: &str = "Mode";
 /// Choice of the best mode.
@@ -65,6 +71,11 @@ pub fn mode(width_px: u32, height_px: u32) -> String {
 /// Camera for a screen reader.
 pub fn camera(name: &str, mode: &str) -> String {
     if mode.is_empty() { name.into() } else { format!("{name}, {mode}") }
+}
+
+/// Cameras chosen for one session.
+pub fn rig(names: &[&str]) -> String {
+    format!("{} cameras: {}", names.len(), names.join(", "))
 }
 
 /// Words about a kind of board, each label with an explanation.

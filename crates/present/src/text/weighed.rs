@@ -5,7 +5,7 @@ use boresight_detect::{
     WeighedPlace,
 };
 
-use super::miss;
+use super::{miss, numbers::counted};
 
 /// Note that nothing in the picture looked like a board.
 pub const NO_GRID: &str = "no grid of corners or circles was found";
@@ -98,10 +98,6 @@ fn read_marker(ReadMarker { square, marker, is_white, wrong, bits }: &ReadMarker
         (None, _) => "not one of the board's".into(),
     };
     format!("{}{place}: {says}", cells.join("/"))
-}
-
-fn counted(count: usize, what: &str) -> String {
-    if count == 1 { format!("1 {what}") } else { format!("{count} {what}s") }
 }
 
 /// Corner of the board by position, and the board's rotation.

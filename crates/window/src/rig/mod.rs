@@ -10,10 +10,7 @@ mod page;
 
 use std::{
     cell::RefCell,
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex, PoisonError, atomic::Ordering},
     time::Duration,
 };
 
@@ -30,37 +27,22 @@ use super::{
 };
 use boresight_app::{
     Exit,
-    session::rig_run::{RigLink, RigNews},
+    session::{
+        rig_result::RigEnded,
+        rig_run::{RigHand, RigLink, RigNews},
+    },
+    window::host::RigOpened,
 };
 use boresight_geometry::frame::Frame;
 use boresight_guide::{rig::RigPrompt, session::Snapshot};
-use boresight_present::{grade::Grade, known::NewestKnown, text::Act};
-use boresight_run::pipeline::{Background, LatestReceiver, latest};
+use boresight_present::{known::NewestKnown, text::Act};
+use boresight_run::pipeline::{Background, LatestReceiver, PipelineError, latest};
 
+pub(crate) use page::arranged;
 pub use page::show;
 
 /// Time within which wakes paint once.
 const MOMENT: Duration = Duration::from_millis(15);
-
-/// Result of a rig's session.
-#[derive(Clone, Debug)]
-pub struct RigEnded {
-    /// Exit code of the program.
-    pub exit: Exit,
-    /// Grade; `None` without a rig.
-    pub grade: Option<Grade>,
-    /// Verdict, findings and numbers in words.
-    pub lines: Vec<String>,
-}
-
-/// Orders of the person to a rig's session.
-#[derive(Clone, Debug)]
-pub struct RigHand {
-    /// End the session.
-    pub stop: Arc<AtomicBool>,
-    /// Take the newest place back.
-    pub undo: Arc<AtomicBool>,
-}
 
 /// Camera of a rig on the screen.
 #[derive(Default)]
@@ -141,32 +123,26 @@ impl Newest {
     }
 }
 
-struct RigWindow {
+/// Session of several cameras on show.
+pub struct RigView {
     screen: RigScreen,
     hand: RigHand,
     newest: LatestReceiver<Newest>,
     work: Background<RigEnded>,
     sound: Sound,
-    fitted: f32,
 }
 
-/// Runs a session of the cameras `names` in the window until it's closed. `work` runs the session
-/// to its result, and calls the given function after all news.
-///
-/// # Errors
-///
-/// Those of `work`, or if the window can't be opened: then nothing has been started.
-pub fn run_rig(
-    names: Vec<String>,
-    hand: RigHand,
-    work: impl FnOnce(&mut dyn FnMut(&RigNews<'_>)) -> anyhow::Result<RigEnded> + Send + 'static,
-) -> anyhow::Result<Exit> {
-    let outcome = Arc::new(Mutex::new(None));
-    let kept = Arc::clone(&outcome);
-    let mut trouble = None;
-    let opened = run::open(|ctx| {
-        theme::apply(ctx);
-        ctx.set_theme(egui::Theme::Dark);
+impl RigView {
+    /// Starts the session; `on_end` gets its outcome on the session's thread.
+    ///
+    /// # Errors
+    ///
+    /// [`PipelineError::Spawn`].
+    pub fn start(
+        ctx: &Context,
+        RigOpened { names, hand, work }: RigOpened,
+        on_end: impl FnOnce(anyhow::Result<Exit>) + Send + 'static,
+    ) -> Result<Self, PipelineError> {
         let (newest_in, newest) = latest();
         let ctx = ctx.clone();
         let work = Background::start(move || {
@@ -175,57 +151,31 @@ pub fn run_rig(
                 ctx.request_repaint_after(MOMENT);
             });
             let ended = result.as_ref().map_or_else(
-                |err| RigEnded { exit: Exit::Failed, grade: None, lines: vec![format!("{err:#}")] },
+                |err| RigEnded {
+                    exit: Exit::Failed,
+                    grade: None,
+                    lines: vec![format!("{err:#}")],
+                    json: String::new(),
+                },
                 Clone::clone,
             );
-            let result = result.map(|ended| ended.exit);
-            *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+            on_end(result.map(|ended| ended.exit));
             ctx.request_repaint();
             ended
-        });
-        match work {
-            Ok(work) => {
-                let (screen, sound) = (RigScreen::new(names), Sound::found());
-                Box::new(RigWindow { screen, hand, newest, work, sound, fitted: 1.0 })
-            }
-            Err(err) => {
-                trouble = Some(err);
-                Box::new(NoSession)
-            }
-        }
-    });
-    or_say_why(opened)?;
-    if let Some(err) = trouble {
-        return Err(err.into());
+        })?;
+        Ok(Self { screen: RigScreen::new(names), hand, newest, work, sound: Sound::found() })
     }
-    let outcome = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
-    outcome.context("the session's thread ended without a result")?
-}
 
-impl RigWindow {
-    fn act(&mut self, ctx: &Context, act: Act) {
-        match act {
-            Act::Undo => self.hand.undo.store(true, Ordering::Relaxed),
-            Act::Finish if self.screen.ended.is_some() => {
-                ctx.send_viewport_cmd(ViewportCommand::Close);
-            }
-            Act::Finish => {
-                self.hand.stop.store(true, Ordering::Relaxed);
-                self.screen.is_ending = true;
-            }
-            Act::FullScreen => {
-                let is_full = ctx.input(|input| input.viewport().fullscreen == Some(true));
-                ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
-            }
-            _ => {}
-        }
+    /// State that the page shows now.
+    pub fn screen(&self) -> &RigScreen {
+        &self.screen
     }
-}
 
-impl eframe::App for RigWindow {
-    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+    /// Shows the page and carries out requests. True once the person closes it.
+    pub fn show(&mut self, ui: &mut Ui) -> bool {
         let ctx = ui.ctx().clone();
-        theme::fit(&ctx, &mut self.fitted);
+        // The page is dark, whatever the theme of the others.
+        ui.set_style(ctx.style_of(egui::Theme::Dark));
         let places = self.screen.places;
         if let Some(news) = self.newest.try_recv() {
             self.screen.show(news, ctx.input(|input| input.time));
@@ -240,30 +190,76 @@ impl eframe::App for RigWindow {
         let mut asks: Vec<UiAction> = Vec::new();
         asks.extend(keys::pressed(&ctx).into_iter().map(UiAction::Act));
         show(ui, &self.screen, &mut asks);
-        for ask in asks {
-            if let UiAction::Act(act) = ask {
-                self.act(&ctx, act);
-            }
-        }
+        asks.into_iter().any(|ask| matches!(ask, UiAction::Act(act) if self.closes(&ctx, act)))
     }
 
-    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
-        theme::BAND.to_normalized_gamma_f32()
+    /// Carries out `act`. True if it closes the page.
+    fn closes(&mut self, ctx: &Context, act: Act) -> bool {
+        match act {
+            Act::Undo => self.hand.undo.store(true, Ordering::Relaxed),
+            Act::Finish if self.screen.ended.is_some() => return true,
+            Act::Finish => {
+                self.hand.stop.store(true, Ordering::Relaxed);
+                self.screen.is_ending = true;
+            }
+            Act::FullScreen => {
+                let is_full = ctx.input(|input| input.viewport().fullscreen == Some(true));
+                ctx.send_viewport_cmd(ViewportCommand::Fullscreen(!is_full));
+            }
+            _ => {}
+        }
+        false
     }
 }
 
-impl Drop for RigWindow {
+impl Drop for RigView {
     /// Ends the session: the work is waited for, so every place is stored and calibrated.
     fn drop(&mut self) {
         self.hand.stop.store(true, Ordering::Relaxed);
     }
 }
 
-/// Window without a session, closed at once.
-struct NoSession;
+/// Runs a session of several cameras in a window until it's closed.
+///
+/// # Errors
+///
+/// Those of the session, or if the window can't be opened: then nothing has been started.
+pub fn run_rig(rig: RigOpened) -> anyhow::Result<Exit> {
+    let outcome = Arc::new(Mutex::new(None));
+    let kept = Arc::clone(&outcome);
+    let mut trouble = None;
+    let opened = run::open(|ctx| {
+        theme::apply(ctx);
+        let on_end = move |result| {
+            *kept.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+        };
+        let view = RigView::start(ctx, rig, on_end).map_err(|err| trouble = Some(err)).ok();
+        Box::new(RigWindow { view, fitted: 1.0 })
+    });
+    or_say_why(opened)?;
+    if let Some(err) = trouble {
+        return Err(err.into());
+    }
+    let outcome = outcome.lock().unwrap_or_else(PoisonError::into_inner).take();
+    outcome.context("the session's thread ended without a result")?
+}
 
-impl eframe::App for NoSession {
+/// Window with a session only.
+struct RigWindow {
+    /// `None` if it could not start.
+    view: Option<RigView>,
+    fitted: f32,
+}
+
+impl eframe::App for RigWindow {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
-        ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+        theme::fit(ui.ctx(), &mut self.fitted);
+        if self.view.as_mut().is_none_or(|view| view.show(ui)) {
+            ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        theme::BAND.to_normalized_gamma_f32()
     }
 }

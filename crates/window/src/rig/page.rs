@@ -41,7 +41,7 @@ pub fn show(ui: &mut Ui, screen: &RigScreen, asks: &mut Vec<UiAction>) {
     let sizes = screen.cameras.iter().map(|camera| {
         camera.snapshot.as_ref().map_or(ImageSize { width_px: 16, height_px: 9 }, image_size)
     });
-    let placed = arranged(above.shrink(margin), &sizes.collect::<Vec<_>>());
+    let placed = arranged(above.shrink(margin), &sizes.collect::<Vec<_>>(), false);
     let pictures: Vec<Rect> = placed.iter().map(|placed| placed.rect).collect();
     let labels = links::lines(ui, &pictures, &screen.links);
     for (camera, placed) in screen.cameras.iter().zip(&placed) {
@@ -76,7 +76,7 @@ fn image_size(snapshot: &Snapshot) -> ImageSize {
 }
 
 /// Pictures in rows, in the arrangement that shows the most of them.
-fn arranged(area: Rect, sizes: &[ImageSize]) -> Vec<Placed> {
+pub(crate) fn arranged(area: Rect, sizes: &[ImageSize], is_mirrored: bool) -> Vec<Placed> {
     let gap = GAP * (area.height() / 540.0).clamp(0.6, 2.0);
     let in_columns = |columns: usize| -> Vec<Placed> {
         let rows = sizes.len().div_ceil(columns);
@@ -85,7 +85,7 @@ fn arranged(area: Rect, sizes: &[ImageSize]) -> Vec<Placed> {
         let of = |(index, size): (usize, &ImageSize)| {
             let at = vec2((index % columns) as f32, (index / columns) as f32);
             let cell = Rect::from_min_size(area.min + at * (cell + gap), cell);
-            Placed::within(cell, *size, false)
+            Placed::within(cell, *size, is_mirrored)
         };
         sizes.iter().enumerate().map(of).collect()
     };

@@ -28,7 +28,13 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
             }
         });
     }
-    if let Some(camera) = page.camera(choices) {
+    if choices.cameras.len() > 1 {
+        let mut is_rig = page.rig.is_some();
+        if ui.checkbox(&mut is_rig, words::RIG).on_hover_text(words::RIG_TIP).changed() {
+            page.choose_rig(choices, is_rig);
+        }
+    }
+    if let Some(camera) = page.camera(choices).filter(|_| page.rig.is_none()) {
         if let Some(trouble) = &camera.trouble {
             let color = theme::palette(ui.visuals()).bad;
             ui.label(RichText::new(&trouble.what).color(color));
@@ -67,7 +73,7 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
 fn tile(ui: &mut Ui, page: &mut StartPage, camera: &CameraView, wide: f32) {
     let size = Vec2::new(wide, (ASPECT * wide).floor() + 4.5 * theme::UNIT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
-    let chosen = page.draft.source == camera.source;
+    let chosen = page.has_chosen(camera);
     let picture = Rect::from_min_size(rect.min, Vec2::new(wide, (ASPECT * wide).floor()));
     ui.painter().rect_filled(picture, 4.0, theme::BAND);
     let ctx = ui.ctx().clone();
@@ -105,7 +111,7 @@ fn tile(ui: &mut Ui, page: &mut StartPage, camera: &CameraView, wide: f32) {
     let label = words::camera(&camera.name, &camera.mode);
     response.widget_info(|| WidgetInfo::selected(Role::Button, true, chosen, &label));
     if response.on_hover_text(&camera.source).clicked() {
-        page.choose(&camera.source);
+        page.click(camera);
     }
 }
 

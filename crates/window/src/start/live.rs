@@ -2,13 +2,14 @@
 
 use egui::{
     Align, Button, Color32, CornerRadius, Image, Key, Layout, Link, Mesh, Painter, Pos2, Rect,
-    RichText, Sense, Shape, Ui, UiBuilder, Vec2, WidgetInfo, accesskit::Role, pos2,
+    RichText, Sense, Shape, TextureHandle, Ui, UiBuilder, Vec2, WidgetInfo, accesskit::Role, pos2,
 };
 
 use super::{
-    super::{aloud, keys::UiAction, picture::Placed, theme},
+    super::{aloud, keys::UiAction, rig::arranged, theme},
     start_page::{Choices, StartPage},
 };
+use boresight_app::window::host::CameraView;
 use boresight_geometry::frame::ImageSize;
 use boresight_present::text::start as words;
 
@@ -34,24 +35,36 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
     let starts = start(ui, inside, k, page, choices);
     sentence(ui, inside.with_max_x(inside.right() - 1.6 * GO.x * k), k, page, choices, asks);
     if starts {
-        asks.push(UiAction::Start(Box::new(page.wish())));
+        asks.push(page.start(choices));
     }
 }
 
-/// The chosen camera's picture, with brackets around a whole board.
+/// Pictures of the chosen cameras, with brackets around a whole board.
 fn picture(ui: &mut Ui, area: Rect, k: f32, page: &mut StartPage, choices: &Choices) {
     let ctx = ui.ctx().clone();
     let response = ui.allocate_rect(area, Sense::hover());
-    let Some(camera) = page.camera(choices) else { return };
-    let Some(texture) = page.texture(&ctx, camera) else { return };
-    let [width_px, height_px] = texture.size().map(|side| u32::try_from(side).unwrap_or(1));
-    let size = ImageSize { width_px, height_px };
-    let placed = Placed::within(area, size, choices.mirrored == Some(true));
-    Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+    let with_pictures: Vec<(&CameraView, TextureHandle)> = page
+        .chosen(choices)
+        .into_iter()
+        .filter_map(|camera| Some((camera, page.texture(&ctx, camera)?.clone())))
+        .collect();
+    if with_pictures.is_empty() {
+        return;
+    }
+    let sizes = with_pictures.iter().map(|(_, texture)| {
+        let [width_px, height_px] = texture.size().map(|side| u32::try_from(side).unwrap_or(1));
+        ImageSize { width_px, height_px }
+    });
+    let placed = arranged(area, &sizes.collect::<Vec<_>>(), choices.mirrored == Some(true));
+    for ((_, texture), placed) in with_pictures.iter().zip(&placed) {
+        Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
+    }
     shade(ui.painter(), area);
-    if let Some(rim) = camera.rim {
-        let color = if camera.board.is_some() { theme::GREEN } else { Color32::WHITE };
-        brackets(ui.painter(), rim.map(|at| placed.pos_of_share(at)), k, color);
+    for ((camera, _), placed) in with_pictures.iter().zip(&placed) {
+        if let Some(rim) = camera.rim {
+            let color = if camera.board.is_some() { theme::GREEN } else { Color32::WHITE };
+            brackets(ui.painter(), rim.map(|at| placed.pos_of_share(at)), k, color);
+        }
     }
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, words::LIVE));
 }

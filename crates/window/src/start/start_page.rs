@@ -6,7 +6,10 @@ use crate::{keys::UiAction, picture::grey};
 use boresight_app::{
     BoardFromCode,
     explain::UserError,
-    window::host::{CameraView, OtherKind, PrintedBoard, SeenCode, SessionRequest, is_camera_name},
+    session::rig_run::MOST_CAMERAS,
+    window::host::{
+        CameraView, OtherKind, PrintedBoard, RigRequest, SeenCode, SessionRequest, is_camera_name,
+    },
 };
 use boresight_geometry::{
     boards::{BOARD_KINDS, BoardChoice, BoardKind, MarkerSide, Pattern},
@@ -17,6 +20,8 @@ use boresight_present::text::start as words;
 /// Names of sources other than cameras.
 pub(crate) const SIMULATION: &str = "sim";
 const ANY: &str = "auto";
+/// Longest start of a camera's name in the names of files.
+const LONGEST_NAME: usize = 12;
 
 /// The person's choices on the page.
 pub struct StartPage {
@@ -24,6 +29,8 @@ pub struct StartPage {
     pub draft: SessionRequest,
     /// Last choice of each kind of board, to return to from another one.
     last: [Pattern; BOARD_KINDS.len()],
+    /// Sources of the cameras chosen for one session together; `None` for a single camera.
+    pub rig: Option<Vec<String>>,
     /// Text in the field for streams and files.
     pub(super) typed: String,
     /// True while the sheet with all choices is open.
@@ -73,6 +80,7 @@ impl StartPage {
         Self {
             last: BOARD_KINDS.each_ref().map(usual),
             draft,
+            rig: None,
             typed: String::new(),
             is_changing: false,
             knows_board: false,
@@ -159,12 +167,20 @@ impl StartPage {
         if !self.has_source(choices) {
             return Some(words::NO_SOURCE);
         }
+        let is_rig = || (2..=MOST_CAMERAS).contains(&self.chosen(choices).len());
+        if self.rig.is_some() && !is_rig() {
+            return Some(words::RIG_TROUBLE);
+        }
         self.board_trouble().map(|_| words::NO_BOARD)
     }
 
     /// Name of the chosen source.
     pub(super) fn source_name(&self, choices: &Choices) -> Option<String> {
         match self.camera(choices) {
+            Some(_) if self.rig.is_some() => {
+                let names = self.chosen(choices).into_iter().map(|camera| camera.name.as_str());
+                Some(words::rig(&names.collect::<Vec<_>>()))
+            }
             Some(camera) => Some(words::camera(&camera.name, &camera.mode)),
             None => self.has_source(choices).then(|| self.draft.source.trim().to_owned()),
         }
@@ -172,6 +188,7 @@ impl StartPage {
 
     /// Starts with the simulated camera.
     pub(super) fn simulation(&mut self) -> UiAction {
+        self.rig = None;
         self.choose(SIMULATION);
         UiAction::Start(Box::new(self.wish()))
     }
@@ -190,6 +207,63 @@ impl StartPage {
     /// Chosen camera, if connected.
     pub fn camera<'a>(&self, choices: &'a Choices) -> Option<&'a CameraView> {
         choices.cameras.iter().find(|camera| camera.source == self.draft.source)
+    }
+
+    /// Cameras chosen, connected and usable: one, or those of a rig.
+    pub(super) fn chosen<'a>(&self, choices: &'a Choices) -> Vec<&'a CameraView> {
+        let cameras = choices.cameras.iter();
+        match &self.rig {
+            None => self.camera(choices).into_iter().collect(),
+            Some(_) => cameras
+                .filter(|camera| self.has_chosen(camera) && camera.trouble.is_none())
+                .collect(),
+        }
+    }
+
+    /// True if `camera` is chosen.
+    pub(super) fn has_chosen(&self, camera: &CameraView) -> bool {
+        match &self.rig {
+            None => self.draft.source == camera.source,
+            Some(sources) => sources.contains(&camera.source),
+        }
+    }
+
+    /// Chooses every usable camera together, or a single one again.
+    pub(super) fn choose_rig(&mut self, choices: &Choices, is_rig: bool) {
+        let usable = choices.cameras.iter().filter(|camera| camera.trouble.is_none());
+        let sources = usable.map(|camera| camera.source.clone()).take(MOST_CAMERAS);
+        self.rig = is_rig.then(|| sources.collect());
+        self.look_at_first_of_rig();
+    }
+
+    /// Chooses `camera`; of a rig, adds it or leaves it out.
+    pub(super) fn click(&mut self, camera: &CameraView) {
+        match &mut self.rig {
+            None => self.choose(&camera.source),
+            Some(sources) if sources.contains(&camera.source) => {
+                sources.retain(|source| *source != camera.source);
+            }
+            Some(sources) => sources.push(camera.source.clone()),
+        }
+        self.look_at_first_of_rig();
+    }
+
+    /// The board is counted in front of one camera: the rig's first.
+    fn look_at_first_of_rig(&mut self) {
+        let first = self.rig.as_ref().and_then(|sources| sources.first().cloned());
+        if let Some(source) = first {
+            self.choose(&source);
+        }
+    }
+
+    /// Starts with the choices.
+    pub(super) fn start(&self, choices: &Choices) -> UiAction {
+        if self.rig.is_none() {
+            return UiAction::Start(Box::new(self.wish()));
+        }
+        let cameras = rig_names(&self.chosen(choices));
+        let wish = SessionRequest { mode: ANY.into(), ..self.wish() };
+        UiAction::StartRig(Box::new(RigRequest { cameras, wish }))
     }
 
     /// True if the source is, or was, a camera of the computer, unless the name is being typed.
@@ -301,6 +375,25 @@ impl StartPage {
     pub(crate) fn counted(&self, choices: &Choices) -> Option<String> {
         self.camera(choices).map(|camera| camera.source.clone())
     }
+}
+
+/// Names for the folders and files of `cameras`, with their sources.
+fn rig_names(cameras: &[&CameraView]) -> Vec<(String, String)> {
+    let mut named: Vec<(String, String)> = Vec::with_capacity(cameras.len());
+    for camera in cameras {
+        let plain = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '-' };
+        let name: String = camera.name.chars().take(LONGEST_NAME).map(plain).collect();
+        let name = match name.trim_matches('-') {
+            "" => "camera",
+            name => name,
+        };
+        let is_taken = |name: &String| named.iter().any(|(other, _)| other == name);
+        let mut names = std::iter::once(name.to_owned());
+        let numbered = (2..).map(|number| format!("{name}-{number}"));
+        let free = names.by_ref().chain(numbered).find(|name| !is_taken(name));
+        named.push((free.unwrap_or_default(), camera.source.clone()));
+    }
+    named
 }
 
 /// Markers of a dictionary with enough markers for the board: the first and smallest has the

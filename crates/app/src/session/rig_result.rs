@@ -1,0 +1,113 @@
+//! Result of several cameras: announced, and written.
+
+use std::{path::Path, thread::available_parallelism};
+
+use super::verdict::Exit;
+use crate::Announcer;
+use boresight_calibrate::{CalibrationParams, RigViews, Verdict, calibrate_rig};
+use boresight_files::{Overwrite, save};
+use boresight_formats::{FindingEntry, RigFile};
+#[cfg(feature = "report")]
+use boresight_present::report::rig_page;
+use boresight_present::{grade::Grade, text::rig as words};
+use boresight_run::config::Config;
+
+/// Result of several cameras.
+#[derive(Clone, Debug)]
+pub struct RigEnded {
+    /// Exit code of the program.
+    pub exit: Exit,
+    /// Grade; `None` without a rig.
+    pub grade: Option<Grade>,
+    /// Verdict, findings, numbers and written files, in words.
+    pub lines: Vec<String>,
+    /// `boresight.rig/1`; empty if the session failed.
+    pub json: String,
+}
+
+/// Files to write a rig to.
+#[derive(Clone, Copy, Debug)]
+pub struct RigFiles<'a> {
+    /// The rig.
+    pub out: Option<&'a Path>,
+    /// Page about the rig; never written by a build without reports.
+    pub report: Option<&'a Path>,
+    /// What to do with files that exist.
+    pub overwrite: Overwrite,
+}
+
+/// `params` with a thread for each core.
+pub fn on_every_core(params: CalibrationParams) -> CalibrationParams {
+    CalibrationParams { threads: available_parallelism().map_or(1, usize::from), ..params }
+}
+
+/// Calibrates the cameras `names` with their views, announces the result, and writes it.
+///
+/// # Errors
+///
+/// If the board is none, or a file can't be written.
+pub fn conclude_rig(
+    names: &[String],
+    cameras: &[RigViews],
+    config: &Config,
+    RigFiles { out, report, overwrite }: RigFiles<'_>,
+    announcer: &Announcer,
+) -> anyhow::Result<RigEnded> {
+    let board = config.board()?;
+    let params = on_every_core(config.calibration());
+    let found = calibrate_rig(cameras, &board, &params);
+    let file = RigFile::of(found.as_ref(), names, &board, words::RIG_WORDS);
+    let mut lines: Vec<String> = found.iter().map(words::verdict).collect();
+    for FindingEntry { code, message, action, .. } in &file.findings {
+        lines.push(format!("  {code}: {message}. {action}"));
+    }
+    if let Ok(rig) = &found {
+        for ((name, lens), of) in names.iter().zip(&rig.rig.cameras).zip(&rig.cameras) {
+            lines.push(words::camera(name, lens, of));
+        }
+        // Where the pictures contradict each other, no number between cameras is a fact.
+        let is_known = rig.verdict != Verdict::Untrustworthy || rig.is_unfinished();
+        for pair in rig.pairs.iter().filter(|_| is_known) {
+            lines.push(words::pair(pair, names, params.board_scale_sd));
+        }
+    }
+    for line in &lines {
+        announcer.say(line);
+    }
+    let json = serde_json::to_string_pretty(&file)?;
+    let mut written = Vec::new();
+    if let Some(path) = out {
+        save(path, json.as_bytes(), overwrite)?;
+        written.push(format!("Written: {}", path.display()));
+    }
+    #[cfg(feature = "report")]
+    if let Some(path) = report {
+        written.push(write_rig_page(&names.join(", "), &file, path, overwrite)?);
+    }
+    #[cfg(not(feature = "report"))]
+    let _ = report;
+    for line in written {
+        announcer.say(&line);
+        lines.push(line);
+    }
+    let is_usable = found.as_ref().is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
+    let exit = if is_usable { Exit::Good } else { Exit::NotTrustworthy };
+    let grade = found.ok().map(|rig| Grade::by(rig.verdict, rig.is_unfinished()));
+    Ok(RigEnded { exit, grade, lines, json })
+}
+
+/// Writes the page about `rig` to `path`; the news of it.
+///
+/// # Errors
+///
+/// If the file can't be written.
+#[cfg(feature = "report")]
+pub fn write_rig_page(
+    name: &str,
+    rig: &RigFile,
+    path: &Path,
+    overwrite: Overwrite,
+) -> anyhow::Result<String> {
+    save(path, rig_page(name, rig).as_bytes(), overwrite)?;
+    Ok(format!("Report: {}", path.display()))
+}
