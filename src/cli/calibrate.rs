@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::bail;
 use clap::Args;
+use image::GrayImage;
 
 #[cfg(feature = "report")]
 use super::this_command::this_command;
@@ -110,13 +111,16 @@ Examples:
   boresight calibrate --rig left=pictures/left right=pictures/right --out rig.json
   boresight detect pictures/*.png | boresight calibrate - --image-size 1280x720";
 
+/// Picture of a rig's camera at an instant.
+type Pictures = Box<dyn Fn(&str, u64) -> Option<GrayImage>>;
+
 impl Arguments {
     fn overwrite(&self) -> Overwrite {
         if self.force { Overwrite::Allowed } else { Overwrite::Never }
     }
 
     /// Views of several cameras, with the settings.
-    fn rig_views(&self) -> anyhow::Result<(Vec<String>, Vec<RigViews>, Config)> {
+    fn rig_views(&self) -> anyhow::Result<(Vec<String>, Vec<RigViews>, Config, Pictures)> {
         if let [folder] = self.inputs.as_slice()
             && is_rig(folder)
         {
@@ -124,7 +128,9 @@ impl Arguments {
             let mut config = self.board.config_over(&saved.config)?;
             self.goal.apply(&mut config);
             self.lens.apply(&mut config);
-            return Ok((saved.names, saved.views, config));
+            let (names, views) = (saved.names.clone(), saved.views.clone());
+            let pictures = move |name: &str, number| saved.picture(name, number);
+            return Ok((names, views, config, Box::new(pictures)));
         }
         let inputs = cameras_in(&self.inputs)?;
         let mut config = self.board.config_for(&rig::pictures(&inputs))?;
@@ -135,6 +141,11 @@ impl Arguments {
             may_save(path, self.overwrite())?;
         }
         let upright = config.camera.upright();
+        let files = inputs.clone();
+        let pictures = move |name: &str, number| {
+            let camera = files.iter().find(|camera| camera.name == name)?;
+            camera.picture(number, upright)
+        };
         let (names, mut cameras) = rig::views(inputs, upright, self.image_size, &config.board()?)?;
         for known in &self.known_lens {
             let (Some(name), path) = named(known) else {
@@ -146,7 +157,7 @@ impl Arguments {
             };
             cameras[camera].known_lens = Some(known_lens(&path)?);
         }
-        Ok((names, cameras, config))
+        Ok((names, cameras, config, Box::new(pictures)))
     }
 
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
@@ -155,10 +166,11 @@ impl Arguments {
             return Err(boresight_app::MissingFeature::REPORT.into());
         }
         if self.rig {
-            let (names, cameras, config) = self.rig_views()?;
+            let (names, cameras, config, pictures) = self.rig_views()?;
             let files = RigFiles {
                 out: self.out.as_deref(),
                 report: self.report.as_deref(),
+                picture: &*pictures,
                 overwrite: self.overwrite(),
             };
             let ended = conclude_rig(&names, &cameras, &config, files, &announcer())?;

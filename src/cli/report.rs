@@ -16,6 +16,7 @@ use boresight_app::{
         report::{REPORT_SCHEMA, ReportFile, of_file},
         rig_guide::RIG_RESULT,
         rig_result::write_rig_page,
+        rig_run::saved_rig,
         session_report,
         source::is_session,
     },
@@ -100,8 +101,10 @@ impl Arguments {
         let is_own = self.out.is_none() && path != self.input;
         let may_overwrite = self.force || is_own;
         let overwrite = if may_overwrite { Overwrite::Allowed } else { Overwrite::Never };
-        let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
-        say(&write_rig_page(&names.join(", "), &rig, &page, overwrite)?);
+        let session = path.parent().filter(|folder| is_rig(folder));
+        let saved = session.and_then(|folder| saved_rig(folder, &Announcer::silent()).ok());
+        let picture = |name: &str, number| saved.as_ref()?.picture(name, number);
+        say(&write_rig_page(&rig, &picture, &page, overwrite)?);
         if self.json {
             let (schema, page) = (REPORT_SCHEMA.into(), page.display().to_string());
             let written = ReportFile { schema, page, verdict: rig.verdict.clone() };

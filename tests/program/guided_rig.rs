@@ -96,9 +96,17 @@ fn a_board_that_rests_where_two_cameras_see_it_gives_their_places() {
     let page = page.replacen("<!DOCTYPE html>", "", 1);
     let page = roxmltree::Document::parse(&page).expect("well-formed");
     let told: String = page.descendants().filter_map(|it| it.text()).collect();
-    for words in ["left to right", "Cameras, and places of the board", "Distances by two cameras"] {
+    let parts = [
+        "left to right",
+        "Cameras, and places of the board",
+        "Distances by two cameras",
+        "Rows of two pictures",
+    ];
+    for words in parts {
         assert!(told.contains(words), "{words}: {told}");
     }
+    let pictures = page.descendants().filter(|it| it.has_tag_name("image")).count();
+    assert_eq!(pictures, 4, "a pair as taken, and rectified");
     says(&boresight(folder, &["report", "rig"]), guided.code, &["Report: rig/rig.html"]);
     let copied = ["report", "rig/rig.json", "--out", "page.html"];
     says(&boresight(folder, &copied), guided.code, &["Report: page.html"]);

@@ -1,8 +1,8 @@
 //! Cameras with fixed mutual places.
 
-use nalgebra::{Isometry3, Matrix3, Point2, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point2, Point3, Unit, UnitQuaternion, Vector2, Vector3};
 
-use super::Camera;
+use super::{Camera, frame::ImageSize};
 
 /// Least sine of the angle between two rays that meet in a point: 0.01°.
 const LEAST_PARALLAX: f64 = 1.7e-4;
@@ -31,6 +31,32 @@ pub struct Rectified {
     pub second_m: Vector3<f64>,
     /// True if columns agree, as with cameras above each other.
     pub is_vertical: bool,
+}
+
+impl Rectified {
+    /// Common principal point of rectified pictures of the focal length `f_px` that centres both
+    /// cameras' pictures, as OpenCV's `stereoRectify` with `CALIB_ZERO_DISPARITY` and alpha −1.
+    pub fn centre_px(&self, cameras: [(&Camera, ImageSize); 2], f_px: f64) -> Point2<f64> {
+        let mut centre_px = Point2::origin();
+        for (rotation, (camera, size)) in self.rotations.iter().zip(cameras) {
+            let [width, height] = [size.width_px, size.height_px].map(|px| f64::from(px) - 1.0);
+            let middle = Point2::new(0.5 * width, 0.5 * height);
+            // Opposite points of the rim, left out together where the lens model ends.
+            let rim = [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5)];
+            let seen = rim.iter().filter_map(|(x, y)| {
+                let turned = |x: f64, y: f64| {
+                    let ray = camera.ray_from_px(&Point2::new(x * width, y * height))?;
+                    let turned = rotation * ray;
+                    (turned.z > 0.1 * turned.norm()).then(|| turned.xy() / turned.z)
+                };
+                Some(0.5 * (turned(*x, *y)? + turned(1.0 - x, 1.0 - y)?))
+            });
+            let all: Vec<Vector2<f64>> = seen.collect();
+            let mean = all.iter().sum::<Vector2<f64>>() / all.len().max(1) as f64;
+            centre_px += 0.5 * (middle.coords - f_px * mean);
+        }
+        centre_px
+    }
 }
 
 impl Rig {

@@ -6,10 +6,11 @@ use std::{
 };
 
 use anyhow::{Context, bail};
+use image::GrayImage;
 
 use super::calibration_views::CalibrationViews;
 use boresight_calibrate::{KnownLens, RigViews};
-use boresight_capture::pictures_in;
+use boresight_capture::{Upright, pictures_in, read_picture_turned};
 use boresight_files::{Links, TEXT_LIMIT, read_text};
 use boresight_formats::import;
 
@@ -20,6 +21,17 @@ pub struct CameraInput {
     pub name: String,
     /// Files, in order.
     pub files: Vec<PathBuf>,
+}
+
+impl CameraInput {
+    /// The picture with the number; `None` without one, or if it can't be read.
+    pub fn picture(&self, wanted: u64, upright: Upright) -> Option<GrayImage> {
+        let is_it = |path: &&PathBuf| {
+            let name = path.file_name().and_then(|name| name.to_str());
+            name.and_then(number) == Some(wanted)
+        };
+        read_picture_turned(self.files.iter().find(is_it)?, upright).ok()
+    }
 }
 
 /// Splits `NAME=PATH`; without a name, or if such a path exists, the name is `None`.

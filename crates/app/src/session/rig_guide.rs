@@ -41,6 +41,7 @@ pub fn guide_rig(
     let files = RigFiles {
         out: Some(&out),
         report: cfg!(feature = "report").then_some(page.as_path()),
+        picture: &|name, number| finished.picture(name, number),
         overwrite: Overwrite::Allowed,
     };
     conclude_rig(&finished.names, &finished.views, &finished.config, files, announcer)

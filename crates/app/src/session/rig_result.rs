@@ -2,13 +2,15 @@
 
 use std::{path::Path, thread::available_parallelism};
 
+use image::GrayImage;
+
 use super::verdict::Exit;
 use crate::Announcer;
 use boresight_calibrate::{CalibrationParams, RigViews, Verdict, calibrate_rig};
 use boresight_files::{Overwrite, save};
 use boresight_formats::{FindingEntry, RigFile};
 #[cfg(feature = "report")]
-use boresight_present::report::rig_page;
+use boresight_present::report::{RowPictures, rig_page};
 use boresight_present::{grade::Grade, text::rig as words};
 use boresight_run::config::Config;
 
@@ -25,13 +27,18 @@ pub struct RigEnded {
     pub json: String,
 }
 
+/// Picture of a camera, by name, at the instant with a number.
+pub type PictureOf<'a> = &'a dyn Fn(&str, u64) -> Option<GrayImage>;
+
 /// Files to write a rig to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct RigFiles<'a> {
     /// The rig.
     pub out: Option<&'a Path>,
     /// Page about the rig; never written by a build without reports.
     pub report: Option<&'a Path>,
+    /// Pictures for the page.
+    pub picture: PictureOf<'a>,
     /// What to do with files that exist.
     pub overwrite: Overwrite,
 }
@@ -50,7 +57,7 @@ pub fn conclude_rig(
     names: &[String],
     cameras: &[RigViews],
     config: &Config,
-    RigFiles { out, report, overwrite }: RigFiles<'_>,
+    RigFiles { out, report, picture, overwrite }: RigFiles<'_>,
     announcer: &Announcer,
 ) -> anyhow::Result<RigEnded> {
     let board = config.board()?;
@@ -82,10 +89,10 @@ pub fn conclude_rig(
     }
     #[cfg(feature = "report")]
     if let Some(path) = report {
-        written.push(write_rig_page(&names.join(", "), &file, path, overwrite)?);
+        written.push(write_rig_page(&file, picture, path, overwrite)?);
     }
     #[cfg(not(feature = "report"))]
-    let _ = report;
+    let _ = (report, picture);
     for line in written {
         announcer.say(&line);
         lines.push(line);
@@ -103,11 +110,13 @@ pub fn conclude_rig(
 /// If the file can't be written.
 #[cfg(feature = "report")]
 pub fn write_rig_page(
-    name: &str,
     rig: &RigFile,
+    picture: PictureOf<'_>,
     path: &Path,
     overwrite: Overwrite,
 ) -> anyhow::Result<String> {
-    save(path, rig_page(name, rig).as_bytes(), overwrite)?;
+    let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let rows = RowPictures::of(rig, picture);
+    save(path, rig_page(&names.join(", "), rig, rows.as_ref()).as_bytes(), overwrite)?;
     Ok(format!("Report: {}", path.display()))
 }

@@ -1,7 +1,7 @@
 //! A session of several cameras: a pipeline for each, led to common places.
 
 use std::{
-    collections::VecDeque,
+    collections::{BTreeMap, VecDeque},
     path::{Path, PathBuf},
     sync::{
         Arc,
@@ -12,6 +12,7 @@ use std::{
 
 use anyhow::{Context, bail};
 use crossbeam_channel::bounded;
+use image::GrayImage;
 use nalgebra::{Isometry3, Vector3};
 
 use super::{
@@ -20,9 +21,13 @@ use super::{
 };
 use crate::{Announcer, Opening, Run, commands::rig::known_lens};
 use boresight_calibrate::{CalibrationParams, Pair, RigCalibration, RigViews};
-use boresight_geometry::{boards::Board, frame::Frame};
+use boresight_capture::read_picture;
+use boresight_geometry::{
+    boards::Board,
+    frame::{Frame, FrameId},
+};
 use boresight_guide::{
-    rig::{Order, Plan, RigPrompt, RigSession, plan},
+    rig::{Order, Place, Plan, RigPrompt, RigSession, plan},
     session::{Input, Session, Snapshot},
 };
 use boresight_present::{instruction::Instruction, text::rig as words};
@@ -89,6 +94,18 @@ pub struct FinishedRig {
     pub config: Config,
     /// Views of each camera, numbered by place.
     pub views: Vec<RigViews>,
+    /// Picture of each camera's view, by place.
+    frames: Vec<BTreeMap<u64, FrameId>>,
+}
+
+impl FinishedRig {
+    /// Picture of the camera `name` at the place `number`; `None` without a view there, or if it
+    /// can't be read.
+    pub fn picture(&self, name: &str, number: u64) -> Option<GrayImage> {
+        let camera = self.names.iter().position(|other| other == name)?;
+        let frame = self.frames[camera].get(&number)?;
+        read_picture(&self.folder.join(name).join(frame.stored_name())).ok()
+    }
 }
 
 /// State of a rig's session after news of a camera.
@@ -453,7 +470,15 @@ fn finished(
     }
     let first = folder.join(names.first().context("a rig has cameras")?);
     let config = boresight_run::recording::SessionFolder::header(&first)?.config;
-    Ok(FinishedRig { views: rig.views(), folder, names, config })
+    let frames = sessions.iter().enumerate().map(|(camera, session)| {
+        let frame = |place: &Place| {
+            let (_, number) = place.views.iter().find(|(of, _)| *of == camera)?;
+            let view = session.accepted().iter().find(|view| view.number == *number)?;
+            Some((place.number, view.view.frame_id))
+        };
+        rig.places().iter().filter_map(frame).collect()
+    });
+    Ok(FinishedRig { frames: frames.collect(), views: rig.views(), folder, names, config })
 }
 
 /// The session of several cameras in `folder`, as recorded.

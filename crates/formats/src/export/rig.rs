@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use nalgebra::{Isometry3, Matrix3, Matrix4, Point2, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, Matrix4, Vector3};
 
 use super::{
     Coefficients, ExportedCamera, NotExpressible,
@@ -91,24 +91,8 @@ pub(super) fn opencv_stereo(exported: &ExportedRig<'_>) -> Result<String, NotExp
     };
     let axis = usize::from(rectified.is_vertical);
     let f_px = one.camera[4].min(two.camera[4]);
-    let mut centre = Point2::origin();
-    for (index, of) in [first, second].into_iter().enumerate() {
-        let [width, height] = Stored::of(of).size.map(|px| f64::from(px) - 1.0);
-        let middle = Point2::new(0.5 * width, 0.5 * height);
-        // Opposite points of the rim, left out together where the lens model ends.
-        let rim = [(0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 0.5)];
-        let seen = rim.iter().filter_map(|(x, y)| {
-            let turned = |x: f64, y: f64| {
-                let ray = of.camera.ray_from_px(&Point2::new(x * width, y * height))?;
-                let turned = rectified.rotations[index] * ray;
-                (turned.z > 0.1 * turned.norm()).then(|| turned.xy() / turned.z)
-            };
-            Some(0.5 * (turned(*x, *y)? + turned(1.0 - x, 1.0 - y)?))
-        });
-        let all: Vec<Vector2<f64>> = seen.collect();
-        let mean = all.iter().sum::<Vector2<f64>>() / all.len().max(1) as f64;
-        centre += 0.5 * (middle.coords - f_px * mean);
-    }
+    let centre = rectified
+        .centre_px([(&first.camera, first.image_size), (&second.camera, second.image_size)], f_px);
     let projection = |shift_m: f64| {
         let mut of = nalgebra::Matrix3x4::new(
             f_px, 0.0, centre.x, 0.0, 0.0, f_px, centre.y, 0.0, 0.0, 0.0, 1.0, 0.0,

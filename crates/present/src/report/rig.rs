@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, Point2, Point3};
 use super::{
     number::{brief_data, measured, plain, row},
     page::STYLE,
+    row_pictures::RowPictures,
     section::{figure, missing, section, section_with},
 };
 use crate::{
@@ -26,7 +27,7 @@ const CAMERA: f64 = 0.07;
 const FAR: [f64; 10] = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 
 /// Page about `rig`, called `name`: one self-contained HTML file, and well-formed XML.
-pub fn rig_page(name: &str, rig: &RigFile) -> String {
+pub fn rig_page(name: &str, rig: &RigFile, rows: Option<&RowPictures>) -> String {
     let title = words::title_of_rig(name);
     let title = escaped(&title);
     let drawings = match rig.cameras.is_empty() {
@@ -36,8 +37,9 @@ pub fn rig_page(name: &str, rig: &RigFile) -> String {
             section(Section::Places, &format!("<div class=\"two\">{drawings}</div>\n"))
         }
     };
+    let rows = rows.map_or_else(String::new, |rows| section(Section::Rows, &rows.drawings()));
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n{}{drawings}{}{}<div class=\"two\">{}{}</div>\n</body></html>\n",
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n{}{drawings}{}{}{rows}<div class=\"two\">{}{}</div>\n</body></html>\n",
         verdict(rig),
         pairs(rig),
         cameras(rig),

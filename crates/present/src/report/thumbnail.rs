@@ -21,13 +21,18 @@ pub struct Thumbnail {
 impl Thumbnail {
     /// Thumbnail of a picture. `None` without pixels.
     pub fn of(picture: &GrayImage) -> Option<Self> {
+        Self::within(picture, WIDEST_PX)
+    }
+
+    /// Thumbnail whose longer side is at most `longest_px`. `None` without pixels.
+    pub(super) fn within(picture: &GrayImage, longest_px: u32) -> Option<Self> {
         let full = ImageSize::of(picture);
         let longest = full.width_px.max(full.height_px);
         if full.width_px == 0 || full.height_px == 0 {
             return None;
         }
         let scaled = |side: u32| {
-            let share = f64::from(WIDEST_PX.min(longest)) / f64::from(longest);
+            let share = f64::from(longest_px.min(longest)) / f64::from(longest);
             ((f64::from(side) * share).round() as u32).max(1)
         };
         let small = imageops::thumbnail(picture, scaled(full.width_px), scaled(full.height_px));

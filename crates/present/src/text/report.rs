@@ -46,6 +46,8 @@ pub enum Section {
     Cameras,
     /// Each two cameras of a rig.
     Pairs,
+    /// Pictures of two cameras, as taken and rectified.
+    Rows,
     /// Uncertainty of a distance that two cameras measure.
     Distances,
     /// Refused pictures, with reasons.
@@ -77,6 +79,7 @@ impl Section {
             Self::Places => "places",
             Self::Cameras => "cameras",
             Self::Pairs => "pairs",
+            Self::Rows => "rows",
             Self::Distances => "distances",
             Self::Refused => "refused",
             Self::Provenance => "provenance",
@@ -105,6 +108,7 @@ impl Section {
             Self::Places => "Cameras, and places of the board",
             Self::Cameras => "Cameras",
             Self::Pairs => "Pairs of cameras",
+            Self::Rows => "Rows of two pictures",
             Self::Distances => "Distances by two cameras",
             Self::Refused => "Pictures not used, and why",
             Self::Provenance => "Versions and how to repeat",

@@ -242,6 +242,13 @@ pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
     line + ", " + &counted(pair.instants, "common place")
 }
 
+/// Captions of a pair's pictures.
+pub const AS_TAKEN: &str = "As taken: a line crosses different points of the board.";
+/// See [`AS_TAKEN`].
+pub const RECTIFIED: &str = "Rectified: each point is on one line in both pictures.";
+/// See [`AS_TAKEN`].
+pub const ROWS_NOTE: &str =
+    "The pair with the least certain rows, by the lenses and places of this calibration.";
 /// Titles of the drawings of a rig.
 pub const FROM_ABOVE: &str = "From above; the first camera looks away from you, up the page";
 /// See [`FROM_ABOVE`].
