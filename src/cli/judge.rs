@@ -18,6 +18,7 @@ use boresight_calibrate::Answer;
 use boresight_capture::film_length_mm;
 use boresight_files::{Overwrite, entries, may_save, save};
 use boresight_formats::{
+    JudgementFile,
     export::CameraFormat,
     import::{OldCalibration, OldFormat},
 };
@@ -194,7 +195,8 @@ impl Arguments {
             let own = if shared.is_none() { own() } else { None };
             let fresh = shared.as_ref().or(own.as_ref());
             let (answer, file) = judgement(path, old, fresh, self.limit);
-            say(&format!("{}: {}. {}", path.display(), file.message, file.action));
+            let by = command(&file, old.format).map_or_else(String::new, |by| format!(" ({by})"));
+            say(&format!("{}: {}. {}{by}", path.display(), file.message, file.action));
             file.doubts.iter().for_each(|doubt| say(&format!("  {doubt}.")));
             if self.json {
                 print(&file.to_json()?.to_string())?;
@@ -308,6 +310,19 @@ impl Arguments {
 
 fn wrong(wanted: &str) -> anyhow::Error {
     WrongUsage(wanted.into()).into()
+}
+
+/// What does a judgement's action in the terminal.
+fn command(judged: &JudgementFile, format: OldFormat) -> Option<&'static str> {
+    Some(match (judged.reason.as_deref(), &*judged.answer, format) {
+        (Some("NO-PICTURES"), _, OldFormat::Mrcal) => "boresight judge FILE CORNERS.vnl",
+        (Some("NO-PICTURES"), _, OldFormat::Kalibr) => "boresight judge FILE --source BAG",
+        (Some("NO-PICTURES"), ..) => "boresight judge FILE PICTURES",
+        (Some("LENS-IMPOSSIBLE"), ..) => "boresight calibrate PICTURES",
+        (None | Some("MISSES-PICTURE"), "off", _) => "--out FILE",
+        (None, "cannot-tell", _) => "--limit PX",
+        _ => return None,
+    })
 }
 
 fn has_ending(path: &Path) -> bool {

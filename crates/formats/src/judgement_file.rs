@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::schema::{self, NotRead};
 use boresight_calibrate::{Calibration, Judgement, WrongPart};
 
 /// Name and version of the format.
@@ -96,15 +95,6 @@ impl JudgementFile {
             displaced_px: displaced_px.map(|(at, by)| [at.x, at.y, by.x, by.y]).collect(),
             ..Self::default()
         }
-    }
-
-    /// Reads the tree of a JSON file. Unknown fields are skipped.
-    ///
-    /// # Errors
-    ///
-    /// [`NotRead`] if it is of another schema, or a field is missing or of another type.
-    pub fn read(tree: &Value) -> Result<Self, NotRead> {
-        schema::read(tree, JUDGEMENT_SCHEMA)
     }
 
     /// Builds the tree to write, with fields sorted by name.

@@ -5,7 +5,7 @@ use std::{path::Path, thread::available_parallelism};
 use super::calibration_views::{CalibrationViews, of_session};
 use crate::Announcer;
 use boresight_calibrate::{
-    Answer, Calibration, CalibrationParams, GivenLens, LensFlaw, NotCalibrated, NotJudged, judge,
+    Answer, Calibration, CalibrationParams, GivenLens, NotCalibrated, NotJudged, judge,
 };
 use boresight_formats::{
     CalibrationFile, FindingEntry, JUDGEMENT_SCHEMA, JudgementFile,
@@ -89,18 +89,16 @@ pub fn judgement(
     shown.extend(exif_mm.and_then(|exif_mm| FileDoubt::by_exif(old, exif_mm)));
     let mut doubts: Vec<String> = shown.iter().map(words::file_doubt).collect();
     let judged = match fresh {
-        None => Err(LensFlaw::of(&old.camera, old.image_size, &old.outlines)
-            .map_or(NotJudged::NoPictures, NotJudged::Impossible)),
-        Some(fresh) => match &fresh.lens {
-            Ok(lens) => judge(&given, &fresh.views.corners, &fresh.board, lens, limit_px)
-                .map(|judged| (judged, lens)),
-            Err(_) => Err(NotJudged::NoFreshLens),
-        },
+        Some(Fresh { lens: Ok(lens), views, board, .. }) => {
+            judge(&given, &views.corners, board, lens, limit_px).map(|judged| (judged, lens))
+        }
+        Some(_) => Err(NotJudged::NoFreshLens.or_flaw(&given, &old.outlines)),
+        None => Err(NotJudged::NoPictures.or_flaw(&given, &old.outlines)),
     };
     let (answer, (message, action), numbers) = match &judged {
         Ok((judged, lens)) => {
-            let pp_px = Some(&lens.camera.pp_px).filter(|_| shown.iter().any(FileDoubt::is_pp));
-            doubts.extend(words::judgement_reasons(judged, pp_px));
+            let pp_is_doubtful = shown.iter().any(FileDoubt::is_pp);
+            doubts.extend(words::judgement_reasons(judged, &given, lens, pp_is_doubtful));
             (judged.answer, words::judgement(judged), JudgementFile::numbers(judged, lens))
         }
         Err(reason) => {

@@ -18,7 +18,7 @@ mod wrong_part;
 use nalgebra::{Point2, SVector, Vector2};
 
 use self::closest::Rays;
-pub use self::{sized::SizeFit, wrong_part::WrongPart};
+pub use self::wrong_part::WrongPart;
 use crate::{Calibration, LensFlaw, Limits, Verdict, drift::LEAST_SEEN, projection_jacobian};
 use boresight_geometry::{
     BoardOutline, Camera, Corner, LENS_PARAMETERS, boards::Board, cell_centres_px, fit_pose,
@@ -81,14 +81,8 @@ pub struct Judgement {
     /// Reprojection residuals per coordinate by the given lens, with the best poses, in pixels.
     /// `None` if no view has a pose.
     pub rms_px: Option<f64>,
-    /// Reprojection residuals per coordinate by the fresh lens, in pixels.
-    pub fresh_rms_px: f64,
-    /// Relation between the sizes of the pictures.
-    pub size: SizeFit,
     /// Numbers of the lens that explain the error. `None` if several differ, or if nothing is off.
     pub wrong: Option<WrongPart>,
-    /// Lens as compared: for pictures of the new size.
-    pub camera: Camera,
 }
 
 /// Reason for no judgement.
@@ -130,6 +124,14 @@ impl NotJudged {
         }
     }
 
+    /// The flaw of `given` instead of this reason, if it has one and no part explains the reason.
+    /// `outlines` as for [`LensFlaw::of`].
+    pub fn or_flaw(self, given: &GivenLens, outlines: &[BoardOutline]) -> Self {
+        let is_explained = matches!(self, Self::Misses { wrong: Some(_), .. });
+        let flaw = LensFlaw::of(&given.camera, given.image_size, outlines);
+        flaw.filter(|_| !is_explained).map_or(self, Self::Impossible)
+    }
+
     /// Stable name, for files and programs.
     pub fn code(&self) -> &'static str {
         match self {
@@ -165,11 +167,22 @@ pub fn judge(
 ) -> Result<Judgement, NotJudged> {
     let outlines: Vec<BoardOutline> =
         views.iter().filter_map(|view| outline(view, board)).collect();
+    let known: &[_] = if given.image_size == fresh.image_size { &outlines } else { &[] };
+    held_to(given, views, board, fresh, &outlines, goal_px)
+        .map_err(|reason| reason.or_flaw(given, known))
+}
+
+/// As [`judge`], without a look at what no lens has: a lens for another size may have it in
+/// pictures of this one.
+fn held_to(
+    given: &GivenLens,
+    views: &[Vec<Corner>],
+    board: &Board,
+    fresh: &Calibration,
+    outlines: &[BoardOutline],
+    goal_px: Option<f64>,
+) -> Result<Judgement, NotJudged> {
     let pictures = fresh.image_size;
-    let known: &[BoardOutline] = if given.image_size == pictures { &outlines } else { &[] };
-    if let Some(flaw) = LensFlaw::of(&given.camera, given.image_size, known) {
-        return Err(NotJudged::Impossible(flaw));
-    }
     let reach_px = fresh.longer_side_px();
     let is_known = fresh.verdict != Verdict::Untrustworthy && !fresh.is_undetermined();
     let bound_px = fresh.covered_bound_px.filter(|_| is_known).ok_or(NotJudged::NoFreshLens)?;
@@ -182,14 +195,11 @@ pub fn judge(
     if sized.is_empty() {
         return Err(NotJudged::OtherSize { pictures, given: given.image_size });
     }
-    let compared = sized
-        .into_iter()
-        .filter_map(|(camera, size)| Some((covered.closest_to(&camera, &[])?, camera, size)));
-    // A picture may have been turned either way.
-    let nearest = compared.min_by(|a, b| a.0.off_px.total_cmp(&b.0.off_px));
-    let (closest, camera, size) = nearest.ok_or(NotJudged::Misses { share: 1.0, wrong: None })?;
+    let compared = sized.iter().filter_map(|camera| covered.closest_to(camera, &[]));
+    let nearest = compared.min_by(|a, b| a.off_px.total_cmp(&b.off_px));
+    let closest = nearest.ok_or(NotJudged::Misses { share: 1.0, wrong: None })?;
     let off_px = closest.off_px;
-    let wrong = |off_px| WrongPart::of(&camera, &covered, bound_px, off_px);
+    let wrong = |off_px| WrongPart::of(&closest.camera, &covered, bound_px, off_px);
     let hits = closest.displaced_px.iter().filter(|(_, by)| by.norm() < reach_px).count();
     if hits < covered.count() {
         let share = 1.0 - hits as f64 / covered.count() as f64;
@@ -207,7 +217,7 @@ pub fn judge(
     };
     let is_off = answer == Answer::Off;
     let whole = Rays::of(&fresh.camera, cell_centres_px(pictures));
-    let displaced_px = whole.displaced(&camera, &closest.turn).into_iter();
+    let displaced_px = whole.displaced(&closest.camera, &closest.turn).into_iter();
     Ok(Judgement {
         answer,
         off_px,
@@ -216,11 +226,8 @@ pub fn judge(
         worst_px: closest.displaced_px.iter().map(|(_, by)| by.norm()).fold(0.0, f64::max),
         goal_px,
         displaced_px: displaced_px.filter(|(_, by)| by.norm() < reach_px).collect(),
-        rms_px: rms_px(&camera, views, board).filter(|px| *px < reach_px),
-        fresh_rms_px: fresh.rms_px,
-        size,
+        rms_px: rms_px(&closest.camera, views, board).filter(|px| *px < reach_px),
         wrong: is_off.then(|| wrong(off_px)).flatten(),
-        camera,
     })
 }
 

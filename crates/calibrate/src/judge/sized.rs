@@ -5,31 +5,20 @@ use nalgebra::{Point2, Vector2};
 use super::GivenLens;
 use boresight_geometry::{Camera, frame::ImageSize};
 
-/// Relation of the pictures to those of a calibration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SizeFit {
-    /// The same size.
-    Same,
-    /// The same shape, larger by a factor.
-    Scaled(f64),
-    /// Width and height are swapped: a picture turned by a quarter.
-    Turned,
-}
-
-/// Lenses of `given` for `pictures` of another size. Empty if the shape differs: the pictures are
-/// cropped or squeezed, and nothing says how.
-pub(super) fn sized(given: &GivenLens, pictures: ImageSize) -> Vec<(Camera, SizeFit)> {
+/// Lenses of `given` for `pictures` of another size: scaled, or turned either way. Empty if the
+/// shape differs: the pictures are cropped or squeezed, and nothing says how.
+pub(super) fn sized(given: &GivenLens, pictures: ImageSize) -> Vec<Camera> {
     let side = |size: ImageSize| [size.width_px, size.height_px].map(f64::from);
     let ([width, height], [to_width, to_height]) = (side(given.image_size), side(pictures));
     let scale = to_width / width;
     if given.image_size == pictures {
-        vec![(given.camera, SizeFit::Same)]
+        vec![given.camera]
     } else if [to_width, to_height] == [height, width] {
         let quarter = quarter_turned(&given.camera, height);
         let half = quarter_turned(&quarter, width);
-        [quarter, quarter_turned(&half, height)].map(|camera| (camera, SizeFit::Turned)).into()
+        vec![quarter, quarter_turned(&half, height)]
     } else if (to_height - scale * height).abs() <= 1.0 {
-        vec![(scaled(&given.camera, scale), SizeFit::Scaled(scale))]
+        vec![scaled(&given.camera, scale)]
     } else {
         Vec::new()
     }
@@ -74,11 +63,11 @@ mod tests {
         assert!((seen - Point2::new(719.0 - px.y, px.x)).norm() < 1e-9);
         let given = GivenLens { camera, image_size: size };
         let of = |width_px, height_px| sized(&given, ImageSize { width_px, height_px });
-        let [_, (turned, _)] = of(720, 1280)[..] else { panic!("turned either way") };
+        let [_, turned] = of(720, 1280)[..] else { panic!("turned either way") };
         let seen = turned.px_from_normalized(&Point2::new(-0.2, -0.3));
         assert!((seen - Point2::new(px.y, 1279.0 - px.x)).norm() < 1e-9);
         assert_eq!(of(1280, 960), []);
-        let half = of(640, 360)[0].0;
+        let half = of(640, 360)[0];
         assert!((half.pp_px - Point2::new(324.75, 174.75)).norm() < 1e-9);
     }
 }

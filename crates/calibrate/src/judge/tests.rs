@@ -22,6 +22,10 @@ fn lens() -> Camera {
 
 /// Views of a board tipped by `tilts_deg`, each in another direction and place.
 fn views(tilts_deg: &[f64]) -> Vec<Vec<Corner>> {
+    views_by(&lens(), tilts_deg)
+}
+
+fn views_by(camera: &Camera, tilts_deg: &[f64]) -> Vec<Vec<Corner>> {
     let board_m = board().corners_in_board_m();
     let mut draws = 0_u64;
     // Sum of four equal distributions, by SplitMix64.
@@ -42,7 +46,7 @@ fn views(tilts_deg: &[f64]) -> Vec<Vec<Corner>> {
         let off_m = Vector3::new(-0.08 * towards.cos(), -0.05 * towards.sin(), 0.42);
         let pose = Isometry3::from_parts(off_m.into(), turn);
         let corner = |point: &Point2<f64>| {
-            let px = lens().project_board_point(&pose, point).expect("in front").px;
+            let px = camera.project_board_point(&pose, point).expect("in front").px;
             Corner::isotropic(px + Vector2::new(noise_px(), noise_px()), NOISE_PX)
         };
         board_m.iter().map(corner).collect()
@@ -105,6 +109,24 @@ fn a_lens_of_pictures_of_another_size_is_named_even_if_it_misses_these() {
         panic!("{found:?}")
     };
     assert!((ratio - 6.0).abs() < 0.1, "{ratio}");
+}
+
+#[test]
+fn a_lens_of_smaller_pictures_is_named_even_if_it_folds_over_in_these() {
+    let distortion = Distortion { k1: -0.5, ..Distortion::default() };
+    let views = views_by(&Camera { distortion, ..lens() }, &[40.0; 10]);
+    let fresh = fresh(&views);
+    let mut camera = fresh.camera;
+    camera.f_px *= 0.5;
+    camera.pp_px = (camera.pp_px.coords * 0.5).into();
+    let outlines: Vec<_> = views.iter().filter_map(|view| outline(view, &board())).collect();
+    assert!(LensFlaw::of(&camera, SIZE, &outlines).is_some());
+    let given = GivenLens { camera, image_size: SIZE };
+    let found = judge(&given, &views, &board(), &fresh, None);
+    let Err(NotJudged::Misses { wrong: Some(WrongPart::Scaled { ratio }), .. }) = found else {
+        panic!("{found:?}")
+    };
+    assert!((ratio - 0.5).abs() < 0.01, "{ratio}");
 }
 
 #[test]

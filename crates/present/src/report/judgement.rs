@@ -22,8 +22,7 @@ const LONGEST: f64 = 0.08;
 /// Page about `judged`, held to the lens in `fresh`: one self-contained HTML file, and well-formed
 /// XML.
 pub fn judgement_page(judged: &JudgementFile, fresh: Option<&CalibrationFile>) -> String {
-    let title = words::title_of_judgement(&judged.file);
-    let title = escaped(&title);
+    let title = escaped(&words::title_of_judgement(&judged.file));
     let reasons: String =
         judged.doubts.iter().map(|reason| format!("<li>{}.</li>\n", escaped(reason))).collect();
     let reasons = if reasons.is_empty() { reasons } else { format!("<ul>\n{reasons}</ul>\n") };

@@ -1,11 +1,12 @@
 //! Whether a calibration is true, in words.
 
-use boresight_calibrate::{Answer, Judgement, LensFlaw, NotJudged, SizeFit, WrongPart};
+use boresight_calibrate::{
+    Answer, Calibration, GivenLens, Judgement, LensFlaw, NotJudged, WrongPart,
+};
 use boresight_formats::import::{FileDoubt, OldFormat};
-use nalgebra::Point2;
 
 /// Action for a calibration that is off.
-const USE_FRESH: &str = "Use the lens of these pictures instead (--out FILE).";
+const USE_FRESH: &str = "Use the lens of these pictures instead.";
 
 /// Answer with numbers, and the next action.
 pub fn judgement(judged: &Judgement) -> (String, String) {
@@ -30,7 +31,7 @@ pub fn judgement(judged: &Judgement) -> (String, String) {
                     "These pictures would hide {hidden_px:.1} px. To tell, add some with the board tipped by 30 to 50°, over the whole picture."
                 )
             } else {
-                "Add pictures, or state what matters (--limit PX).".into()
+                "Add pictures, or state what matters.".into()
             },
         ),
     }
@@ -42,27 +43,24 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
         NotJudged::NoPictures => (
             "CAN'T TELL: a file alone can't show that it's true".into(),
             match format {
-                OldFormat::Mrcal => {
-                    "mrcal packs its corners. Give the table that they came from: boresight judge FILE CORNERS.vnl."
-                }
+                OldFormat::Mrcal => "mrcal packs its corners. Give the table that they came from.",
                 OldFormat::Kalibr => {
-                    "Kalibr's files hold no corners. Give the pictures, or the bag: boresight judge FILE --source BAG."
+                    "Kalibr's files hold no corners. Give the pictures, or the bag."
                 }
-                _ => "Give its pictures, too: boresight judge FILE PICTURES.",
+                _ => "Give its pictures, too.",
             }
             .into(),
         ),
-        NotJudged::Impossible(flaw) => (
-            format!("OFF: no lens is like that: {}", lens_flaw(flaw)),
-            "Calibrate again: boresight calibrate PICTURES.".into(),
-        ),
+        NotJudged::Impossible(flaw) => {
+            (format!("OFF: no lens is like that: {}", lens_flaw(flaw)), "Calibrate again.".into())
+        }
         NotJudged::OtherSize { pictures, given } => (
             format!("CAN'T TELL: it's for pictures of {given}, and these have {pictures}"),
             "Give the pictures that it was made from, or those of its mode.".into(),
         ),
         NotJudged::NoFreshLens => (
             "CAN'T TELL: these pictures give no trustworthy lens to hold it to".into(),
-            "boresight calibrate PICTURES says why.".into(),
+            "Take others, with the board tipped and over the whole picture.".into(),
         ),
         NotJudged::Misses { share, .. } => (
             format!(
@@ -74,23 +72,27 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
     }
 }
 
-/// What explains the answer, one sentence each. `pp_px` is the principal point of the fresh lens if
-/// the file's is doubtful.
-pub fn judgement_reasons(judged: &Judgement, pp_px: Option<&Point2<f64>>) -> Vec<String> {
+/// What explains the answer about `given` by the lens `fresh`, one sentence each.
+pub fn judgement_reasons(
+    judged: &Judgement,
+    given: &GivenLens,
+    fresh: &Calibration,
+    pp_is_doubtful: bool,
+) -> Vec<String> {
     let mut reasons = Vec::new();
-    match judged.size {
-        SizeFit::Same => {}
-        SizeFit::Scaled(scale) => {
-            let ratio = scale.recip();
-            reasons.push(format!("It's for pictures {ratio:.3} times as large, and was scaled"));
-        }
-        SizeFit::Turned => reasons.push("It's for pictures turned by 90°, and was turned".into()),
+    let (size, pictures) = (given.image_size, fresh.image_size);
+    if size != pictures {
+        let is_turned = [size.height_px, size.width_px] == [pictures.width_px, pictures.height_px];
+        let ratio = f64::from(size.width_px) / f64::from(pictures.width_px);
+        reasons.push(if is_turned {
+            "It's for pictures turned by 90°, and was turned".into()
+        } else {
+            format!("It's for pictures {ratio:.3} times as large, and was scaled")
+        });
     }
-    if let Some(pp_px) = pp_px {
-        reasons.push(format!(
-            "These pictures put the principal point at ({:.1}, {:.1})",
-            pp_px.x, pp_px.y
-        ));
+    if pp_is_doubtful {
+        let [x, y]: [f64; 2] = fresh.camera.pp_px.into();
+        reasons.push(format!("These pictures put the principal point at ({x:.1}, {y:.1})"));
     }
     if judged.answer == Answer::Off {
         reasons.push(wrong_part(judged.wrong.as_ref()));
@@ -98,7 +100,7 @@ pub fn judgement_reasons(judged: &Judgement, pp_px: Option<&Point2<f64>>) -> Vec
     if let Some(rms_px) = judged.rms_px {
         reasons.push(format!(
             "Its residuals are {rms_px:.3} px, those of the best lens {:.3} px: residuals are no evidence",
-            judged.fresh_rms_px
+            fresh.rms_px
         ));
     }
     reasons
@@ -135,7 +137,7 @@ pub fn wrong_part(wrong: Option<&WrongPart>) -> String {
             format!("Its focal length along y is {} against that along x", longer(*ratio))
         }
         Some(WrongPart::Scaled { ratio }) => {
-            format!("It fits pictures {ratio:.2} times as large as these")
+            format!("It's for pictures {ratio:.2} times as large as these: another mode of the camera")
         }
         Some(WrongPart::PrincipalPoint { off_px: [x, y] }) => {
             format!("Its principal point is off by ({x:+.1}, {y:+.1}) px")
