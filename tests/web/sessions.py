@@ -5,8 +5,9 @@
 
 "rendered", and no name at all, is a rendered video: a simulated session, recorded. Each session is begun, watched and ended
 on the page as a person does it. Its downloads are then read by the program: decisions decided again must be the same, corners
-found again in the same pictures, too, and the calibration must be the page's. So must a judgement of a wrong file. The rendered session must be GOOD, for which the
-page must judge enough pictures: nothing else may keep the computer busy. Prints what it measured, and "all well".
+found again in the same pictures, too, and the calibration must be the page's. So must the judgements of a wrong file: alone, by
+its own corners, and with its pictures. The rendered session must be GOOD, for which the page must judge enough pictures:
+nothing else may keep the computer busy. Prints what it measured, and "all well".
 """
 
 import argparse
@@ -224,25 +225,53 @@ def session(options, link, place, video, board, square_mm, must_be_good):
     beside(options, folder, calibration)
 
 
-def judgement(options, link, place, video, board, square_mm):
-    """A wrong calibration chosen with its pictures: the page's answer is the program's by the same views."""
-    recorded, downloads, file = place / "recorded", place / "judged", place / "ost.yaml"
+def with_own_corners(options, recorded, board, file):
+    """The session's calibration with its corners, 5 % too long, as OpenCV's sample writes it."""
+    made = {format: file.with_suffix("." + format) for format in ("opencv-json", "vnl")}
+    for format, out in made.items():
+        run(options.boresight, "export", recorded, "--format", format, "--out", out)
+    tree = json.loads(made["opencv-json"].read_text())
+    matrix = tree["camera_matrix"]["data"]
+    matrix[0], matrix[4] = 1.05 * matrix[0], 1.05 * matrix[4]
+    rows = [line.split() for line in made["vnl"].read_text().splitlines() if not line.startswith("#")]
+    # A corner that wasn't found has no place.
+    numbers = [float(number) if number != "-" else -1.0 for row in rows for number in row[1:3]]
+    width, height = map(int, board.split("x"))
+    points = {"type_id": "opencv-matrix", "rows": len(rows) // (width * height), "cols": width * height, "dt": "2f", "data": numbers}
+    tree.update(nframes=points["rows"], board_width=width, board_height=height, square_size=25.0, image_points=points)
+    file.write_text(json.dumps(tree))
+
+
+def judgements(options, link, place, video, board, square_mm):
+    """A wrong calibration, chosen alone and with its pictures: the page's answer is the program's by the same views."""
+    recorded, downloads, file, own = place / "recorded", place / "judged", place / "ost.yaml", place / "own.json"
     downloads.mkdir()
     run(options.boresight, "export", recorded, "--format", "ros-yaml", "--out", file)
-    longer = lambda number: repr(1.05 * float(number[0]))
-    text = file.read_text()
-    at = text.index("camera_matrix")
-    file.write_text(text[:at] + re.sub(r"\d{3,4}\.\d+", longer, text[at:], count=1))
+    longer = lambda found: f"data: [{1.05 * float(found[1])!r}, 0.0, {found[2]}, 0.0, {1.05 * float(found[3])!r},"
+    text, count = re.subn(r"data: \[(\S+), 0\.0, (\S+), 0\.0, (\S+),", longer, file.read_text(), count=1)
+    if not count:
+        sys.exit(f"no camera matrix: {text}")
+    file.write_text(text)
+    with_own_corners(options, recorded, board, own)
     page = Page(link, video, downloads)
     page.until("ready")
     page.tap("facing")
     page.until("shown === 'wait'")
     columns, rows = board.split("x")
     page.run(f"el('camera').value = FILES; el('columns').value = {columns}; el('rows').value = {rows}; el('square').value = {square_mm};")
+    choose = lambda files: page.browser.find_element("id", "chosen").send_keys("\n".join(map(str, files)))
+    for alone, code, what, begins in (file, 3, "alone", "CAN"), (own, 4, "corners", "OFF"):
+        page.tap("start")
+        choose([alone])
+        page.until(f"el('trouble2').textContent.startsWith('{begins}')")
+        page.shoot(options.keep and options.keep / f"judgement-{what}.png")
+        told = json.loads(run(options.boresight, "judge", alone, "--json", code=code))
+        same(options, f"{alone.name} alone", page.run("return el('trouble2').textContent"),
+             ". ".join([told["message"], told["action"].removesuffix("."), *told["doubts"]]))
     page.tap("start")
     pictures = sorted((recorded / "frames").glob("*.png"))
     chosen = [file, *pictures[:: 1 + len(pictures) // 60]]
-    page.browser.find_element("id", "chosen").send_keys("\n".join(map(str, chosen)))
+    choose(chosen)
     page.until("live && live.stage === 'ended' && shown === 'result'", 600)
     page.shoot(options.keep and options.keep / "judgement.png")
     said = page.run("return [ended.what, ended.action]")
@@ -250,9 +279,13 @@ def judgement(options, link, place, video, board, square_mm):
     download(page, "Judgement", downloads, "judgement.html")
     page.browser.quit()
     told = json.loads(run(options.boresight, "judge", file, downloads / "boresight-session", "--json", code=4))
-    print(f"{file.name} with {len(chosen) - 1} pictures: {said[0]}")
-    if said != [told["message"], told["action"]]:
-        print(f"  DIFFERS: {told['message']} {told['action']}")
+    same(options, f"{file.name} with {len(chosen) - 1} pictures", said, [told["message"], told["action"]])
+
+
+def same(options, what, page, program):
+    print(f"{what}: {page}")
+    if page != program:
+        print(f"  DIFFERS: {program}")
         options.failed = True
 
 
@@ -298,7 +331,7 @@ def main():
             for video in videos:
                 session(options, link, place, *video)
                 if video[-1]:
-                    judgement(options, link, place, *video[:-1])
+                    judgements(options, link, place, *video[:-1])
         finally:
             served.terminate()
             served.wait()
