@@ -303,8 +303,9 @@ pub(crate) fn export(
     py.detach(work).map_err(|err| raised(&err))
 }
 
-/// Names of the formats.
+/// Names of the formats of one camera.
 #[pyfunction]
 pub(crate) fn formats() -> Vec<&'static str> {
-    Format::all().map(Format::code).collect()
+    let of_one = |format: &Format| !matches!(format, Format::Rig(_));
+    Format::all().filter(of_one).map(Format::code).collect()
 }
