@@ -143,6 +143,6 @@ mod tests {
         assert_eq!(page.findings, [("It states no distortion".to_owned(), String::new()), own]);
         let verdicts = ["true", "cannot-tell"]
             .map(|answer| EndedPage::default().judged(&judged(answer)).verdict);
-        assert_eq!(verdicts, ["good", "none"]);
+        assert_eq!(verdicts, ["good", "care"]);
     }
 }

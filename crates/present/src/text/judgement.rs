@@ -137,7 +137,7 @@ pub fn wrong_part(wrong: Option<&WrongPart>) -> String {
             format!("Its focal length along y is {} against that along x", longer(*ratio))
         }
         Some(WrongPart::Scaled { ratio }) => {
-            format!("It's for pictures {ratio:.2} times as large as these: another mode of the camera")
+            format!("It's for pictures {ratio:.2} times as large: another mode of the camera")
         }
         Some(WrongPart::PrincipalPoint { off_px: [x, y] }) => {
             format!("Its principal point is off by ({x:+.1}, {y:+.1}) px")

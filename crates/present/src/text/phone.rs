@@ -36,7 +36,7 @@ pub fn judged(answer: &str) -> (&'static str, &'static str) {
     match answer {
         "true" => ("good", "It's true"),
         "off" => ("bad", "It's off"),
-        _ => ("none", "These pictures can't tell"),
+        _ => ("care", "These pictures can't tell"),
     }
 }
 
