@@ -138,7 +138,7 @@ impl Arguments {
             if self.opens_window() {
                 #[cfg(feature = "window")]
                 {
-                    let announcer = self.beside.announcer_of_window();
+                    let announcer = self.beside.announcer_of_rig();
                     let run = given.open(&opening, &announcer)?;
                     return Guide { announcer, voice, as_json }.in_window(run);
                 }

@@ -276,7 +276,7 @@ fn what_stands_on_the_picture_is_read_too() {
 fn replay_is_read(moment: &Moment) {
     let page = harness(Page::Replay, moment, Theme::Dark, 1.0);
     page.get_by_role_and_label(Role::Status, &moment.sentence);
-    page.get_by_label(&boresight::text::replay::why(&moment.snapshot));
+    page.get_by_label(&boresight::text::replay::why(&moment.snapshot, false));
     page.get_by_label_contains("Decision 1 of 1");
     page.get_by_role_and_label(Role::Image, boresight::text::replay::STRIP);
     page.get_by_role_and_label(Role::Slider, boresight::text::replay::SCRUBBER);

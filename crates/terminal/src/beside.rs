@@ -67,7 +67,7 @@ pub struct VoiceArguments {
     #[arg(long, value_name = "WHERE", num_args = 0..=1)]
     speak: Option<Option<Stands>>,
     /// Where the person stands: facing the camera, or behind it. Left and right are then theirs, in
-    /// the terminal and in the voice [default: facing].
+    /// the window, the terminal and the voice [default: as in the window the last time, or facing].
     #[arg(long, value_name = "WHERE")]
     stand: Option<Stands>,
 }
@@ -87,20 +87,23 @@ impl BesideArguments {
         false
     }
 
-    /// True if the requested voice addresses someone facing the camera; `None` without a voice.
+    /// True if a voice is requested.
     #[cfg(feature = "window")]
-    pub fn speaks_to_facing(&self) -> Option<bool> {
-        self.voice.speak.map(|_| self.voice.faces())
+    pub fn speaks(&self) -> bool {
+        self.voice.speak.is_some()
     }
 
-    /// Announcer beside a window, whose picture isn't mirrored, unless the voice addresses someone
-    /// facing the camera.
+    /// True if the person faces the camera; `None` if nobody says so.
     #[cfg(feature = "window")]
-    pub fn announcer_of_window(&self) -> Announcer {
-        match self.speaks_to_facing() {
-            Some(true) => announcer(),
-            _ => announcer().from_behind(),
-        }
+    pub fn stands_facing(&self) -> Option<bool> {
+        self.voice.stands().map(|stands| stands == Stands::Facing)
+    }
+
+    /// Announcer beside a rig's window, whose pictures aren't mirrored, unless the voice addresses
+    /// someone facing the camera.
+    #[cfg(feature = "window")]
+    pub fn announcer_of_rig(&self) -> Announcer {
+        if self.speaks() && self.faces() { announcer() } else { announcer().from_behind() }
     }
 
     /// True if the person faces the camera, which is usual.
@@ -126,9 +129,14 @@ impl BesideArguments {
 }
 
 impl VoiceArguments {
+    /// Where the person stands, if anybody says so.
+    fn stands(&self) -> Option<Stands> {
+        self.speak.flatten().or(self.stand)
+    }
+
     /// True if the person faces the camera.
     fn faces(&self) -> bool {
-        self.speak.flatten().or(self.stand) != Some(Stands::Behind)
+        self.stands() != Some(Stands::Behind)
     }
 
     /// `announcer` with the person's left and right.

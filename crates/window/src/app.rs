@@ -22,7 +22,7 @@ use super::{
     replay::RecordingBrowser,
     result,
     rig::RigView,
-    screen::{Preferences, Screen},
+    screen::{FACES, Preferences, Screen},
     session_state::{Running, SessionState},
     settings,
     sound::{Sound, Tone},
@@ -53,8 +53,10 @@ const IDLE: Duration = Duration::from_millis(500);
 const REST: Duration = Duration::from_secs(2);
 /// Time without mouse or keys before a session is shown without bar and panels.
 const UNTOUCHED_SECS: f64 = 2.0;
-/// Time of continuous detection of another board, before the first view, until it's used.
-const OTHER_BOARD_SECS: f64 = 1.5;
+/// Time between two looks at another board, before the first view.
+const OTHER_BOARD_SECS: f64 = 0.5;
+/// Looks in a row that agree on the other board, with its whole rim, until it's used.
+const OTHER_BOARD_LOOKS: u32 = 3;
 /// Maximum number of switches, against two boards in view taking turns for ever.
 const MOST_SWITCHES: u32 = 3;
 
@@ -86,8 +88,8 @@ pub struct App {
     /// True while the cameras are previewed.
     looks: bool,
     memory: Memory,
-    /// Another board in view, with the time of appearance.
-    other_board: Option<(BoardChoice, f64)>,
+    /// Another board in view, with the time of the last look, and the number of looks that agree.
+    other_board: Option<(BoardChoice, f64, u32)>,
     /// Number of automatic switches of the board since the person started.
     switches: u32,
     /// True if the window fills the screen only while the person is away.
@@ -143,7 +145,7 @@ impl App {
         }
         let usual = Preferences::default();
         let preferences = Preferences {
-            mirrored: memory.mirrored.unwrap_or(usual.mirrored),
+            mirrored: memory.mirrored.unwrap_or(FACES),
             tone: memory.tone.unwrap_or(usual.tone),
             speech: memory.speech.unwrap_or(usual.speech),
             panels: memory.panels.unwrap_or(usual.panels),
@@ -279,20 +281,23 @@ impl App {
         let other = other.filter(|board| board.pattern.is_plain());
         let now_secs = self.screen.now_secs;
         self.other_board = match (other, self.other_board) {
-            (Some(board), Some((before, since))) if board == before => Some((board, since)),
-            (other, _) => other.map(|board| (board, now_secs)),
+            (Some(board), Some((before, since, looks))) if board == before => {
+                Some((board, since, looks))
+            }
+            (other, _) => other.map(|board| (board, now_secs, 0)),
         };
-        let Some((board, since)) = self.other_board else { return };
+        let Some((board, since, looks)) = self.other_board else { return };
         if now_secs - since < OTHER_BOARD_SECS || self.switches >= MOST_SWITCHES {
             return;
         }
         // A part of a board would be counted as a smaller one.
         match self.whole_board(board) {
-            Some(seen) => {
+            Some(seen) if looks + 1 >= OTHER_BOARD_LOOKS => {
                 self.switches += 1;
                 self.use_board(ctx, board, seen.code.as_ref());
             }
-            None => self.other_board = Some((board, now_secs)),
+            Some(_) => self.other_board = Some((board, now_secs, looks + 1)),
+            None => self.other_board = Some((board, now_secs, 0)),
         }
     }
 
@@ -361,7 +366,7 @@ impl App {
         let before = &self.memory;
         let memory = Memory {
             paper: Some(self.start.paper).filter(|paper| *paper > 0),
-            mirrored: changed(preferences.mirrored, usual.mirrored, before.mirrored),
+            mirrored: changed(preferences.mirrored, FACES, before.mirrored),
             tone: changed(preferences.tone, usual.tone, before.tone),
             speech: changed(preferences.speech, usual.speech, before.speech),
             panels: changed(preferences.panels, usual.panels, before.panels),

@@ -11,7 +11,9 @@ use crate::{NoWindow, run as run_window, run_replay, window_host::WindowHost};
 use boresight_app::{AppHost, Exit, Opening, usual_memory, window::recordings::DecidedRecording};
 use boresight_formats::CalibrationFile;
 use boresight_present::text::window as words;
-use boresight_terminal::{beside::BesideArguments, operation::Operation, print, stop_flag};
+use boresight_terminal::{
+    announcer, beside::BesideArguments, operation::Operation, print, stop_flag,
+};
 
 /// Runs sessions in a window until it's closed. The last session's result decides the exit code.
 /// Without `at_once`, the start page asks about the first session.
@@ -58,11 +60,11 @@ fn host(
             let _ = result.to_json().map(|json| print(&json.to_string()));
         }
     });
-    let announcer = beside.announcer_of_window();
-    let host = WindowHost::new(opening, paced, stop_flag()?, announcer, on_result);
+    let host = WindowHost::new(opening, paced, stop_flag()?, announcer(), on_result);
     #[cfg(feature = "serve")]
     let host = host.with_phone(beside.phone()?);
-    let host = host.watched_by(watching).speaking(beside.speaks_to_facing());
+    let host = host.watched_by(watching).speaking(beside.speaks());
+    let host = host.facing(beside.stands_facing());
     Ok(if at_once { host } else { host.asking() })
 }
 

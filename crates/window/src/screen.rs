@@ -34,6 +34,10 @@ pub struct Preferences {
     pub hint: bool,
 }
 
+/// True if a person faces the camera, unless somebody says otherwise, as for the terminal, the
+/// voice and the phone.
+pub(crate) const FACES: bool = true;
+
 impl Default for Preferences {
     fn default() -> Self {
         Self {

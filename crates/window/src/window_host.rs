@@ -12,6 +12,7 @@ use std::{
 
 use image::GrayImage;
 
+use crate::screen::FACES;
 #[cfg(feature = "serve")]
 use boresight_app::window::host::PhoneLink;
 use boresight_app::{
@@ -79,8 +80,10 @@ pub struct WindowHost {
     voice: Voice,
     /// Onlookers at every session beside the window.
     watching: Onlookers,
-    /// Initial voice: true swaps left and right for a person facing the camera.
-    speaks: Option<bool>,
+    /// True to speak from the beginning.
+    speaks: bool,
+    /// True if the person faces the camera; `None` for what is remembered.
+    faces: Option<bool>,
     #[cfg(feature = "serve")]
     phone: Option<Arc<boresight_phone::session_page::Phone>>,
 }
@@ -123,9 +126,10 @@ impl AppHost for WindowHost {
     fn remembered(&self) -> Memory {
         let read = || self.memory.as_deref().map(memory::read).unwrap_or_default();
         let memory = self.kept.clone().unwrap_or_else(read);
-        match self.speaks {
-            None => memory,
-            Some(mirrored) => Memory { speech: Some(true), mirrored: Some(mirrored), ..memory },
+        Memory {
+            speech: self.speaks.then_some(true).or(memory.speech),
+            mirrored: self.faces.or(memory.mirrored),
+            ..memory
         }
     }
 
@@ -359,7 +363,8 @@ impl WindowHost {
             named: None,
             voice: Voice::new(),
             watching: Onlookers::new(),
-            speaks: None,
+            speaks: false,
+            faces: None,
             #[cfg(feature = "serve")]
             phone: None,
         }
@@ -391,11 +396,24 @@ impl WindowHost {
         Self { memory: path, ..self }
     }
 
-    /// Speaks from the beginning, if `mirrored` is given: true swaps left and right for a person
-    /// facing the camera.
+    /// Speaks from the beginning, if `speaks`.
     #[must_use]
-    pub fn speaking(self, mirrored: Option<bool>) -> Self {
-        Self { speaks: mirrored, ..self }
+    pub fn speaking(self, speaks: bool) -> Self {
+        Self { speaks, ..self }
+    }
+
+    /// Mirrors the picture and swaps left and right for a person facing the camera, if `faces`; as
+    /// remembered, if `None`.
+    #[must_use]
+    pub fn facing(self, faces: Option<bool>) -> Self {
+        Self { faces, ..self }
+    }
+
+    /// Announcer with left and right as in the window.
+    fn announcer(&self) -> Announcer {
+        let announcer = self.announcer.clone();
+        let faces = self.remembered().mirrored.unwrap_or(FACES);
+        if faces { announcer } else { announcer.from_behind() }
     }
 
     /// Asks about the first session instead of a start.
@@ -509,7 +527,8 @@ impl WindowHost {
             ..self.opening
         };
         let asks_square = opening.board_code.has_square();
-        let mut run = opening.open(&self.announcer)?;
+        let announcer = self.announcer();
+        let mut run = opening.open(&announcer)?;
         #[cfg(feature = "serve")]
         if let Some(phone) = &self.phone {
             phone.opens(&run);
@@ -526,7 +545,7 @@ impl WindowHost {
             _ => Some(run.board_in_words()),
         });
         let source = run.open.source.identity().name;
-        let (mut setup, context) = run.setup(&self.announcer)?;
+        let (mut setup, context) = run.setup(&announcer)?;
         let adjustables = setup.source.adjustables();
         if setup.lossless && self.paced {
             setup.source = Box::new(Paced::new(setup.source));
@@ -535,10 +554,10 @@ impl WindowHost {
         let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
         self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
         let mut onlookers = self.onlookers();
-        onlookers.push(announcing(&self.announcer));
+        onlookers.push(announcing(&announcer));
         let (pipeline, showing) =
             Pipeline::start_with_feed_before(setup, &onlookers, move || wake())?;
-        let (announcer, exit) = (self.announcer.clone(), Arc::clone(&self.exit));
+        let exit = Arc::clone(&self.exit);
         let on_result = Arc::clone(&self.on_result);
         #[cfg(feature = "serve")]
         let phone = self.phone.clone();
@@ -551,7 +570,11 @@ impl WindowHost {
             if let Some(phone) = &phone {
                 phone.ending();
             }
-            let outcome = run.and_then(|run| run.conclude(&announcer));
+            // The window says why there is no view, and its folder may be binned.
+            let outcome = run.and_then(|run| match run.session.accepted() {
+                [] => run.conclude(&Announcer::silent()),
+                _ => run.conclude(&announcer),
+            });
             #[cfg(feature = "serve")]
             if let (Some(phone), Some(session), Ok(concluded)) = (&phone, &session, &outcome) {
                 phone.ended(session, concluded, &folder);

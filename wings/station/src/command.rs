@@ -427,7 +427,7 @@ fn adjust(
     };
     #[cfg(feature = "window")]
     if !headless && !json && boresight_app::window::desktop::has_display() {
-        let faces = beside.speaks_to_facing() == Some(true);
+        let faces = beside.speaks() && beside.faces();
         let is_right = crate::window_page::adjust((&camera, &feed), faces, &stop, &mut hear)?;
         return Ok(if is_right { Exit::Good } else { Exit::Moved });
     }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use boresight_guide::session::{Outcome, Prompt, Snapshot};
 
-/// Decision of a step, with the reason.
-pub fn why(snapshot: &Snapshot) -> String {
+/// Decision of a step, with the reason; if `mirrored`, left and right are exchanged.
+pub fn why(snapshot: &Snapshot, mirrored: bool) -> String {
     match &snapshot.decision.outcome {
         Outcome::Refused { .. } if snapshot.shown.prompt == Prompt::Taken => {
             "Just after a view: nothing is asked for yet".into()
@@ -14,7 +14,7 @@ pub fn why(snapshot: &Snapshot) -> String {
             format!("Not taken: {}", super::window::refused(refusal, snapshot.live.as_deref()))
         }
         Outcome::Noted => "Not a frame: a command or a camera event".into(),
-        outcome => super::outcome(outcome, snapshot, false).unwrap_or_default(),
+        outcome => super::outcome(outcome, snapshot, mirrored).unwrap_or_default(),
     }
 }
 
@@ -46,6 +46,8 @@ pub const PICK: &str = "Open a session";
 pub const FOLDER: &str = "Folder";
 /// See [`FOLDER`].
 pub const FOLDER_TIP: &str = "Type the path of a session folder, choose one below, or drop it onto the window. Opens read-only.";
+/// Hint in the empty field.
+pub const FOLDER_HINT: &str = "path of a session's folder";
 /// Button to open the folder.
 pub const OPEN: &str = "Open";
 /// Heading of the list of sessions.

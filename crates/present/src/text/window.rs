@@ -1,6 +1,6 @@
 //! Sentences, labels and tooltips of the window.
 
-use boresight_detect::OtherBoard;
+use boresight_detect::{Miss, OtherBoard};
 use boresight_geometry::{
     boards::{Board, BoardChoice},
     device::{Adjustable, Control},
@@ -219,6 +219,11 @@ pub fn camera_lines(
 /// Reason for not taking a replayed frame.
 pub fn refused(refusal: &Refusal, live: Option<&LiveView>) -> String {
     match (refusal, live.map(|live| &live.corners_px)) {
+        // The sentence names the way, which it keeps for a while.
+        (
+            Refusal::NotFound,
+            Some(Err(Miss::PartialBoard { found, wanted, cut_off_by: Some(_), .. })),
+        ) => format!("Part of the board is out of view: {found} of {wanted} corners found"),
         (Refusal::NotFound, Some(Err(miss))) => super::miss(miss),
         (refusal, _) => super::refusal(refusal),
     }

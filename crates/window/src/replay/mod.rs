@@ -43,7 +43,11 @@ pub fn show(ui: &mut Ui, replayed: &mut Replayed) {
 fn decision(ui: &mut Ui, replayed: &Replayed) {
     let step = &replayed.steps[replayed.at];
     let bad = theme::palette(ui.visuals()).bad;
-    ui.label(RichText::new(words::why(step)).size(theme::TITLE).strong());
+    ui.label(
+        RichText::new(words::why(step, replayed.screen.preferences.mirrored))
+            .size(theme::TITLE)
+            .strong(),
+    );
     ui.horizontal(|ui| {
         let frame = step.decision.frame;
         let (at, steps) = (replayed.at, replayed.steps.len());

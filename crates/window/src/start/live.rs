@@ -6,7 +6,7 @@ use egui::{
 };
 
 use super::{
-    super::{aloud, keys::UiAction, rig::arranged, theme},
+    super::{aloud, keys::UiAction, rig::arranged, screen::FACES, theme},
     start_page::{Choices, StartPage},
 };
 use boresight_app::window::host::CameraView;
@@ -55,7 +55,7 @@ fn picture(ui: &mut Ui, area: Rect, k: f32, page: &mut StartPage, choices: &Choi
         let [width_px, height_px] = texture.size().map(|side| u32::try_from(side).unwrap_or(1));
         ImageSize { width_px, height_px }
     });
-    let placed = arranged(area, &sizes.collect::<Vec<_>>(), choices.mirrored == Some(true));
+    let placed = arranged(area, &sizes.collect::<Vec<_>>(), choices.mirrored.unwrap_or(FACES));
     for ((_, texture), placed) in with_pictures.iter().zip(&placed) {
         Image::new((texture.id(), placed.rect.size())).uv(placed.uv()).paint_at(ui, placed.rect);
     }
