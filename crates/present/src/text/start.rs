@@ -42,6 +42,8 @@ pub const RECORDINGS_TIP: &str = "Step through a session you recorded before.";
 pub const OTHER: &str = "Stream or file";
 /// See [`OTHER`].
 pub const OTHER_TIP: &str = "An address such as rtsp://…, pipe: and a command that sends pictures, ros2: and a topic, gige: and a camera's address, a video file, a recorded bag, a folder of pictures, or sim:SCENE.toml.";
+/// Hint in the empty field.
+pub const OTHER_HINT: &str = "rtsp://… or a file";
 /// Tooltip of a stream used before.
 pub const RECENT_TIP: &str = "Used before. Passwords aren't stored: add yours again.";
 /// Choice of several cameras for one session.

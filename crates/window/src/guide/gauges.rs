@@ -11,7 +11,9 @@ use boresight_present::{
 };
 
 pub(super) fn show(ui: &mut Ui, screen: &Screen, instruction: Option<&Instruction>) {
-    let Some(snapshot) = &screen.snapshot else { return };
+    // Without a request there is nothing to aim for.
+    let snapshot = screen.snapshot.as_ref().filter(|snapshot| snapshot.target.is_some());
+    let Some(snapshot) = snapshot else { return };
     for gauge in Gauge::ALL {
         let reading = reading(gauge, snapshot);
         let words = gauge.words(reading.value, reading.aim);

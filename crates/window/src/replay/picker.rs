@@ -144,13 +144,13 @@ fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<U
         button(ui, sessions::REPORT, true, UiAction::Show(report.clone()));
     }
     button(ui, sessions::REPLAY, true, UiAction::Replay(folder.clone()));
-    button(ui, sessions::DELETE, idle, UiAction::Delete(folder.clone()));
+    let mut exported = None;
     if recording.judged.is_some() {
         let (label, tip) = sessions::EXPORT;
         ui.menu_button(label, |ui| {
             for (format, name) in picker.formats.iter().enumerate() {
                 if ui.button(*name).clicked() {
-                    asks.push(UiAction::ExportOf(folder.clone(), format));
+                    exported = Some(UiAction::ExportOf(folder.clone(), format));
                     ui.close();
                 }
             }
@@ -158,12 +158,16 @@ fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<U
         .response
         .on_hover_text(tip);
     }
+    button(ui, sessions::DELETE, idle, UiAction::Delete(folder.clone()));
+    asks.extend(exported);
 }
 
 fn path(ui: &mut Ui, picker: &mut Picker, asks: &mut Vec<UiAction>) {
     ui.horizontal(|ui| {
         let name = ui.label(words::FOLDER).on_hover_text(words::FOLDER_TIP);
-        let field = TextEdit::singleline(&mut picker.path).desired_width(480.0);
+        let field = TextEdit::singleline(&mut picker.path)
+            .hint_text(words::FOLDER_HINT)
+            .desired_width(480.0);
         let field = ui.add(field).labelled_by(name.id).on_hover_text(words::FOLDER_TIP);
         let enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
         let can = picker.opening.is_none() && !picker.path.trim().is_empty();

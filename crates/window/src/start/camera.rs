@@ -62,7 +62,9 @@ pub(super) fn show(ui: &mut Ui, page: &mut StartPage, choices: &Choices, asks: &
         }
     }
     let name = ui.label(words::OTHER).on_hover_text(words::OTHER_TIP);
-    let field = TextEdit::singleline(&mut page.typed).desired_width(f32::INFINITY);
+    let field = TextEdit::singleline(&mut page.typed)
+        .hint_text(words::OTHER_HINT)
+        .desired_width(f32::INFINITY);
     let field = ui.add(field).labelled_by(name.id).on_hover_text(words::OTHER_TIP);
     if field.changed() {
         page.draft.source.clone_from(&page.typed);
