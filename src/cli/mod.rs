@@ -88,6 +88,7 @@ use serde_json::json;
     propagate_version = true,
     args_conflicts_with_subcommands = true,
     about = "Live pose guidance for camera calibration with principal lines",
+    override_usage = "boresight [COMMAND]",
     long_about = None,
     after_help = EXAMPLES,
     after_long_help = AFTER_HELP
@@ -107,9 +108,7 @@ Examples:
   boresight demo                              see a session without a camera
   boresight                                   start a session
   boresight target --paper a4                 print a board
-  boresight judge ost.yaml pictures           is somebody's calibration true?
-
-`boresight --help` tells more; `boresight guide --help` lists the options of a session.";
+  boresight guide --help                      list the options of a session";
 
 const AFTER_HELP: &str = "\
 Examples:
@@ -293,6 +292,14 @@ pub fn app_host(arguments: &[&str], paced: bool) -> anyhow::Result<Box<dyn AppHo
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Options of a session are in the help of `guide`.
+    #[test]
+    fn the_short_help_fits_on_a_screen() {
+        let help = command_line().render_help().to_string();
+        assert!(help.lines().count() <= 40, "{} lines: {help}", help.lines().count());
+        assert!(help.contains("Commands:\n  guide") && help.contains("Examples:"), "{help}");
+    }
 
     #[test]
     fn help_names_the_board_that_each_command_takes() {
