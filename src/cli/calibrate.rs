@@ -271,7 +271,6 @@ impl Arguments {
                 calibration: file,
                 notes,
                 certificate,
-                typical_goal_px: None,
                 camera,
                 corners: views.corners,
                 pictures: views.pictures,

@@ -53,7 +53,7 @@ pub(super) struct Arguments {
     /// Fill in the first sheet, for example certificate.customer="Mill Ltd". Can be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = setting)]
     settings: Vec<String>,
-    /// Write the certificate's front only, as a PDF of one page.
+    /// Write the certificate only, as a PDF: its front, and a sheet with the numbers.
     #[arg(long)]
     pdf: bool,
     /// File to write [default: report.html in the session, or FILE.html beside the calibration;

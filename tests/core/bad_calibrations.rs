@@ -753,7 +753,7 @@ fn the_window_and_the_phone_show_no_standard_deviation_below_four_views() {
         let found = run(&scene.views(&plan).into()).expect("calibrates");
         assert_eq!(text::knows_sd(&found), is_known);
         let mut lines: Vec<String> =
-            text::result::result_lines(&found).into_iter().map(|(_, value)| value).collect();
+            text::result::result_lines(&found, None).into_iter().map(|(_, value)| value).collect();
         lines.extend(text::result::method_lines(&found).into_iter().map(|(_, value, _)| value));
         let stated = lines.iter().flat_map(|line| line.split('±').skip(1));
         let numbers = stated.filter(|rest| rest.trim_start().starts_with(char::is_numeric));

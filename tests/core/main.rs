@@ -38,6 +38,8 @@ mod layering;
 mod listener;
 mod natural_views;
 mod one_instruction;
+#[cfg(feature = "report")]
+mod one_truth;
 mod ordinary_webcam;
 mod other_boards;
 mod partial_boards;

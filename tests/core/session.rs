@@ -570,11 +570,11 @@ fn a_goal_never_changes_and_is_reached_or_the_end_says_by_how_much_not() {
     assert_eq!(missed.progress(), Progress::Exhausted);
     let said = text::session_news::ending(&missed);
     let by = format!(
-        "The principal point is known to {:.2} px; the goal is {:.2} px",
+        "The principal point is known to {:.2} px; planned was {:.2} px",
         reached.pp_sigma_px,
         0.05 * long(&reached)
     );
-    assert!(said.starts_with("Stopped short of the goal") && said.contains(&by), "{said}");
+    assert!(said.starts_with("Stopped short of the plan") && said.contains(&by), "{said}");
     assert!(said.contains("too noisy: more light, or about"), "{said}");
     // Nobody waits in vain for what twenty-four views can't reach.
     let views = missed.accepted().len();

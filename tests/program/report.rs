@@ -386,7 +386,6 @@ fn drift_is_shown_where_it_is_known() {
         calibration: CalibrationFile::read(&calibration).expect("whole"),
         notes: Vec::new(),
         certificate: None,
-        typical_goal_px: None,
         camera: CameraSection::default(),
         corners: Vec::new(),
         pictures: Vec::new(),
@@ -469,7 +468,8 @@ fn the_first_sheet_is_a_certificate() {
         "640×480 px",
         "K = [[",
         "Field of view",
-        "≥ 50 %",
+        "Part of the picture that meets the goal",
+        "≤ 0.30 px",
     ] {
         assert!(text(sheet).contains(words), "{words}: {}", text(sheet));
     }
@@ -481,7 +481,7 @@ fn the_first_sheet_is_a_certificate() {
         of("/result/pp_px/0"),
         2.0 * of("/result/sigma/pp_px/0"),
         2.0 * of("/result/sigma/f_px/0"),
-        100.0 * of("/valid_area/share"),
+        of("/projection_sd_px/mean"),
     ] {
         assert!(shown.contains(&value), "{value} is not in {shown:?}");
     }
@@ -505,7 +505,7 @@ fn the_first_sheet_is_a_certificate() {
 }
 
 #[test]
-fn the_certificates_front_is_a_pdf_with_the_words_of_the_page() {
+fn the_certificate_is_a_pdf_with_the_words_of_the_page() {
     let (folder, files) = place(6);
     calibrate(folder.path(), &files, &["--out", "result.json"]);
     let report =
@@ -520,7 +520,7 @@ fn the_certificates_front_is_a_pdf_with_the_words_of_the_page() {
     assert!(bytes.starts_with(b"%PDF"));
     let written: String = bytes.iter().map(|byte| char::from(*byte)).collect();
     let sheet = text(part(&document, "certificate"));
-    for words in ["A. Meter", "SHA-256"] {
+    for words in ["A. Meter", "SHA-256", "Focal length", "Corner error", "Camera make", "K = [["] {
         assert!(sheet.contains(words) && written.contains(words), "{words}");
     }
     // Beyond ASCII, letters are numbers of one byte each.

@@ -9,7 +9,8 @@ use super::{
     solve::{lens_model::LensModel, model_choice::ModelFit},
 };
 use boresight_geometry::{
-    Camera, FocalLength, LENS_PARAMETERS, LensMatrix, LensParts, PrincipalLine, frame::ImageSize,
+    BoardOutline, Camera, FocalLength, LENS_PARAMETERS, LensMatrix, LensParts, PrincipalLine,
+    boards::Board, frame::ImageSize,
 };
 
 /// Estimate of the principal point.
@@ -168,6 +169,22 @@ impl Calibration {
             }
             _ => self.camera,
         }
+    }
+
+    /// Image of the outline of each view's seen part of `board`; `None` where the lens model
+    /// doesn't reach it.
+    pub fn outlines(&self, board: &Board) -> Vec<Option<BoardOutline>> {
+        let board_m = board.corners_in_board_m();
+        let outline = |(index, view): (usize, &ViewResult)| {
+            let camera = self.camera_of(index);
+            let image = |point_m: &Point2<f64>| {
+                let image = camera.project_board_point(&view.cam_from_board, point_m);
+                image.map_or(Point2::new(f64::NAN, f64::NAN), |image| image.px)
+            };
+            let px: Vec<_> = board_m.iter().map(image).collect();
+            board.target().outline(&px, &|index| view.is_seen.get(index) == Some(&true))
+        };
+        self.views.iter().enumerate().map(outline).collect()
     }
 
     /// 95 % quantile of the root mean square error of projection over the picture, in pixels.

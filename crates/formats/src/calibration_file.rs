@@ -65,6 +65,9 @@ pub struct CalibrationFile {
     /// Whether the calibration meets the goal that was set for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub acceptance: Option<AcceptanceEntry>,
+    /// Typical error that was aimed at, one standard deviation; the usual 0.3 if left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub typical_goal_px: Option<f64>,
     /// The part of the picture in which the calibration holds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub valid_area: Option<ValidAreaEntry>,
@@ -381,7 +384,7 @@ pub struct BoundEntry {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ValidAreaEntry {
     /// Error that its points stay below, each with 95 % probability: the goal of `--accept`, or the
-    /// default.
+    /// limit of the verdict `good`, 0.2 % of the picture's longer side.
     pub goal_px: f64,
     /// Its share of the picture, 0 to 1.
     pub share: f64,

@@ -18,7 +18,7 @@ use boresight_calibrate::{
     acceptance::{Acceptance, AcceptanceGoal, acceptance},
 };
 use boresight_geometry::{
-    Camera, LensParameter, LensParts, PrincipalLine, boards::Board, frame::ImageSize,
+    BoardOutline, Camera, LensParameter, LensParts, PrincipalLine, boards::Board, frame::ImageSize,
 };
 
 /// A picture, used or not.
@@ -121,6 +121,7 @@ impl CalibrationFile {
             valid_area: None,
             visible_drift: None,
             acceptance: None,
+            typical_goal_px: None,
             coverage: None,
             views: Vec::new(),
             source: None,
@@ -347,17 +348,17 @@ fn projection(calibration: &Calibration) -> ProjectionEntry {
 /// Entries of all pictures. The used pictures have the values of the calibration's views, in the
 /// same order.
 fn view_entries(calibration: &Calibration, board: &Board, views: &[ViewName]) -> Vec<ViewEntry> {
-    let mut results = calibration.views.iter().enumerate();
+    let mut results = calibration.views.iter().zip(calibration.outlines(board));
     views
         .iter()
         .map(|view| match if view.reason.is_none() { results.next() } else { None } {
-            Some((place, result)) => used(view, &calibration.camera_of(place), board, result),
+            Some((result, outline)) => used(view, result, outline),
             None => unused(view),
         })
         .collect()
 }
 
-fn used(view: &ViewName, camera: &Camera, board: &Board, result: &ViewResult) -> ViewEntry {
+fn used(view: &ViewName, result: &ViewResult, outline: Option<BoardOutline>) -> ViewEntry {
     let t = &result.cam_from_board.translation.vector;
     let q = result.cam_from_board.rotation.quaternion();
     ViewEntry {
@@ -369,7 +370,7 @@ fn used(view: &ViewName, camera: &Camera, board: &Board, result: &ViewResult) ->
             rotation_wxyz: [q.w, q.i, q.j, q.k],
             translation_m: [t.x, t.y, t.z],
         }),
-        outline_px: outline_px(camera, board, result),
+        outline_px: outline.map(|outline| outline.corners_px().map(pair)),
         tilt_deg: Some(result.tilt_rad.to_degrees()),
         slot_deg: Some(result.tilt_azimuth_rad.to_degrees()),
         rms_px: Some(result.residual_rms_px),
@@ -393,16 +394,4 @@ impl LineEntry {
             foot_px: Some(pair(line.origin_px + line.normal() * line.c_px)),
         }
     }
-}
-
-/// Image of the outline of the board's seen part; `None` if the lens model doesn't reach it.
-fn outline_px(camera: &Camera, board: &Board, view: &ViewResult) -> Option<[[f64; 2]; 4]> {
-    let image = |point_m: &Point2<f64>| {
-        let image = camera.project_board_point(&view.cam_from_board, point_m);
-        image.map_or(Point2::new(f64::NAN, f64::NAN), |image| image.px)
-    };
-    let px: Vec<_> = board.corners_in_board_m().iter().map(image).collect();
-    let is_seen = |index: usize| view.is_seen.get(index) == Some(&true);
-    let outline = board.target().outline(&px, &is_seen)?;
-    Some(outline.corners_px().map(pair))
 }

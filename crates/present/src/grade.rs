@@ -1,6 +1,7 @@
 //! Grade of a result, in a person's terms.
 
 use boresight_calibrate::{Calibration, Severity, Verdict, is_unfinished};
+use boresight_formats::CalibrationFile;
 
 /// Grade of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +22,11 @@ impl Grade {
         let bad = calibration.findings.iter().filter(|finding| finding.severity == Severity::Bad);
         let unfinished = is_unfinished(bad.map(|finding| finding.code.code()));
         Self::by(calibration.verdict, unfinished)
+    }
+
+    /// Grade of a calibration in a file; one with an unknown verdict isn't to be trusted.
+    pub fn of_file(file: &CalibrationFile) -> Self {
+        Self::by(file.known_verdict().unwrap_or(Verdict::Untrustworthy), file.is_unfinished())
     }
 
     /// Grade of a verdict; `unfinished` if more views would fix a bad result.

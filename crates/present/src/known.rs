@@ -6,12 +6,17 @@ use std::sync::Arc;
 use nalgebra::Point2;
 
 use boresight_calibrate::Calibration;
+use boresight_formats::CalibrationFile;
 use boresight_geometry::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize,
 };
 use boresight_guide::session::{Snapshot, ViewSummary};
 
-use crate::{grade::Grade, reading::valid_up_to_px, text::knows_sd};
+use crate::{
+    goal::Goal,
+    grade::Grade,
+    text::{knows_sd, result as words},
+};
 
 /// Brightness of a part of the picture that no board has reached.
 const UNSEEN: f32 = 0.44;
@@ -33,6 +38,8 @@ pub struct Known {
     seen: Vec<f32>,
     /// Lines around the part where [`Self::margin`] is above zero, in shares of the picture.
     border: Vec<[[f32; 2]; 2]>,
+    /// The goal, once there are errors to hold to it.
+    goal: Option<Goal>,
 }
 
 /// What a map is made from: views, calibration, and goal in pixels.
@@ -66,42 +73,68 @@ impl NewestKnown {
 impl Known {
     /// Map of a session. `None` before its first view.
     pub fn of(snapshot: &Snapshot) -> Option<Self> {
-        let outlines: Vec<BoardOutline> =
-            snapshot.views.iter().filter_map(|view| view.outline).collect();
-        let calibration = snapshot.calibration.as_deref().filter(|it| is_believed(it));
-        let goal_px = calibration.map_or(0.0, |it| {
-            let judged = it.acceptance.as_ref().map(|_| it.valid_area.share);
-            let sds_px = it.projection_sd.grid.iter().map(|cell| cell.sd_px);
-            goal_sd_px(judged, sds_px, snapshot.limits.stop_projection_sigma_px)
-        });
+        let calibration = snapshot.calibration.as_deref();
+        let outlines: Vec<BoardOutline> = match calibration {
+            // As its file has them.
+            Some(it) => it.outlines(&snapshot.setup.board).into_iter().flatten().collect(),
+            None => snapshot.views.iter().filter_map(|view| view.outline).collect(),
+        };
+        let calibration = calibration.filter(|it| is_believed(it));
+        let goal = calibration.map(|it| Goal::of(it, snapshot.limits.stop_projection_sigma_px));
         let cells = calibration.into_iter().flat_map(|it| &it.projection_sd.grid);
         let cells = cells.map(|cell| (cell.px, cell.sd_px));
         let image_size = snapshot.setup.image_size;
-        (!outlines.is_empty()).then(|| Self::by(image_size, &outlines, cells, goal_px))
+        (!outlines.is_empty()).then(|| Self::by(image_size, &outlines, cells, goal))
+    }
+
+    /// Map of a calibration in a file. `None` without standard deviations, and for a result that
+    /// isn't trustworthy.
+    pub fn of_file(file: &CalibrationFile) -> Option<Self> {
+        let projection = file.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())?;
+        let goal = Goal::of_file(file).filter(|_| Grade::of_file(file) != Grade::NotTrustworthy)?;
+        goal.reached?;
+        let outlines: Vec<BoardOutline> =
+            file.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
+        let cells = projection.grid.iter().map(|[x, y, sd_px]| (Point2::new(*x, *y), *sd_px));
+        let [width_px, height_px] = file.image_size.map(|side| side.max(1));
+        Some(Self::by(ImageSize { width_px, height_px }, &outlines, cells, Some(goal)))
     }
 
     /// Map by the places of boards, and by the typical errors at the middles of cells, in pixels.
-    pub fn by(
+    fn by(
         image_size: ImageSize,
         outlines: &[BoardOutline],
         sds_px: impl Iterator<Item = (Point2<f64>, f64)>,
-        goal_px: f64,
+        goal: Option<Goal>,
     ) -> Self {
         let mut margin = vec![-1.0; COLUMNS * ROWS];
-        let cell = |px: f64, side_px: u32, count: usize| {
-            (((px + 0.5) / f64::from(side_px) * count as f64) as usize).min(count - 1)
-        };
+        let goal_px = goal.as_ref().map_or(0.0, |goal| goal.place_px).max(0.0);
         for (px, sd_px) in sds_px {
-            let column = cell(px.x, image_size.width_px, COLUMNS);
-            let row = cell(px.y, image_size.height_px, ROWS);
             let met = libm::log(goal_px / sd_px.max(1e-9)).clamp(-1.0, 1.0);
-            margin[row * COLUMNS + column] = met as f32;
+            margin[cell_at(image_size, &px)] = met as f32;
         }
         let is_seen = |px| f32::from(u8::from(outlines.iter().any(|it| it.covers(&px))));
         let seen = cell_centres_px(image_size).map(is_seen).collect();
-        let mut known = Self { margin, seen, border: Vec::new() };
+        let mut known = Self { margin, seen, border: Vec::new(), goal };
         known.border = known.traced();
         known
+    }
+
+    /// Goal that the map holds the picture to. `None` while no error is known.
+    pub fn goal(&self) -> Option<&Goal> {
+        self.goal.as_ref()
+    }
+
+    /// Share of the picture that meets the goal, in words. `None` while no error is known.
+    pub fn met(&self) -> Option<String> {
+        let goal = self.goal.as_ref()?;
+        Some(words::met(self.share(), &goal.said()))
+    }
+
+    /// True if the goal is met and a board was in the cell of `px`, in a picture of `image_size`.
+    pub fn is_met(&self, image_size: ImageSize, px: &Point2<f64>) -> bool {
+        let cell = cell_at(image_size, px);
+        self.margin[cell] >= 0.0 && self.seen[cell] > 0.5
     }
 
     /// Lines around the part where [`Self::margin`] is above zero, in shares of the picture.
@@ -172,14 +205,12 @@ impl Known {
     }
 }
 
-/// Typical error that meets the goal, in pixels: the largest in the `judged` share of the picture,
-/// or without a judgement `usual_px`.
-pub(crate) fn goal_sd_px(
-    judged: Option<f64>,
-    sds_px: impl Iterator<Item = f64>,
-    usual_px: f64,
-) -> f64 {
-    judged.map_or(usual_px, |share| valid_up_to_px(sds_px, share))
+/// Cell of the map with the pixel `px`.
+fn cell_at(image_size: ImageSize, px: &Point2<f64>) -> usize {
+    let cell = |px: f64, side_px: u32, count: usize| {
+        (((px + 0.5) / f64::from(side_px.max(1)) * count as f64) as usize).min(count - 1)
+    };
+    cell(px.y, image_size.height_px, ROWS) * COLUMNS + cell(px.x, image_size.width_px, COLUMNS)
 }
 
 /// True if the uncertainty of `calibration` is known, and nothing says that it's wrong.

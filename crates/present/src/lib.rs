@@ -3,6 +3,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`instruction`] | the instruction after a decision, as one value |
+//! | [`goal`] | the goal of a result, and the error held to it |
 //! | [`grade`] | the grade of a result |
 //! | [`result_card`] | a result, as one value |
 //! | [`known`] | the map of what is known of the picture |
@@ -21,6 +22,7 @@
 pub mod browser;
 pub mod chart;
 pub mod ghost;
+pub mod goal;
 pub mod grade;
 pub mod instruction;
 pub mod known;

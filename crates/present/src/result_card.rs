@@ -1,15 +1,16 @@
 //! A result as one value: grade, one number against the goal, and two sentences. Every surface
 //! shows nothing else first, so none can contradict another.
 
-use boresight_calibrate::{AcceptanceGoal, Calibration, Severity};
+use boresight_calibrate::{Calibration, Severity};
 use boresight_guide::{
     guidance::GuidanceParams,
     session::{Snapshot, ViewNumber},
 };
 
 use crate::{
+    goal::Goal,
     grade::Grade,
-    text::{self, acceptance, is_sd_known, result as words},
+    text::{self, acceptance, result as words},
 };
 
 /// What a result page states first.
@@ -54,7 +55,13 @@ impl ResultCard {
         number: &impl Fn(usize) -> Option<ViewNumber>,
     ) -> Self {
         let grade = Grade::of(calibration);
-        let (error, goal) = error(calibration, guidance);
+        let goal = Goal::of(calibration, guidance.stop_projection_sigma_px);
+        let error = goal.reached.map(|reached| Error {
+            number: acceptance::small(reached),
+            unit: goal.unit,
+            of_goal: reached / goal.limit,
+            name: if goal.is_bound { words::BOUND_95 } else { text::window::TYPICAL_ERROR },
+        });
         let wanted = match grade {
             Grade::Good => None,
             Grade::Care => Some(Severity::Care),
@@ -66,33 +73,9 @@ impl ResultCard {
                 let (what, action) = text::finding_in_session(finding, number);
                 (format!("{what}."), action)
             }
+            None if !goal.is_met() => (words::MISSES[0].into(), words::MISSES[1]),
             None => (words::USE_WHERE_BRIGHT.into(), words::KEEP_THE_LENS),
         };
-        Self { grade, error, goal, what, action: action.into() }
+        Self { grade, error, goal: goal.said(), what, action: action.into() }
     }
-}
-
-/// Error and goal: the 95 % bound with a goal of the person's, else the typical error.
-fn error(calibration: &Calibration, guidance: &GuidanceParams) -> (Option<Error>, String) {
-    let codes = || calibration.findings.iter().map(|finding| finding.code.code());
-    let (value, goal, unit, name) = match &calibration.acceptance {
-        None => (
-            Some(calibration.projection_sd.mean_px),
-            guidance.stop_projection_sigma_px,
-            "px",
-            text::window::TYPICAL_ERROR,
-        ),
-        Some(judged) => {
-            let (scale, unit) = match judged.goal {
-                AcceptanceGoal::Projection { .. } => (1.0, "px"),
-                AcceptanceGoal::Length { .. } => (1e3, "mm"),
-            };
-            let bound = judged.bound.as_ref().map(|bound| scale * bound.total);
-            (bound, scale * judged.goal.limit(), unit, words::BOUND_95)
-        }
-    };
-    let error = value
-        .filter(|value| is_sd_known(codes()) && value.is_finite())
-        .map(|value| Error { number: acceptance::small(value), unit, of_goal: value / goal, name });
-    (error, format!("{} {unit}", acceptance::small(goal)))
 }

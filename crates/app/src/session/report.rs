@@ -61,7 +61,6 @@ pub fn of_text(
         calibration,
         notes,
         certificate,
-        typical_goal_px: None,
         camera,
         corners: Vec::new(),
         pictures,

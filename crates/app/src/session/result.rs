@@ -64,13 +64,14 @@ pub fn calibration_file(session: &Session, header: &Header) -> CalibrationFile {
     from_session(CalibrationFile::of(result, size, &setup.board, &views, words), session, header)
 }
 
-/// Adds to `file`, a calibration from the views of `session`, the source and the camera in
-/// `header`: they let a check identify the camera.
+/// Adds to `file`, a calibration from the views of `session`, the source, the camera and the
+/// goal in `header`: they let a check identify the camera.
 pub fn from_session(file: CalibrationFile, session: &Session, header: &Header) -> CalibrationFile {
     CalibrationFile {
         source: Some(header.source.clone()),
         replaces: Some(header.against.clone()),
         camera: Some(camera(session.camera())),
+        typical_goal_px: Some(header.config.guidance.stop_projection_sigma_px),
         ..file
     }
 }

@@ -201,7 +201,6 @@ pub fn of_recorded<E>(
         calibration,
         notes,
         certificate,
-        typical_goal_px: Some(header.config.guidance.stop_projection_sigma_px),
         camera: camera_section(header, session, changes),
         corners: session.corners_at_one_instant().to_vec(),
         pictures: accepted.iter().map(|taken| (recorded.picture)(taken.view.frame_id.0)).collect(),

@@ -3,7 +3,7 @@
 use boresight_calibrate::{Calibration, Focal, NotCalibrated, Verdict};
 use boresight_formats::{CalibrationFile, FindingEntry};
 use boresight_geometry::{LensParameter, LensValues};
-use boresight_present::text;
+use boresight_present::{known::Known, text};
 
 use crate::Announcer;
 
@@ -81,13 +81,13 @@ pub fn announce_result(
         say(&format!("  focal lengths    {}, {} px", measured(fx, sd_fx), measured(fy, sd_fy)));
     }
     say(&format!(
-        "  lens {:12} {}",
+        "  lens {:11} {}",
         calibration.model.code(),
         text::result::coefficients(&calibration.camera.distortion)
     ));
     say(&format!("  typical error    {}", text::projection(calibration)));
-    if text::knows_sd(calibration) {
-        say(&format!("  valid            {}", text::result::valid_area(&calibration.valid_area)));
+    if let Some(met) = Known::of_file(file).and_then(|known| known.met()) {
+        say(&format!("  meets the goal   {met}"));
     }
     say(&format!(
         "  {} views, reprojection RMS {:.3} px",

@@ -5,15 +5,20 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::ValidMap;
-use crate::text::{self, phone as words};
-use boresight_calibrate::{NotCalibrated, Verdict};
+use crate::{
+    grade::Grade,
+    known::Known,
+    result_card::ResultCard,
+    text::{self, phone as words},
+};
+use boresight_calibrate::NotCalibrated;
 use boresight_formats::{CalibrationFile, JudgementFile};
 use boresight_guide::session::Session;
 
 /// Result as shown on a page.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct EndedPage {
-    /// `good`, `care`, `bad`, or `none` without a calibration.
+    /// `good`, `care`, `unfinished`, `bad`, or `none` without a calibration.
     pub verdict: &'static str,
     /// Verdict in words.
     pub what: String,
@@ -88,33 +93,38 @@ impl EndedPage {
                 ..page
             };
         };
+        let number = |place: usize| session.accepted().get(place).map(|view| view.number);
+        let card = ResultCard::of_result(calibration, session.limits(), &number);
         let findings: Vec<_> = calibration
             .findings
             .iter()
             .map(|finding| {
-                let number = |place: usize| session.accepted().get(place).map(|view| view.number);
                 let (what, action) = text::finding_in_session(finding, &number);
                 (what, action.to_owned())
             })
             .collect();
+        let known = Known::of_file(result);
         Self {
-            verdict: match calibration.verdict {
-                Verdict::Good => "good",
-                Verdict::Care => "care",
-                Verdict::Untrustworthy => "bad",
+            verdict: match card.grade {
+                Grade::Good => "good",
+                Grade::Care => "care",
+                Grade::Unfinished => "unfinished",
+                Grade::NotTrustworthy => "bad",
             },
-            aloud: words::aloud(calibration.verdict),
+            aloud: words::aloud(card.grade),
             what: text::of_source(source, text::verdict_on(calibration)),
-            action: {
-                let action = findings.first().map_or(words::USE_IT, |(_, action)| action);
-                format!("{}. {action}", text::session_news::ending(session))
-            },
+            action: format!(
+                "{}. {} {}",
+                text::session_news::ending(session),
+                card.what,
+                card.action
+            ),
             findings,
-            lines: text::result::result_lines(calibration)
+            lines: text::result::result_lines(calibration, known.as_ref().and_then(Known::met))
                 .into_iter()
                 .map(|(name, value)| (name.to_owned(), value))
                 .collect(),
-            map: ValidMap::of(calibration),
+            map: known.and_then(|known| ValidMap::of(calibration, &known)),
             ..page
         }
     }

@@ -9,6 +9,7 @@ use super::{ValidMap, teller::kind};
 use crate::{
     ghost::Card,
     instruction::{Instruction, Moment, Movement},
+    known::Known,
     speech::{Narrator, Word},
     text::{self, Trouble, window as words},
 };
@@ -232,7 +233,10 @@ impl Plan {
                 .collect(),
             refused: refused.iter().map(|(refusal, share)| (kind(refusal), *share)).collect(),
             outline: Vec::new(),
-            map: snapshot.calibration.as_deref().and_then(ValidMap::of),
+            map: snapshot
+                .calibration
+                .as_deref()
+                .and_then(|calibration| ValidMap::of(calibration, &Known::of(snapshot)?)),
         }
     }
 }

@@ -548,11 +548,10 @@ function result() {
   if (ended.findings.length) { const h = document.createElement('h2'); h.textContent = 'What to know'; el('findings').append(h); }
   for (const [what, action] of ended.findings) { const p = document.createElement('p'), b = document.createElement('b'); b.textContent = what + '. '; p.append(b, action); el('findings').append(p); }
   el('files').replaceChildren(...ended.files.map((file, n) => { const b = document.createElement('button'); b.textContent = file.label; b.addEventListener('click', () => fetchFile(file, n)); return b; }));
-  map(ended.map, ended.image_size_px, ['map', 'maphead', 'legend'], ended.verdict === 'bad');
+  map(ended.map, ended.image_size_px, ['map', 'maphead', 'legend']);
 }
-// Green cells meet the goal; a result that must not be used is grey. The ids are of canvas, heading and legend.
-function map(map, [w, h], ids, isVoid) {
-  const [met, missed] = isVoid ? [GREY, [90, 90, 90]] : [GREEN, AMBER];
+// Green cells meet the goal. The ids are of canvas, heading and legend.
+function map(map, [w, h], ids) {
   for (const id of ids) el(id).hidden = !map;
   if (!map) return;
   say(el(ids[2]), map.legend);
@@ -561,9 +560,9 @@ function map(map, [w, h], ids, isVoid) {
   const xs = [...new Set(map.cells.map(m => m[0]))].sort((a, b) => a - b), ys = [...new Set(map.cells.map(m => m[1]))].sort((a, b) => a - b);
   const k = 960 / w, stepX = xs.length > 1 ? xs[1] - xs[0] : w, stepY = ys.length > 1 ? ys[1] - ys[0] : h;
   const most = Math.max(...map.cells.map(m => m[2]));
-  for (const [x, y, sd] of map.cells) {
+  for (const [x, y, sd, met] of map.cells) {
     // The brighter, the surer.
-    c.fillStyle = css(mix([20, 20, 20], sd <= map.valid_px ? met : missed, 1 - .3 * sd / most));
+    c.fillStyle = css(mix([20, 20, 20], met ? GREEN : AMBER, 1 - .3 * sd / most));
     c.fillRect((x - stepX / 2) * k, (y - stepY / 2) * k, stepX * k + 1, stepY * k + 1);
     c.fillStyle = '#111'; c.font = Math.min(28, stepX * k / 3.2) + 'px system-ui, sans-serif'; c.textAlign = 'center'; c.textBaseline = 'middle';
     c.fillText(sd < 9.95 ? sd.toFixed(most < .1 ? 3 : 2).replace(/^0/, '') : sd.toFixed(0), x * k, y * k);

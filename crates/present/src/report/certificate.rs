@@ -2,15 +2,17 @@
 
 use super::{
     Certificate, Report, front,
-    number::{brief, plain, text},
+    number::{brief, plain},
     section::section_with,
     warnings::warnings,
 };
 use crate::{
     chart::{escaped, push},
+    goal::Goal,
+    known::Known,
     text::{
         certificate::{self as words, name},
-        report as report_words,
+        percent, report as report_words,
     },
 };
 use boresight_calibrate::Limits;
@@ -87,15 +89,18 @@ pub(super) fn sheet(report: &Report) -> String {
         body += "</div>\n";
     }
     body += "<div class=\"numbers\">\n";
-    body += &identity(report, certificate);
-    body += &results(calibration, lens);
-    body += &to_paste(lens);
+    body += &identity_tables(identity(report, certificate));
+    body += &results_table(&results(calibration, lens));
+    if let Some(code) = to_paste(lens) {
+        push(&mut body, format_args!("<p><b>{}</b></p>\n<pre>{code}</pre>\n", name::PASTE));
+    }
     push(
         &mut body,
         format_args!(
-            "<p class=\"note\">{} {}</p></div>\n",
+            "<p class=\"note\">{} {} {}</p></div>\n",
             words::UNCERTAINTY_NOTE,
-            words::VALIDITY
+            words::VALIDITY,
+            words::FOLLOWING
         ),
     );
     section_with(report_words::Section::Certificate, "certificate", &body)
@@ -124,58 +129,69 @@ fn verdict(calibration: &CalibrationFile) -> String {
     )
 }
 
-/// Person, place and date; the camera; the board.
-fn identity(report: &Report, certificate: &Certificate) -> String {
+/// Names with what they name, which is empty where it's to be filled in.
+type Named = Vec<(&'static str, String)>;
+
+/// Person, place, date and board; the camera.
+pub(super) fn identity(report: &Report, certificate: &Certificate) -> [Named; 2] {
     let calibration = &report.calibration;
-    let row = |name: &str, what: &str| {
-        let what = if what.is_empty() {
-            "<span class=\"blank\"></span>".to_owned()
-        } else {
-            escaped(what)
-        };
-        format!("<tr><th scope=\"row\">{name}</th><td>{what}</td></tr>\n")
-    };
+    let row = |name, what: &str| (name, what.to_owned());
     let c = certificate;
-    let mut who = row(name::CUSTOMER, &c.customer)
-        + &row(name::SITE, &c.site)
-        + &row(name::OPERATOR, &c.operator)
-        + &row(name::DATE, &c.date);
-    if let Some(due) = c.check_due.as_ref().filter(|_| calibration.is_usable()) {
-        who += &row(name::DUE, due);
-    }
-    if let Some(board) = &calibration.board {
-        who += &row(name::BOARD, &report_words::board(board));
-    }
-    who += &row(name::BOARD_ID, &c.board_id);
-    who += &row(name::MEASURED, &c.square_measured);
+    let mut who = vec![
+        row(name::CUSTOMER, &c.customer),
+        row(name::SITE, &c.site),
+        row(name::OPERATOR, &c.operator),
+        row(name::DATE, &c.date),
+    ];
+    let due = c.check_due.as_ref().filter(|_| calibration.is_usable());
+    who.extend(due.map(|due| row(name::DUE, due)));
+    who.extend(calibration.board.iter().map(|board| (name::BOARD, report_words::board(board))));
+    who.extend([row(name::BOARD_ID, &c.board_id), row(name::MEASURED, &c.square_measured)]);
     let [width_px, height_px] = calibration.image_size;
     let mode = match c.mode.as_str() {
         "" => report_words::picture([width_px, height_px]),
         mode => mode.to_owned(),
     };
-    let camera = row(name::MAKE, &c.camera_make)
-        + &row(name::MODEL, &c.camera_model)
-        + &row(name::SERIAL, &c.camera_serial)
-        + &row(name::LENS, &c.lens)
-        + &row(name::MODE, &mode);
+    let camera = vec![
+        row(name::MAKE, &c.camera_make),
+        row(name::MODEL, &c.camera_model),
+        row(name::SERIAL, &c.camera_serial),
+        row(name::LENS, &c.lens),
+        (name::MODE, mode),
+    ];
+    [who, camera]
+}
+
+fn identity_tables(identity: [Named; 2]) -> String {
+    let row = |(name, what): (&str, String)| {
+        let blank = "<span class=\"blank\"></span>".to_owned();
+        let what = if what.is_empty() { blank } else { escaped(&what) };
+        format!("<tr><th scope=\"row\">{name}</th><td>{what}</td></tr>\n")
+    };
+    let [who, camera] = identity.map(|rows| rows.into_iter().map(row).collect::<String>());
     format!(
         "<div class=\"two\"><table><tbody>\n{who}</tbody></table><table><tbody>\n{camera}</tbody></table></div>\n"
     )
 }
 
 /// Row of the table of results. Cells are HTML; `met` is empty without a limit.
-struct ResultRow {
-    name: &'static str,
-    result: String,
-    uncertainty: String,
-    limit: String,
-    met: Option<bool>,
+pub(super) struct ResultRow {
+    pub(super) name: &'static str,
+    pub(super) result: String,
+    pub(super) uncertainty: String,
+    pub(super) limit: String,
+    pub(super) met: Option<bool>,
 }
 
 impl ResultRow {
     fn html(&self) -> String {
         let met = self.met.map_or("", |met| if met { "✓" } else { "✗" });
         let Self { name, result, uncertainty, limit, .. } = self;
+        if *name == name::FAILED {
+            return format!(
+                "<tr><th scope=\"row\">{name}</th><td colspan=\"3\">{result}</td><td class=\"met\">{met}</td></tr>\n"
+            );
+        }
         if uncertainty.is_empty() && limit.is_empty() {
             return format!(
                 "<tr><th scope=\"row\">{name}</th><td class=\"n\" colspan=\"4\">{result}</td></tr>\n"
@@ -187,12 +203,10 @@ impl ResultRow {
     }
 
     /// Row of a check that failed, in words.
-    fn failed(message: &str) -> String {
-        format!(
-            "<tr><th scope=\"row\">{}</th><td colspan=\"3\">{}</td><td class=\"met\">✗</td></tr>\n",
-            name::FAILED,
-            escaped(message)
-        )
+    fn failed(message: &str) -> Self {
+        let [uncertainty, limit] = [String::new(), String::new()];
+        let met = Some(false);
+        Self { name: name::FAILED, result: escaped(message), uncertainty, limit, met }
     }
 
     /// Row of an estimate with expanded uncertainty.
@@ -240,7 +254,8 @@ fn beside(value: f64, limit: f64) -> (String, String) {
     (reached, limit_text)
 }
 
-fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
+/// Failed checks, then results with their limits.
+pub(super) fn results(calibration: &CalibrationFile, lens: &LensEntry) -> Vec<ResultRow> {
     let [width_px, height_px] = calibration.image_size;
     let limits = Limits::of(ImageSize { width_px, height_px });
     let few = calibration.findings.iter().any(|finding| finding.code == "VIEWS-FEW");
@@ -268,15 +283,18 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
             met: None,
         });
     }
-    if let Some(area) = calibration.valid_area.as_ref().filter(|_| !few) {
-        // Rounded down: a value below the limit must not appear to reach it.
-        let percent = (1000.0 * area.share).floor() / 10.0;
+    let goal = Goal::of_file(calibration).filter(|goal| !goal.is_bound);
+    if let Some((goal, reached)) = goal.and_then(|goal| Some((goal.limit, goal.reached?))) {
+        rows.push(ResultRow::at_most(name::TYPICAL, reached, goal, "px"));
+    }
+    if let Some(known) = Known::of_file(calibration) {
+        let share = known.share();
         rows.push(ResultRow {
-            name: name::VALID,
-            result: format!("<data value=\"{}\">{}</data> %", 100.0 * area.share, text(percent, 1)),
-            uncertainty: format!("± {} px", plain(area.goal_px, 1)),
-            limit: words::at_least(&format!("{} %", text(100.0 * limits.valid_share, 0))),
-            met: Some(area.share >= limits.valid_share),
+            name: name::MEETS,
+            result: format!("<data value=\"{}\">{}</data>", 100.0 * share, percent(share)),
+            uncertainty: String::new(),
+            limit: String::new(),
+            met: None,
         });
     }
     if let Some((distance_px, agrees)) = independent_check(calibration, lens) {
@@ -323,11 +341,16 @@ fn results(calibration: &CalibrationFile, lens: &LensEntry) -> String {
         }
     }
     let bad = calibration.findings.iter().filter(|finding| finding.severity == "bad");
-    let failed: String = bad.map(|finding| ResultRow::failed(&finding.message)).collect();
-    let rows: String = failed + &rows.iter().map(ResultRow::html).collect::<String>();
-    let columns = ["", name::RESULT, name::UNCERTAINTY, name::LIMIT, name::MET];
+    bad.map(|finding| ResultRow::failed(&finding.message)).chain(rows).collect()
+}
+
+/// Columns of the table of results.
+pub(super) const COLUMNS: [&str; 5] = ["", name::RESULT, name::UNCERTAINTY, name::LIMIT, name::MET];
+
+fn results_table(rows: &[ResultRow]) -> String {
+    let rows: String = rows.iter().map(ResultRow::html).collect();
     let head: String =
-        columns.iter().map(|name| format!("<th scope=\"col\">{name}</th>")).collect();
+        COLUMNS.iter().map(|name| format!("<th scope=\"col\">{name}</th>")).collect();
     format!(
         "<table class=\"results\"><thead><tr>{head}</tr></thead><tbody>\n{rows}</tbody></table>\n"
     )
@@ -345,10 +368,10 @@ fn independent_check(calibration: &CalibrationFile, lens: &LensEntry) -> Option<
     Some((distance_px, !disagrees))
 }
 
-/// Camera matrix and distortion, for OpenCV in Python.
-fn to_paste(lens: &LensEntry) -> String {
+/// Camera matrix and distortion, for OpenCV in Python. `None` if views have a focal length each.
+pub(super) fn to_paste(lens: &LensEntry) -> Option<String> {
     if lens.focal_varies() {
-        return String::new();
+        return None;
     }
     let ([fx, fy], [cx, cy]) = (lens.f_px, lens.pp_px);
     let d = lens.distortion;
@@ -362,10 +385,9 @@ fn to_paste(lens: &LensEntry) -> String {
         _ => (vec![d.k1, d.k2, d.p1, d.p2, d.k3, d.k4, d.k5, d.k6], ""),
     };
     let d = d.iter().map(|value| format!("{value:.9}")).collect::<Vec<_>>().join(", ");
-    format!(
-        "<p><b>{}</b></p>\n<pre>K = [[{fx:.5}, 0, {cx:.5}],\n     [0, {fy:.5}, {cy:.5}],\n     [0, 0, 1]]\nD = [{d}]{fisheye}</pre>\n",
-        name::PASTE
-    )
+    Some(format!(
+        "K = [[{fx:.5}, 0, {cx:.5}],\n     [0, {fy:.5}, {cy:.5}],\n     [0, 0, 1]]\nD = [{d}]{fisheye}"
+    ))
 }
 
 #[cfg(test)]
@@ -394,7 +416,6 @@ mod tests {
             calibration: CalibrationFile::read(&tree).expect("whole"),
             notes: Vec::new(),
             certificate: Some(certificate),
-            typical_goal_px: None,
             camera: CameraSection::default(),
             corners: Vec::new(),
             pictures: Vec::new(),

@@ -4,13 +4,13 @@
 use super::{Certificate, Report, projection_map::cells, warnings::warnings};
 use crate::{
     chart::{escaped, push},
-    known::{Known, goal_sd_px},
+    goal::Goal,
+    known::Known,
     qr::QrCode,
     text::{acceptance::small, certificate as words, report as report_words, result},
 };
-use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
 use boresight_formats::{CalibrationFile, LensEntry};
-use boresight_geometry::{BoardOutline, frame::ImageSize};
+use boresight_geometry::frame::ImageSize;
 use nalgebra::{Point2, Vector2};
 
 /// Parts of a cell of the map along each side.
@@ -20,7 +20,7 @@ const AT_M: f64 = 2.0;
 
 /// The customer's part of the sheet, for a result that may be used.
 pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry) -> String {
-    let known = known(report);
+    let known = Known::of_file(&report.calibration);
     let mut body = identity_line(report, certificate);
     if let Some(known) = &known {
         body += &picture(report, known);
@@ -44,10 +44,10 @@ pub(super) fn answers(
     lens: &LensEntry,
     known: Option<&Known>,
 ) -> [(&'static str, String); 3] {
-    let share = known.map_or(1.0, Known::share);
+    let place = known.map_or(words::NOT_KNOWN.into(), |known| words::where_valid(known.share()));
     [
         (words::HOW_EXACT, how_exact(report, lens)),
-        (words::WHERE, words::where_valid(share)),
+        (words::WHERE, place),
         (words::UNTIL_WHEN, words::until_when(certificate.check_due.as_deref())),
     ]
 }
@@ -68,24 +68,6 @@ pub(super) fn identity(report: &Report, c: &Certificate) -> String {
 pub(super) fn image_size(calibration: &CalibrationFile) -> ImageSize {
     let [width_px, height_px] = calibration.image_size.map(|side| side.max(1));
     ImageSize { width_px, height_px }
-}
-
-/// Typical error that was aimed at, in pixels.
-fn goal_px(report: &Report) -> f64 {
-    report.typical_goal_px.unwrap_or(DEFAULT_TYPICAL_GOAL_PX)
-}
-
-/// What is known of the picture; `None` without standard deviations.
-pub(super) fn known(report: &Report) -> Option<Known> {
-    let calibration = &report.calibration;
-    let projection = calibration.projection_sd_px.as_ref().filter(|map| !map.grid.is_empty())?;
-    let outlines: Vec<BoardOutline> =
-        calibration.used().filter_map(|(_, view)| BoardOutline::around(view.outline()?)).collect();
-    let judged = calibration.acceptance.as_ref().and(calibration.valid_area.as_ref());
-    let sds_px = projection.grid.iter().map(|[_, _, sd_px]| *sd_px);
-    let goal_px = goal_sd_px(judged.map(|area| area.share), sds_px, goal_px(report));
-    let cells = projection.grid.iter().map(|[x, y, sd_px]| (Point2::new(*x, *y), *sd_px));
-    Some(Known::by(image_size(calibration), &outlines, cells, goal_px))
 }
 
 /// A darkened rectangle of the picture.
@@ -170,18 +152,9 @@ pub(super) fn grade_said(calibration: &CalibrationFile) -> &'static str {
 
 /// Error, if known, and the line below.
 pub(super) fn error(report: &Report) -> (Option<String>, String) {
-    let calibration = &report.calibration;
-    match (&calibration.acceptance, &calibration.projection_sd_px) {
-        (Some(judged), _) => {
-            let number = judged.bound.map(|bound| format!("±{} {}", small(bound), judged.unit));
-            (number, words::of_goal(true, &format!("{} {}", small(judged.limit), judged.unit)))
-        }
-        (None, Some(projection)) => (
-            Some(format!("±{} px", small(projection.mean))),
-            words::of_goal(false, &format!("{} px", small(goal_px(report)))),
-        ),
-        (None, None) => (None, String::new()),
-    }
+    let Some(goal) = Goal::of_file(&report.calibration) else { return (None, String::new()) };
+    let number = goal.reached.map(|reached| format!("±{} {}", small(reached), goal.unit));
+    (number, words::of_goal(goal.is_bound, &goal.said()))
 }
 
 /// Grade and error beside each other.

@@ -24,7 +24,9 @@ mod lens_curve;
 mod line;
 mod logo;
 mod number;
+mod numbers_pdf;
 mod page;
+mod pdf_text;
 mod picture_maps;
 mod projection_map;
 mod rig;
@@ -62,8 +64,6 @@ pub struct Report {
     pub notes: Vec<String>,
     /// Statements of the first sheet beside the numbers; `None` for a report without a certificate.
     pub certificate: Option<Certificate>,
-    /// Typical error that the session aimed at, in pixels; `None` for the usual one.
-    pub typical_goal_px: Option<f64>,
     /// Camera and changes of the camera.
     pub camera: CameraSection,
     /// Corners of each used view, in pixels; empty if unknown.

@@ -8,8 +8,11 @@ use super::{
 };
 use crate::{
     chart::{Canvas, Stroke},
-    reading::valid_up_to_px,
-    text::report::{self as words, Section},
+    known::Known,
+    text::{
+        report::{self as words, Section},
+        result,
+    },
 };
 use boresight_formats::CalibrationFile;
 use boresight_geometry::{GRID_COLUMNS, GRID_ROWS, cell_centres_px, frame::ImageSize};
@@ -19,7 +22,7 @@ pub(super) const MET: [&str; 4] = ["#e8f6ea", "#cdebd1", "#aedcb5", "#8ccb97"];
 /// Colours where the goal isn't met.
 pub(super) const NOT_MET: [&str; 4] = ["#ffedcc", "#ffd999", "#ffc266", "#f5a623"];
 
-/// Colours of a result that must not be used.
+/// Colours of a result that must not be used, or whose errors aren't known.
 const VOID: [&str; 4] = ["#f2f2f2", "#e2e2e2", "#d0d0d0", "#bbbbbb"];
 
 /// SVG drawing of the map.
@@ -31,36 +34,32 @@ pub(super) fn drawing(calibration: &CalibrationFile) -> String {
     let [width_px, height_px] = calibration.image_size;
     let size = ImageSize { width_px: width_px.max(1), height_px: height_px.max(1) };
     let mut canvas = Canvas::large_picture(calibration.size_px(), Section::Projection.heading());
-    let valid_px = calibration.valid_area.as_ref().map_or(f64::INFINITY, |area| {
-        valid_up_to_px(projection.grid.iter().map(|[_, _, sd_px]| *sd_px), area.share)
-    });
+    let met = Known::of_file(calibration);
     let least = projection.grid.iter().map(|[_, _, sd]| *sd).fold(f64::INFINITY, f64::min);
     let mut hatched = false;
     for (centre, corners) in cells(size) {
-        let known = projection
+        let sd_px = projection
             .grid
             .iter()
             .find(|[x, y, _]| (Point2::new(*x, *y) - centre).norm() < 0.25)
             .map(|[_, _, sd]| *sd);
-        let Some(sd_px) = known else {
+        let Some(sd_px) = sd_px else {
             hatched = true;
             canvas.hatch(&corners);
             continue;
         };
-        let shades = match sd_px <= valid_px {
-            _ if calibration.verdict == "untrustworthy" => &VOID,
-            true => &MET,
-            false => &NOT_MET,
+        let shades = match &met {
+            None => &VOID,
+            Some(known) if known.is_met(size, &centre) => &MET,
+            Some(_) => &NOT_MET,
         };
         let shade = shade(sd_px, shades, [least, projection.max]);
         canvas.area(&corners, shade, Stroke::thin("#fff"));
         canvas.number(centre, "#111", brief(sd_px, 2).trim_start_matches('0'));
     }
     let [mean_px, max_px] = [projection.mean, projection.max].map(|sd_px| brief_data(sd_px, 2));
-    let goal = calibration
-        .valid_area
-        .as_ref()
-        .map_or(String::new(), |area| format!(" {}", words::within_goal(area.goal_px, area.share)));
+    let met = met.and_then(|known| known.met());
+    let goal = met.map_or(String::new(), |met| format!(" {}", result::met_in_green(&met)));
     let note = words::projection_note(&mean_px, &max_px, hatched) + &goal;
     figure(Section::Projection, &canvas.svg(), &note)
 }

@@ -1,4 +1,4 @@
-//! The certificate's front as a PDF: drawings and selectable text, no fonts to install.
+//! The certificate as a PDF: drawings and selectable text, no fonts to install.
 
 use pdf_writer::{
     Content, Filter, Finish, Name, Pdf, Rect, Ref, Str, TextStr, types::LineCapStyle,
@@ -8,6 +8,7 @@ use pdf_writer::{
 use super::{
     Certificate, Report,
     front::{self, Dim},
+    pdf_text::{LINE, Style, encoded, lines, wide},
     warnings::told,
 };
 use crate::{
@@ -21,12 +22,10 @@ use crate::{
 use boresight_formats::LensEntry;
 
 /// A4, in points.
-const PAGE: [f32; 2] = [595.28, 841.89];
+pub(super) const PAGE: [f32; 2] = [595.28, 841.89];
 /// Margin at the sides, and lowest line: Letter is shorter than A4.
-const MARGIN: f32 = 50.0;
+pub(super) const MARGIN: f32 = 50.0;
 const LOWEST: f32 = 770.0;
-/// Height of a line, in type sizes.
-const LINE: f32 = 1.35;
 /// Highest picture, and the lowest that still shows something.
 const PICTURE: [f32; 2] = [290.0, 90.0];
 /// Steps of darkness of the picture.
@@ -38,23 +37,11 @@ const CODE: f32 = 76.0;
 /// Left edge of the answers, from the margin.
 const ANSWERS: f32 = 100.0;
 
-const INK: [f32; 3] = [0.067, 0.086, 0.102];
-const QUIET: [f32; 3] = [0.29, 0.337, 0.38];
+pub(super) const INK: [f32; 3] = [0.067, 0.086, 0.102];
+pub(super) const QUIET: [f32; 3] = [0.29, 0.337, 0.38];
 const GOOD: [f32; 3] = [0.0, 0.439, 0.29];
 const CARE: [f32; 3] = [0.561, 0.337, 0.0];
-const BAD: [f32; 3] = [0.702, 0.149, 0.118];
-
-/// Widths of Helvetica's letters from the space to the tilde, in thousandths of the type size.
-#[rustfmt::skip]
-const WIDTHS: [u16; 95] = [
-    278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556,
-    556, 556, 556, 556, 556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667,
-    611, 778, 722, 278, 500, 667, 556, 833, 722, 778, 667, 778, 722, 667, 611, 722, 667, 944, 667,
-    667, 611, 278, 278, 278, 469, 556, 333, 556, 556, 500, 556, 556, 278, 556, 556, 222, 222, 500,
-    222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334, 260, 334, 584,
-];
-/// Width of a bold letter, in widths of the usual one, at most.
-const BOLD: f32 = 1.1;
+pub(super) const BAD: [f32; 3] = [0.702, 0.149, 0.118];
 
 /// Reason why there is no PDF.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -67,7 +54,7 @@ pub enum NoPdf {
     Letters(String),
 }
 
-/// One-page PDF of the certificate's front. Equal reports give equal bytes.
+/// PDF of the certificate: its front, and a sheet with the numbers. Equal reports give equal bytes.
 ///
 /// # Errors
 ///
@@ -79,35 +66,43 @@ pub fn certificate_pdf(report: &Report) -> Result<Vec<u8>, NoPdf> {
     if report.calibration.is_imported() {
         return Err(NoPdf::NoCertificate);
     }
-    let mut sheet = Sheet { content: Content::new(), y: MARGIN, strange: None };
-    let is_shown = sheet.front(report, certificate, lens);
-    if let Some(text) = sheet.strange {
+    let new = || Sheet { content: Content::new(), y: MARGIN, strange: None };
+    let [mut front, mut numbers] = [new(), new()];
+    let is_shown = front.front(report, certificate, lens);
+    numbers.numbers(report, certificate, lens);
+    if let Some(text) = front.strange.or(numbers.strange) {
         return Err(NoPdf::Letters(text));
     }
     let thumbnail = report.pictures.iter().flatten().next().filter(|_| is_shown);
-    let [catalog, pages, page, regular, bold, content, info, picture] =
-        [1, 2, 3, 4, 5, 6, 7, 8].map(Ref::new);
+    let [catalog, pages, info, picture] = [1, 2, 3, 4].map(Ref::new);
+    let fonts = [(5, b"R", "Helvetica"), (6, b"B", "Helvetica-Bold"), (7, b"C", "Courier")];
+    let sheets = [(8, 9, front.content), (10, 11, numbers.content)];
     let mut pdf = Pdf::new();
     pdf.catalog(catalog).pages(pages).lang(TextStr("en"));
-    pdf.pages(pages).kids([page]).count(1);
-    let mut only = pdf.page(page);
-    only.media_box(Rect::new(0.0, 0.0, PAGE[0], PAGE[1])).parent(pages).contents(content);
-    let mut resources = only.resources();
-    resources.fonts().pair(Name(b"R"), regular).pair(Name(b"B"), bold);
-    if thumbnail.is_some() {
-        resources.x_objects().pair(Name(b"P"), picture);
+    pdf.pages(pages).kids(sheets.iter().map(|(page, ..)| Ref::new(*page))).count(2);
+    for (page, content, _) in &sheets {
+        let mut page = pdf.page(Ref::new(*page));
+        let size = Rect::new(0.0, 0.0, PAGE[0], PAGE[1]);
+        page.media_box(size).parent(pages).contents(Ref::new(*content));
+        let mut resources = page.resources();
+        let mut named = resources.fonts();
+        for (font, name, _) in fonts {
+            named.pair(Name(name), Ref::new(font));
+        }
+        named.finish();
+        if thumbnail.is_some() {
+            resources.x_objects().pair(Name(b"P"), picture);
+        }
+        let mut states = resources.ext_g_states();
+        for step in 1..=STEPS {
+            let name = step_name(step);
+            let mut state = states.insert(Name(name.as_bytes())).start::<ExtGraphicsState<'_>>();
+            state.non_stroking_alpha(f32::from(step) / f32::from(STEPS));
+        }
     }
-    let mut states = resources.ext_g_states();
-    for step in 1..=STEPS {
-        let name = step_name(step);
-        let mut state = states.insert(Name(name.as_bytes())).start::<ExtGraphicsState<'_>>();
-        state.non_stroking_alpha(f32::from(step) / f32::from(STEPS));
-    }
-    states.finish();
-    resources.finish();
-    only.finish();
-    for (font, name) in [(regular, b"Helvetica".as_slice()), (bold, b"Helvetica-Bold")] {
-        pdf.type1_font(font).base_font(Name(name)).encoding_predefined(Name(b"WinAnsiEncoding"));
+    for (font, _, name) in fonts {
+        let mut font = pdf.type1_font(Ref::new(font));
+        font.base_font(Name(name.as_bytes())).encoding_predefined(Name(b"WinAnsiEncoding"));
     }
     if let Some(thumbnail) = thumbnail {
         let [width, height] = [thumbnail.small.width_px, thumbnail.small.height_px]
@@ -119,7 +114,9 @@ pub fn certificate_pdf(report: &Report) -> Result<Vec<u8>, NoPdf> {
     }
     let title = format!("{} {}", words::TITLE, certificate.number);
     pdf.document_info(info).title(TextStr(title.trim())).producer(TextStr("boresight"));
-    pdf.stream(content, &sheet.content.finish());
+    for (_, id, content) in sheets {
+        pdf.stream(Ref::new(id), &content.finish());
+    }
     Ok(pdf.finish())
 }
 
@@ -128,15 +125,12 @@ fn step_name(step: u8) -> String {
 }
 
 /// A page being drawn, from the top down to `y`, in points.
-struct Sheet {
-    content: Content,
-    y: f32,
+pub(super) struct Sheet {
+    pub(super) content: Content,
+    pub(super) y: f32,
     /// A text with letters that the fonts lack.
     strange: Option<String>,
 }
-
-/// Type size, bold, colour.
-type Style = (f32, bool, [f32; 3]);
 
 impl Sheet {
     /// Draws all of the front. True if the picture is on it.
@@ -159,7 +153,7 @@ impl Sheet {
         if report.camera.simulated {
             self.paragraph(MARGIN, report_words::SIMULATED, (14.0, true, BAD));
         }
-        let known = front::known(report).filter(|_| calibration.is_usable());
+        let known = Known::of_file(calibration).filter(|_| calibration.is_usable());
         let [first, others] = told(calibration);
         let others =
             if others.is_empty() { others } else { format!("{} {others}", words::WARNINGS) };
@@ -342,7 +336,7 @@ impl Sheet {
         }
     }
 
-    fn rule(&mut self) {
+    pub(super) fn rule(&mut self) {
         self.y += 4.0;
         self.content.set_stroke_gray(0.83).set_line_width(0.8);
         let y = PAGE[1] - self.y;
@@ -351,11 +345,8 @@ impl Sheet {
     }
 
     /// A line of text with its baseline at `y`.
-    fn text(&mut self, left: f32, text: &str, (size, bold, [r, g, b]): Style) {
-        // The fonts have no Greek.
-        let bytes: Option<Vec<u8>> =
-            text.replace('χ', "chi").chars().map(in_windows_1252).collect();
-        let Some(bytes) = bytes else {
+    pub(super) fn text(&mut self, left: f32, text: &str, (size, bold, [r, g, b]): Style) {
+        let Some(bytes) = encoded(text) else {
             self.strange = Some(text.into());
             return;
         };
@@ -365,12 +356,12 @@ impl Sheet {
         content.end_text();
     }
 
-    fn text_to(&mut self, right: f32, text: &str, style: Style) {
+    pub(super) fn text_to(&mut self, right: f32, text: &str, style: Style) {
         self.text(right - wide(text, style), text, style);
     }
 
     /// Lines of text up to the right margin.
-    fn paragraph(&mut self, left: f32, text: &str, style: Style) {
+    pub(super) fn paragraph(&mut self, left: f32, text: &str, style: Style) {
         for line in lines(text, PAGE[0] - MARGIN - left, style) {
             self.text(left, &line, style);
             self.y += LINE * style.0;
@@ -388,63 +379,5 @@ fn hatch(content: &mut Content, [left, low]: [f32; 2], [right, high]: [f32; 2]) 
         let sum = line as f32 * HATCH;
         let (from, to) = (left.max(sum - high), right.min(sum - low));
         content.move_to(from, sum - from).line_to(to, sum - to).stroke();
-    }
-}
-
-/// Width of a text; a bold one has at most this width.
-fn wide(text: &str, (size, bold, _): Style) -> f32 {
-    let letter = |letter: char| {
-        let place = (u32::from(letter) as usize).checked_sub(32);
-        place.and_then(|place| WIDTHS.get(place)).map_or(584.0, |width| f32::from(*width))
-    };
-    let bold = if bold { BOLD } else { 1.0 };
-    1e-3 * size * bold * text.chars().map(letter).sum::<f32>()
-}
-
-/// Lines of `text` of at most `most` points. A longer word is cut.
-fn lines(text: &str, most: f32, style: Style) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if wide(&format!("{line} {word}"), style) <= most => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(String::new()),
-        }
-        if let Some(line) = lines.last_mut().filter(|line| line.is_empty()) {
-            let mut rest = word;
-            while wide(rest, style) > most {
-                let end = rest
-                    .char_indices()
-                    .map(|(at, _)| at)
-                    .take_while(|at| wide(&rest[..*at], style) <= most)
-                    .last();
-                let end = end.filter(|end| *end > 0).unwrap_or(rest.len());
-                line.push_str(&rest[..end]);
-                line.push('\n');
-                rest = &rest[end..];
-            }
-            line.push_str(rest);
-        }
-    }
-    lines.iter().flat_map(|line| line.split('\n')).map(Into::into).collect()
-}
-
-/// Byte of a letter in Windows' Western code page, which PDF's WinAnsiEncoding is.
-fn in_windows_1252(letter: char) -> Option<u8> {
-    match u32::from(letter) {
-        code @ (0x20..=0x7e | 0xa0..=0xff) => u8::try_from(code).ok(),
-        0x20ac => Some(0x80),
-        0x2026 => Some(0x85),
-        0x2018 => Some(0x91),
-        0x2019 => Some(0x92),
-        0x201c => Some(0x93),
-        0x201d => Some(0x94),
-        0x2013 => Some(0x96),
-        0x2014 => Some(0x97),
-        // Minus.
-        0x2212 => Some(b'-'),
-        _ => None,
     }
 }

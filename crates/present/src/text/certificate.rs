@@ -30,6 +30,8 @@ pub fn how_exact(px: &str, mm: &str, at_m: f64) -> String {
 pub fn where_valid(share: f64) -> String {
     if share > 0.995 {
         "In the whole picture.".into()
+    } else if share < 0.005 {
+        "No part of the picture meets the goal.".into()
     } else {
         "In the bright part of the picture. The rest is extrapolated.".into()
     }
@@ -52,6 +54,11 @@ pub const SIMULATED_CAMERA: &str = "simulated camera";
 pub fn number(number: &str) -> String {
     format!("No. {number}")
 }
+
+/// Mark of a limit that's met, where there is no tick.
+pub const IS_MET: &str = "met";
+/// Mark of a limit that's missed.
+pub const IS_MISSED: &str = "missed";
 
 /// Names of rows, columns and lines.
 #[expect(missing_docs, reason = "the words say it")]
@@ -80,7 +87,8 @@ pub mod name {
     pub const F: &str = "Focal length";
     pub const FX: &str = "Focal length x";
     pub const FY: &str = "Focal length y";
-    pub const VALID: &str = "Valid part of the picture";
+    pub const TYPICAL: &str = "Typical error";
+    pub const MEETS: &str = "Part of the picture that meets the goal";
     pub const NOISE: &str = "Corner error";
     pub const VIEWS: &str = "Views";
     pub const CHECK: &str = "Distance from the independent check";
@@ -112,10 +120,12 @@ pub fn field_of_view([across, down, diagonal]: [f64; 3]) -> String {
 }
 
 /// Note below the table.
-pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits are those of the verdict Good. The independent check compares with the principal point from each view alone, without a common lens.";
+pub const UNCERTAINTY_NOTE: &str = "U is the expanded uncertainty: the standard deviation times the coverage factor k = 2, for a confidence of about 95 %. Limits of views, corner error and independent check are those of the grade Good; the goal is that of the card. The independent check compares with the principal point from each view alone, without a common lens.";
 
 /// Validity conditions of the numbers.
-pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down. The sheets that follow show how the result was obtained.";
+pub const VALIDITY: &str = "Valid for this camera, lens, focus, zoom and picture size, until one of them changes. Pixel (0, 0) is the centre of the top-left pixel; y points down.";
+/// Note about the engineer's sheets.
+pub const FOLLOWING: &str = "The sheets that follow show how the result was obtained.";
 
 /// Heading of the checks' further warnings.
 pub const WARNINGS: &str = "Further warnings:";

@@ -122,13 +122,8 @@ pub fn uncertainty_scale(mean_px: f64, max_px: f64) -> String {
     format!("{mean_px:.3} px on average, {max_px:.3} px at worst")
 }
 
-/// Legend of green cells, where the error stays below the goal.
-pub fn within_goal(goal_px: f64, share: f64) -> String {
-    format!("below {goal_px:.1} px: {} of the picture", super::percent(share))
-}
-
 /// Legend of amber cells.
-pub const BEYOND_GOAL: &str = "above it";
+pub const BEYOND_GOAL: &str = "misses it, or no board was there";
 
 /// Slider from the original picture to the picture without distortion.
 pub const AFTER: &str = "Distortion removed";

@@ -370,7 +370,7 @@ fn finding_of_views(finding: &Finding, called: &dyn Fn(usize) -> String) -> (Str
             {
                 let (share, least) = apart(100.0 * share, 100.0 * wanted_share, 0);
                 format!(
-                    "The error stays below {} px in only {share} % of the picture (at least {least} %). Where the board was, the error stays below {} px",
+                    "With 95 % probability, the error stays below {} px in only {share} % of the picture (at least {least} %), and below {} px where the board was",
                     acceptance::small(goal_px),
                     acceptance::small(bound_px)
                 )

@@ -68,7 +68,7 @@ use boresight_guide::{
 pub fn prompt(prompt: Prompt) -> String {
     match prompt {
         Prompt::Complete => "Finished!".into(),
-        Prompt::Exhausted => "Stopped, short of the goal".into(),
+        Prompt::Exhausted => "Stopped. The result says why".into(),
         Prompt::Failed => "The session has stopped".into(),
         Prompt::CameraLost => "Camera lost. Reconnecting…".into(),
         Prompt::Frozen => "The picture is frozen".into(),
@@ -229,17 +229,23 @@ fn removed(newest: ViewNumber, snapshot: &Snapshot) -> String {
 }
 
 /// Sentence for the end of a session; for an early end, with the lack. No goal is reached by a
-/// `result` that isn't trustworthy.
+/// `result` that isn't trustworthy, is unfinished, or misses a goal that was set for it.
 pub fn ending(
     ending: Ending,
     lack: Option<Lack>,
     plan: Plan,
     result: Option<&Calibration>,
 ) -> &'static str {
-    let is_void = result.is_some_and(|result| Grade::of(result) == Grade::NotTrustworthy);
+    let grade = result.map(Grade::of);
+    let is_missed = result.is_some_and(|result| result.acceptance.is_some_and(|it| !it.is_met()));
     match ending {
-        Ending::Finished | Ending::WithoutCorners if is_void => {
+        Ending::Finished | Ending::WithoutCorners if grade == Some(Grade::NotTrustworthy) => {
             "Ended: the findings say why the result can't be used"
+        }
+        Ending::Finished | Ending::WithoutCorners
+            if grade == Some(Grade::Unfinished) || is_missed =>
+        {
+            "Ended: it needs more views"
         }
         Ending::Finished if plan != Plan::Adaptive => "Finished: all views of the plan are taken",
         Ending::Finished => "Finished: the goal is reached",
@@ -254,9 +260,9 @@ pub fn ending(
             Some(Lack::Corners) => {
                 "Ended early: the corners of the picture aren't known well enough"
             }
-            Some(Lack::Precision) | None => "Ended early: the goal isn't reached yet",
+            Some(Lack::Precision) | None => "Ended early: more views were planned",
         },
-        Ending::Stopped => "Stopped: the goal isn't reached, and the findings say why",
+        Ending::Stopped => "Stopped short of the plan: the findings say why",
     }
 }
 
@@ -301,7 +307,7 @@ fn deg(angle_rad: f64) -> String {
     format!("{:.0}", angle_rad.to_degrees())
 }
 
-fn percent(share: f64) -> String {
+pub(crate) fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 

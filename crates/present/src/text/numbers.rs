@@ -65,13 +65,13 @@ pub fn precision(snapshot: &Snapshot) -> Option<String> {
     let sd = calibration.sd();
     let reached = sd_of(calibration, small(sd[2].max(sd[3])));
     Some(match pp_goal(snapshot, &snapshot.limits) {
-        Some(goal) => format!("{reached} px (goal {goal})"),
+        Some(goal) => format!("{reached} px (plan {goal})"),
         None => format!("{reached} px"),
     })
 }
 
-/// Goal of the principal point by `guidance`; `None` without a calibration, or if the plan has
-/// none.
+/// Planned error of the principal point by `guidance`; `None` without a calibration, or if the plan
+/// has none.
 fn pp_goal(snapshot: &Snapshot, guidance: &GuidanceParams) -> Option<String> {
     let f_px = snapshot.calibration.as_ref()?.camera.f_px.x;
     let size = snapshot.setup.image_size;
@@ -97,12 +97,13 @@ pub fn precision_over_picture(snapshot: &Snapshot) -> Option<String> {
     let is_beyond_edge = snapshot.target.as_ref().is_some_and(|target| target.leaves_picture);
     if let Some(goal_px) = guidance.stop_corner_sigma_px.filter(|_| is_beyond_edge) {
         let reached = sd_of(calibration, small(calibration.projection_sd.max_px));
-        return Some(format!("corners {reached} px (goal {})", small(goal_px)));
+        return Some(format!("corners {reached} px (plan {})", small(goal_px)));
     }
     let reached = sd_of(calibration, small(calibration.projection_sd.mean_px));
     Some(match guidance.plan {
         Plan::Adaptive => {
-            format!("{reached} px (goal {:.1} px)", guidance.stop_projection_sigma_px)
+            let goal = acceptance::small(guidance.stop_projection_sigma_px);
+            format!("{reached} px (goal {goal} px)")
         }
         Plan::Quick | Plan::Full => format!("{reached} px"),
     })

@@ -1,7 +1,7 @@
 //! Words around the pages in a browser: the phone's page, and the page that calibrates in the
 //! browser.
 
-use boresight_calibrate::Verdict;
+use crate::grade::Grade;
 
 /// Line above the QR code.
 pub const SCAN: &str = "Phone: scan this code, on the same network.";
@@ -20,14 +20,13 @@ pub const LINGERING: &str =
     "The result stays on the phone's page until the page is closed. Ctrl-C ends at once.";
 /// Verdict on the page without a result.
 pub const NO_CALIBRATION: &str = "No calibration";
-/// Verdict on the page for a good result.
-pub const USE_IT: &str = "You can use this calibration.";
 /// Spoken verdict, six words at most.
-pub fn aloud(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Good => "Good. You can use it",
-        Verdict::Care => "Use with care. Read the warnings",
-        Verdict::Untrustworthy => "Not usable yet. Read why",
+pub fn aloud(grade: Grade) -> &'static str {
+    match grade {
+        Grade::Good => "Good. You can use it",
+        Grade::Care => "Use with care. Read the warnings",
+        Grade::Unfinished => "Unfinished. Take more photos",
+        Grade::NotTrustworthy => "Not trustworthy. Read why",
     }
 }
 

@@ -1,6 +1,6 @@
 //! The calibration report in words.
 
-use super::{acceptance, target};
+use super::target;
 use boresight_calibrate::Verdict;
 use boresight_formats::{BoardEntry, CalibrationFile, MarkersEntry};
 use boresight_geometry::markers::{CircleRows, Tags};
@@ -280,15 +280,6 @@ pub const SKIP_CAPTION: &str = "Stability with n views left out";
 
 /// Columns of the table of estimates with views left out, after n.
 pub const SKIP_COLUMNS: [&str; 3] = ["estimates", "centroid x, y px", "sd x, y px"];
-
-/// Meaning of the map's colours.
-pub fn within_goal(goal_px: f64, share: f64) -> String {
-    format!(
-        "Green: the error stays below {} px with 95 % probability, in {:.0} % of the picture. Amber: it may be larger.",
-        acceptance::small(goal_px),
-        (100.0 * share).floor()
-    )
-}
 
 /// Note below the map.
 pub fn projection_note(mean_px: &str, max_px: &str, hatched: bool) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Point2;
 
 use super::{acceptance, knows_sd, measured, percent, projection};
-use boresight_calibrate::{Calibration, LensModel, PrincipalPoints, ValidArea};
+use boresight_calibrate::{Calibration, LensModel, PrincipalPoints};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues};
 use boresight_guide::session::{Prompt, Snapshot};
 
@@ -41,6 +41,24 @@ pub fn your_goal(goal: &str) -> String {
 pub fn meets_goal(share: f64) -> String {
     format!("meets the goal: {} of the picture", percent(share))
 }
+
+/// Share of the picture that meets `goal`, and where a board was.
+pub fn met(share: f64, goal: &str) -> String {
+    format!("{} of the picture, where boards were (goal {goal})", percent(share))
+}
+
+/// Legend of the map with numbers; `met` as of [`met`].
+pub fn met_in_green(met: &str) -> String {
+    format!("Green: meets the goal, {met}. Amber: it's missed, or no board was there.")
+}
+
+/// Name of [`met`].
+pub const MEETS: &str = "Meets the goal";
+/// Cause of a goal that's missed, and what may reach it.
+pub const MISSES: [&str; 2] = [
+    "The goal isn't reached: the picture is too noisy, or there are too few photos.",
+    "Add light, hold still, and take more photos.",
+];
 
 /// Number of photos.
 pub fn photos(count: usize) -> String {
@@ -170,8 +188,8 @@ pub fn coefficients(distortion: &Distortion) -> String {
     family.richest().distortion().iter().map(named).collect::<Vec<_>>().join(", ")
 }
 
-/// Result as names and values.
-pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
+/// Result as names and values; `met` is the share of the picture that meets the goal, in words.
+pub fn result_lines(calibration: &Calibration, met: Option<String>) -> Vec<(&'static str, String)> {
     let (lens, sd) = (calibration.camera.lens_parameters(), calibration.sd());
     let [fx, fy, cx, cy] = lens.of(LensParameter::F_THEN_PP);
     let [sd_fx, sd_fy, sd_cx, sd_cy] = sd.of(LensParameter::F_THEN_PP);
@@ -208,9 +226,7 @@ pub fn result_lines(calibration: &Calibration) -> Vec<(&'static str, String)> {
     if let Some(measured_px) = calibration.noise_floor_px {
         lines.push(("Corner noise", noise(calibration.noise_px, measured_px)));
     }
-    if knows_sd(calibration) {
-        lines.push(("Valid", valid_area(&calibration.valid_area)));
-    }
+    lines.extend(met.map(|met| (MEETS, met)));
     lines.push(("Covered", percent(calibration.coverage)));
     lines
 }
@@ -221,19 +237,6 @@ pub fn error_bound(picture_px: Option<f64>, covered_px: Option<f64>) -> Option<S
     let covered = covered_px.map(|px| format!("{px:.2} px where boards were"));
     let bounds: Vec<String> = picture.into_iter().chain(covered).collect();
     (!bounds.is_empty()).then(|| bounds.join(", "))
-}
-
-/// Valid part of the picture, with the goal.
-pub fn valid_area(area: &ValidArea) -> String {
-    let ValidArea { goal_px, share, .. } = *area;
-    format!("within {goal_px:.1} px in {} of the picture", percent(share))
-}
-
-/// Part of the picture for which the verdict holds; `None` if unknown.
-pub fn valid_part(calibration: &Calibration) -> Option<String> {
-    let ValidArea { goal_px, share, .. } = calibration.valid_area;
-    knows_sd(calibration)
-        .then(|| format!("Valid in {} of the picture: error below {goal_px:.1} px", percent(share)))
 }
 
 /// Smallest relative change of the focal length that would be reported.

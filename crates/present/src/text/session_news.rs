@@ -1,6 +1,6 @@
 //! News of a running session, one sentence each.
 
-use super::{apart, camera::capital, knows_sd, percent};
+use super::{acceptance, apart, camera::capital, knows_sd, percent};
 use boresight_guide::{
     guidance::{Lack, Plan, views_by_noise},
     session::{Ending, FarBoard, HeldOutPair, Session, Snapshot, precision_of},
@@ -35,7 +35,9 @@ pub fn coarse_corners(snapshot: &Snapshot) -> Option<String> {
     let has_goal = snapshot.limits.plan == Plan::Adaptive && !snapshot.limits.is_far();
     let why = why_coarse(calibration.noise_px, snapshot.moved_px, goal_px)?;
     let is_alone = has_goal && calibration.acceptance.is_none();
-    is_alone.then(|| format!("{why} The goal of {} takes more views so.", px(goal_px)))
+    is_alone.then(|| {
+        format!("{why} Knowing the principal point to {} takes more views so.", px(goal_px))
+    })
 }
 
 /// Reason for a session without views, if pictures came faster than anybody could look.
@@ -45,15 +47,16 @@ pub fn unseen(count: u64) -> String {
     )
 }
 
-/// End of a session, with every goal that was missed and what would reach it: "Stopped short of the
-/// goal. The principal point is known to 1.70 px; the goal is 1.00 px. The picture is too noisy:
-/// more light, or about 20 more views".
+/// End of a session, with everything planned that was missed and what would reach it: "Stopped
+/// short of the plan. The principal point is known to 1.70 px; planned was 1.00 px. The picture is
+/// too noisy: more light, or about 20 more views". The goal is the typical error's, as on the
+/// result.
 pub fn ending(session: &Session) -> String {
     let result = session.calibration().map(AsRef::as_ref);
     let said = super::ending(session.ending(), session.lack(), session.limits().plan, result);
     match missed_goals(session) {
         Some(missed) if session.ending() == Ending::Stopped => {
-            format!("Stopped short of the goal. {missed}{}", remedy(session))
+            format!("Stopped short of the plan. {missed}{}", remedy(session))
         }
         Some(missed) => format!("{said}. {missed}"),
         None => said.into(),
@@ -79,8 +82,8 @@ fn remedy(session: &Session) -> String {
     }
 }
 
-/// Goals that the session's calibration misses, each with what was reached; `None` without such a
-/// goal, or if something else is lacking.
+/// What was planned and the session's calibration misses, each with what was reached; `None`
+/// without such a plan, or if something else is lacking.
 fn missed_goals(session: &Session) -> Option<String> {
     let calibration = session.calibration().filter(|calibration| knows_sd(calibration))?;
     let (set, limits) = (&session.setup().guidance, session.limits());
@@ -92,6 +95,8 @@ fn missed_goals(session: &Session) -> Option<String> {
     if !lacks_precision || calibration.acceptance.is_some() || limits.plan != Plan::Adaptive {
         return None;
     }
+    /// Place of the typical error below.
+    const TYPICAL: usize = 1;
     let reached = precision_of(calibration, session.setup().image_size);
     let pp_goal_px = Some(limits.pp_goal_px(reached.f_to_width)).filter(|_| !limits.is_far());
     let missed: Vec<String> = [
@@ -108,10 +113,16 @@ fn missed_goals(session: &Session) -> Option<String> {
         ),
     ]
     .into_iter()
-    .filter_map(|(what, reached_px, goal_px)| {
+    .enumerate()
+    .filter_map(|(place, (what, reached_px, goal_px))| {
         let goal_px = goal_px.filter(|goal_px| reached_px > *goal_px)?;
         let (reached, goal) = apart(reached_px, goal_px, 2);
-        Some(format!("{what} {reached} px; the goal is {goal} px"))
+        let goal = match place {
+            // As on the result.
+            TYPICAL => format!("the goal is {}", acceptance::small(goal_px)),
+            _ => format!("planned was {goal}"),
+        };
+        Some(format!("{what} {reached} px; {goal} px"))
     })
     .collect();
     (!missed.is_empty()).then(|| capital(&missed.join(", and ")))

@@ -9,7 +9,7 @@ use boresight_guide::session::Prompt;
 pub fn spoken(asked: Prompt) -> String {
     match asked {
         Prompt::Complete => "Finished. Put the board down".into(),
-        Prompt::Exhausted => "Stopped, short of the goal".into(),
+        Prompt::Exhausted => "Stopped. The result says why".into(),
         Prompt::Failed => "Stopped. Your views are safe".into(),
         Prompt::CameraLost => "Camera lost".into(),
         Prompt::Frozen => "Picture frozen".into(),

@@ -24,10 +24,11 @@ use boresight_geometry::{
 use boresight_guide::session::Snapshot;
 use boresight_present::{
     grade::Grade,
-    reading::valid_up_to_px,
+    known::Known,
     text::{
         charts::{self as words, Chart},
         knows_sd,
+        result::meets_goal,
     },
 };
 
@@ -70,7 +71,10 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
         Chart::Scatter => scatter::draw(&painter, within, snapshot, calibration),
         Chart::Distance => distance::draw(&painter, within, calibration),
         Chart::Correlations => correlations::draw(&painter, within, calibration),
-        Chart::Uncertainty => uncertainty(&painter, &placed, calibration),
+        Chart::Uncertainty => {
+            let known = screen.known.borrow_mut().of(snapshot);
+            uncertainty(&painter, &placed, calibration, known.as_deref())
+        }
         Chart::Residuals => residuals(&painter, &placed, snapshot, calibration),
         Chart::Lines => lines(&painter, &placed, snapshot, calibration),
         Chart::Skipped => skipped(&painter, &placed, snapshot, calibration),
@@ -84,7 +88,8 @@ pub(super) fn show(ui: &mut Ui, screen: &Screen, table: &mut ResultPage) {
     };
     let mut at = placed.rect.left_bottom() + vec2(0.0, 0.5 * theme::UNIT);
     if *chart == Chart::Uncertainty && knows_sd(calibration) {
-        at.y += legend(ui, at, calibration);
+        let known = screen.known.borrow_mut().of(snapshot);
+        at.y += legend(ui, at, calibration, known.map_or(0.0, |known| known.share()));
     }
     // What it is, and what it shows.
     let (strong, weak) = (ui.visuals().text_color(), ui.visuals().weak_text_color());
@@ -114,15 +119,11 @@ fn choose(ui: &mut Ui, chart: &mut Chart, charts: &[Chart]) {
 }
 
 /// Colours of the cells within the goal and beyond. Returns the height of the legend.
-fn legend(ui: &Ui, at: Pos2, calibration: &Calibration) -> f32 {
-    let area = &calibration.valid_area;
+fn legend(ui: &Ui, at: Pos2, calibration: &Calibration, share: f64) -> f32 {
     let color = ui.visuals().text_color();
     let mut x = at.x;
     let [met, missed] = colors(calibration);
-    for (fill, words) in [
-        (met, words::within_goal(area.goal_px, area.share)),
-        (missed, words::BEYOND_GOAL.to_owned()),
-    ] {
+    for (fill, words) in [(met, meets_goal(share)), (missed, words::BEYOND_GOAL.to_owned())] {
         let font = FontId::proportional(theme::BODY - 1.0);
         let galley = ui.painter().layout_no_wrap(words, font, color);
         let square = Rect::from_min_size(pos2(x, at.y + 3.0), Vec2::splat(11.0));
@@ -144,18 +145,22 @@ fn colors(calibration: &Calibration) -> [Color32; 2] {
 }
 
 /// Cells of the picture by standard deviation of projection: green where the goal is met.
-fn uncertainty(painter: &Painter, placed: &Placed, calibration: &Calibration) -> String {
+fn uncertainty(
+    painter: &Painter,
+    placed: &Placed,
+    calibration: &Calibration,
+    known: Option<&Known>,
+) -> String {
     if !knows_sd(calibration) {
         return words::TOO_FEW.into();
     }
     let sd = &calibration.projection_sd;
     let cell =
         vec2(placed.rect.width() / GRID_COLUMNS as f32, placed.rect.height() / GRID_ROWS as f32);
-    let sds_px = sd.grid.iter().map(|place| place.sd_px);
-    let valid_px = valid_up_to_px(sds_px, calibration.valid_area.share);
     let [met, missed] = colors(calibration);
     for place in &sd.grid {
-        let fill = if place.sd_px <= valid_px { met } else { missed };
+        let is_met = known.is_some_and(|it| it.is_met(calibration.image_size, &place.px));
+        let fill = if is_met { met } else { missed };
         // The brighter, the surer.
         let share = 1.0 - 0.3 * (place.sd_px / sd.max_px.max(1e-12)) as f32;
         let rect = Rect::from_center_size(placed.pos(&place.px), cell);

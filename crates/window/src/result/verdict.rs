@@ -62,17 +62,16 @@ pub(super) fn found(ui: &mut Ui, screen: &Screen) {
 
 /// Shows the result of a comparison, with the numbers and methods behind folds.
 pub(super) fn details(ui: &mut Ui, screen: &Screen, compared: &Comparison) {
-    let snapshot = screen.snapshot.as_ref();
-    let Some(calibration) = snapshot.and_then(|snapshot| snapshot.calibration.as_ref()) else {
-        return;
-    };
+    let Some(snapshot) = &screen.snapshot else { return };
+    let Some(calibration) = &snapshot.calibration else { return };
     comparison::show(ui, compared);
     ui.add_space(theme::UNIT);
     theme::card(ui.visuals()).show(ui, |ui| {
         ui.set_width(ui.available_width());
         let heading = |words: &str| RichText::new(words).strong();
         CollapsingHeader::new(heading(words::NUMBERS_HEADING)).show(ui, |ui| {
-            let lines = words::result_lines(calibration);
+            let known = screen.known.borrow_mut().of(snapshot);
+            let lines = words::result_lines(calibration, known.and_then(|known| known.met()));
             table(ui, "result", lines.into_iter().map(|(name, value)| (name, value, "")));
         });
         let fold = CollapsingHeader::new(heading(words::METHODS)).show(ui, |ui| {
@@ -132,8 +131,8 @@ fn verdict(ui: &mut Ui, screen: &Screen, snapshot: &Snapshot, calibration: &Cali
     for accuracy in words::accuracies(snapshot) {
         ui.label(RichText::new(accuracy).size(theme::TITLE));
     }
-    if let Some(valid) = words::valid_part(calibration) {
-        ui.label(RichText::new(valid).size(theme::TITLE));
+    if let Some(met) = screen.known.borrow_mut().of(snapshot).and_then(|known| known.met()) {
+        ui.label(RichText::new(format!("{}: {met}", words::MEETS)).size(theme::TITLE));
     }
     // Too few views leave the check as uncertain as the result.
     if calibration.verdict != Verdict::Untrustworthy
