@@ -58,12 +58,12 @@ impl Arguments {
             say(text::demo::BEGINNING_RIG);
             let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
             let run = if self.fast { run.fast() } else { run };
-            let guide = Guide { announcer: announcer(), voice: None, as_json: self.json };
+            let guide = |announcer| Guide { announcer, voice: None, as_json: self.json };
             #[cfg(feature = "window")]
             if self.window {
-                return guide.in_window(run);
+                return guide(announcer().from_behind()).in_window(run);
             }
-            return guide.in_terminal(run);
+            return guide(announcer()).in_terminal(run);
         }
         say(text::demo::BEGINNING);
         let opening = Opening {

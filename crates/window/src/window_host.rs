@@ -497,10 +497,11 @@ impl WindowHost {
             is_synchronised: false,
             out: self.folder_for(wish),
         };
-        let run = opening.open(&self.announcer)?;
+        // The rig's pictures aren't mirrored.
+        let announcer = self.announcer.clone().from_behind();
+        let run = opening.open(&announcer)?;
         let (names, hand) = (run.names(), RigHand::new(Arc::default()));
-        let (announcer, exit, orders) =
-            (self.announcer.clone(), Arc::clone(&self.exit), hand.clone());
+        let (exit, orders) = (Arc::clone(&self.exit), hand.clone());
         let speak = self.voice.requests();
         let work = Box::new(move |show: &mut dyn FnMut(&RigNews<'_>)| {
             let speak = |sentence: &str| speak(sentence, sentence);
