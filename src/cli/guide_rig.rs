@@ -18,7 +18,7 @@ use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
 use boresight_terminal::{print, say, stop_flag, usage::WrongUsage};
 #[cfg(feature = "window")]
-use {boresight_app::window::host::RigOpened, boresight_window::rig::run_rig};
+use {boresight_app::window::host::RigOpened, boresight_window::rig_window::run_rig};
 
 /// Cameras of a rig, as given.
 pub(super) struct Given<'a> {

@@ -18,7 +18,7 @@
 //! | `start` | camera, board and plan of the next session |
 //! | `guide` | live picture, overlay, sentence, gauges, numbers, controls, accepted views |
 //! | `result` | verdict, findings, numbers, exports, change since an older calibration |
-//! | `rig` | several cameras: pictures, links and one sentence |
+//! | `rig`, `rig_window` | several cameras: pictures, links and one sentence; their own window |
 //! | `replay` | a recording, chosen from a list or by its path, decision by decision |
 //! | `adjust` | the way back of a watched camera |
 //! | `settings` | looks and sounds of the window |
@@ -36,6 +36,7 @@ pub mod picture;
 pub mod replay;
 pub mod result;
 pub mod rig;
+pub mod rig_window;
 mod run;
 pub mod screen;
 mod session_state;
