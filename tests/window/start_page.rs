@@ -669,7 +669,8 @@ fn a_window_speaks_from_the_beginning_if_it_is_asked_to() {
         (memory.speech, memory.mirrored)
     };
     assert_eq!(asked(&[]), (None, None));
-    assert_eq!(asked(&["--speak"]), (Some(true), Some(true)));
+    assert_eq!(asked(&["--speak"]), (Some(true), None), "as in the window the last time");
+    assert_eq!(asked(&["--speak", "facing"]), (Some(true), Some(true)));
     assert_eq!(asked(&["--speak", "behind"]), (Some(true), Some(false)));
 }
 
