@@ -37,6 +37,8 @@ pub fn rig_page(name: &str, rig: &RigFile, rows: Option<&RowPictures>) -> String
             section(Section::Places, &format!("<div class=\"two\">{drawings}</div>\n"))
         }
     };
+    // Where the pictures contradict each other, no rows agree.
+    let rows = rows.filter(|_| grade(rig) != Grade::NotTrustworthy);
     let rows = rows.map_or_else(String::new, |rows| section(Section::Rows, &rows.drawings()));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n{}{drawings}{}{}{rows}<div class=\"two\">{}{}</div>\n</body></html>\n",

@@ -388,9 +388,8 @@ fn rig_names(cameras: &[&CameraView]) -> Vec<(String, String)> {
             name => name,
         };
         let is_taken = |name: &String| named.iter().any(|(other, _)| other == name);
-        let mut names = std::iter::once(name.to_owned());
         let numbered = (2..).map(|number| format!("{name}-{number}"));
-        let free = names.by_ref().chain(numbered).find(|name| !is_taken(name));
+        let free = std::iter::once(name.to_owned()).chain(numbered).find(|name| !is_taken(name));
         named.push((free.unwrap_or_default(), camera.source.clone()));
     }
     named
