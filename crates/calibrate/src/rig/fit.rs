@@ -6,7 +6,10 @@ use nalgebra::{DMatrix, DVector, Isometry3, Point2, Point3, SVector, Vector2};
 
 use super::{
     View,
-    bundle::{LensKnown, RigEquations, RigProblem, RigState, WhitenedView, inverse, part},
+    bundle::{
+        InstantBlock, LensKnown, OF_CAMERA, RigEquations, RigProblem, RigState, WhitenedView,
+        inverse, part,
+    },
     noise::{CameraNoise, Residuals},
 };
 use crate::{
@@ -265,8 +268,10 @@ impl Fit {
         let scatter = Scatter::of(&of_instants, &of_prior)?;
         let count = instants.len();
         // The noise's covariance counts as a scatter alike in all directions: on real boards, the
-        // print and the board's shape outweigh the noise of the corners.
-        let alike = of_model.clone() * scatter.mean().max(1.0);
+        // print and the board's shape outweigh the noise of the corners. Between the cameras'
+        // pictures of an instant, the board may have moved, too.
+        let displaced = self.displaced(free, &of_instants);
+        let alike = of_model.clone() * scatter.mean().max(1.0) + &of_model * displaced * &of_model;
         let of_free = averaged(alike, scatter.covariance()?, count);
         let wide = |of_free: &DMatrix<f64>| {
             DMatrix::from_fn(size, size, |i, j| match (place[i], place[j]) {
@@ -279,6 +284,53 @@ impl Fit {
             of_model: wide(&of_model),
             overcount: scatter.overcount(count),
         })
+    }
+
+    /// Scatter of the pulls on the shared numbers `free` by displacements of the board between the
+    /// pictures of an instant, independent along three axes and alike at all instants.
+    ///
+    /// A displacement moves a camera for one instant: with the information `I` about the shift of
+    /// the cameras but an instant's first, the pull `g` has the covariance `I + s² I I`.
+    fn displaced(
+        &self,
+        free: &[usize],
+        of_instants: &[(DMatrix<f64>, DVector<f64>)],
+    ) -> DMatrix<f64> {
+        let shifts = |block: &InstantBlock| -> Vec<usize> {
+            let is_shift = |row: &usize| {
+                *row < OF_CAMERA * self.state.cameras.len()
+                    && *row % OF_CAMERA >= LENS_PARAMETERS + 3
+            };
+            let rows = block.at.iter().filter(|row| is_shift(row));
+            rows.filter_map(|row| free.iter().position(|own| own == row)).collect()
+        };
+        let (mut excess, mut weight) = (0.0, 0.0);
+        let mut count = 0.0;
+        for (block, (information, pull)) in self.equations.instants.iter().zip(of_instants) {
+            let rows = shifts(block);
+            if rows.is_empty() || block.at.len() < 2 * OF_CAMERA {
+                continue;
+            }
+            let own = part(information, &rows);
+            let Some(inverse) = inverse(&own) else { continue };
+            let by = &inverse * DVector::from_fn(rows.len(), |i, _| pull[rows[i]]);
+            for i in 0..rows.len() {
+                let of = 1.0 / (inverse[(i, i)] * inverse[(i, i)]);
+                excess += of * (by[i] * by[i] - inverse[(i, i)]);
+                weight += of;
+            }
+            count += 1.0;
+        }
+        let mut scatter = DMatrix::zeros(free.len(), free.len());
+        if weight == 0.0 || count < 3.0 {
+            return scatter;
+        }
+        let variance_m2 = (excess / weight * count / (count - 2.0)).max(0.0);
+        for (block, (information, _)) in self.equations.instants.iter().zip(of_instants) {
+            let columns = information.select_columns(&shifts(block));
+            scatter += &columns * columns.transpose() * variance_m2;
+        }
+        scatter
     }
 
     /// Start with another camera in the place of `camera` from an instant on.
