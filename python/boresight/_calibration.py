@@ -423,14 +423,15 @@ def judge(
     *,
     square_mm: float | None = None,
     image_size: tuple[int, int] | None = None,
-    limit_px: float | None = None,
+    accept: str | None = None,
 ) -> dict[str, Any]:
     """Is the calibration in ``file``, of any program, true?
 
     ``views`` is a session folder, or views of ``board`` as for :func:`calibrate` but no names of files. Without them, the
     file's own corners are used, which OpenCV's sample and PhotonVision write; else only what the file alone shows is
-    said. Returns ``boresight.judgement/1`` as a dict: ``answer`` is "true" if the error is surely within ``limit_px`` (by
-    default .2 % of the picture's longer side), "off" if it's surely beyond, else "cannot-tell"; ``off_px`` is the error with
+    said. Returns ``boresight.judgement/1`` as a dict: ``answer`` is "true" if the error is surely within ``accept``
+    ("1px", or "length 800mm at 2m <= 0.5mm"; by default .2 % of the picture's longer side), "off" if it's surely beyond,
+    else "cannot-tell"; ``off_px`` is the error with
     ``off_interval_px``, ``wrong`` the part of the lens that explains it, ``doubts`` the reasons in words.
     """
     name, old = _older(file)
@@ -444,7 +445,7 @@ def judge(
         board = Board.of(board, square_mm)
         seen, size = given_views(views, board, image_size)
         given = (seen, board._named(), size)
-    return cast("dict[str, Any]", json.loads(_boresight.judge(name, old, given, session, limit_px)))
+    return cast("dict[str, Any]", json.loads(_boresight.judge(name, old, given, session, accept)))
 
 
 def export(result: Calibration | PathLike, format: str, *, name: str | None = None) -> str:

@@ -17,7 +17,7 @@ use boresight::{
         },
     },
     calibration::{
-        CalibrationParams, OldLens, drift,
+        CalibrationParams, NotAGoal, OldLens, drift,
         files::CalibrationFile,
         import::{self, OldCalibration},
     },
@@ -180,11 +180,13 @@ pub(crate) fn judge(
     old: Option<&str>,
     views: Option<OfBoard<'_>>,
     session: Option<PathBuf>,
-    limit_px: Option<f64>,
+    accept: Option<&str>,
 ) -> PyResult<String> {
     let read =
         |(views, named, of)| Ok::<_, PyErr>((views_of(views)?, config(&named, &[])?, size(of)?));
     let given = views.map(read).transpose()?;
+    let goal = accept.map(str::parse).transpose();
+    let goal = goal.map_err(|err: NotAGoal| wrong(err.to_string()))?;
     let work = || {
         let (old, silent) = (older(&file, old)?, Announcer::silent());
         let fresh = match (given, session) {
@@ -201,7 +203,7 @@ pub(crate) fn judge(
                 Fresh::of_own_corners(&old, &Config::load(None, &[])?.calibration(), &silent)
             }
         };
-        let (_, file) = judgement(&file, &old, fresh.as_ref(), limit_px);
+        let (_, file) = judgement(&file, &old, fresh.as_ref(), goal);
         anyhow::Ok(file.to_json()?.to_string())
     };
     py.detach(work).map_err(|err| raised(&err))

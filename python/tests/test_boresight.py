@@ -95,7 +95,7 @@ def test_a_judgement_of_pictures(good, pictures):
     found = boresight.judge(good / "calibration.json", [grey(path) for path in pictures], "7x5", square_mm=30)
     assert found["answer"] == "true"
     assert found["off_interval_px"][0] <= found["off_px"] <= found["off_interval_px"][1]
-    tight = boresight.judge(good / "calibration.json", good, limit_px=1e-4)
+    tight = boresight.judge(good / "calibration.json", good, accept="0.0001px")
     assert tight["answer"] == "cannot-tell"
     with pytest.raises(boresight.ArgumentError):
         boresight.judge(good / "calibration.json", [grey(pictures[0])])

@@ -14,7 +14,7 @@ use boresight_app::{
         source::is_session,
     },
 };
-use boresight_calibrate::Answer;
+use boresight_calibrate::{AcceptanceGoal, Answer};
 use boresight_capture::film_length_mm;
 use boresight_files::{Overwrite, entries, may_save, save};
 use boresight_formats::{
@@ -61,10 +61,10 @@ pub(super) struct Arguments {
     source: Option<String>,
     #[command(flatten)]
     board: BoardArguments,
-    /// Error of projection above which a calibration is off, in pixels [default: 0.2 % of the
-    /// picture's longer side].
-    #[arg(long, value_name = "PX", value_parser = super::check::pixels)]
-    limit: Option<f64>,
+    /// Largest acceptable error: "1px" for projection, or "length 800mm at 2m <= 0.5mm" for a
+    /// length measured at a distance [default: 0.2 % of the picture's longer side].
+    #[arg(long, value_name = "GOAL")]
+    accept: Option<AcceptanceGoal>,
     /// Width and height of the corner table's pictures [default: those of the first calibration].
     #[arg(long, value_name = "WxH")]
     image_size: Option<Size>,
@@ -94,7 +94,7 @@ Examples:
   boresight judge calibrationdata
   boresight judge cameras
   boresight judge ost.yaml --source /dev/video0 --board 9x6 --square 25mm
-  boresight judge camera.xml pictures --board 9x6 --limit 1px --out better.xml
+  boresight judge camera.xml pictures --board 9x6 --accept 1px --out better.xml
   boresight judge old.yaml new.yaml corners.vnl";
 
 /// A calibration with the path of its file.
@@ -194,7 +194,7 @@ impl Arguments {
             let own = || Fresh::of_own_corners(old, &params, &announcer());
             let own = if shared.is_none() { own() } else { None };
             let fresh = shared.as_ref().or(own.as_ref());
-            let (answer, file) = judgement(path, old, fresh, self.limit);
+            let (answer, file) = judgement(path, old, fresh, self.accept);
             let by = command(&file, old.format).map_or_else(String::new, |by| format!(" ({by})"));
             say(&format!("{}: {}. {}{by}", path.display(), file.message, file.action));
             file.doubts.iter().for_each(|doubt| say(&format!("  {doubt}.")));
@@ -320,7 +320,7 @@ fn command(judged: &JudgementFile, format: OldFormat) -> Option<&'static str> {
         (Some("NO-PICTURES"), ..) => "boresight judge FILE PICTURES",
         (Some("LENS-IMPOSSIBLE"), ..) => "boresight calibrate PICTURES",
         (None | Some("MISSES-PICTURE"), "off", _) => "--out FILE",
-        (None, "cannot-tell", _) => "--limit PX",
+        (None, "cannot-tell", _) => "--accept GOAL",
         _ => return None,
     })
 }

@@ -61,8 +61,11 @@ fn a_sound_file_is_true_and_a_wrong_one_off_by_its_part() {
     assert_eq!(said["wrong"], "STRETCHED");
 
     // What matters is the person's to say.
-    let loosely = ["judge", "long.yaml", &session, "--limit", "60px"];
-    says(&boresight(place, &loosely), 0, &["TRUE", "60.00 px"]);
+    let loosely = ["judge", "long.yaml", &session, "--accept", "60px"];
+    says(&boresight(place, &loosely), 0, &["TRUE", "limit of 60 px"]);
+    let length = ["judge", "long.yaml", &session, "--accept", "length 500mm at 2m <= 1mm"];
+    let in_mm = ["OFF", "mm) in a length of 500 mm at 2 m", "beyond the limit of 1 mm"];
+    says(&boresight(place, &length), 4, &in_mm);
 
     let both = ["judge", "long.yaml", "sound.yaml", &session, "--out", "better.yaml"];
     let ended = boresight(place, &both);

@@ -47,6 +47,9 @@ pub struct JudgementFile {
     /// Largest error that doesn't matter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal_px: Option<f64>,
+    /// Error of the length that `--accept` names, by which the answer is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<LengthFile>,
     /// Stable name of the part of the lens that explains the error.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrong: Option<String>,
@@ -59,6 +62,18 @@ pub struct JudgementFile {
     /// Displacements over the picture, from the fresh lens: x, y, and the displacement along both.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub displaced_px: Vec<[f64; 4]>,
+}
+
+/// Error of a length by a calibration, at most this at 95 % of the places with boards.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LengthFile {
+    /// The goal, as `--accept` reads it.
+    pub accept: String,
+    /// The error.
+    pub off_m: f64,
+    /// Where the true error lies: least and most.
+    pub off_interval_m: [f64; 2],
 }
 
 /// The lens that a calibration is held to.
@@ -84,6 +99,11 @@ impl JudgementFile {
             off_interval_px: Some([found.least_px, found.most_px]),
             worst_px: Some(found.worst_px),
             goal_px: Some(found.goal_px),
+            length: found.length.map(|length| LengthFile {
+                accept: length.goal.to_string(),
+                off_m: length.off_m,
+                off_interval_m: [length.least_m, length.most_m],
+            }),
             wrong: found.wrong.as_ref().map(WrongPart::code).map(Into::into),
             rms_px: found.rms_px,
             fresh: Some(FreshLens {

@@ -5,7 +5,8 @@ use std::{path::Path, thread::available_parallelism};
 use super::calibration_views::{CalibrationViews, of_session};
 use crate::Announcer;
 use boresight_calibrate::{
-    Answer, Calibration, CalibrationParams, GivenLens, NotCalibrated, NotJudged, judge,
+    AcceptanceGoal, Answer, Calibration, CalibrationParams, GivenLens, NotCalibrated, NotJudged,
+    judge,
 };
 use boresight_formats::{
     CalibrationFile, FindingEntry, JUDGEMENT_SCHEMA, JudgementFile,
@@ -75,13 +76,13 @@ impl Fresh {
     }
 }
 
-/// Answer about `old` in the file `path`, held to `fresh`, with its file. Errors above `limit_px`
-/// matter; without it, those that no GOOD calibration has.
+/// Answer about `old` in the file `path`, held to `fresh`, with its file. Errors beyond `goal`
+/// matter; without it, those that no Good calibration has.
 pub fn judgement(
     path: &Path,
     old: &OldCalibration,
     fresh: Option<&Fresh>,
-    limit_px: Option<f64>,
+    goal: Option<AcceptanceGoal>,
 ) -> (Answer, JudgementFile) {
     let given = GivenLens { camera: old.camera, image_size: old.image_size };
     let mut shown = FileDoubt::of(old);
@@ -90,7 +91,7 @@ pub fn judgement(
     let mut doubts: Vec<String> = shown.iter().map(words::file_doubt).collect();
     let judged = match fresh {
         Some(Fresh { lens: Ok(lens), views, board, .. }) => {
-            judge(&given, &views.corners, board, lens, limit_px).map(|judged| (judged, lens))
+            judge(&given, &views.corners, board, lens, goal).map(|judged| (judged, lens))
         }
         Some(_) => Err(NotJudged::NoFreshLens.or_flaw(&given, &old.outlines)),
         None => Err(NotJudged::NoPictures.or_flaw(&given, &old.outlines)),

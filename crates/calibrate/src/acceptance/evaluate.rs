@@ -114,7 +114,10 @@ fn projection_bound(
 
 /// [`AREA`] quantile of `errors` over `count` places, with the place; a place without an error
 /// ranks last. `None` if the quantile falls on such a place.
-fn quantile<Place: Copy>(mut errors: Vec<(f64, Place)>, count: usize) -> Option<(f64, Place)> {
+pub(crate) fn quantile<Place: Copy>(
+    mut errors: Vec<(f64, Place)>,
+    count: usize,
+) -> Option<(f64, Place)> {
     errors.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rank = (AREA * count as f64).ceil() as usize;
     errors.get(rank.checked_sub(1)?).copied()
@@ -145,41 +148,61 @@ fn length_sd(
     image_size: ImageSize,
     span: f64,
 ) -> Option<(f64, [Point2<f64>; 2])> {
+    let all: Vec<_> = spans_in(camera, image_size, span)
+        .map(|placed| (placed.sd(covariance), placed.place_px))
+        .collect();
+    let count = all.len();
+    quantile(all, count)
+}
+
+/// Two points in the picture, a fixed span apart in normalised coordinates.
+pub(crate) struct PlacedSpan {
+    /// Both points in the picture, in pixels.
+    pub(crate) place_px: [Point2<f64>; 2],
+    /// Change of the span by the lens parameters.
+    by_lens: RowSVector<f64, LENS_PARAMETERS>,
+}
+
+impl PlacedSpan {
+    /// Standard deviation of the span by a lens with the `covariance` of its parameters.
+    pub(crate) fn sd(&self, covariance: &LensMatrix) -> f64 {
+        (self.by_lens * covariance * self.by_lens.transpose()).x.max(0.0).sqrt()
+    }
+}
+
+/// Places where two points `span` apart fit into pictures of `image_size`, in eight directions.
+pub(crate) fn spans_in(
+    camera: &Camera,
+    image_size: ImageSize,
+    span: f64,
+) -> impl Iterator<Item = PlacedSpan> {
     let far =
         Vector2::new(f64::from(image_size.width_px) - 1.0, f64::from(image_size.height_px) - 1.0);
     let in_picture =
-        |px: &Point2<f64>| (0.0..=far.x).contains(&px.x) && (0.0..=far.y).contains(&px.y);
+        move |px: &Point2<f64>| (0.0..=far.x).contains(&px.x) && (0.0..=far.y).contains(&px.y);
     let [columns, rows] = PLACES;
-    let starts = (0..columns * rows).filter_map(|i| {
+    let starts = (0..columns * rows).filter_map(move |i| {
         let share = |at: u32, of: u32| f64::from(at) / f64::from(of - 1);
         let px = Point2::new(share(i % columns, columns) * far.x, share(i / columns, rows) * far.y);
-        Some((px, camera.normalized_from_px(&px)?))
+        let start = camera.normalized_from_px(&px)?;
+        Some((px, start, ray_by_lens(camera, &start)?))
     });
-    let directions: [Vector2<f64>; 8] = std::array::from_fn(|i| {
-        let (sin, cos) = libm::sincos(i as f64 * std::f64::consts::FRAC_PI_4);
-        Vector2::new(cos, sin)
-    });
-    let mut all: Vec<(f64, [Point2<f64>; 2])> = Vec::new();
-    for (start_px, start) in starts {
-        let Some(start_moves) = ray_by_lens(camera, &start) else { continue };
-        for direction in &directions {
+    starts.flat_map(move |(start_px, start, start_moves)| {
+        (0..8_u8).filter_map(move |eighth| {
+            let (sin, cos) = libm::sincos(f64::from(eighth) * std::f64::consts::FRAC_PI_4);
+            let direction = Vector2::new(cos, sin);
             let end = start + direction * span;
             let end_px = camera.px_from_normalized(&end);
             // Beyond the fold of the lens model, rays return to the picture at pixels of other
             // rays.
             let is_ray = |ray: Point2<f64>| (ray - end).norm() < 1e-6;
             if !in_picture(&end_px) || !camera.normalized_from_px(&end_px).is_some_and(is_ray) {
-                continue;
+                return None;
             }
-            let Some(end_moves) = ray_by_lens(camera, &end) else { continue };
-            let slope: RowSVector<f64, LENS_PARAMETERS> =
-                direction.transpose() * (end_moves - start_moves);
-            let sd = (slope * covariance * slope.transpose()).x.max(0.0).sqrt();
-            all.push((sd, [start_px, end_px]));
-        }
-    }
-    let count = all.len();
-    quantile(all, count)
+            let by_lens = direction.transpose() * (ray_by_lens(camera, &end)? - start_moves);
+            Some(PlacedSpan { place_px: [start_px, end_px], by_lens })
+        })
+    })
 }
 
 /// Derivative of the ray of a fixed pixel by the lens parameters: `−(∂px/∂ray)⁻¹ ∂px/∂lens`.

@@ -9,5 +9,6 @@ mod evaluate;
 mod goal;
 
 pub use evaluate::{Acceptance, ErrorBound, acceptance};
+pub(crate) use evaluate::{quantile, spans_in};
 pub(crate) use goal::TWO_SIDED_95;
 pub use goal::{AcceptanceGoal, NotAGoal};

@@ -8,8 +8,10 @@
 //! | `closest` | the turn of the camera, and the numbers, that bring one lens nearest to another |
 //! | `wrong_part` | the numbers of a lens that explain a difference, a row a kind |
 //! | `sized` | a lens for pictures of another size |
+//! | `length` | the error of a measured length |
 
 mod closest;
+mod length;
 mod sized;
 #[cfg(test)]
 mod tests;
@@ -18,15 +20,15 @@ mod wrong_part;
 use nalgebra::{Point2, SVector, Vector2};
 
 use self::closest::Rays;
-pub use self::wrong_part::WrongPart;
-use crate::{Calibration, LensFlaw, Limits, Verdict, drift::LEAST_SEEN, projection_jacobian};
+pub use self::{length::LengthError, wrong_part::WrongPart};
+use crate::{
+    AcceptanceGoal, Calibration, LensFlaw, Limits, Verdict, acceptance::TWO_SIDED_95,
+    drift::LEAST_SEEN, projection_jacobian,
+};
 use boresight_geometry::{
     BoardOutline, Camera, Corner, LENS_PARAMETERS, boards::Board, cell_centres_px, fit_pose,
     frame::ImageSize, seen_count,
 };
-
-/// Standard deviations below a measured error that the true one doesn't lie under, 39 times of 40.
-const SDS: f64 = 1.96;
 
 /// Answer to the question whether a calibration is true, the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -40,6 +42,17 @@ pub enum Answer {
 }
 
 impl Answer {
+    /// Answer about an error in the interval `[least, most]`.
+    fn of([least, most]: [f64; 2], limit: f64) -> Self {
+        if least > limit {
+            Self::Off
+        } else if most <= limit {
+            Self::True
+        } else {
+            Self::CannotTell
+        }
+    }
+
     /// Stable name, for files and programs.
     pub fn code(self) -> &'static str {
         match self {
@@ -76,6 +89,9 @@ pub struct Judgement {
     pub worst_px: f64,
     /// Largest error that doesn't matter, in pixels.
     pub goal_px: f64,
+    /// Error of the length that the goal is about, by which the answer is. `None` if the goal is
+    /// about projection.
+    pub length: Option<LengthError>,
     /// Displacement at each cell of the picture, from the fresh lens to the given one, in pixels.
     pub displaced_px: Vec<(Point2<f64>, Vector2<f64>)>,
     /// Reprojection residuals per coordinate by the given lens, with the best poses, in pixels.
@@ -102,6 +118,9 @@ pub enum NotJudged {
         /// Size in the calibration.
         given: ImageSize,
     },
+    /// The length of the goal fits nowhere between the boards.
+    #[error("the length fits nowhere into the part with boards")]
+    LengthTooLong,
     /// The fresh lens isn't trustworthy: its findings say why.
     #[error("the pictures give no trustworthy lens")]
     NoFreshLens,
@@ -120,7 +139,9 @@ impl NotJudged {
     pub fn answer(&self) -> Answer {
         match self {
             Self::Impossible(_) | Self::Misses { .. } => Answer::Off,
-            Self::NoPictures | Self::OtherSize { .. } | Self::NoFreshLens => Answer::CannotTell,
+            Self::NoPictures | Self::OtherSize { .. } | Self::LengthTooLong | Self::NoFreshLens => {
+                Answer::CannotTell
+            }
         }
     }
 
@@ -138,6 +159,7 @@ impl NotJudged {
             Self::NoPictures => "NO-PICTURES",
             Self::Impossible(_) => "LENS-IMPOSSIBLE",
             Self::OtherSize { .. } => "OTHER-SIZE",
+            Self::LengthTooLong => "LENGTH-TOO-LONG",
             Self::NoFreshLens => "NO-FRESH-LENS",
             Self::Misses { .. } => "MISSES-PICTURE",
         }
@@ -146,10 +168,10 @@ impl NotJudged {
 
 /// Judges `given` by `fresh`, the calibration of `views` of `board`.
 ///
-/// Errors above `goal_px` matter; without it, those that no Good calibration has. The error is the
-/// root mean square over the area covered by boards, after the best turn of the camera: the
-/// orientation of a camera is no part of its calibration. The residuals of the given lens never
-/// count.
+/// Errors beyond `goal` matter; without it, those that no Good calibration has. The error of
+/// projection is the root mean square over the area covered by boards, after the best turn of the
+/// camera: the orientation of a camera is no part of its calibration. The residuals of the given
+/// lens never count.
 ///
 /// With the difference `d` of the lenses and the error `ε` of the fresh one, the true error is
 /// `|d − ε|`: at most `|d| + |ε|`, and at least `|d| − ε·d/|d|`, whose variance follows from the
@@ -163,12 +185,12 @@ pub fn judge(
     views: &[Vec<Corner>],
     board: &Board,
     fresh: &Calibration,
-    goal_px: Option<f64>,
+    goal: Option<AcceptanceGoal>,
 ) -> Result<Judgement, NotJudged> {
     let outlines: Vec<BoardOutline> =
         views.iter().filter_map(|view| outline(view, board)).collect();
     let known: &[_] = if given.image_size == fresh.image_size { &outlines } else { &[] };
-    held_to(given, views, board, fresh, &outlines, goal_px)
+    held_to(given, views, board, fresh, &outlines, goal)
         .map_err(|reason| reason.or_flaw(given, known))
 }
 
@@ -180,7 +202,7 @@ fn held_to(
     board: &Board,
     fresh: &Calibration,
     outlines: &[BoardOutline],
-    goal_px: Option<f64>,
+    goal: Option<AcceptanceGoal>,
 ) -> Result<Judgement, NotJudged> {
     let pictures = fresh.image_size;
     let reach_px = fresh.longer_side_px();
@@ -205,16 +227,21 @@ fn held_to(
         let share = 1.0 - hits as f64 / covered.count() as f64;
         return Err(NotJudged::Misses { share, wrong: wrong(f64::INFINITY) });
     }
-    let goal_px = goal_px.unwrap_or_else(|| Limits::of(pictures).goal_px);
-    let sd_px = sd_along(&closest.displaced_px, fresh, is_covered).ok_or(NotJudged::NoFreshLens)?;
-    let (least_px, most_px) = ((off_px - SDS * sd_px).max(0.0), off_px + bound_px);
-    let answer = if least_px > goal_px {
-        Answer::Off
-    } else if most_px <= goal_px {
-        Answer::True
-    } else {
-        Answer::CannotTell
+    let goal_px = match goal {
+        Some(AcceptanceGoal::Projection { px }) => px,
+        _ => Limits::of(pictures).goal_px,
     };
+    let sd_px = sd_along(&closest.displaced_px, fresh, is_covered).ok_or(NotJudged::NoFreshLens)?;
+    let (least_px, most_px) = ((off_px - TWO_SIDED_95 * sd_px).max(0.0), off_px + bound_px);
+    let length = match goal {
+        Some(goal @ AcceptanceGoal::Length { .. }) => {
+            let error = LengthError::of(goal, &closest, fresh, is_covered);
+            Some(error.ok_or(NotJudged::LengthTooLong)?)
+        }
+        _ => None,
+    };
+    let by_px = Answer::of([least_px, most_px], goal_px);
+    let answer = length.as_ref().map_or(by_px, LengthError::answer);
     let is_off = answer == Answer::Off;
     let whole = Rays::of(&fresh.camera, cell_centres_px(pictures));
     let displaced_px = whole.displaced(&closest.camera, &closest.turn).into_iter();
@@ -225,6 +252,7 @@ fn held_to(
         most_px,
         worst_px: closest.displaced_px.iter().map(|(_, by)| by.norm()).fold(0.0, f64::max),
         goal_px,
+        length,
         displaced_px: displaced_px.filter(|(_, by)| by.norm() < reach_px).collect(),
         rms_px: rms_px(&closest.camera, views, board).filter(|px| *px < reach_px),
         wrong: is_off.then(|| wrong(off_px)).flatten(),

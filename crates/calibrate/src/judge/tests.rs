@@ -98,6 +98,30 @@ fn no_lens_is_off_by_more_than_the_picture() {
 }
 
 #[test]
+fn a_longer_focal_length_measures_lengths_shorter() {
+    let views = views(&[40.0; 10]);
+    let fresh = fresh(&views);
+    let by = |f_ratio: f64, length_m: f64, within_m: f64| {
+        let mut camera = fresh.camera;
+        camera.f_px *= f_ratio;
+        let given = GivenLens { camera, image_size: SIZE };
+        let goal = AcceptanceGoal::Length { length_m, at_m: 2.0, within_m };
+        judge(&given, &views, &board(), &fresh, Some(goal))
+    };
+    let found = |f_ratio, within_m| by(f_ratio, 0.5, within_m).expect("judged");
+    let long = found(1.02, 0.005);
+    let length = long.length.expect("about a length");
+    // Part of the difference is a turn of the camera.
+    assert!((length.off_m - 0.0098).abs() < 0.002, "{length:?}");
+    assert!(length.least_m < length.off_m && length.off_m < length.most_m, "{length:?}");
+    assert_eq!(long.answer, Answer::Off, "{length:?}");
+    assert_eq!(found(1.02, 0.02).answer, Answer::True);
+    assert_eq!(found(1.0, 0.005).answer, Answer::True);
+    assert_eq!(found(1.0, 1e-6).answer, Answer::CannotTell);
+    assert_eq!(by(1.0, 10.0, 0.005).err(), Some(NotJudged::LengthTooLong));
+}
+
+#[test]
 fn a_lens_of_pictures_of_another_size_is_named_even_if_it_misses_these() {
     let views = views(&[40.0; 10]);
     let mut camera = fresh(&views).camera;

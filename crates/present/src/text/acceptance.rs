@@ -93,6 +93,14 @@ fn parts(goal: AcceptanceGoal, bound: &ErrorBound) -> Option<String> {
     })
 }
 
+/// The length that a goal is about.
+pub(super) fn named_length(goal: AcceptanceGoal) -> Option<String> {
+    match goal {
+        AcceptanceGoal::Projection { .. } => None,
+        AcceptanceGoal::Length { length_m, at_m, .. } => Some(a_length(length_m, at_m)),
+    }
+}
+
 fn a_length(length_m: f64, at_m: f64) -> String {
     let length = rounded(1000.0 * length_m);
     format!("a length of {length} mm at {} m", rounded(at_m))
@@ -118,12 +126,12 @@ fn unit(goal: AcceptanceGoal) -> &'static str {
     }
 }
 
-fn error(goal: AcceptanceGoal, value: f64) -> String {
+pub(super) fn error(goal: AcceptanceGoal, value: f64) -> String {
     format!("{} {}", small(in_unit(goal, value)), unit(goal))
 }
 
 /// Largest accepted error, with all digits.
-fn limit(goal: AcceptanceGoal) -> String {
+pub(super) fn limit(goal: AcceptanceGoal) -> String {
     format!("{} {}", rounded(in_unit(goal, goal.limit())), unit(goal))
 }
 

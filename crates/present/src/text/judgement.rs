@@ -1,7 +1,9 @@
 //! Whether a calibration is true, in words.
 
+use super::acceptance::{error, limit, named_length};
 use boresight_calibrate::{
-    Answer, Calibration, GivenLens, Judgement, LensFlaw, NotJudged, WrongPart,
+    AcceptanceGoal, Answer, Calibration, GivenLens, Judgement, LengthError, LensFlaw, NotJudged,
+    WrongPart,
 };
 use boresight_formats::import::{FileDoubt, OldFormat};
 
@@ -10,25 +12,37 @@ const USE_FRESH: &str = "Use the lens of these pictures instead.";
 
 /// Answer with numbers, and the next action.
 pub fn judgement(judged: &Judgement) -> (String, String) {
-    let Judgement { off_px, least_px, most_px, worst_px, goal_px, .. } = judged;
-    let off = format!("{off_px:.2} px ({least_px:.2} to {most_px:.2} px) where the board was");
-    let hidden_px = most_px - off_px;
+    let Judgement { goal_px: px, off_px, least_px, most_px, .. } = *judged;
+    let (goal, [off, least, most]) = match judged.length {
+        Some(LengthError { goal, off_m, least_m, most_m }) => (goal, [off_m, least_m, most_m]),
+        None => (AcceptanceGoal::Projection { px }, [off_px, least_px, most_px]),
+    };
+    let of = named_length(goal).map_or_else(String::new, |length| format!(" in {length}"));
+    let hidden = most - off;
+    let said = |by: f64| match judged.length {
+        None => format!("{by:.2} px"),
+        Some(_) => error(goal, by),
+    };
+    let [hides, off, least, most] = [hidden, off, least, most].map(said);
+    let (found, limit) =
+        (format!("{off} ({least} to {most}){of} where the board was"), limit(goal));
     match judged.answer {
         Answer::True => (
-            format!("TRUE: off by {off}, within the limit of {goal_px:.2} px"),
+            format!("TRUE: off by {found}, within the limit of {limit}"),
             "Use it where the board was.".into(),
         ),
         Answer::Off => (
             format!(
-                "OFF by {off}, beyond the limit of {goal_px:.2} px; at worst by {worst_px:.1} px"
+                "OFF by {found}, beyond the limit of {limit}; a ray at worst by {:.1} px",
+                judged.worst_px
             ),
             USE_FRESH.into(),
         ),
         Answer::CannotTell => (
-            format!("CAN'T TELL: off by {off}, around the limit of {goal_px:.2} px"),
-            if hidden_px > *goal_px {
+            format!("CAN'T TELL: off by {found}, around the limit of {limit}"),
+            if hidden > goal.limit() {
                 format!(
-                    "These pictures would hide {hidden_px:.1} px. To tell, add some with the board tipped by 30 to 50°, over the whole picture."
+                    "These pictures would hide {hides}. To tell, add some with the board tipped by 30 to 50°, over the whole picture."
                 )
             } else {
                 "Add pictures, or state what matters.".into()
@@ -57,6 +71,11 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
         NotJudged::OtherSize { pictures, given } => (
             format!("CAN'T TELL: it's for pictures of {given}, and these have {pictures}"),
             "Give the pictures that it was made from, or those of its mode.".into(),
+        ),
+        NotJudged::LengthTooLong => (
+            "CAN'T TELL: the length fits nowhere into the part of the picture where the board was"
+                .into(),
+            "State a shorter length, or one farther away.".into(),
         ),
         NotJudged::NoFreshLens => (
             "CAN'T TELL: these pictures give no trustworthy lens to hold it to".into(),
