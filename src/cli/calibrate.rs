@@ -1,9 +1,6 @@
 //! `boresight calibrate`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
@@ -27,6 +24,7 @@ use boresight_app::{
         calibration_views::{CalibrationViews, from_session},
         rig::{cameras_in, known_lens, named},
     },
+    cores,
     session::{
         rig_result::{RigFiles, conclude_rig},
         rig_run::saved_rig,
@@ -228,8 +226,7 @@ impl Arguments {
                 views_of((&self.inputs, upright), self.image_size, &board, self.report.is_some())?
             }
         };
-        let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
+        let params = CalibrationParams { threads: cores(), noise_floor_px, ..config.calibration() };
         let (result, file) =
             views.calibrated_with_file(&board, &params, session.as_ref(), &announcer());
         if let Some(session) = session_of_pictures(&self.inputs, &views) {

@@ -1,9 +1,6 @@
 //! `boresight replay`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -12,6 +9,7 @@ use boresight_app::MissingFeature;
 use boresight_app::{
     Exit, JournalReading,
     commands::redetect::{change, redetect},
+    cores,
     session::result::{Conclusion, conclude},
 };
 use boresight_guide::guidance::RULES;
@@ -83,8 +81,7 @@ impl Arguments {
             say(text::replay::CUT);
         }
         if self.redetect {
-            let threads =
-                self.threads.unwrap_or_else(|| available_parallelism().map_or(1, usize::from));
+            let threads = self.threads.unwrap_or_else(cores);
             let progress = Progress::new(FINDING, journal.contents.stored.len());
             let (searched, observed) =
                 redetect(&mut journal, &config.board()?, threads, || progress.step())?;

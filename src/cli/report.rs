@@ -1,9 +1,6 @@
 //! `boresight report`.
 
-use std::{
-    path::{Path, PathBuf},
-    thread::available_parallelism,
-};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
@@ -12,6 +9,7 @@ use super::{accept_args::AcceptArguments, guide_rig::is_rig, rig, this_command::
 use boresight_app::{
     Announcer, Exit, RESULT_FILE,
     commands::calibration_views::{SessionViews, from_session},
+    cores,
     session::{
         report::{REPORT_SCHEMA, ReportFile, of_file},
         rig_guide::RIG_RESULT,
@@ -175,8 +173,7 @@ impl Arguments {
         let SessionViews { mut views, noise_floor_px, saved } = from_session(path, &silent)?;
         let mut config = saved.header.config.clone();
         self.goal.apply(&mut config);
-        let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, noise_floor_px, ..config.calibration() };
+        let params = CalibrationParams { threads: cores(), noise_floor_px, ..config.calibration() };
         let (_, file) =
             views.calibrated_with_file(&config.board()?, &params, Some(&saved), &silent);
         Ok(file)

@@ -11,10 +11,10 @@ use boresight_app::{
         calibration_views::is_table,
         rig::{CameraInput, by_number, cameras_in},
     },
-    session::rig_result::on_every_core,
+    cores,
 };
 use boresight_calibrate::{
-    DriftVerdict, PairChange, RigViews, calibrate_rig, moved_camera, pair_change,
+    CalibrationParams, DriftVerdict, PairChange, RigViews, calibrate_rig, moved_camera, pair_change,
 };
 use boresight_capture::Upright;
 use boresight_files::{Links, TEXT_LIMIT, read_text};
@@ -87,7 +87,8 @@ pub(super) fn check(
         cameras.extend(views.map(|views| RigViews { known_lens, ..views }));
     }
     let names: Vec<String> = entries().map(|entry| entry.name.clone()).collect();
-    let found = match calibrate_rig(&cameras, &board, &on_every_core(config.calibration())) {
+    let params = CalibrationParams { threads: cores(), ..config.calibration() };
+    let found = match calibrate_rig(&cameras, &board, &params) {
         Ok(found) => found,
         Err(reason) => {
             let (message, action) = (words::RIG_WORDS.not_a_rig)(&reason, &names);

@@ -20,6 +20,7 @@
 
 mod announcer;
 pub mod commands;
+mod cores;
 pub mod explain;
 mod missing_feature;
 pub mod prometheus;
@@ -29,6 +30,7 @@ pub mod window;
 
 pub use announcer::Announcer;
 pub use commands::{BagCopy, Lines, set_camera_info, state_topic, weighed_picture};
+pub use cores::cores;
 pub use explain::{error_code, explain};
 pub use missing_feature::MissingFeature;
 pub use session::{

@@ -3,7 +3,6 @@
 use std::{
     cell::LazyCell,
     path::{Path, PathBuf},
-    thread::available_parallelism,
 };
 
 use anyhow::{Context, anyhow, bail};
@@ -11,7 +10,7 @@ use anyhow::{Context, anyhow, bail};
 use super::json::DetectedLine;
 #[cfg(feature = "report")]
 use crate::session::report::picture_beside;
-use crate::{Announcer, SavedSession, session::result};
+use crate::{Announcer, SavedSession, cores, session::result};
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_capture::{CaptureError, Upright, read_picture_turned};
 use boresight_detect::agreed;
@@ -278,7 +277,6 @@ pub fn from_pictures(
     progress: impl Fn() + Sync,
 ) -> anyhow::Result<CalibrationViews> {
     let read = std::sync::Mutex::new(vec![None; inputs.len()]);
-    let threads = available_parallelism().map_or(1, usize::from);
     let load = |index: usize| -> Result<_, CaptureError> {
         let image = read_picture_turned(&inputs[index], upright)?;
         let thumbnail = if with_thumbnails { Thumbnail::of(&image) } else { None };
@@ -287,7 +285,7 @@ pub fn from_pictures(
         }
         Ok(image)
     };
-    let found = detect_many(inputs.len(), threads, board, load, |_| None, |_| progress())?;
+    let found = detect_many(inputs.len(), cores(), board, load, |_| None, |_| progress())?;
     let read = read.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let sizes = || read.iter().flatten().map(|(size, _)| *size);
     // Of two equally frequent sizes, the first.

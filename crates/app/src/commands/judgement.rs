@@ -1,9 +1,9 @@
 //! Judges a calibration of any program by a fresh lens.
 
-use std::{path::Path, thread::available_parallelism};
+use std::path::Path;
 
 use super::calibration_views::{CalibrationViews, of_session};
-use crate::Announcer;
+use crate::{Announcer, cores};
 use boresight_calibrate::{
     AcceptanceGoal, Answer, Calibration, CalibrationParams, GivenLens, NotCalibrated, NotJudged,
     judge,
@@ -40,8 +40,7 @@ impl Fresh {
         params: &CalibrationParams,
         announcer: &Announcer,
     ) -> Self {
-        let threads = available_parallelism().map_or(1, usize::from);
-        let params = CalibrationParams { threads, ..params.clone() };
+        let params = CalibrationParams { threads: cores(), ..params.clone() };
         let (lens, file) = views.calibrated_with_file(&board, &params, None, announcer);
         Self { views, board, lens, file, exif_mm: None }
     }

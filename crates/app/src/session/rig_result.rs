@@ -1,11 +1,11 @@
 //! Result of several cameras: announced, and written.
 
-use std::{path::Path, thread::available_parallelism};
+use std::path::Path;
 
 use image::GrayImage;
 
 use super::verdict::Exit;
-use crate::Announcer;
+use crate::{Announcer, cores};
 use boresight_calibrate::{CalibrationParams, RigViews, Verdict, calibrate_rig};
 use boresight_files::{Overwrite, save};
 use boresight_formats::{FindingEntry, RigFile};
@@ -43,11 +43,6 @@ pub struct RigFiles<'a> {
     pub overwrite: Overwrite,
 }
 
-/// `params` with a thread for each core.
-pub fn on_every_core(params: CalibrationParams) -> CalibrationParams {
-    CalibrationParams { threads: available_parallelism().map_or(1, usize::from), ..params }
-}
-
 /// Calibrates the cameras `names` with their views, announces the result, and writes it.
 ///
 /// # Errors
@@ -61,7 +56,7 @@ pub fn conclude_rig(
     announcer: &Announcer,
 ) -> anyhow::Result<RigEnded> {
     let board = config.board()?;
-    let params = on_every_core(config.calibration());
+    let params = CalibrationParams { threads: cores(), ..config.calibration() };
     let found = calibrate_rig(cameras, &board, &params);
     let file = RigFile::of(found.as_ref(), names, &board, words::RIG_WORDS);
     let mut lines: Vec<String> = found.iter().map(words::verdict).collect();

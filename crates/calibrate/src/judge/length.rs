@@ -1,6 +1,6 @@
 //! Error of a measured length by a given lens, held to a fresh one.
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point2;
 
 use super::{Answer, closest::Closest};
 use crate::{

@@ -3,7 +3,6 @@
 use std::{
     path::PathBuf,
     sync::{Mutex, PoisonError},
-    thread::available_parallelism,
     time::{Duration, Instant},
 };
 
@@ -12,7 +11,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use crate::batch::{Action, Batch, Event, Job, Shard, Tally, run, write_metrics};
-use boresight_app::{Exit, session::export::Format};
+use boresight_app::{Exit, cores, session::export::Format};
 use boresight_files::{Overwrite, may_save};
 use boresight_run::config::Config;
 use boresight_terminal::{
@@ -149,7 +148,7 @@ impl Arguments {
             shard,
             out: &self.out,
             budget: self.budget,
-            jobs: self.jobs.unwrap_or_else(|| available_parallelism().map_or(1, usize::from)),
+            jobs: self.jobs.unwrap_or_else(cores),
             again: self.again,
             program: &program,
         };
