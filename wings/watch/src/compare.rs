@@ -33,7 +33,8 @@ impl Gallery {
         if !view.shows_something() {
             return Err(NoAnswer::TooDark);
         }
-        let measured = credible(self.fit_nearest(view, lens), self.sought(view))?;
+        let measured = self.fit_nearest(view, lens).map(|measured| measured.or_shifted(lens));
+        let measured = credible(measured, self.sought(view))?;
         // Of two motions, the one that stands still may be the camera's own mount.
         let is_still = measured.turn.in_px(lens).amax() < APART_PX;
         match measured.second_motion(lens).filter(|_| is_still) {

@@ -1,6 +1,6 @@
 //! Comparison of one picture with a gallery: an answer, or the reason for having none.
 
-use nalgebra::Matrix4;
+use nalgebra::{Matrix4, Vector2};
 
 use crate::{
     fit::{self, AGREES, Fit, Sighting, fit, offsets_px},
@@ -207,29 +207,60 @@ impl Measured {
         (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
     }
 
-    /// Compares a turn with a shift of the picture as causes of this move. `None` without a move,
-    /// when both fit.
-    pub fn causes(&self, lens: &Lens) -> Option<Causes> {
+    /// Fit of a picture that moved as it is, as by a knocked lens: its shift as a turn in the
+    /// middle of the picture. This fit, if most sightings agree with it, or no more with that.
+    pub(crate) fn or_shifted(self, lens: &Lens) -> Self {
+        let is_majority = 2 * self.inliers > self.found;
+        if is_majority {
+            return self;
+        }
+        let Some((shift_px, Fit { turn, covariance, weights })) = self.shift(lens, |_| true) else {
+            return self;
+        };
+        let inliers = weights.iter().filter(|w| **w > AGREES).count();
+        if inliers <= self.inliers || shift_px.norm() < APART_PX {
+            return self;
+        }
+        let f = lens.camera.f_px;
+        let [pan_rad, tilt_rad] = [shift_px.x / f.x, -shift_px.y / f.y];
+        Self {
+            turn: Turn { pan_rad, tilt_rad, ..turn },
+            covariance,
+            inliers,
+            spread: spread(&self.sightings, &weights, lens),
+            weights,
+            ..self
+        }
+    }
+
+    /// Shift of the picture in pixels by the median of the sightings that count, and the fit of
+    /// roll and focal length about it.
+    fn shift(&self, lens: &Lens, counts: impl Fn(usize) -> bool) -> Option<(Vector2<f64>, Fit)> {
         let mut still = Turn { pan_rad: 0.0, tilt_rad: 0.0, ..self.turn };
-        let mut shift = nalgebra::Vector2::zeros();
+        let mut found = None;
         // Alternately the median shift, then roll and focal length about it: both are small
         // compared with the move.
         for _ in 0..3 {
             let off = offsets_px(lens, &still, &self.sightings);
             let of = |axis: usize| {
-                let kept = off.iter().zip(&self.weights).filter(|(_, w)| **w > AGREES);
-                fit::median(&mut kept.filter_map(|(o, _)| o.map(|o| o[axis])).collect::<Vec<_>>())
+                let kept = off.iter().enumerate().filter(|(i, _)| counts(*i));
+                fit::median(&mut kept.filter_map(|(_, o)| o.map(|o| o[axis])).collect::<Vec<_>>())
             };
-            shift = nalgebra::Vector2::new(of(0)?, of(1)?);
+            let shift_px = Vector2::new(of(0)?, of(1)?);
             let moved: Vec<Sighting> =
-                self.sightings.iter().map(|s| Sighting { px: s.px - shift, ..*s }).collect();
+                self.sightings.iter().map(|s| Sighting { px: s.px - shift_px, ..*s }).collect();
             let fitted = fit(lens, &moved, Some(still))?;
-            still = Turn {
-                roll_rad: fitted.turn.roll_rad,
-                log_focal: fitted.turn.log_focal,
-                ..Turn::default()
-            };
+            still = Turn { pan_rad: 0.0, tilt_rad: 0.0, ..fitted.turn };
+            found = Some((shift_px, fitted));
         }
+        found
+    }
+
+    /// Compares a turn with a shift of the picture as causes of this move. `None` without a move,
+    /// when both fit.
+    pub fn causes(&self, lens: &Lens) -> Option<Causes> {
+        let (shift, fitted) = self.shift(lens, |i| self.weights[i] > AGREES)?;
+        let still = Turn { pan_rad: 0.0, tilt_rad: 0.0, ..fitted.turn };
         let by_turn = offsets_px(lens, &self.turn, &self.sightings);
         let by_shift = offsets_px(lens, &still, &self.sightings);
         let (mut squares, mut count) = ([0.0; 2], 0_u32);
@@ -243,5 +274,59 @@ impl Measured {
         }
         let rms = squares.map(|s| (s / f64::from(count.max(1))).sqrt());
         (count > 0).then_some(Causes { turned_px: rms[0], shifted_px: rms[1], compared: count })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use boresight_geometry::{Camera, frame::ImageSize};
+    use nalgebra::Point2;
+
+    use super::*;
+
+    /// Through a lens of 98°, a turn moves the sides of the picture more than its middle.
+    fn lens() -> Lens {
+        let size = ImageSize { width_px: 1024, height_px: 768 };
+        Lens::new(Camera::pinhole(440.0, size.centre_px()), None, size)
+    }
+
+    /// Patches on a grid, moved by `moved`.
+    fn seen(lens: &Lens, moved: impl Fn(Point2<f64>) -> Point2<f64>) -> Measured {
+        let grid = (0..96)
+            .map(|i| Point2::new(40.0 + 85.0 * f64::from(i % 12), 40.0 + 90.0 * f64::from(i / 12)));
+        let sighting = |reference_px: Point2<f64>| Sighting {
+            ray: lens.ray(&reference_px).expect("a ray"),
+            reference_px,
+            log_focal: 0.0,
+            px: moved(reference_px),
+            sigma_px: 0.3,
+        };
+        let tagged = grid.enumerate().map(|(i, px)| ((0, i), sighting(px)));
+        Measured::of(lens, 96, tagged).expect("fitted").or_shifted(lens)
+    }
+
+    #[test]
+    fn a_picture_that_moved_as_it_is_is_answered_as_a_shift() {
+        let lens = lens();
+        for shift_px in [Vector2::new(6.0, 0.0), Vector2::new(-3.0, 8.0)] {
+            let measured = seen(&lens, |px| px + shift_px);
+            let found_px = measured.turn.in_px(&lens);
+            let off_px = Vector2::new(found_px[0] - shift_px.x, found_px[1] + shift_px.y);
+            assert!(off_px.norm() < 0.1 && found_px[3].abs() < 0.1, "{found_px}");
+            assert_eq!(measured.inliers, 96);
+            let causes = measured.causes(&lens).expect("moved");
+            assert!(causes.shifted_px < 0.1 && causes.turned_px > 1.0, "{causes:?}");
+        }
+    }
+
+    #[test]
+    fn a_turned_camera_is_no_shift() {
+        let lens = lens();
+        let turn = Turn { pan_rad: 8.0 / 440.0, ..Turn::default() };
+        let measured = seen(&lens, |px| {
+            turn.project(&lens, &lens.ray(&px).expect("a ray")).expect("in the picture")
+        });
+        assert!((measured.turn.pan_rad - turn.pan_rad).abs() < 1e-5, "{:?}", measured.turn);
+        assert_eq!(measured.inliers, 96);
     }
 }

@@ -66,13 +66,14 @@ pub struct Watch {
     /// Time of the newest answer that vouches for the camera, and number of such answers in a row.
     vouched_secs: Option<f64>,
     vouched: usize,
-    /// Number of looks since.
+    /// Number of looks since, and of those with a picture.
     unvouched: usize,
+    unvouched_pictures: usize,
     /// Kind of change, until the camera is back or accepted.
     kind: Option<State>,
     test: Sequential,
     condition: Condition,
-    gaps: VecDeque<(f64, f64)>,
+    gaps: VecDeque<Gap>,
     /// Reason of the newest picture for having no answer.
     lacks: Option<NoAnswer>,
     causes: VecDeque<f64>,
@@ -103,6 +104,7 @@ impl Watch {
             vouched_secs: None,
             vouched: 0,
             unvouched: 0,
+            unvouched_pictures: 0,
             kind: None,
             test: Sequential::new(width_px),
             condition: Condition::default(),
@@ -259,15 +261,24 @@ impl Watch {
 
     /// Enters "can't tell" while no picture was usable at all, or after a gap unusual for these
     /// days: at least an hour, at most a day, and a day while the usual gaps are being learned.
+    /// Within a day, pictures without an answer must be several, and are compared with gaps that
+    /// had some: a week without pictures doesn't make a week of pictures that disagree usual.
     fn unanswered(&mut self, at_secs: f64, reason: NoAnswer, before: Option<NoAnswer>) {
-        let usual = self.gaps.iter().map(|(_, gap)| *gap).fold(0.0, f64::max);
+        let is_taken = reason.is_of_a_picture();
+        let alike = self.gaps.iter().filter(|gap| gap.had_pictures || !is_taken);
+        let usual = alike.map(|gap| gap.secs).fold(0.0, f64::max);
         let least = if self.cycle.is_some() { HOUR_SECS } else { DAY_SECS };
         let patience = (MARGIN * usual).clamp(least, DAY_SECS);
         let told = self.kind.and(self.decision.answered_secs);
         let used = told.or(self.vouched_secs).or(self.began_secs);
         self.vouched = 0;
         self.unvouched += 1;
-        let is_long = used.is_none_or(|used| at_secs - used > patience);
+        self.unvouched_pictures += usize::from(is_taken);
+        let is_several = !is_taken || self.unvouched_pictures >= SEVERAL;
+        let is_long = used.is_none_or(|used| {
+            let waited_secs = at_secs - used;
+            waited_secs > patience && (is_several || waited_secs > DAY_SECS)
+        });
         let is_told = matches!(self.decision.state, State::CannotTell { .. });
         let is_lost = self.is_only_pinned() && self.kind.is_none() && self.unvouched >= SEVERAL;
         if is_long || is_told || is_lost {
@@ -285,13 +296,14 @@ impl Watch {
         if let Some(before) = self.vouched_secs.filter(|before| at_secs > *before) {
             // A silence already reported as "can't tell" isn't usual.
             if !matches!(self.decision.state, State::CannotTell { .. }) {
-                self.gaps.push_back((at_secs, at_secs - before));
+                let (secs, had_pictures) = (at_secs - before, self.unvouched_pictures > 0);
+                self.gaps.push_back(Gap { until_secs: at_secs, secs, had_pictures });
             }
         }
-        self.gaps.retain(|(at, _)| at_secs - at < FOLLOWED_SECS);
+        self.gaps.retain(|gap| at_secs - gap.until_secs < FOLLOWED_SECS);
         self.vouched_secs = Some(at_secs);
         self.vouched += 1;
-        self.unvouched = 0;
+        (self.unvouched, self.unvouched_pictures) = (0, 0);
     }
 
     /// Reason for an answer not to vouch for a camera that points where it did.
@@ -338,10 +350,11 @@ impl Watch {
         let is_zoom = verdict.alarms[3] && verdict.level_px[3].abs() > FOCAL_SIGMAS * focal_sd_px;
         let has_moved = verdict.alarms[..3].contains(&true);
         let lack = self.lack(answer, &off_px);
-        let told = if is_zoom {
+        let cause = self.cause(verdict.alarms[2]);
+        let told = if is_zoom && cause != Cause::Knocked {
             Some(State::Zoom)
-        } else if has_moved {
-            Some(State::Moved(self.cause(verdict.alarms[2])))
+        } else if has_moved || is_zoom {
+            Some(State::Moved(cause))
         } else {
             self.condition.is_blurred().then_some(State::Blurred)
         };
@@ -362,7 +375,7 @@ impl Watch {
                 _ => kind,
             });
             self.kind = Some(state);
-            self.unvouched = 0;
+            (self.unvouched, self.unvouched_pictures) = (0, 0);
             self.doubt(state, since);
         } else if let Some(reason) = lack {
             self.decision.lacks = Some(reason);
@@ -437,7 +450,7 @@ impl Watch {
         self.decision.findings = vec![Finding::Pinned];
         if let State::Learning { .. } = self.decision.state {
             self.vouched = SEVERAL;
-            self.unvouched = 0;
+            (self.unvouched, self.unvouched_pictures) = (0, 0);
             self.vouched_secs = Some(at_secs);
             self.enter(State::Ok, at_secs);
         }
@@ -555,6 +568,15 @@ impl Watch {
         }
         self.decision.state = state;
     }
+}
+
+/// Time between two answers that vouch for the camera.
+#[derive(Clone, Copy, Debug)]
+struct Gap {
+    until_secs: f64,
+    secs: f64,
+    /// True if pictures came, and none of them vouched for it.
+    had_pictures: bool,
 }
 
 /// Agreeing patches as a share of those looked for.

@@ -5,8 +5,8 @@
 
 use boresight_geometry::{Camera, frame::ImageSize};
 use boresight_watch::{
-    Answer, Causes, Decision, Finding, Input, Lens, Measured, NoAnswer, Picture, Sighting, State,
-    Watch, fit,
+    Answer, Cause, Causes, Decision, Finding, Input, Lens, Measured, NoAnswer, Picture, Sighting,
+    State, Watch, fit,
 };
 use nalgebra::{Point2, Vector2};
 
@@ -97,6 +97,28 @@ fn three_answers_make_it_ok_again() {
     assert_eq!(camera.panned(0.0).state, doubt(NoAnswer::Unconfirmed));
     camera.panned(0.0);
     assert_eq!(camera.panned(0.0).state, State::Ok);
+}
+
+#[test]
+fn days_without_pictures_make_no_pictures_without_an_answer_usual() {
+    let mut camera = Mast::learned();
+    camera.at_secs += 96.0 * HOUR_SECS;
+    assert_eq!(camera.panned(0.0).state, State::Ok);
+    let disagree = NoAnswer::Disagree { agree: 10, found: 60 };
+    (0..2).for_each(|_| assert_eq!(camera.next(Err(disagree)).state, State::Ok));
+    assert_eq!(camera.next(Err(disagree)).state, doubt(disagree));
+}
+
+#[test]
+fn a_shift_that_looks_like_a_zoom_to_half_of_the_patches_is_a_knocked_lens() {
+    let mut camera = Mast::learned();
+    let causes = Some(Causes { turned_px: 2.8, shifted_px: 0.4, compared: 60 });
+    for _ in 0..3 {
+        let mut answer = Answer { causes, ..camera.answer(4.0) };
+        answer.turn[3] = 1e6 * 4.5 / lens().half_diagonal_px();
+        camera.next(Ok(answer));
+    }
+    assert_eq!(camera.state(), State::Moved(Cause::Knocked));
 }
 
 #[test]
