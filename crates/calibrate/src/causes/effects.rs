@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::columns::{COLUMNS, Products, RESIDUAL};
-use crate::check::odd_corners::median;
+use crate::check::odd_corners::{OF_MEDIAN, median};
 
 /// Rounds of expectation–maximisation from a start.
 const ROUNDS: usize = 10;
@@ -28,8 +28,6 @@ impl Whitened {
         absorbed: &[usize],
         noise_floor: f64,
     ) -> Option<Self> {
-        /// Ratio of a normal distribution's variance to its squared median deviation.
-        const OF_MEDIAN: f64 = 2.2;
         let taken = 6.0 + absorbed.len() as f64;
         let log_noise: Option<Vec<f64>> = of_views
             .iter()

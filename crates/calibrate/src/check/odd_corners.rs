@@ -79,6 +79,9 @@ pub(crate) fn odd_corners(observations: &Observations, state: &BundleState) -> V
     odd
 }
 
+/// Mean over median of the squares of normal errors.
+pub(crate) const OF_MEDIAN: f64 = 2.2;
+
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)

@@ -92,12 +92,20 @@ pub(super) fn named(fit: &Fit, uncertainty: &Uncertainty) -> Option<Named> {
         of.iter().for_each(|instant| test.add(&mut sums, *instant, &columns));
         found.push((Kind::Pixels, camera, 0, test.gain(&sums, &columns)?));
         let columns = place_of(camera);
+        let displaced =
+            DMatrix::from_fn(
+                6,
+                6,
+                |i, j| {
+                    if i == j && i >= 3 { uncertainty.displaced_m2 } else { 0.0 }
+                },
+            );
         let shared: Vec<usize> =
             of.iter().copied().filter(|instant| test.cameras_at(*instant) > 1).collect();
         for instant in &shared {
             let mut sums = test.nothing(&columns);
             test.add(&mut sums, *instant, &columns);
-            let gain = test.gain(&sums, &columns)?;
+            let gain = test.gain_beside(&sums, &columns, &displaced)?;
             found.push((Kind::OtherInstant, camera, *instant, gain));
         }
     }
@@ -224,16 +232,23 @@ impl Test<'_> {
 
     /// Twice the logarithm of the odds, before what is unlikely. `None` if singular.
     fn gain(&self, sums: &Sums, columns: &Columns) -> Option<f64> {
+        self.gain_beside(sums, columns, &DMatrix::zeros(columns.len(), columns.len()))
+    }
+
+    /// As [`Self::gain`], where numbers with the covariance `usual` differ at every instant.
+    fn gain_beside(&self, sums: &Sums, columns: &Columns, usual: &DMatrix<f64>) -> Option<f64> {
         let Uncertainty { of_model, overcount, .. } = self.uncertainty;
         let mut left = &sums.own - &sums.shared * of_model * sums.shared.transpose();
         let trace = left.trace();
         for i in 0..columns.len() {
             left[(i, i)] += 1e-9 * trace;
         }
-        let factors = left.clone().cholesky()?;
-        let told = sums.gradient.dot(&factors.solve(&sums.gradient)) / overcount;
+        let noise = left.cholesky()?.inverse();
+        let differs = &noise * &sums.gradient;
+        let known = (noise * *overcount + usual).cholesky()?.inverse();
+        let told = differs.dot(&(&known * &differs));
         let occam = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
-            let expected = columns[i].1 * columns[j].1 * left[(i, j)] / overcount;
+            let expected = columns[i].1 * columns[j].1 * known[(i, j)];
             if i == j { 1.0 + expected } else { expected }
         });
         let occam = 2.0 * occam.cholesky()?.l().diagonal().map(libm::log).sum();

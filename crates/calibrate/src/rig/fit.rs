@@ -13,6 +13,7 @@ use super::{
     noise::{CameraNoise, Residuals},
 };
 use crate::{
+    check::odd_corners::{OF_MEDIAN, median},
     known_lens::KnownLens,
     solve::{
         lens_model::LensModel,
@@ -221,6 +222,42 @@ pub(super) struct Uncertainty {
     pub(super) of_model: DMatrix<f64>,
     /// See [`Scatter::overcount`].
     pub(super) overcount: f64,
+    /// Variance of the board's displacement between the pictures of most instants, along an axis.
+    pub(super) displaced_m2: f64,
+}
+
+/// Displacement of the board between the pictures of an instant.
+struct Displacement {
+    instant: usize,
+    /// Rows of the shifts among the free numbers.
+    rows: Vec<usize>,
+    by_m: DVector<f64>,
+    /// Its variance by the corners' noise.
+    noise_m2: DVector<f64>,
+}
+
+impl Displacement {
+    /// Square of each shift, with the variance by the noise.
+    fn squares(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.by_m.iter().zip(&self.noise_m2).map(|(by_m, noise_m2)| (by_m * by_m, *noise_m2))
+    }
+}
+
+/// Variance of displacements alike along all axes and at all instants; zero for too few.
+fn mean_m2(all: &[Displacement]) -> f64 {
+    let squares = || all.iter().flat_map(Displacement::squares);
+    let weight = |noise_m2: f64| 1.0 / (noise_m2 * noise_m2);
+    let total: f64 = squares().map(|(_, noise_m2)| weight(noise_m2)).sum();
+    let excess = squares().map(|(square, noise_m2)| weight(noise_m2) * (square - noise_m2));
+    let count = all.len() as f64;
+    // Two instants' worth is fitted by the mutual places.
+    if count < 3.0 { 0.0 } else { (excess.sum::<f64>() / total * count / (count - 2.0)).max(0.0) }
+}
+
+/// Variance of displacements by their median, which a few of another moment don't change.
+fn median_m2(all: &[Displacement]) -> f64 {
+    let excess = |(square, noise_m2): (f64, f64)| OF_MEDIAN * square - noise_m2;
+    median(all.iter().flat_map(Displacement::squares).map(excess).collect()).max(0.0)
 }
 
 impl Fit {
@@ -270,8 +307,14 @@ impl Fit {
         // The noise's covariance counts as a scatter alike in all directions: on real boards, the
         // print and the board's shape outweigh the noise of the corners. Between the cameras'
         // pictures of an instant, the board may have moved, too.
-        let displaced = self.displaced(free, &of_instants);
-        let alike = of_model.clone() * scatter.mean().max(1.0) + &of_model * displaced * &of_model;
+        let displaced = self.displacements(free, &of_instants);
+        let variance_m2 = mean_m2(&displaced);
+        let mut pulls = DMatrix::zeros(free.len(), free.len());
+        for Displacement { instant, rows, .. } in &displaced {
+            let columns = of_instants[*instant].0.select_columns(rows);
+            pulls += &columns * columns.transpose() * variance_m2;
+        }
+        let alike = of_model.clone() * scatter.mean().max(1.0) + &of_model * pulls * &of_model;
         let of_free = averaged(alike, scatter.covariance()?, count);
         let wide = |of_free: &DMatrix<f64>| {
             DMatrix::from_fn(size, size, |i, j| match (place[i], place[j]) {
@@ -283,19 +326,17 @@ impl Fit {
             covariance: wide(&of_free),
             of_model: wide(&of_model),
             overcount: scatter.overcount(count),
+            displaced_m2: median_m2(&displaced),
         })
     }
 
-    /// Scatter of the pulls on the shared numbers `free` by displacements of the board between the
-    /// pictures of an instant, independent along three axes and alike at all instants.
-    ///
-    /// A displacement moves a camera for one instant: with the information `I` about the shift of
-    /// the cameras but an instant's first, the pull `g` has the covariance `I + s² I I`.
-    fn displaced(
+    /// Displacements of the board between the pictures of an instant, along three axes for each
+    /// camera but an instant's first: a displacement moves a camera for one instant.
+    fn displacements(
         &self,
         free: &[usize],
         of_instants: &[(DMatrix<f64>, DVector<f64>)],
-    ) -> DMatrix<f64> {
+    ) -> Vec<Displacement> {
         let shifts = |block: &InstantBlock| -> Vec<usize> {
             let is_shift = |row: &usize| {
                 *row < OF_CAMERA * self.state.cameras.len()
@@ -304,33 +345,14 @@ impl Fit {
             let rows = block.at.iter().filter(|row| is_shift(row));
             rows.filter_map(|row| free.iter().position(|own| own == row)).collect()
         };
-        let (mut excess, mut weight) = (0.0, 0.0);
-        let mut count = 0.0;
-        for (block, (information, pull)) in self.equations.instants.iter().zip(of_instants) {
-            let rows = shifts(block);
-            if rows.is_empty() || block.at.len() < 2 * OF_CAMERA {
-                continue;
-            }
-            let own = part(information, &rows);
-            let Some(inverse) = inverse(&own) else { continue };
-            let by = &inverse * DVector::from_fn(rows.len(), |i, _| pull[rows[i]]);
-            for i in 0..rows.len() {
-                let of = 1.0 / (inverse[(i, i)] * inverse[(i, i)]);
-                excess += of * (by[i] * by[i] - inverse[(i, i)]);
-                weight += of;
-            }
-            count += 1.0;
-        }
-        let mut scatter = DMatrix::zeros(free.len(), free.len());
-        if weight == 0.0 || count < 3.0 {
-            return scatter;
-        }
-        let variance_m2 = (excess / weight * count / (count - 2.0)).max(0.0);
-        for (block, (information, _)) in self.equations.instants.iter().zip(of_instants) {
-            let columns = information.select_columns(&shifts(block));
-            scatter += &columns * columns.transpose() * variance_m2;
-        }
-        scatter
+        let of = |(instant, block): (usize, &InstantBlock)| {
+            let (rows, (information, pull)) = (shifts(block), &of_instants[instant]);
+            let is_shared = !rows.is_empty() && block.at.len() >= 2 * OF_CAMERA;
+            let noise = inverse(&part(information, &rows)).filter(|_| is_shared)?;
+            let by_m = &noise * DVector::from_fn(rows.len(), |i, _| pull[rows[i]]);
+            Some(Displacement { instant, rows, by_m, noise_m2: noise.diagonal() })
+        };
+        self.equations.instants.iter().enumerate().filter_map(of).collect()
     }
 
     /// Start with another camera in the place of `camera` from an instant on.
