@@ -112,6 +112,11 @@ impl NoAnswer {
         let none = [Self::NoPicture, Self::NotLoggedIn, Self::NotReached, Self::Frozen];
         self != Self::WrongClock && !none.contains(&self)
     }
+
+    /// True if the picture has an answer, which doesn't vouch for the camera.
+    pub(crate) fn is_of_an_answer(self) -> bool {
+        matches!(self, Self::Unsure | Self::LittleSeen { .. })
+    }
 }
 
 /// Judges a fit.

@@ -66,9 +66,9 @@ pub struct Watch {
     /// Time of the newest answer that vouches for the camera, and number of such answers in a row.
     vouched_secs: Option<f64>,
     vouched: usize,
-    /// Number of looks since, and of those with a picture.
+    /// Number of looks since, and of those with a picture that had no answer.
     unvouched: usize,
-    unvouched_pictures: usize,
+    unanswered_pictures: usize,
     /// Kind of change, until the camera is back or accepted.
     kind: Option<State>,
     test: Sequential,
@@ -104,7 +104,7 @@ impl Watch {
             vouched_secs: None,
             vouched: 0,
             unvouched: 0,
-            unvouched_pictures: 0,
+            unanswered_pictures: 0,
             kind: None,
             test: Sequential::new(width_px),
             condition: Condition::default(),
@@ -264,8 +264,8 @@ impl Watch {
     /// Within a day, pictures without an answer must be several, and are compared with gaps that
     /// had some: a week without pictures doesn't make a week of pictures that disagree usual.
     fn unanswered(&mut self, at_secs: f64, reason: NoAnswer, before: Option<NoAnswer>) {
-        let is_taken = reason.is_of_a_picture();
-        let alike = self.gaps.iter().filter(|gap| gap.had_pictures || !is_taken);
+        let is_blind = reason.is_of_a_picture() && !reason.is_of_an_answer();
+        let alike = self.gaps.iter().filter(|gap| gap.had_unanswered || !is_blind);
         let usual = alike.map(|gap| gap.secs).fold(0.0, f64::max);
         let least = if self.cycle.is_some() { HOUR_SECS } else { DAY_SECS };
         let patience = (MARGIN * usual).clamp(least, DAY_SECS);
@@ -273,8 +273,8 @@ impl Watch {
         let used = told.or(self.vouched_secs).or(self.began_secs);
         self.vouched = 0;
         self.unvouched += 1;
-        self.unvouched_pictures += usize::from(is_taken);
-        let is_several = !is_taken || self.unvouched_pictures >= SEVERAL;
+        self.unanswered_pictures += usize::from(is_blind);
+        let is_several = !is_blind || self.unanswered_pictures >= SEVERAL;
         let is_long = used.is_none_or(|used| {
             let waited_secs = at_secs - used;
             waited_secs > patience && (is_several || waited_secs > DAY_SECS)
@@ -296,14 +296,14 @@ impl Watch {
         if let Some(before) = self.vouched_secs.filter(|before| at_secs > *before) {
             // A silence already reported as "can't tell" isn't usual.
             if !matches!(self.decision.state, State::CannotTell { .. }) {
-                let (secs, had_pictures) = (at_secs - before, self.unvouched_pictures > 0);
-                self.gaps.push_back(Gap { until_secs: at_secs, secs, had_pictures });
+                let (secs, had_unanswered) = (at_secs - before, self.unanswered_pictures > 0);
+                self.gaps.push_back(Gap { until_secs: at_secs, secs, had_unanswered });
             }
         }
         self.gaps.retain(|gap| at_secs - gap.until_secs < FOLLOWED_SECS);
         self.vouched_secs = Some(at_secs);
         self.vouched += 1;
-        (self.unvouched, self.unvouched_pictures) = (0, 0);
+        (self.unvouched, self.unanswered_pictures) = (0, 0);
     }
 
     /// Reason for an answer not to vouch for a camera that points where it did.
@@ -375,7 +375,7 @@ impl Watch {
                 _ => kind,
             });
             self.kind = Some(state);
-            (self.unvouched, self.unvouched_pictures) = (0, 0);
+            (self.unvouched, self.unanswered_pictures) = (0, 0);
             self.doubt(state, since);
         } else if let Some(reason) = lack {
             self.decision.lacks = Some(reason);
@@ -450,7 +450,7 @@ impl Watch {
         self.decision.findings = vec![Finding::Pinned];
         if let State::Learning { .. } = self.decision.state {
             self.vouched = SEVERAL;
-            (self.unvouched, self.unvouched_pictures) = (0, 0);
+            (self.unvouched, self.unanswered_pictures) = (0, 0);
             self.vouched_secs = Some(at_secs);
             self.enter(State::Ok, at_secs);
         }
@@ -575,8 +575,8 @@ impl Watch {
 struct Gap {
     until_secs: f64,
     secs: f64,
-    /// True if pictures came, and none of them vouched for it.
-    had_pictures: bool,
+    /// True if pictures without an answer came.
+    had_unanswered: bool,
 }
 
 /// Agreeing patches as a share of those looked for.
