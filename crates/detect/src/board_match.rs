@@ -5,21 +5,21 @@ use image::GrayImage;
 use super::{
     colours::{ColourStep, FAR_SQUARES, alternating, colour_step, colours},
     complete::{Squares, complete, interpolate_last, prune},
-    lattice::{BESIDE, Lattice, Node},
+    lattice::{BESIDE, Lattice, Node, is_at_end},
     missing::{CORNER_BITS, LEAD, PLAIN, SIDES, Why, behind, log2_likelihood, why_missing},
     outcome::{Miss, OtherBoard, Side},
-    placement::{LEAST_CORNERS, drop_thin_ends, place_part, place_whole},
+    placement::{LEAST_CORNERS, LEAST_IN_LINE, drop_ends, drop_thin_ends, place_part, place_whole},
     track::Expected,
 };
 use boresight_geometry::boards::Board;
 
 /// Least number of corners on the shorter side of a named board.
-const LEAST_SIDE: i32 = 3;
+const LEAST_SIDE: usize = 3;
 /// Reciprocal of the least share of the board's corners in a grid worth completing.
 const LEAST_SHARE: usize = 4;
 /// Largest number of corners searched beyond the named board along a side, to name the larger
 /// board.
-const MOST_BEYOND: i32 = 4;
+const MOST_BEYOND: usize = 4;
 /// Reciprocal of the largest share of corners interpolated and confirmed by the edge fit.
 const INTERPOLATED_SHARE: usize = 18;
 
@@ -42,26 +42,27 @@ pub(super) fn match_board(
     let wanted = board.corner_count();
     prune(lattice);
     if lattice.len() * LEAST_SHARE < wanted {
-        return Err(
-            whole_board(image, lattice).map_or_else(|| partial(lattice, wanted, None), other_board)
-        );
+        let whole = whole_board(image, lattice).map(Miss::OtherBoard);
+        return Err(whole.unwrap_or_else(|| partial(lattice, wanted, None)));
     }
-    let (columns, rows) = (board.columns() as i32, board.rows() as i32);
+    let [columns, rows] = [board.columns(), board.rows()];
     fill(image, lattice, columns.max(rows));
     prune(lattice);
     // A longer row beyond the board belongs to a larger board.
-    drop_thin_ends(lattice, |(width, height)| {
+    let is_larger = |lattice: &Lattice| {
+        let [width, height] = lattice.size();
         (width > columns || height > rows) && (width > rows || height > columns)
-    });
-    let Some((low, high)) = lattice.extent() else {
+    };
+    drop_ends(lattice, |lattice, _, count| is_larger(lattice) && count < LEAST_IN_LINE);
+    let Some(ends) = lattice.extent() else {
         return Err(Miss::NoBoard);
     };
-    let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
-    let fits = (width, height) == (columns, rows) || (width, height) == (rows, columns);
+    let size = lattice.size();
+    let fits = size == [columns, rows] || size == [rows, columns];
     if fits {
-        interpolate_last(image, lattice, (low, high), wanted / INTERPOLATED_SHARE);
+        interpolate_last(image, lattice, ends, wanted / INTERPOLATED_SHARE);
     }
-    let whole = lattice.len() as i32 == width * height;
+    let whole = lattice.is_full();
     if fits && whole {
         is_no_part(image, lattice)?;
         // Few corners may be chance.
@@ -70,25 +71,35 @@ pub(super) fn match_board(
         }
     }
     if !(fits && whole) {
-        if !fits && let Some(size) = whole_board(image, lattice) {
-            return Err(other_board(size));
+        if !fits && let Some(other) = whole_board(image, lattice) {
+            return Err(Miss::OtherBoard(other));
         }
-        if !((width <= columns && height <= rows) || (width <= rows && height <= columns)) {
-            return Err(larger(image, lattice));
+        if is_larger(lattice) {
+            // A few corners in line that don't show squares are in something else.
+            drop_ends(lattice, |lattice, out, count| {
+                let ends = lattice.extent().unwrap_or(ends);
+                is_larger(lattice)
+                    && count < lattice.size()[usize::from(out.0 != 0)]
+                    && corner_bits(image, lattice, |node| is_at_end(ends, out, node)) < LEAD
+            });
+            return Err(match lattice.size() == size {
+                true => larger(image, lattice),
+                false => partial(lattice, wanted, None),
+            });
         }
-        let why = why_missing(image, lattice, Some([columns, rows]), 0.0);
-        // One row and one column fewer, neither cut off: the board was named by its squares.
-        let smaller = [(columns - 1, rows - 1), (rows - 1, columns - 1)].contains(&(width, height));
-        let is_miscounted = smaller && whole && expected.corners.is_empty() && why == Why::Covered;
+        let wanted_size = Some([columns, rows].map(|side| side as i32));
+        let why = why_missing(image, lattice, wanted_size, 0.0);
+        // One row and one column fewer, none hidden: the board was named by its squares.
+        let is_smaller = [[columns - 1, rows - 1], [rows - 1, columns - 1]].contains(&size);
+        let is_miscounted = is_smaller && expected.corners.is_empty() && why == Why::Covered;
+        let is_miscounted = is_miscounted && is_all_seen(image, lattice);
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
         }
         return Err(match why {
-            _ if is_miscounted => other_board((width, height)),
-            // Light never ends along a row: it's the white around a board.
-            Why::Glare if !whole => Miss::Glare { found: lattice.len(), wanted },
-            Why::CutOff(side) => partial(lattice, wanted, Some(side)),
-            Why::Glare | Why::Covered => partial(lattice, wanted, None),
+            _ if is_miscounted => Miss::OtherBoard(plain(size)),
+            Why::Glare => Miss::Glare { found: lattice.len(), wanted },
+            _ => partial(lattice, wanted, why.cut_off_by()),
         });
     }
     place_whole(image, lattice, board, expected, into).then_some(()).ok_or(Miss::NoBoard)
@@ -103,23 +114,29 @@ pub(super) fn match_board(
 /// [`Miss::OtherBoard`] if the board is a part of a larger pattern.
 pub(super) fn is_no_part(image: &GrayImage, lattice: &mut Lattice) -> Result<(), Miss> {
     let Some((low, high)) = lattice.extent() else { return Ok(()) };
-    let more = SIDES.map(|out| i32::from(behind(image, lattice, out, PLAIN).goes_on()));
-    let seen = (high.0 - low.0 + 1 + more[0] + more[1], high.1 - low.1 + 1 + more[2] + more[3]);
-    fill(image, lattice, seen.0.max(seen.1) + MOST_BEYOND);
+    let more = SIDES.map(|out| usize::from(behind(image, lattice, out, PLAIN).goes_on()));
+    let [width, height] = lattice.size();
+    let seen = [width + more[0] + more[1], height + more[2] + more[3]];
+    fill(image, lattice, seen[0].max(seen[1]) + MOST_BEYOND);
     let is_beyond =
         |(i, j): Node| !((low.0..=high.0).contains(&i) && (low.1..=high.1).contains(&j));
-    let beyond = || lattice.nodes().iter().filter(|node| is_beyond(**node));
-    let bits = || {
-        let spread = unevenness(image, lattice, is_beyond);
-        beyond().map(|node| CORNER_BITS + colour_bits(image, lattice, *node, spread)).sum::<f32>()
-    };
-    if more == [0; 4] && (beyond().next().is_none() || bits() < LEAD) {
+    if more == [0; 4] && corner_bits(image, lattice, is_beyond) < LEAD {
         lattice.retain(|_, node| !is_beyond(node));
         return Ok(());
     }
-    let (low, high) = lattice.extent().unwrap_or((low, high));
-    let seen = (seen.0.max(high.0 - low.0 + 1), seen.1.max(high.1 - low.1 + 1));
-    Err(whole_board(image, lattice).map_or_else(|| at_least(seen), other_board))
+    let [width, height] = lattice.size();
+    let seen = at_least([seen[0].max(width), seen[1].max(height)]);
+    Err(Miss::OtherBoard(whole_board(image, lattice).unwrap_or(seen)))
+}
+
+/// Bits for more squares by the corners that may be `beyond` a board.
+fn corner_bits(image: &GrayImage, lattice: &Lattice, is_beyond: impl Fn(Node) -> bool) -> f32 {
+    let beyond = || lattice.nodes().iter().filter(|node| is_beyond(**node));
+    if beyond().next().is_none() {
+        return 0.0;
+    }
+    let spread = unevenness(image, lattice, &is_beyond);
+    beyond().map(|node| CORNER_BITS + colour_bits(image, lattice, *node, spread)).sum()
 }
 
 /// Root mean square difference between like squares around a corner of a board, as a share of the
@@ -148,75 +165,63 @@ fn colour_bits(image: &GrayImage, lattice: &Lattice, (i, j): Node, spread: f32) 
 
 /// Part of the board, as large as the grid.
 fn partial(lattice: &Lattice, wanted: usize, cut_off_by: Option<Side>) -> Miss {
-    let size = lattice.extent().map_or([0; 2], |(low, high)| {
-        <[usize; 2]>::from(long_by_wide((high.0 - low.0 + 1, high.1 - low.1 + 1)))
-    });
+    let [width, height] = lattice.size();
+    let size = [width.max(height), width.min(height)];
     Miss::PartialBoard { found: lattice.len(), wanted, size, cut_off_by }
 }
 
 /// Board with more corners than the named one along an axis: of the grid's size if it's whole and
 /// inside the picture, or else of that size at least.
 fn larger(image: &GrayImage, lattice: &mut Lattice) -> Miss {
-    let size = |lattice: &Lattice| {
-        let (low, high) = lattice.extent().unwrap_or_default();
-        (high.0 - low.0 + 1, high.1 - low.1 + 1)
-    };
-    let (width, height) = size(lattice);
-    fill(image, lattice, width.max(height) + MOST_BEYOND);
-    drop_thin_ends(lattice, |_| true);
-    let (width, height) = size(lattice);
-    let is_whole = lattice.len() as i32 == width * height;
+    fill(image, lattice, usize::MAX);
+    drop_thin_ends(lattice);
+    let is_whole = lattice.is_full() && !lattice.is_at_reach();
     let is_inside = || why_missing(image, lattice, None, 0.0).cut_off_by().is_none();
-    if is_whole && (whole_board(image, lattice).is_some() || is_inside()) {
-        return other_board((width, height));
-    }
-    at_least((width, height))
+    let is_counted = is_whole && (whole_board(image, lattice).is_some() || is_inside());
+    Miss::OtherBoard(if is_counted { plain(lattice.size()) } else { at_least(lattice.size()) })
 }
 
-fn at_least(size: (i32, i32)) -> Miss {
-    let (columns, rows) = long_by_wide(size);
-    Miss::OtherBoard(OtherBoard::Larger { columns, rows })
+fn at_least([width, height]: [usize; 2]) -> OtherBoard {
+    OtherBoard::Larger { columns: width.max(height), rows: width.min(height) }
 }
 
-fn other_board(size: (i32, i32)) -> Miss {
-    let (columns, rows) = long_by_wide(size);
-    Miss::OtherBoard(OtherBoard::Plain { columns, rows })
+fn plain([width, height]: [usize; 2]) -> OtherBoard {
+    OtherBoard::Plain { columns: width.max(height), rows: width.min(height) }
 }
 
-/// Columns and rows, at least as many columns as rows.
-fn long_by_wide((width, height): (i32, i32)) -> (usize, usize) {
-    (width.max(height) as usize, width.min(height) as usize)
+/// True for a full rectangle of corners behind whose ends no squares follow.
+fn is_all_seen(image: &GrayImage, lattice: &Lattice) -> bool {
+    let ends = |out: Node| behind(image, lattice, out, PLAIN).squares < 0.0;
+    lattice.len() >= LEAST_CORNERS && lattice.is_full() && SIDES.into_iter().all(ends)
 }
 
-/// Width and height of a whole board of any size: a full rectangle of corners with white all
-/// around.
-fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<(i32, i32)> {
-    let (low, high) = lattice.extent()?;
-    let (width, height) = (high.0 - low.0 + 1, high.1 - low.1 + 1);
-    let whole = width.min(height) >= LEAST_SIDE && lattice.len() as i32 == width * height;
+/// Whole board of any size: a full rectangle of corners with white all around.
+fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<OtherBoard> {
+    let size = lattice.size();
     let ends = |out: Node| behind(image, lattice, out, PLAIN).ends();
-    (whole && SIDES.into_iter().all(ends)).then_some((width, height))
+    let is_whole = size[0].min(size[1]) >= LEAST_SIDE && lattice.is_full();
+    (is_whole && SIDES.into_iter().all(ends)).then(|| plain(size))
 }
 
-/// Columns and rows of inner corners of the whole board in `lattice`, of any size up to `longest` a
-/// side: at least as many columns as rows.
+/// Board of any size up to `longest` a side in `lattice`.
 pub(super) fn count_board(
     image: &GrayImage,
     lattice: &mut Lattice,
-    longest: i32,
-) -> Option<(usize, usize)> {
+    longest: usize,
+) -> Option<OtherBoard> {
     prune(lattice);
     fill(image, lattice, longest);
     prune(lattice);
-    whole_board(image, lattice).map(long_by_wide)
+    whole_board(image, lattice)
 }
 
 /// Completes a grid of alternating colours, up to `longest` corners a side.
-fn fill(image: &GrayImage, lattice: &mut Lattice, longest: i32) {
+fn fill(image: &GrayImage, lattice: &mut Lattice, longest: usize) {
     let Some(typical) = colours(image, lattice, FAR_SQUARES, &alternating) else { return };
     let step = |node: Node| typical * alternating(node);
     complete(image, lattice, &Squares { far: FAR_SQUARES, step: &step }, |lattice, (i, j)| {
         let (low, high) = lattice.extent().unwrap_or_default();
-        high.0.max(i) - low.0.min(i) < longest && high.1.max(j) - low.1.min(j) < longest
+        let is_short = |low: i32, high: i32| ((high - low) as usize) < longest;
+        is_short(low.0.min(i), high.0.max(i)) && is_short(low.1.min(j), high.1.max(j))
     });
 }

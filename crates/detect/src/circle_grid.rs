@@ -43,8 +43,6 @@ const MISSING_SHARE: usize = 6;
 const BEYOND: [f32; 2] = [Circles::GROUND as f32, 0.95];
 /// Largest deviation from the colour between circles, as a share of the contrast.
 const SAME: f32 = 0.35;
-/// Brightness on an edge, as a share of the way from dark to light.
-const ON_EDGE: std::ops::Range<f32> = 0.3..0.7;
 
 /// Grows grids from ellipses. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
@@ -296,34 +294,6 @@ pub(super) fn place_circles(
     into.clear();
     into.extend(nodes.iter().map(|at| lattice.get(way.node(*at))));
     Ok(())
-}
-
-/// True if the cells of a grid are squares that touch at their corners. Half way to the next cell,
-/// and on the straight edge between two such places, the picture is between dark and light; around
-/// circles, one of the places is dark or light.
-pub(super) fn are_squares(picture: &GrayImage, lattice: &Lattice) -> bool {
-    let (mut sums, mut count) = ([0.0; 2], 0.0);
-    for &(i, j) in lattice.nodes() {
-        let nodes = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
-        let [Some(here), Some(next), Some(below), Some(far)] = nodes.map(|it| lattice.get(it))
-        else {
-            continue;
-        };
-        let level = |shares: [f32; 4]| {
-            let at = |k: usize| {
-                let corners = [here, next, below, far];
-                shares.iter().zip(corners).map(|(share, corner)| share * corner[k]).sum::<f32>()
-            };
-            sample(picture, at(0), at(1))
-        };
-        let (disc, ground) = (level([1.0, 0.0, 0.0, 0.0]), level([0.25; 4]));
-        let places = [[0.5, 0.5, 0.0, 0.0], [0.5, 0.25, 0.25, 0.0]];
-        for (sum, place) in sums.iter_mut().zip(places) {
-            *sum += level(place) - disc;
-        }
-        count += ground - disc;
-    }
-    sums.iter().all(|sum| ON_EDGE.contains(&(sum / count)))
 }
 
 /// True if the circles are at the expected places, to a third of the distance to the neighbours.

@@ -11,7 +11,7 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 
 use super::{
     circle_blobs::{Blob, BlobFinder, TILES_PX},
-    circle_grid::{CircleGrower, are_squares, longest, place_circles, whole_grid},
+    circle_grid::{CircleGrower, longest, place_circles, whole_grid},
     disc_model::{self, DiscFit, Pixels},
     explain::{GridOutcome, WeighedGrid},
     outcome::{Detection, Miss, OtherBoard, Quality},
@@ -84,12 +84,14 @@ impl CircleSearch {
                     return Err(Miss::OutOfTime);
                 }
                 let lattice = &self.grower.lattice;
-                let placed = match are_squares(picture, lattice) {
-                    true => Err(Miss::NoBoard),
-                    false => place_circles(picture, lattice, circles, expected, &mut self.corners),
+                let placed = place_circles(picture, lattice, circles, expected, &mut self.corners);
+                let found = match placed {
+                    Ok(()) => self.refine(image, halved, board, params, keep_on),
+                    Err(Miss::OtherBoard(other)) => {
+                        Err(self.confirm(other, (image, picture, halved), params, keep_on))
+                    }
+                    Err(miss) => Err(miss),
                 };
-                let found =
-                    placed.and_then(|()| self.refine(image, halved, board, params, keep_on));
                 if let Some(weighed) = weighed {
                     let outcome = match &found {
                         Ok(found) => GridOutcome::Named(seen_count(&found.corners)),
@@ -113,6 +115,28 @@ impl CircleSearch {
         Err(best_miss)
     }
 
+    /// Miss by the `other` board that the grid may be: squares look like circles until their
+    /// outlines are measured.
+    fn confirm(
+        &mut self,
+        other: OtherBoard,
+        (image, picture, halved): (&GrayImage, &GrayImage, Halved),
+        params: &DetectorParams,
+        keep_on: &dyn Fn() -> bool,
+    ) -> Miss {
+        let board = other.choice().and_then(|choice| choice.drawn(1.0));
+        let Some((board, Board::Circles(circles))) = board.as_ref().map(|it| (it, it)) else {
+            return Miss::NoBoard;
+        };
+        let (lattice, nowhere) = (&self.grower.lattice, &Expected::default());
+        let placed = place_circles(picture, lattice, circles, nowhere, &mut self.corners);
+        match placed.and_then(|()| self.refine(image, halved, board, params, keep_on)) {
+            Ok(_) => Miss::OtherBoard(other),
+            Err(Miss::OutOfTime) => Miss::OutOfTime,
+            Err(_) => Miss::NoBoard,
+        }
+    }
+
     /// Grids of circles without gaps in `picture`, of any size up to `longest` circles a side.
     pub(super) fn whole_grids(&mut self, picture: &GrayImage, longest: usize) -> Vec<OtherBoard> {
         let mut grids = Vec::new();
@@ -121,9 +145,6 @@ impl CircleSearch {
             for is_dark in [true, false] {
                 self.grower.grow(&self.blobs, is_dark, longest);
                 let lattice = &self.grower.lattice;
-                if are_squares(picture, lattice) {
-                    continue;
-                }
                 grids.extend(CircleRows::ALL.into_iter().filter_map(|it| whole_grid(lattice, it)));
             }
         }

@@ -105,26 +105,6 @@ pub struct Detector {
 /// # Errors
 ///
 /// [`Miss`], as [`Detector::detect`].
-///
-/// # Examples
-///
-/// ```
-/// use boresight_detect::{DetectorParams, detect};
-/// use boresight_sim::{Scene, render_view};
-/// use nalgebra::{Isometry3, Vector3};
-///
-/// let scene = Scene::default_720p(1);
-/// let cam_from_board = Isometry3::new(Vector3::new(0.01, 0.0, 0.35), Vector3::new(0.5, 0.3, 0.0));
-/// let image = render_view(&scene, &cam_from_board);
-///
-/// let detection = detect(&image, &scene.board, DetectorParams::default()).expect("the board is
-/// visible"); for (corner, point_m) in
-/// detection.corners.iter().zip(scene.board.corners_in_board_m()) {
-///     let truth_px = scene.camera.px_from_board(&cam_from_board, &point_m).expect("in front");
-///     assert!((corner.px - truth_px).norm() < 0.3);
-/// }
-/// assert!(detection.quality.contrast > 20.0);
-/// ```
 pub fn detect(image: &GrayImage, board: &Board, params: DetectorParams) -> Result<Detection, Miss> {
     Detector::new(params).detect(image, board)
 }
@@ -272,11 +252,12 @@ impl Detector {
         if let Some(part) = best_part.filter(|_| !is_other) {
             return Ok(part);
         }
-        let says_little =
-            matches!(best_miss, Miss::NoBoard | Miss::PartialBoard { cut_off_by: None, .. });
-        let clearer =
-            says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
-        Err(clearer.unwrap_or(best_miss))
+        // Blur hides corners, rows and markers.
+        let may_hide = matches!(best_miss, Miss::Glare { .. } | Miss::OtherBoard(_));
+        if !may_hide && !says_little(&best_miss) {
+            return Err(best_miss);
+        }
+        Err(self.clearer_reason(image, primary, search.near).unwrap_or(best_miss))
     }
 
     /// Board of circles in the first picture with the whole board: a finer picture for small
@@ -308,10 +289,10 @@ impl Detector {
                 Ok(detection) => return Ok(detection),
             }
         }
-        let says_little = best_miss == Miss::NoBoard;
-        let clearer =
-            says_little.then(|| self.clearer_reason(image, primary, search.near)).flatten();
-        Err(clearer.unwrap_or(best_miss))
+        if best_miss != Miss::NoBoard {
+            return Err(best_miss);
+        }
+        Err(self.clearer_reason(image, primary, search.near).unwrap_or(best_miss))
     }
 
     /// Searches for more of the pattern in a sharper picture than the board's, because a coarse
@@ -437,10 +418,10 @@ pub(super) fn at_level<'a>(
 
 /// True if squares that don't touch may be the reason.
 fn may_be_grown(miss: &Miss) -> bool {
-    match miss {
-        Miss::NoBoard => true,
-        Miss::PartialBoard { cut_off_by, .. } => cut_off_by.is_none(),
-        Miss::Glare { .. } | Miss::Blurred { .. } => true,
-        _ => false,
-    }
+    says_little(miss) || matches!(miss, Miss::Glare { .. } | Miss::Blurred { .. })
+}
+
+/// True if the picture may have a clearer reason.
+fn says_little(miss: &Miss) -> bool {
+    matches!(miss, Miss::NoBoard | Miss::PartialBoard { cut_off_by: None, .. })
 }

@@ -90,8 +90,9 @@ impl DiscFit {
         let centre = self.centre.px;
         scratch.gather(image, [centre.x, centre.y], &self.to_circle(), REACH_RADII);
         let mut sums = [0.0; 2];
+        let inverse_s = libm::exp(-self.at[5]);
         for (v, value) in scratch.each(&self.at) {
-            let Some(model) = Model::at(&self.at, v) else { continue };
+            let Some(model) = Model::at(&self.at, inverse_s, v) else { continue };
             let on_board = circle_from_px * v;
             let angle_rad = libm::atan2(on_board.y, on_board.x);
             // Change of the brightness if the outline moves outwards by a radius.
@@ -125,6 +126,9 @@ impl Pixels {
         let half = half_px.map(|it| libm::ceil(it).min(400.0) as i32);
         let area_px2 = 4.0 * half_px[0] * half_px[1];
         let thin = libm::round((area_px2 / PLAIN_PIXELS).sqrt()).max(1.0) as i32;
+        // No slope is steeper, so that most pixels need neither root.
+        let band = LEAST_BAND_PX * to_circle.norm() + 1e-9;
+        let near = (1.0 - band).max(0.0).powi(2)..(1.0 + band).powi(2);
         for dy in (-half[1]).max(-self.centre[1])..=half[1].min(height - 1 - self.centre[1]) {
             let row = (self.centre[1] + dy) as usize * width as usize;
             for dx in (-half[0]).max(-self.centre[0])..=half[0].min(width - 1 - self.centre[0]) {
@@ -133,9 +137,12 @@ impl Pixels {
                     f64::from(self.centre[1] + dy) - at[1],
                 );
                 let across = to_circle * v;
+                let is_plain = dx % thin == 0 && dy % thin == 0;
+                if !is_plain && !near.contains(&across.norm_squared()) {
+                    continue;
+                }
                 let rho = across.norm();
                 let slope = (to_circle.transpose() * across).norm() / rho.max(1e-9);
-                let is_plain = dx % thin == 0 && dy % thin == 0;
                 let is_near = (rho - 1.0).abs() < LEAST_BAND_PX * slope;
                 if rho < reach && (is_plain || is_near) {
                     let value = image.as_raw()[row + (self.centre[0] + dx) as usize];
@@ -169,7 +176,8 @@ struct Model {
 }
 
 impl Model {
-    fn at(at: &Vector, v: Vector2<f64>) -> Option<Self> {
+    /// Model with the given reciprocal of the blur `s`.
+    fn at(at: &Vector, inverse_s: f64, v: Vector2<f64>) -> Option<Self> {
         let m = Matrix2::new(at[2], at[3], 0.0, at[4]);
         let across = m * v;
         let rho = across.norm();
@@ -178,7 +186,6 @@ impl Model {
         }
         let gradient = m.transpose() * across / rho;
         let slope = gradient.norm();
-        let inverse_s = libm::exp(-at[5]);
         let (edge, bell) = erf(((rho - 1.0) / slope * inverse_s) as f32);
         let (edge, bell) = (f64::from(edge), f64::from(bell));
         let light = 1.0 + at[8] * v.x + at[9] * v.y;
@@ -198,8 +205,9 @@ impl Problem<PARAMETERS> for DiscProblem<'_> {
     fn linearise(&self, at: &Vector) -> Option<Linearised<PARAMETERS>> {
         let (mut cost, mut gradient) = (0.0, Vector::zeros());
         let mut normal_matrix = SMatrix::<f64, PARAMETERS, PARAMETERS>::zeros();
+        let inverse_s = libm::exp(-at[5]);
         for (v, value) in self.0.each(at) {
-            let Some(model) = Model::at(at, v) else { continue };
+            let Some(model) = Model::at(at, inverse_s, v) else { continue };
             let Model { by_d, slope, outwards, across, rho, edge, light, .. } = model;
             let by_rho = by_d / slope / rho;
             let distance = (rho - 1.0) / slope;
@@ -309,10 +317,11 @@ fn noise(image: &GrayImage, at: &Vector, scratch: &mut Pixels) -> Option<f64> {
     let place = blocks.clear(scratch.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
     let [left, top] = scratch.centre.map(f64::from);
     let middle = Vector2::new(left + at[0], top + at[1]);
+    let inverse_s = libm::exp(-at[5]);
     let is_inside = |at: f64, size: u32| (0.0..=f64::from(size - 1)).contains(&at);
     blocks.add(scratch.each(at).filter_map(|(v, value)| {
         let mirrored = middle - v;
-        let model = Model::at(at, v)?;
+        let model = Model::at(at, inverse_s, v)?;
         (is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()))
             .then(|| ([place(v.x), place(v.y)], -model.by_d * model.outwards, value - model.value))
     }));

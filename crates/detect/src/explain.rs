@@ -172,13 +172,10 @@ impl WeighedGrid {
     /// Weighed grid in `lattice` with places only: its ends aren't weighed.
     pub(super) fn seen(lattice: &Lattice, outcome: GridOutcome) -> Self {
         let seen = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
-        let size = lattice.extent().map_or([0; 2], |(low, high)| {
-            [high.0 - low.0, high.1 - low.1].map(|span| span as usize + 1)
-        });
         Self {
             searched: Searched::default(),
             corners_px: seen.map(|at| at.map(f64::from)).collect(),
-            size,
+            size: lattice.size(),
             ends: Vec::new(),
             places: Vec::new(),
             markers: None,

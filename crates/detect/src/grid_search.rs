@@ -91,18 +91,17 @@ impl GridSearch {
         }
     }
 
-    /// Counts the inner corners of any whole board surrounded by white in the started `picture`:
-    /// columns and rows, at least as many columns as rows. `None` without such a board.
+    /// Counts the inner corners in the started `picture` of any whole board surrounded by white.
     pub(super) fn count(
         &mut self,
         picture: &GrayImage,
         params: &DetectorParams,
-    ) -> Option<(usize, usize)> {
+    ) -> Option<OtherBoard> {
         let Self { junctions, grower, lattice, .. } = self;
         grower.start(junctions, picture.width(), picture.height());
         let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
-            let counted = count_board(picture, lattice, LONGEST_COUNTED as i32);
+            let counted = count_board(picture, lattice, LONGEST_COUNTED);
             if counted.is_some() && cells(picture, lattice) == Cells::Squares {
                 return counted;
             }

@@ -134,11 +134,20 @@ impl Lattice {
         self.nodes.len()
     }
 
+    /// True if the grid has a node beyond which it can't grow.
+    pub(super) fn is_at_reach(&self) -> bool {
+        self.nodes.iter().any(|(i, j)| i.abs().max(j.abs()) >= self.reach)
+    }
+
     /// True if the grid has all nodes of its extent.
     pub(super) fn is_full(&self) -> bool {
-        self.extent().is_some_and(|(low, high)| {
-            let [columns, rows] = [high.0 - low.0 + 1, high.1 - low.1 + 1];
-            self.len() == (columns * rows) as usize
+        self.len() > 0 && self.len() == self.size().iter().product()
+    }
+
+    /// Number of nodes from end to end along both axes.
+    pub(super) fn size(&self) -> [usize; 2] {
+        self.extent().map_or([0; 2], |(low, high)| {
+            [high.0 - low.0, high.1 - low.1].map(|span| span as usize + 1)
         })
     }
 

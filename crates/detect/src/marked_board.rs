@@ -67,6 +67,9 @@ pub(super) fn name_corners(
         Verdict::Unexplained => {
             let seen = readings.iter().filter(|reading| reading.is_sure).count();
             let is_plain = lattice.len() >= LEAST_PLAIN && lattice.is_full();
+            // Every second square of a board with markers has one.
+            let squares: usize = lattice.size().iter().map(|side| side.saturating_sub(1)).product();
+            let seen = if is_plain && 4 * seen < squares { 0 } else { seen };
             return Err(match seen {
                 // Letters on a wall make grids, too.
                 0 if !is_plain => Miss::NoBoard,

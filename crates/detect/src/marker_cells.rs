@@ -87,7 +87,7 @@ pub(super) fn read_cells(
     for [column, row] in inside() {
         cells[row][column] = cell([column, row]);
     }
-    let mut code = 0;
+    let (mut code, mut has_white) = (0, false);
     for [column, row] in inside() {
         let beside = cells[row][column - 1]
             + cells[row][column + 1]
@@ -96,9 +96,10 @@ pub(super) fn read_cells(
         let value = cells[row][column];
         let sharp = value + SHARPENING * (value - 0.25 * beside);
         code = code << 1 | u64::from(is_white(sharp));
+        has_white |= is_white(value);
     }
     // Beside light squares, a dark square looks framed. No marker is all black.
-    (code != 0).then_some((polarity, code))
+    (code != 0 && has_white).then_some((polarity, code))
 }
 
 /// Maps the unit square to a quadrilateral in the picture (Heckbert 1989, section 2.2.3).

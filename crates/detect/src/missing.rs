@@ -54,7 +54,7 @@ pub(super) fn why_missing(
 ) -> Why {
     use Side::{Bottom, Left, Right, Top};
     let Some((low, high)) = lattice.extent() else { return Why::Covered };
-    let span = [high.0 - low.0 + 1, high.1 - low.1 + 1];
+    let span = lattice.size().map(|span| span as i32);
     let ways = size.into_iter().flat_map(|[columns, rows]| [[columns, rows], [rows, columns]]);
     let mut ways = ways.filter(|way| span[0] <= way[0] && span[1] <= way[1]).peekable();
     let is_any = ways.peek().is_none();
@@ -69,6 +69,12 @@ pub(super) fn why_missing(
         (Why::CutOff(Bottom), 0),
         (Why::Glare, 0),
     ];
+    // Light never ends along a row: it's the white around a board.
+    let is_straight = |node: Node, out: Node| {
+        let is_at = |node: Node| is_at_end((low, high), out, node);
+        let count = lattice.nodes().iter().filter(|node| is_at(**node)).count();
+        is_at(node) && count as i32 == span[usize::from(out.0 != 0)]
+    };
     for &(i, j) in lattice.nodes() {
         for (di, dj) in BESIDE {
             let next = (i + di, j + dj);
@@ -81,7 +87,9 @@ pub(super) fn why_missing(
             let Some(([x, y], side)) = lattice.predict(next) else { continue };
             let margin_px = MARGIN_PX.max(reach * side);
             let outside = [x, width - x, y, height - y].map(|off_px| off_px < margin_px);
-            let is_glare = !outside.contains(&true) && glares(image, lattice, (i, j), (di, dj));
+            let is_glare = !outside.contains(&true)
+                && glares(image, lattice, (i, j), (di, dj))
+                && !is_straight((i, j), (di, dj));
             for (place, explains) in places.iter_mut().zip(outside.into_iter().chain([is_glare])) {
                 place.1 += usize::from(explains);
             }

@@ -194,21 +194,16 @@ pub enum Miss {
 impl Miss {
     /// True if the picture may show a board of another kind.
     pub fn leaves_open(&self) -> bool {
-        match self {
+        matches!(
+            self,
             Self::NoBoard
-            | Self::PartialBoard { .. }
-            | Self::Glare { .. }
-            | Self::Blurred { .. }
-            | Self::OtherMarkers { .. }
-            // Some corners of a board with markers can look like this.
-            | Self::OtherBoard(OtherBoard::Plain { .. } | OtherBoard::Larger { .. }) => true,
-            Self::OtherBoard(_)
-            | Self::Mirrored
-            | Self::OtherSquares { .. }
-            | Self::TooSmall { .. }
-            | Self::LowContrast { .. }
-            | Self::OutOfTime => false,
-        }
+                | Self::PartialBoard { .. }
+                | Self::Glare { .. }
+                | Self::Blurred { .. }
+                | Self::OtherMarkers { .. }
+                // Some corners of a board with markers can look like this.
+                | Self::OtherBoard(OtherBoard::Plain { .. } | OtherBoard::Larger { .. })
+        )
     }
 
     /// Board without markers as large as the grid found, if that's a full rectangle inside the

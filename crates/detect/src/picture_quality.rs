@@ -66,24 +66,27 @@ pub(super) fn reason(
     if (is_board || light <= DARK_TO) && contrast < NEEDED_CONTRAST {
         return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
     }
+    // Blur as wide as a board's squares takes half of the contrast.
+    let least_step = if is_board { LEAST_STEP.min(contrast as u8) } else { LEAST_STEP };
     // Motion smears only the edges across it.
     let size = [right - left, bottom - top];
-    let across = blur_px(size, widths, |x, y| at(left + x, top + y));
-    let down = blur_px([size[1], size[0]], widths, |y, x| at(left + x, top + y));
+    let across = blur_px(size, least_step, widths, |x, y| at(left + x, top + y));
+    let down = blur_px([size[1], size[0]], least_step, widths, |y, x| at(left + x, top + y));
     let widest_px = across.max(down);
     let is_blurred = widest_px > LIMIT_PX;
     is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
 }
 
 /// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough
-/// edges; `value` is the brightness at a place along a line.
+/// edges of the `least_step`; `value` is the brightness at a place along a line.
 fn blur_px(
     [along, across]: [usize; 2],
+    least_step: u8,
     widths: &mut Vec<f32>,
     value: impl Fn(usize, usize) -> u8,
 ) -> f64 {
     widths.clear();
-    for line in (0..across).step_by(STRIDE) {
+    for line in (0..across).step_by((across / LEAST_EDGES).clamp(1, STRIDE)) {
         for start in (0..along.saturating_sub(SPAN_PX + 1)).step_by(SPAN_PX) {
             let (mut low, mut high, mut steepest) = (u8::MAX, 0_u8, 1_u8);
             let mut next = [value(start, line), value(start + 1, line)];
@@ -94,7 +97,7 @@ fn blur_px(
                 // Over two pixels, too, to reduce noise.
                 steepest = steepest.max(here.abs_diff(next[0]) / 2 + here.abs_diff(next[1]) / 4);
             }
-            if high - low >= LEAST_STEP {
+            if high - low >= least_step {
                 widths.push(f32::from(high - low) / f32::from(steepest));
             }
         }

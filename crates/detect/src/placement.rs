@@ -24,7 +24,7 @@ pub(super) const LEAST_CORNERS: usize = 12;
 const LEAST_LINES: i32 = 3;
 /// Least number of corners in a row or column at the end of a part: fewer may be chance corners
 /// beside the board.
-const LEAST_IN_LINE: usize = 3;
+pub(super) const LEAST_IN_LINE: usize = 3;
 /// Binary logarithm of the number of frames per frame away from the track, if the board was moved
 /// while unseen, or another object is seen.
 const ASTRAY_BITS: f32 = 14.0;
@@ -95,7 +95,7 @@ pub(super) fn place_part(
     expected: &Expected,
     into: &mut Vec<Option<[f32; 2]>>,
 ) -> bool {
-    drop_thin_ends(lattice, |_| true);
+    drop_thin_ends(lattice);
     let Some((low, high)) = lattice.extent() else { return false };
     let shortest = (high.0 - low.0).min(high.1 - low.1) + 1;
     if lattice.len() < LEAST_CORNERS || shortest < LEAST_LINES {
@@ -324,18 +324,19 @@ fn by_code<'a>(
     })
 }
 
-/// Drops rows and columns at the ends with few corners, fewest first, as long as `may` allows for
-/// the grid's width and height.
-pub(super) fn drop_thin_ends(lattice: &mut Lattice, may: impl Fn((i32, i32)) -> bool) {
-    while let Some((low, high)) = lattice.extent() {
-        let is_at = |out: Node, node: Node| is_at_end((low, high), out, node);
+/// Drops rows and columns at the ends, fewest corners first, as long as `may` allows for the grid,
+/// the end and the number of its corners.
+pub(super) fn drop_ends(lattice: &mut Lattice, may: impl Fn(&Lattice, Node, usize) -> bool) {
+    while let Some(extent) = lattice.extent() {
+        let is_at = |out: Node, node: Node| is_at_end(extent, out, node);
         let count = |out: Node| lattice.nodes().iter().filter(|node| is_at(out, **node)).count();
         let thinnest = SIDES.into_iter().min_by_key(|out| count(*out));
-        let Some(thinnest) = thinnest.filter(|out| {
-            may((high.0 - low.0 + 1, high.1 - low.1 + 1)) && count(*out) < LEAST_IN_LINE
-        }) else {
-            return;
-        };
+        let Some(thinnest) = thinnest.filter(|out| may(lattice, *out, count(*out))) else { return };
         lattice.retain(|_, node| !is_at(thinnest, node));
     }
+}
+
+/// Drops ends with too few corners to be a row.
+pub(super) fn drop_thin_ends(lattice: &mut Lattice) {
+    drop_ends(lattice, |_, _, count| count < LEAST_IN_LINE);
 }

@@ -28,7 +28,10 @@ impl Detector {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);
             self.grids.start(picture, &self.params);
-            self.grids.count(picture, &self.params)
+            match self.grids.count(picture, &self.params)? {
+                OtherBoard::Plain { columns, rows } => Some((columns, rows)),
+                _ => None,
+            }
         })
     }
 
@@ -86,10 +89,7 @@ impl Detector {
                 plain = plain.or_else(|| self.grids.count(picture, params));
             }
         }
-        let other = match plain {
-            Some((columns, rows)) => Some(OtherBoard::Plain { columns, rows }),
-            None => self.whole_circles(image, named, keep_on),
-        };
+        let other = plain.or_else(|| self.whole_circles(image, named, keep_on));
         if other.is_some() || keep_on() {
             *step = 0;
         }

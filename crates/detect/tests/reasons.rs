@@ -75,6 +75,41 @@ fn squares_are_no_circles() {
     }
 }
 
+/// Dark squares between light ones look framed like markers.
+#[test]
+fn squares_have_no_markers() {
+    for blur in [0.8, 2.4, 3.2] {
+        let picture = imageops::blur(&squares([10, 7], 24, 125), blur);
+        for named in ["charuco:7x5:DICT_4X4_50", "charuco:10x7:DICT_5X5_100"] {
+            let reason = found(&picture, named).expect_err("another board");
+            assert_eq!(reason, Miss::OtherMarkers { markers: 0 }, "{named}, {blur}");
+        }
+    }
+}
+
+/// The corners seen are fewer, and what hides the others is the blur.
+#[test]
+fn a_blurred_board_is_neither_covered_nor_smaller() {
+    let picture = imageops::blur(&squares([7, 5], 30, WHITE), 0.38 * 30.0);
+    let reason = found(&picture, "9x6").expect_err("blurred");
+    assert!(matches!(reason, Miss::Blurred { .. }), "{reason:?}");
+}
+
+/// A board much larger than the named one has more corners than are looked for.
+#[test]
+fn a_much_larger_board_is_never_named_too_small() {
+    let picture = squares([18, 13], 28, WHITE);
+    for named in ["3x3", "4x3", "9x6"] {
+        let reason = found(&picture, named).expect_err("another board");
+        let Miss::OtherBoard(
+            OtherBoard::Plain { columns: 17, rows: 12 } | OtherBoard::Larger { .. },
+        ) = reason
+        else {
+            panic!("{named}: {reason:?}")
+        };
+    }
+}
+
 /// Nine corners are in many things; white all around is only around a board.
 #[test]
 fn three_by_three_corners_need_a_rim() {
