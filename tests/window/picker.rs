@@ -32,6 +32,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
         judged: Some(Verdict::Good),
         views: Some(5),
         report: Some("sessions/one/report.html".into()),
+        is_rig: false,
     }];
     let formats = vec!["OpenCV", "ROS"];
     let mut page = page(Picker { recordings, formats, ..Picker::default() });

@@ -17,7 +17,7 @@ use boresight::{
                 RigRequest, SeenBoard, SeenCode, SessionRequest, Storing, Wake,
             },
             lookout::{Cameras, Lookout, whole_board},
-            recordings::{Dropped, Recording},
+            recordings::{Dropped, Recording, within},
         },
     },
     boards::{Board, BoardChoice, MarkerSide, Pattern},
@@ -657,6 +657,11 @@ fn cameras_chosen_together_are_guided_together_and_the_window_stays() {
     }
     click(&mut window, Role::Button, rig::CLOSE);
     window.get_by_role_and_label(Role::Button, words::GO);
+    // The session is in the list, with its report.
+    let listed = within(&[folder.path().to_path_buf()].into());
+    let [session] = &listed[..] else { unreachable!("{listed:?}") };
+    assert!(session.camera.starts_with("Webcam, Door-camera: "), "{session:?}");
+    assert_eq!((session.is_rig, session.report.clone()), (true, Some(out.join("rig.html"))));
 }
 
 #[test]

@@ -500,6 +500,7 @@ impl WindowHost {
         // The rig's pictures aren't mirrored.
         let announcer = self.announcer.clone().from_behind();
         let run = opening.open(&announcer)?;
+        self.note_sessions(run.folder());
         let (names, hand) = (run.names(), RigHand::new(Arc::default()));
         let (exit, orders) = (Arc::clone(&self.exit), hand.clone());
         let speak = self.voice.requests();
@@ -511,6 +512,12 @@ impl WindowHost {
             ended
         });
         Ok(RigOpened { names, hand, work })
+    }
+
+    /// Remembers where the session in `folder` lies, for the list of sessions.
+    fn note_sessions(&mut self, folder: &Path) {
+        let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
+        self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
     }
 
     fn opened(&mut self, wish: &SessionRequest, wake: Wake) -> anyhow::Result<Opened> {
@@ -552,8 +559,7 @@ impl WindowHost {
             setup.source = Box::new(Paced::new(setup.source));
         }
         let folder = context.path.clone();
-        let sessions = folder.parent().filter(|parent| !parent.as_os_str().is_empty());
-        self.session_folders.insert(sessions.unwrap_or(Path::new(".")).into());
+        self.note_sessions(&folder);
         let mut onlookers = self.onlookers();
         onlookers.push(announcing(&announcer));
         let (pipeline, showing) =

@@ -227,6 +227,11 @@ impl RigRun {
         Ok(Self { folder, file, runs, rig, params, board, is_paced: true })
     }
 
+    /// The session's folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Names of the cameras.
     pub fn names(&self) -> Vec<String> {
         self.file.names()

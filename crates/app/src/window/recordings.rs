@@ -12,15 +12,18 @@ use serde_json::Value;
 
 use crate::{
     JournalReading, REPORT_FILE, RESULT_FILE, SavedSession,
-    session::source::{PathKind, kind_of},
+    session::{
+        rig_guide::RIG_RESULT,
+        source::{PathKind, kind_of},
+    },
 };
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};
-use boresight_formats::CalibrationFile;
+use boresight_formats::{CalibrationFile, RigFile};
 use boresight_guide::session::{Input, Snapshot, ViewNumber};
 use boresight_present::{grade::Grade, text};
 use boresight_run::recording::{
-    CameraTable, Header, Replayed, SessionFolder, Stored, stored_frame,
+    CameraTable, Header, Replayed, RigSessionFile, SessionFolder, Stored, stored_frame,
 };
 
 /// Most recordings offered.
@@ -53,6 +56,8 @@ pub struct Recording {
     pub views: Option<usize>,
     /// Report, if written.
     pub report: Option<PathBuf>,
+    /// True for a session of several cameras: its report shows the result.
+    pub is_rig: bool,
 }
 
 /// Kind of a path dropped onto the window.
@@ -94,25 +99,58 @@ pub struct DecidedRecording {
 pub fn within(folders: &BTreeSet<PathBuf>) -> Vec<Recording> {
     let folders = folders.iter().flat_map(|folder| entries(folder));
     let mut found: Vec<(String, Recording)> = folders
-        .filter_map(|folder| {
-            let header = SessionFolder::header(&folder).ok()?;
-            Some((header.created.clone(), listed(folder, &header)))
+        .filter_map(|folder| match SessionFolder::header(&folder) {
+            Ok(header) => Some((header.created.clone(), listed(folder, &header))),
+            Err(_) => listed_rig(folder),
         })
         .collect();
     found.sort_by(|(a, one), (b, other)| b.cmp(a).then_with(|| other.folder.cmp(&one.folder)));
     found.into_iter().map(|(_, recording)| recording).take(MOST_OFFERED).collect()
 }
 
+/// JSON in `file`, if readable.
+fn tree(file: &Path) -> Option<Value> {
+    let text = read_text(file, TEXT_LIMIT, Links::Refused).ok()?;
+    serde_json::from_str(&text).ok()
+}
+
+/// Verdict with the name `code`.
+fn verdict_of(code: &str) -> Option<Verdict> {
+    let all = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy];
+    all.into_iter().find(|verdict| verdict.code() == code)
+}
+
+/// Start and list entry of the session of several cameras in `folder`, if it holds one.
+fn listed_rig(folder: PathBuf) -> Option<(String, Recording)> {
+    let session = RigSessionFile::read(&folder).ok()?;
+    let names: Vec<&str> = session.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let created = names.iter().find_map(|name| {
+        SessionFolder::header(&folder.join(name)).ok().map(|header| header.created.clone())
+    })?;
+    let file = tree(&folder.join(RIG_RESULT)).and_then(|tree| RigFile::read(&tree).ok());
+    let judged = file.as_ref().and_then(|file| verdict_of(&file.verdict));
+    let unfinished = file.as_ref().is_some_and(RigFile::is_unfinished);
+    let verdict = judged
+        .map_or(text::sessions::NO_RESULT, |verdict| text::grade(Grade::by(verdict, unfinished)));
+    let report = folder.join(RIG_RESULT).with_extension("html");
+    let listed = Recording {
+        when: local(&created),
+        camera: text::sessions::cameras(&names, session.places().len()),
+        verdict: verdict.into(),
+        judged,
+        views: None,
+        report: report.is_file().then_some(report),
+        is_rig: true,
+        folder,
+    };
+    Some((created, listed))
+}
+
 /// List entry of the session in `folder`.
 fn listed(folder: PathBuf, header: &Header) -> Recording {
-    let result = read_text(&folder.join(RESULT_FILE), TEXT_LIMIT, Links::Refused).ok();
-    let result = result.and_then(|text| serde_json::from_str::<Value>(&text).ok());
-    let result = result.and_then(|tree| CalibrationFile::read(&tree).ok());
+    let result = tree(&folder.join(RESULT_FILE)).and_then(|tree| CalibrationFile::read(&tree).ok());
     let calibrated = result.filter(|file| file.result.is_some());
-    let judged = calibrated.as_ref().and_then(|file| {
-        let all = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy];
-        all.into_iter().find(|verdict| verdict.code() == file.verdict)
-    });
+    let judged = calibrated.as_ref().and_then(|file| verdict_of(&file.verdict));
     let unfinished = calibrated.as_ref().is_some_and(CalibrationFile::is_unfinished);
     let verdict = judged
         .map_or(text::sessions::NO_RESULT, |verdict| text::grade(Grade::by(verdict, unfinished)));
@@ -125,6 +163,7 @@ fn listed(folder: PathBuf, header: &Header) -> Recording {
         judged,
         views: calibrated.map(|file| file.views.iter().filter(|view| view.used).count()),
         report: report.is_file().then_some(report),
+        is_rig: false,
         folder,
     }
 }
@@ -138,10 +177,13 @@ fn local(stamp: &str) -> String {
     )
 }
 
-/// Thumbnail of the newest stored picture of the session in `folder`; `None` without a readable
-/// picture.
+/// Thumbnail of the newest stored picture of the session in `folder`, of the first camera if it has
+/// several; `None` without a readable picture.
 pub fn small_picture(folder: &Path) -> Option<GrayImage> {
-    let newest = entries(&folder.join(FRAMES)).into_iter().filter(|file| is_picture(file)).max()?;
+    let first = RigSessionFile::read(folder).ok().and_then(|rig| rig.cameras.into_iter().next());
+    let session = first.map_or_else(|| folder.to_path_buf(), |camera| folder.join(camera.name));
+    let newest =
+        entries(&session.join(FRAMES)).into_iter().filter(|file| is_picture(file)).max()?;
     let bytes = read(&newest, PICTURE_LIMIT, Links::Refused).ok()?;
     let image = image::load_from_memory(&bytes).ok()?.into_luma8();
     let factor = f64::from(SMALL_PX) / f64::from(image.width().max(image.height()).max(1));

@@ -12,6 +12,12 @@ pub fn camera(name: &str, size: ImageSize) -> String {
     format!("{}, {} × {}", super::camera::printable(name), size.width_px, size.height_px)
 }
 
+/// Cameras of a session of several, with the number of common places of the board.
+pub fn cameras(names: &[&str], places: usize) -> String {
+    let names: Vec<String> = names.iter().map(|name| super::camera::printable(name)).collect();
+    format!("{}: {}", names.join(", "), super::rig::places(places))
+}
+
 /// Number of views of a session.
 pub fn views(count: Option<usize>) -> String {
     match count {

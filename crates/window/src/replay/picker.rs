@@ -138,14 +138,19 @@ fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<U
         }
     };
     let idle = !picker.busy;
-    button(ui, sessions::RESULT, idle, UiAction::ShowResult(folder.clone()));
-    button(ui, sessions::GO_ON, idle, UiAction::GoOnWith(folder.clone()));
+    let is_of_one = !recording.is_rig;
+    if is_of_one {
+        button(ui, sessions::RESULT, idle, UiAction::ShowResult(folder.clone()));
+        button(ui, sessions::GO_ON, idle, UiAction::GoOnWith(folder.clone()));
+    }
     if let Some(report) = &recording.report {
         button(ui, sessions::REPORT, true, UiAction::Show(report.clone()));
     }
-    button(ui, sessions::REPLAY, true, UiAction::Replay(folder.clone()));
+    if is_of_one {
+        button(ui, sessions::REPLAY, true, UiAction::Replay(folder.clone()));
+    }
     let mut exported = None;
-    if recording.judged.is_some() {
+    if is_of_one && recording.judged.is_some() {
         let (label, tip) = sessions::EXPORT;
         ui.menu_button(label, |ui| {
             for (format, name) in picker.formats.iter().enumerate() {
