@@ -73,6 +73,8 @@ pub(super) fn named(fit: &Fit, uncertainty: &Uncertainty) -> Option<Named> {
     let reduced =
         fit.equations.instants.iter().map(InstantBlock::reduced).collect::<Option<Vec<_>>>()?;
     let test = Test { fit, uncertainty, reduced: &reduced };
+    let of_place = |i, _| if i < 3 { 0.0 } else { uncertainty.displaced_m2 };
+    let displaced = DMatrix::from_diagonal(&DVector::from_fn(6, of_place));
     let mut found = Vec::new();
     for camera in 0..cameras {
         let of: Vec<usize> = test.instants_of(camera);
@@ -92,14 +94,6 @@ pub(super) fn named(fit: &Fit, uncertainty: &Uncertainty) -> Option<Named> {
         of.iter().for_each(|instant| test.add(&mut sums, *instant, &columns));
         found.push((Kind::Pixels, camera, 0, test.gain(&sums, &columns)?));
         let columns = place_of(camera);
-        let displaced =
-            DMatrix::from_fn(
-                6,
-                6,
-                |i, j| {
-                    if i == j && i >= 3 { uncertainty.displaced_m2 } else { 0.0 }
-                },
-            );
         let shared: Vec<usize> =
             of.iter().copied().filter(|instant| test.cameras_at(*instant) > 1).collect();
         for instant in &shared {
