@@ -119,7 +119,7 @@ impl Arguments {
                 misses.push(*miss);
             }
             if let Some(folder) = &self.explain {
-                explain(&progress, (folder, name, overwrite), image, &weighed)?;
+                explain(&progress, (folder, name, overwrite), image, weighed)?;
             }
             let line = if self.json {
                 serde_json::to_string(&DetectedLine::of(name, &board, &seen, millis))?
@@ -183,19 +183,18 @@ fn explain(
     progress: &Progress,
     (folder, name, overwrite): (&Path, &str, Overwrite),
     image: &GrayImage,
-    grids: &[WeighedGrid],
+    mut grids: Vec<WeighedGrid>,
 ) -> anyhow::Result<()> {
-    for (index, grid) in grids.iter().enumerate() {
-        for line in weighed::weighed(index + 1, grid) {
-            progress.say(&format!("  {line}"));
-        }
+    WeighedGrid::likeliest_first(&mut grids);
+    for line in weighed::weighed(&grids) {
+        progress.say(&format!("  {line}"));
     }
     if grids.is_empty() {
         progress.say(&format!("  {}", weighed::NO_GRID));
     }
     let name = Path::new(name).file_name().unwrap_or_default().to_string_lossy();
     let path = folder.join(format!("{}.png", name.trim_end_matches(".png")));
-    save(&path, &weighed_picture(image, grids)?, overwrite)?;
+    save(&path, &weighed_picture(image, &grids)?, overwrite)?;
     progress.say(&format!("  Written: {}", path.display()));
     Ok(())
 }

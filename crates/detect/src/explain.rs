@@ -72,26 +72,10 @@ pub struct WeighedPlace {
 /// Evidence of the markers in the squares of a grid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WeighedMarkers {
-    /// Readings, square by square.
-    pub read: Vec<ReadMarker>,
+    /// Number of markers read.
+    pub read: usize,
     /// Places of the grid on the board by the markers, most bits first.
     pub places: Vec<VotedPlace>,
-}
-
-/// Reading of a square, compared with the likeliest place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReadMarker {
-    /// Column and row of the square on the board, from 0; may lie beyond the board. `None` if the
-    /// markers support no place.
-    pub square: Option<[i32; 2]>,
-    /// Number of the board's marker in the square.
-    pub marker: Option<usize>,
-    /// Cells in the marker's rows, from the top left, without the frame: true if white.
-    pub is_white: Vec<bool>,
-    /// Number of cells different from the marker's.
-    pub wrong: usize,
-    /// Bits of agreement beyond chance; `None` if too many cells are wrong.
-    pub bits: Option<f64>,
 }
 
 /// Place of a grid on the board by the markers.
@@ -124,6 +108,12 @@ pub enum GridOutcome {
 }
 
 impl WeighedGrid {
+    /// Sorts grids: the named one first, then those with most corners.
+    pub fn likeliest_first(grids: &mut [Self]) {
+        let is_refused = |grid: &Self| !matches!(grid.outcome, GridOutcome::Named(_));
+        grids.sort_by_key(|grid| (is_refused(grid), std::cmp::Reverse(grid.corners_px.len())));
+    }
+
     /// Weighed grid in `lattice` of a plain board, with the evidence in `image`.
     pub(super) fn of(
         image: &GrayImage,

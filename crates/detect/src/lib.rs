@@ -145,8 +145,7 @@ mod track;
 
 pub use detector::{Detector, Search, detect};
 pub use explain::{
-    GridOutcome, ReadMarker, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
-    WeighedPlace,
+    GridOutcome, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers, WeighedPlace,
 };
 pub use outcome::{Detection, Miss, OtherBoard, Quality, Side, agreed};
 pub use params::DetectorParams;

@@ -8,7 +8,7 @@
 use image::GrayImage;
 
 use super::{
-    explain::{PLACES, ReadMarker, VotedPlace, WeighedMarkers},
+    explain::{PLACES, VotedPlace, WeighedMarkers},
     lattice::{Lattice, Node},
     marker_cells::{Polarity, read_cells},
     missing::{Behind, CORNER_BITS, LEAD, ONE_IS_OTHER},
@@ -240,20 +240,6 @@ pub(super) fn votes(
     markers: Markers,
 ) -> WeighedMarkers {
     let (candidates, _) = weighed(readings, lattice, board, markers);
-    let cells = markers.dictionary.side_cells().pow(2);
-    let best = candidates.first();
-    let read = |reading: &Reading| {
-        let code = reading.codes[best.map_or(0, |it| it.turn)];
-        let wrong = best.and_then(|it| it.wrong_cells(reading, board, markers));
-        ReadMarker {
-            square: best.map(|it| square_at(&it.placement, reading.node)),
-            marker: best
-                .and_then(|it| it.layout.marker_at(it.square_of(reading)?, board.squares())),
-            is_white: (0..cells).rev().map(|cell| code >> cell & 1 == 1).collect(),
-            wrong: wrong.unwrap_or_default(),
-            bits: wrong.map(|wrong| bits_of(cells, wrong)).filter(|bits| *bits > 0.0),
-        }
-    };
     let (low, high) = lattice.extent().unwrap_or_default();
     let place = |it: &Candidate| {
         let ends = [it.placement.place(low), it.placement.place(high)];
@@ -269,7 +255,7 @@ pub(super) fn votes(
         }
     };
     WeighedMarkers {
-        read: readings.iter().map(read).collect(),
+        read: readings.len(),
         places: candidates.iter().take(PLACES).map(place).collect(),
     }
 }

@@ -6,11 +6,12 @@ use image::{GrayImage, ImageFormat, Rgb, RgbImage, buffer::ConvertBuffer};
 const NAMED: Rgb<u8> = Rgb([60, 210, 90]);
 const MISSED: Rgb<u8> = Rgb([255, 180, 30]);
 const CIRCLES: Rgb<u8> = Rgb([160, 160, 255]);
+const UNLIKELY: Rgb<u8> = Rgb([140; 3]);
 /// Half length of a cross, and of the black rim, per 640 px of the picture's width.
 const CROSS_PX: i64 = 3;
 
-/// `image` as a PNG with a cross on every corner of every grid: green for the board, amber for
-/// refusals, blue on circles. Later grids lie on top.
+/// `image` as a PNG with a cross on every corner of every grid. The first one lies on top: green
+/// for the board, amber for a refusal, blue on circles. The others are grey.
 ///
 /// # Errors
 ///
@@ -18,8 +19,9 @@ const CROSS_PX: i64 = 3;
 pub fn weighed_picture(image: &GrayImage, grids: &[WeighedGrid]) -> anyhow::Result<Vec<u8>> {
     let mut drawn: RgbImage = image.convert();
     let reach = CROSS_PX * (1 + i64::from(image.width()) / 640);
-    for grid in grids {
+    for (index, grid) in grids.iter().enumerate().rev() {
         let colour = match grid.outcome {
+            _ if index > 0 => UNLIKELY,
             GridOutcome::Named(_) => NAMED,
             GridOutcome::Missed(_) => MISSED,
             GridOutcome::Circles => CIRCLES,

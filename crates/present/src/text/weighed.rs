@@ -1,8 +1,7 @@
 //! Explanations weighed by the detector: one line per grid, and the bits below.
 
 use boresight_detect::{
-    GridOutcome, ReadMarker, Searched, Side, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers,
-    WeighedPlace,
+    GridOutcome, Searched, Side, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers, WeighedPlace,
 };
 
 use super::{miss, numbers::counted};
@@ -14,8 +13,22 @@ pub const ABOUT: &str = "Bits weigh one explanation against another: 8 bits are 
                          A part of a plain board also needs its code or, live, its track. Where markers say the place, it needs \
                          22 bits beyond chance, too.";
 
+/// Number of grids whose evidence is listed: the likeliest one and its runner-up.
+const WITH_EVIDENCE: usize = 2;
+
+/// The grids, likeliest first, with outcome and reason, a line each; then the evidence of the
+/// first.
+pub fn weighed(grids: &[WeighedGrid]) -> Vec<String> {
+    let table = grids.iter().zip(1..).map(|(grid, number)| format!("{number}. {}", found(grid)));
+    let weighed = grids.iter().zip(1..).take(WITH_EVIDENCE);
+    let weighed = weighed.flat_map(|(grid, number)| {
+        evidence(grid).into_iter().map(move |line| format!("   Of {number}: {line}"))
+    });
+    table.chain(weighed).collect()
+}
+
 /// Grid as found, with outcome and reason.
-pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
+fn found(grid: &WeighedGrid) -> String {
     let [long, wide] = grid.size;
     // Grids of circles have neither weighed ends nor markers.
     let what = if grid.ends.is_empty() && grid.markers.is_none() { "circles" } else { "corners" };
@@ -24,43 +37,45 @@ pub fn weighed(number: usize, grid: &WeighedGrid) -> Vec<String> {
         GridOutcome::Circles => "not the board: its dark shapes are round".into(),
         GridOutcome::Missed(why) => miss(&why),
     };
-    let seen = grid.corners_px.len();
-    let mut lines = vec![format!(
-        "{number}. Grid of {}x{} {what}, {seen} seen, {}: {outcome}",
+    format!(
+        "Grid of {}x{} {what}, {} seen, {}: {outcome}",
         long.max(wide),
         long.min(wide),
+        grid.corners_px.len(),
         searched(grid.searched)
-    )];
+    )
+}
+
+fn evidence(grid: &WeighedGrid) -> Vec<String> {
+    let mut lines = Vec::new();
     if !grid.ends.is_empty() {
         let ends: Vec<String> = grid.ends.iter().map(end).collect();
-        lines.push(format!("   Bits for white / more squares beyond: {}", ends.join(", ")));
+        lines.push(format!("Bits for white / more squares beyond: {}", ends.join(", ")));
         lines.push(if grid.places.is_empty() {
-            "   No place on the board: it's larger".into()
+            "No place on the board: it's larger".into()
         } else {
             let places: Vec<String> = grid.places.iter().map(place).collect();
-            format!("   Likeliest places of its first corner: {}", places.join("; "))
+            format!("Likeliest places of its first corner: {}", places.join("; "))
         });
     }
-    lines.extend(grid.markers.iter().flat_map(markers));
+    lines.extend(grid.markers.as_ref().map(markers));
     lines
 }
 
-/// Place of a grid by the markers, and the role of each marker.
-fn markers(WeighedMarkers { read, places }: &WeighedMarkers) -> Vec<String> {
-    let mut lines = vec![match (read.len(), places.is_empty()) {
-        (0, _) => "   No markers were read".into(),
-        (count, true) => format!("   {} read, none of the board's", counted(count, "marker")),
+/// Places of a grid by the markers.
+fn markers(WeighedMarkers { read, places }: &WeighedMarkers) -> String {
+    match (*read, places.is_empty()) {
+        (0, _) => "No markers were read".into(),
+        (count, true) => format!("{} read, none of the board's", counted(count, "marker")),
         (count, false) => {
             let places: Vec<String> = places.iter().map(voted_place).collect();
-            let likeliest = places.join("; ");
             format!(
-                "   {} read. Likeliest places of the grid's first corner: {likeliest}",
-                counted(count, "marker")
+                "{} read. Likeliest places of the grid's first corner: {}",
+                counted(count, "marker"),
+                places.join("; ")
             )
         }
-    }];
-    lines.extend(read.iter().map(|it| format!("   {}", read_marker(it))));
-    lines
+    }
 }
 
 fn voted_place(place: &VotedPlace) -> String {
@@ -73,31 +88,6 @@ fn voted_place(place: &VotedPlace) -> String {
         from.push(format!("{} beyond the board", counted(*outside, "corner")));
     }
     format!("{} ({})", corner(first.map(i64::from), *quarter_turns), from.join(", "))
-}
-
-/// Cells of a marker, row by row: `#` black, `.` white.
-fn read_marker(ReadMarker { square, marker, is_white, wrong, bits }: &ReadMarker) -> String {
-    let side = is_white.len().isqrt().max(1);
-    let row = |cells: &[bool]| cells.iter().map(|white| if *white { '.' } else { '#' }).collect();
-    let cells: Vec<String> = is_white.chunks(side).map(row).collect();
-    let place = square.map_or_else(String::new, |square| {
-        let [column, row] = square.map(|index| index + 1);
-        format!(" in column {column}, row {row} of the squares")
-    });
-    let says = match (marker, bits) {
-        (Some(number), Some(bits)) if *wrong == 0 => {
-            format!("marker {number}, every cell: {bits:.0} bits")
-        }
-        (Some(number), Some(bits)) => {
-            format!("marker {number} but for {}: {bits:.0} bits", counted(*wrong, "cell"))
-        }
-        (Some(number), None) => {
-            format!("not marker {number}, which belongs there: {} differ", counted(*wrong, "cell"))
-        }
-        (None, _) if square.is_some() => "no marker belongs there".into(),
-        (None, _) => "not one of the board's".into(),
-    };
-    format!("{}{place}: {says}", cells.join("/"))
 }
 
 /// Corner of the board by position, and the board's rotation.
@@ -171,31 +161,19 @@ mod tests {
                 cut_off_by: Some(Side::Right),
             }),
         };
-        let lines = weighed(1, &grid);
+        let lines = weighed(&[grid]);
         assert_eq!(
             lines,
             [
                 "1. Grid of 8x5 corners, 40 seen, 1/2 as large: Move left: part of the board is out of view, 40 of 54 corners found",
-                "   Bits for white / more squares beyond: left 30 / -8, right -20 / -4",
-                "   Likeliest places of its first corner: column 2, row 1, turned by 180° (ends 12, colours 0)",
+                "   Of 1: Bits for white / more squares beyond: left 30 / -8, right -20 / -4",
+                "   Of 1: Likeliest places of its first corner: column 2, row 1, turned by 180° (ends 12, colours 0)",
             ]
         );
     }
 
     #[test]
-    fn markers_are_told_one_by_one() {
-        let cells = [0b0110_u16, 0b1001, 0b1111, 0b0000];
-        let is_white: Vec<bool> = cells
-            .iter()
-            .flat_map(|row| (0..4).rev().map(move |cell| row >> cell & 1 == 1))
-            .collect();
-        let read = |marker, wrong, bits| ReadMarker {
-            square: Some([0, 1]),
-            marker,
-            is_white: is_white.clone(),
-            wrong,
-            bits,
-        };
+    fn markers_are_summed() {
         let place = VotedPlace {
             first: [0, -1],
             quarter_turns: 0,
@@ -204,26 +182,10 @@ mod tests {
             conflicts: 1,
             outside: 5,
         };
-        let says = WeighedMarkers {
-            read: vec![
-                read(Some(4), 0, Some(16.0)),
-                read(Some(4), 1, Some(12.0)),
-                read(Some(4), 7, None),
-                read(None, 0, None),
-            ],
-            places: vec![place],
-        };
         assert_eq!(
-            markers(&says),
-            [
-                "   4 markers read. Likeliest places of the grid's first corner: column 1, row 0 (28 bits, 2 fit, 1 don't, 5 corners beyond the board)",
-                "   #..#/.##./..../#### in column 1, row 2 of the squares: marker 4, every cell: 16 bits",
-                "   #..#/.##./..../#### in column 1, row 2 of the squares: marker 4 but for 1 cell: 12 bits",
-                "   #..#/.##./..../#### in column 1, row 2 of the squares: not marker 4, which belongs there: 7 cells differ",
-                "   #..#/.##./..../#### in column 1, row 2 of the squares: no marker belongs there",
-            ]
+            markers(&WeighedMarkers { read: 4, places: vec![place] }),
+            "4 markers read. Likeliest places of the grid's first corner: column 1, row 0 (28 bits, 2 fit, 1 don't, 5 corners beyond the board)"
         );
-        let none = WeighedMarkers::default();
-        assert_eq!(markers(&none), ["   No markers were read"]);
+        assert_eq!(markers(&WeighedMarkers::default()), "No markers were read");
     }
 }
