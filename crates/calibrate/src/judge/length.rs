@@ -34,9 +34,7 @@ impl LengthError {
         let AcceptanceGoal::Length { length_m, at_m, .. } = goal else { return None };
         // By the given lens, turned as the fresh one is.
         let on_plane = |px: &Point2<f64>| {
-            Point2::from_homogeneous(
-                (closest.turn.inverse() * closest.camera.ray_from_px(px)?).into(),
-            )
+            Point2::from_homogeneous(closest.turn.inverse() * closest.camera.ray_from_px(px)?)
         };
         let span = length_m / at_m;
         let errors: Vec<[f64; 2]> = spans_in(&fresh.camera, fresh.image_size, span)
