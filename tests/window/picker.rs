@@ -77,6 +77,34 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
 }
 
 #[test]
+fn a_session_of_several_cameras_has_a_report_and_no_step_of_one_camera() {
+    let folder = std::path::PathBuf::from("sessions/rig");
+    let report = folder.join("rig.html");
+    let recordings = vec![Recording {
+        folder: folder.clone(),
+        when: "29 November 2026, 09:00".into(),
+        camera: "left, right: 8 places".into(),
+        verdict: "Good".into(),
+        judged: Some(Verdict::Good),
+        views: None,
+        report: Some(report.clone()),
+        is_rig: true,
+    }];
+    let mut page = page(Picker { recordings, ..Picker::default() });
+    page.run();
+    page.get_by_label("left, right: 8 places");
+    for (button, ask) in [("Report", UiAction::Show(report)), ("Delete", UiAction::Delete(folder))]
+    {
+        page.get_by_role_and_label(Role::Button, button).click();
+        page.run();
+        assert_eq!(page.state().1.last(), Some(&ask));
+    }
+    for button in ["Show result", "Continue", "Replay", "Export"] {
+        assert!(page.query_by_role_and_label(Role::Button, button).is_none(), "{button}");
+    }
+}
+
+#[test]
 fn an_empty_list_and_a_folder_that_is_none_say_so() {
     let trouble = UserError {
         what: "could not read session.toml".into(),
