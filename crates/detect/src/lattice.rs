@@ -134,7 +134,7 @@ impl Lattice {
         self.nodes.len()
     }
 
-    /// True if the grid has a node beyond which it can't grow.
+    /// True if a node of the grid lies at the largest distance for growing.
     pub(super) fn is_at_reach(&self) -> bool {
         self.nodes.iter().any(|(i, j)| i.abs().max(j.abs()) >= self.reach)
     }

@@ -47,7 +47,7 @@ pub struct JudgementFile {
     /// Largest error that doesn't matter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub goal_px: Option<f64>,
-    /// Error of the length that `--accept` names, by which the answer is.
+    /// Error of the length in `--accept`, decisive for the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<LengthFile>,
     /// Stable name of the part of the lens that explains the error.

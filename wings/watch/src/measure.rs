@@ -212,8 +212,8 @@ impl Measured {
         (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
     }
 
-    /// Fit of a picture that moved as it is, as by a knocked lens: its shift as a turn in the
-    /// middle of the picture. This fit, if most sightings agree with it, or no more with that.
+    /// Fit of a shifted picture, as by a knocked lens, with the shift as a turn in the picture's
+    /// middle. Unchanged if most sightings agree with the turn, or no more with the shift.
     pub(crate) fn or_shifted(self, lens: &Lens) -> Self {
         let is_majority = 2 * self.inliers > self.found;
         if is_majority {

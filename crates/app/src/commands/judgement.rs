@@ -76,7 +76,7 @@ impl Fresh {
 }
 
 /// Answer about `old` in the file `path`, held to `fresh`, with its file. Errors beyond `goal`
-/// matter; without it, those that no Good calibration has.
+/// matter, by default beyond the goal of a Good calibration.
 pub fn judgement(
     path: &Path,
     old: &OldCalibration,

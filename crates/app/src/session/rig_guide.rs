@@ -12,6 +12,8 @@ use boresight_guide::rig::RigPrompt;
 
 /// Name of the result in the session's folder.
 pub const RIG_RESULT: &str = "rig.json";
+/// Report of such a session.
+pub const RIG_REPORT: &str = "rig.html";
 /// Time that a sentence must have been right before it's said: a board passes through many.
 const SETTLED: Duration = Duration::from_millis(400);
 
@@ -37,7 +39,7 @@ pub fn guide_rig(
         }
     })?;
     let out = finished.folder.join(RIG_RESULT);
-    let page = out.with_extension("html");
+    let page = finished.folder.join(RIG_REPORT);
     let files = RigFiles {
         out: Some(&out),
         report: cfg!(feature = "report").then_some(page.as_path()),

@@ -13,7 +13,7 @@ use serde_json::Value;
 use crate::{
     JournalReading, REPORT_FILE, RESULT_FILE, SavedSession,
     session::{
-        rig_guide::RIG_RESULT,
+        rig_guide::{RIG_REPORT, RIG_RESULT},
         source::{PathKind, kind_of},
     },
 };
@@ -114,10 +114,12 @@ fn tree(file: &Path) -> Option<Value> {
     serde_json::from_str(&text).ok()
 }
 
-/// Verdict with the name `code`.
-fn verdict_of(code: &str) -> Option<Verdict> {
+/// Verdict with the name `code`, and its grade in words.
+fn judged_as(code: Option<&str>, unfinished: bool) -> (Option<Verdict>, &'static str) {
     let all = [Verdict::Good, Verdict::Care, Verdict::Untrustworthy];
-    all.into_iter().find(|verdict| verdict.code() == code)
+    let judged = all.into_iter().find(|verdict| Some(verdict.code()) == code);
+    let in_words = |verdict| text::grade(Grade::by(verdict, unfinished));
+    (judged, judged.map_or(text::sessions::NO_RESULT, in_words))
 }
 
 /// Start and list entry of the session of several cameras in `folder`, if it holds one.
@@ -128,11 +130,9 @@ fn listed_rig(folder: PathBuf) -> Option<(String, Recording)> {
         SessionFolder::header(&folder.join(name)).ok().map(|header| header.created.clone())
     })?;
     let file = tree(&folder.join(RIG_RESULT)).and_then(|tree| RigFile::read(&tree).ok());
-    let judged = file.as_ref().and_then(|file| verdict_of(&file.verdict));
     let unfinished = file.as_ref().is_some_and(RigFile::is_unfinished);
-    let verdict = judged
-        .map_or(text::sessions::NO_RESULT, |verdict| text::grade(Grade::by(verdict, unfinished)));
-    let report = folder.join(RIG_RESULT).with_extension("html");
+    let (judged, verdict) = judged_as(file.as_ref().map(|file| &*file.verdict), unfinished);
+    let report = folder.join(RIG_REPORT);
     let listed = Recording {
         when: local(&created),
         camera: text::sessions::cameras(&names, session.places().len()),
@@ -150,10 +150,8 @@ fn listed_rig(folder: PathBuf) -> Option<(String, Recording)> {
 fn listed(folder: PathBuf, header: &Header) -> Recording {
     let result = tree(&folder.join(RESULT_FILE)).and_then(|tree| CalibrationFile::read(&tree).ok());
     let calibrated = result.filter(|file| file.result.is_some());
-    let judged = calibrated.as_ref().and_then(|file| verdict_of(&file.verdict));
     let unfinished = calibrated.as_ref().is_some_and(CalibrationFile::is_unfinished);
-    let verdict = judged
-        .map_or(text::sessions::NO_RESULT, |verdict| text::grade(Grade::by(verdict, unfinished)));
+    let (judged, verdict) = judged_as(calibrated.as_ref().map(|file| &*file.verdict), unfinished);
     let name = header.camera.as_ref().map_or(header.source.as_str(), CameraTable::name);
     let report = folder.join(REPORT_FILE);
     Recording {

@@ -89,8 +89,7 @@ pub struct Judgement {
     pub worst_px: f64,
     /// Largest error that doesn't matter, in pixels.
     pub goal_px: f64,
-    /// Error of the length that the goal is about, by which the answer is. `None` if the goal is
-    /// about projection.
+    /// Error of the goal's length, decisive for the answer. `None` for a goal about projection.
     pub length: Option<LengthError>,
     /// Displacement at each cell of the picture, from the fresh lens to the given one, in pixels.
     pub displaced_px: Vec<(Point2<f64>, Vector2<f64>)>,
@@ -168,7 +167,7 @@ impl NotJudged {
 
 /// Judges `given` by `fresh`, the calibration of `views` of `board`.
 ///
-/// Errors beyond `goal` matter; without it, those that no Good calibration has. The error of
+/// Errors beyond `goal` matter, by default beyond the goal of a Good calibration. The error of
 /// projection is the root mean square over the area covered by boards, after the best turn of the
 /// camera: the orientation of a camera is no part of its calibration. The residuals of the given
 /// lens never count.
