@@ -33,11 +33,13 @@ enum By {
     Change(fn(&mut Camera)),
     /// The lens of the four flattest views, with k3.
     FourFlatViews,
-    /// The lens for pictures turned by a quarter.
-    Portrait,
+    /// The lens of all views with one radial term.
+    OneTerm,
+    /// The lens for pictures of another size.
+    Size(fn(&mut GivenLens)),
 }
 
-static PLANTS: [Plant; 16] = [
+static PLANTS: [Plant; 22] = [
     Plant { name: "sound", code: None, by: By::Change(|_| {}) },
     change("f +.3 %", "FOCAL-LENGTH", |camera| camera.f_px *= 1.003),
     change("f -.3 %", "FOCAL-LENGTH", |camera| camera.f_px *= 0.997),
@@ -60,8 +62,49 @@ static PLANTS: [Plant; 16] = [
         camera.distortion.k1 += 0.06;
     }),
     Plant { name: "four flat views", code: None, by: By::FourFlatViews },
-    Plant { name: "portrait", code: None, by: By::Portrait },
+    Plant { name: "one term", code: Some("TOO-FEW-TERMS"), by: By::OneTerm },
+    Plant { name: "portrait", code: None, by: By::Size(portrait) },
+    Plant { name: "cut", code: None, by: By::Size(cut) },
+    Plant { name: "squeezed", code: None, by: By::Size(squeezed) },
+    Plant { name: "mirrored", code: Some("AXES"), by: By::Size(mirrored) },
+    Plant { name: "turned by 180°", code: Some("AXES"), by: By::Size(half_turned) },
+    change("cx, cy exchanged", "AXES", |Camera { pp_px, .. }| *pp_px = pp_px.yx()),
 ];
+
+fn portrait(given: &mut GivenLens) {
+    let ImageSize { width_px, height_px } = given.image_size;
+    let Camera { f_px, pp_px, distortion, .. } = &mut given.camera;
+    *f_px = f_px.yx();
+    *pp_px = [f64::from(height_px) - 1.0 - pp_px.y, pp_px.x].into();
+    (distortion.p1, distortion.p2) = (distortion.p2, -distortion.p1);
+    given.image_size = ImageSize { width_px: height_px, height_px: width_px };
+}
+
+/// For pictures higher by a half and larger by a quarter.
+fn cut(given: &mut GivenLens) {
+    let size = &mut given.image_size;
+    let of_middle = given.camera.pp_px - size.centre_px();
+    *size = ImageSize { width_px: size.width_px * 5 / 4, height_px: size.height_px * 15 / 8 };
+    given.camera.f_px *= 1.25;
+    given.camera.pp_px = size.centre_px() + 1.25 * of_middle;
+}
+
+fn squeezed(given: &mut GivenLens) {
+    given.image_size.width_px *= 2;
+    given.camera.f_px.x *= 2.0;
+    given.camera.pp_px.x = 2.0 * given.camera.pp_px.x + 0.5;
+}
+
+fn mirrored(given: &mut GivenLens) {
+    let pp_x_px = &mut given.camera.pp_px.x;
+    *pp_x_px = f64::from(given.image_size.width_px) - 1.0 - *pp_x_px;
+    given.camera.distortion.p2 *= -1.0;
+}
+
+fn half_turned(given: &mut GivenLens) {
+    portrait(given);
+    portrait(given);
+}
 
 const fn change(name: &'static str, code: &'static str, by: fn(&mut Camera)) -> Plant {
     Plant { name, code: Some(code), by: By::Change(by) }
@@ -102,14 +145,12 @@ fn planted(by: &By, set: &Set, all: &Calibration) -> Option<GivenLens> {
             let params = CalibrationParams { models, ..CalibrationParams::default() };
             *camera = calibrate(&four, &set.board, set.size, &params).ok()?.camera;
         }
-        By::Portrait => {
-            let Camera { f_px, pp_px, distortion, .. } = all.camera;
-            let ImageSize { width_px, height_px } = set.size;
-            camera.f_px = f_px.yx();
-            camera.pp_px = [f64::from(height_px) - 1.0 - pp_px.y, pp_px.x].into();
-            (camera.distortion.p1, camera.distortion.p2) = (distortion.p2, -distortion.p1);
-            given.image_size = ImageSize { width_px: height_px, height_px: width_px };
+        By::OneTerm => {
+            let models = vec![LensModel::K1];
+            let params = CalibrationParams { models, ..CalibrationParams::default() };
+            *camera = calibrate(&set.views, &set.board, set.size, &params).ok()?.camera;
         }
+        By::Size(change) => change(&mut given),
     }
     Some(given)
 }

@@ -109,7 +109,9 @@ pub use check::{
     projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
 };
 pub use drift::{DRIFT_VIEWS, Drift, NoDrift, OldLens, drift};
-pub use judge::{Answer, GivenLens, Judgement, LengthError, NotJudged, WrongPart, judge};
+pub use judge::{
+    Answer, Axes, GivenLens, Judgement, LengthError, NotJudged, Resized, WrongPart, judge,
+};
 pub use known_lens::{Combined, KnownLens, NotHeld};
 pub use lens_difference::{LensDifference, StatedLens};
 pub use lens_flaw::LensFlaw;

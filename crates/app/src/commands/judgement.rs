@@ -98,7 +98,7 @@ pub fn judgement(
     let (answer, (message, action), numbers) = match &judged {
         Ok((judged, lens)) => {
             let pp_is_doubtful = shown.iter().any(FileDoubt::is_pp);
-            doubts.extend(words::judgement_reasons(judged, &given, lens, pp_is_doubtful));
+            doubts.extend(words::judgement_reasons(judged, lens, pp_is_doubtful));
             (judged.answer, words::judgement(judged), JudgementFile::numbers(judged, lens))
         }
         Err(reason) => {

@@ -20,10 +20,14 @@ mod wrong_part;
 use nalgebra::{Point2, SVector, Vector2};
 
 use self::closest::Rays;
-pub use self::{length::LengthError, wrong_part::WrongPart};
+pub use self::{
+    length::LengthError,
+    sized::Resized,
+    wrong_part::{Axes, WrongPart},
+};
 use crate::{
-    AcceptanceGoal, Calibration, LensFlaw, Limits, Verdict, acceptance::TWO_SIDED_95,
-    drift::LEAST_SEEN, projection_jacobian,
+    AcceptanceGoal, Calibration, CalibrationParams, LensFlaw, LensModel, Limits, Verdict,
+    acceptance::TWO_SIDED_95, calibrate, drift::LEAST_SEEN, projection_jacobian,
 };
 use boresight_geometry::{
     BoardOutline, Camera, Corner, LENS_PARAMETERS, boards::Board, cell_centres_px, fit_pose,
@@ -77,6 +81,8 @@ pub struct GivenLens {
 pub struct Judgement {
     /// The answer.
     pub answer: Answer,
+    /// How the pictures come from those of the calibration. `None` if they have its size.
+    pub resized: Option<Resized>,
     /// Error of projection: root mean square per coordinate over the area covered by boards, after
     /// the best turn of the camera, in pixels.
     pub off_px: f64,
@@ -109,7 +115,8 @@ pub enum NotJudged {
     /// The lens can't be right in any picture.
     #[error("the lens can't be right: {0}")]
     Impossible(LensFlaw),
-    /// The pictures are cropped or stretched from those of the calibration.
+    /// The pictures have another shape than those of the calibration, and neither squeezed nor cut
+    /// from the middle does its lens surely fit.
     #[error("pictures of {pictures}, calibrated for {given}")]
     OtherSize {
         /// Size of the pictures.
@@ -213,15 +220,18 @@ fn held_to(
         return Err(NotJudged::NoFreshLens);
     }
     let sized = sized::sized(given, pictures);
-    if sized.is_empty() {
-        return Err(NotJudged::OtherSize { pictures, given: given.image_size });
-    }
-    let compared = sized.iter().filter_map(|camera| covered.closest_to(camera, &[]));
-    let nearest = compared.min_by(|a, b| a.off_px.total_cmp(&b.off_px));
-    let closest = nearest.ok_or(NotJudged::Misses { share: 1.0, wrong: None })?;
+    let compared =
+        sized.iter().filter_map(|(how, camera)| Some((*how, covered.closest_to(camera, &[])?)));
+    let nearest = compared.min_by(|(_, a), (_, b)| a.off_px.total_cmp(&b.off_px));
+    let (resized, closest) = nearest.ok_or(NotJudged::Misses { share: 1.0, wrong: None })?;
     let off_px = closest.off_px;
-    let wrong = |off_px| WrongPart::of(&closest.camera, &covered, bound_px, off_px);
+    let wrong = |off_px| WrongPart::of(&closest.camera, fresh, &covered, bound_px, off_px);
+    let other_size = || NotJudged::OtherSize { pictures, given: given.image_size };
+    let is_guess = resized.is_some_and(Resized::is_guess);
     let hits = closest.displaced_px.iter().filter(|(_, by)| by.norm() < reach_px).count();
+    if hits < covered.count() && is_guess {
+        return Err(other_size());
+    }
     if hits < covered.count() {
         let share = 1.0 - hits as f64 / covered.count() as f64;
         return Err(NotJudged::Misses { share, wrong: wrong(f64::INFINITY) });
@@ -241,11 +251,24 @@ fn held_to(
     };
     let by_px = Answer::of([least_px, most_px], goal_px);
     let answer = length.as_ref().map_or(by_px, LengthError::answer);
+    if is_guess && answer != Answer::True {
+        return Err(other_size());
+    }
     let is_off = answer == Answer::Off;
+    let few_terms = || {
+        let stated = LensModel::simplest_with(&closest.camera);
+        let is_simpler = stated.coefficients() < fresh.model.coefficients();
+        let params = CalibrationParams { models: vec![stated], ..CalibrationParams::default() };
+        let simple = calibrate(views, board, pictures, &params).ok().filter(|_| is_simpler)?.camera;
+        let px = cell_centres_px(pictures).filter(is_covered);
+        WrongPart::is_of_few_terms(&closest.camera, &simple, px, off_px)
+            .then_some(WrongPart::TooFewTerms)
+    };
     let whole = Rays::of(&fresh.camera, cell_centres_px(pictures));
     let displaced_px = whole.displaced(&closest.camera, &closest.turn).into_iter();
     Ok(Judgement {
         answer,
+        resized,
         off_px,
         least_px,
         most_px,
@@ -254,7 +277,7 @@ fn held_to(
         length,
         displaced_px: displaced_px.filter(|(_, by)| by.norm() < reach_px).collect(),
         rms_px: rms_px(&closest.camera, views, board).filter(|px| *px < reach_px),
-        wrong: is_off.then(|| wrong(off_px)).flatten(),
+        wrong: is_off.then(|| few_terms().or_else(|| wrong(off_px))).flatten(),
     })
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Isometry3, Point2, UnitQuaternion, Vector2, Vector3};
 
 use super::*;
-use crate::{CalibrationParams, LensModel, calibrate};
+
 use boresight_geometry::Distortion;
 
 const SIZE: ImageSize = ImageSize { width_px: 1280, height_px: 720 };
@@ -151,6 +151,71 @@ fn a_lens_of_smaller_pictures_is_named_even_if_it_folds_over_in_these() {
         panic!("{found:?}")
     };
     assert!((ratio - 0.5).abs() < 0.01, "{ratio}");
+}
+
+#[test]
+fn mistaken_axes_and_missing_terms_are_named() {
+    let distortion = Distortion { p1: 0.002, p2: -0.001, ..lens().distortion };
+    let pp_px = Point2::new(700.0, 300.0);
+    let views = views_by(&Camera { distortion, pp_px, ..lens() }, &[40.0; 10]);
+    let fresh = fresh(&views);
+    let [right, below] = [SIZE.width_px, SIZE.height_px].map(|side| f64::from(side) - 1.0);
+    let named = |change: &dyn Fn(&mut Camera)| {
+        let mut given = GivenLens { camera: fresh.camera, image_size: SIZE };
+        change(&mut given.camera);
+        let goal = Some(AcceptanceGoal::Projection { px: 0.3 });
+        judge(&given, &views, &board(), &fresh, goal).expect("judged").wrong
+    };
+    let mirror = |camera: &mut Camera| {
+        camera.pp_px.x = right - camera.pp_px.x;
+        camera.distortion.p2 *= -1.0;
+    };
+    let from_below = |camera: &mut Camera| {
+        camera.pp_px.y = below - camera.pp_px.y;
+        camera.distortion.p1 *= -1.0;
+    };
+    let half_turn = |camera: &mut Camera| {
+        mirror(camera);
+        from_below(camera);
+    };
+    assert_eq!(named(&mirror), Some(WrongPart::Axes(Axes::Mirrored)));
+    assert_eq!(named(&from_below), Some(WrongPart::Axes(Axes::FromBelow)));
+    assert_eq!(named(&half_turn), Some(WrongPart::Axes(Axes::HalfTurned)));
+    let exchange = |camera: &mut Camera| camera.pp_px = camera.pp_px.yx();
+    assert_eq!(named(&exchange), Some(WrongPart::Axes(Axes::Exchanged)));
+    let move_pp = |camera: &mut Camera| camera.pp_px.x -= 60.0;
+    assert!(matches!(named(&move_pp), Some(WrongPart::PrincipalPoint { .. })));
+}
+
+#[test]
+fn a_lens_with_too_few_terms_is_named() {
+    let distortion = Distortion { k1: -0.4, k2: 0.6, ..Distortion::default() };
+    let views = views_by(&Camera { distortion, ..lens() }, &[40.0; 10]);
+    let fresh = fresh(&views);
+    let params = CalibrationParams { models: vec![LensModel::K1], ..Default::default() };
+    let camera = calibrate(&views, &board(), SIZE, &params).expect("calibrates").camera;
+    let goal = Some(AcceptanceGoal::Projection { px: 0.3 });
+    let given = GivenLens { camera, image_size: SIZE };
+    let found = judge(&given, &views, &board(), &fresh, goal).expect("judged").wrong;
+    assert_eq!(found, Some(WrongPart::TooFewTerms));
+}
+
+#[test]
+fn pictures_cut_from_the_middle_are_judged_only_if_the_lens_surely_fits() {
+    let views = views(&[40.0; 10]);
+    let fresh = fresh(&views);
+    let image_size = ImageSize { width_px: 1600, height_px: 1200 };
+    let judged = |change: f64| {
+        let pp_px = Point2::from(
+            1.25 * (fresh.camera.pp_px - SIZE.centre_px()) + image_size.centre_px().coords,
+        );
+        let camera = Camera { f_px: 1.25 * change * fresh.camera.f_px, pp_px, ..fresh.camera };
+        judge(&GivenLens { camera, image_size }, &views, &board(), &fresh, None)
+    };
+    let sound = judged(1.0).expect("judged");
+    assert_eq!((sound.answer, sound.resized), (Answer::True, Some(Resized::Cut(0.8))));
+    let other = judged(1.1).expect_err("no shape fits");
+    assert_eq!(other, NotJudged::OtherSize { pictures: SIZE, given: image_size });
 }
 
 #[test]

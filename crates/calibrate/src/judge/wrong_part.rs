@@ -1,8 +1,10 @@
 //! Numbers of a lens that explain its difference from another.
 
+use nalgebra::Point2;
+
 use super::closest::{Closest, LensDirection, Rays};
-use crate::LensModel;
-use boresight_geometry::{Camera, LensParameter};
+use crate::{Calibration, LensModel};
+use boresight_geometry::{Camera, LensParameter, frame::ImageSize};
 
 /// Share of the difference that may remain where a part is called wrong: a ninth of its square.
 const LEFT: f64 = 1.0 / 3.0;
@@ -39,11 +41,51 @@ pub enum WrongPart {
         /// Stated less true position, in pixels.
         off_px: [f64; 2],
     },
+    /// The axes of the picture or of the file.
+    Axes(Axes),
     /// The distortion.
     Distortion {
         /// True if the lens states none.
         none_stated: bool,
     },
+    /// The number of terms of the distortion: with as few, the views give nearly the same lens.
+    TooFewTerms,
+}
+
+/// Mistake in the axes of the pictures, or of the file's numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axes {
+    /// The pictures are turned by 180°.
+    HalfTurned,
+    /// The pictures are mirrored.
+    Mirrored,
+    /// Rows are counted from below.
+    FromBelow,
+    /// cx and cy are exchanged.
+    Exchanged,
+}
+
+impl Axes {
+    const ALL: [Self; 4] = [Self::HalfTurned, Self::Mirrored, Self::FromBelow, Self::Exchanged];
+
+    /// Principal point without this mistake, for pictures with the last pixel `last_px`.
+    fn mended(self, pp_px: &Point2<f64>, last_px: &Point2<f64>) -> Point2<f64> {
+        let [x, y] = (last_px - pp_px).into();
+        match self {
+            Self::HalfTurned => Point2::new(x, y),
+            Self::Mirrored => Point2::new(x, pp_px.y),
+            Self::FromBelow => Point2::new(pp_px.x, y),
+            Self::Exchanged => pp_px.yx(),
+        }
+    }
+
+    /// The mistake that leaves less than a ninth of the distance from `pp_px` to the true `to_px`.
+    fn of(pp_px: &Point2<f64>, to_px: &Point2<f64>, size: ImageSize) -> Option<Self> {
+        let last_px = 2.0 * size.centre_px();
+        let left_px = |axes: &Self| (axes.mended(pp_px, &last_px) - to_px).norm();
+        let nearest = Self::ALL.into_iter().min_by(|a, b| left_px(a).total_cmp(&left_px(b)))?;
+        (left_px(&nearest) < LEFT * LEFT * (pp_px - to_px).norm()).then_some(nearest)
+    }
 }
 
 /// A kind of wrong part: its directions at a lens, and the part by the lens and its mended form.
@@ -100,11 +142,16 @@ const KINDS: [Kind; 5] = [
 ];
 
 impl WrongPart {
-    /// Part of `camera` that explains `off_px` of its difference from `rays`, whose own bound is
+    /// Part of `camera` that explains `off_px` of its difference from the `rays` of `fresh`, whose own bound is
     /// `bound_px`: mended, it leaves no more than that, or a third, and every ray has an image. The
-    /// one of the fewest numbers; of several, the one that leaves least. `None` if no part alone
-    /// explains it.
-    pub(super) fn of(camera: &Camera, rays: &Rays, bound_px: f64, off_px: f64) -> Option<Self> {
+    /// one of the fewest numbers; of several, the one that leaves least. `None` if no part alone explains it.
+    pub(super) fn of(
+        camera: &Camera,
+        fresh: &Calibration,
+        rays: &Rays,
+        bound_px: f64,
+        off_px: f64,
+    ) -> Option<Self> {
         let left_px = if off_px.is_finite() { bound_px.max(LEFT * off_px) } else { bound_px };
         let explains = |closest: &Closest| closest.off_px <= left_px;
         let mended = KINDS.iter().filter_map(|kind| {
@@ -116,7 +163,26 @@ impl WrongPart {
         let least = |a: &(usize, f64, Self), b: &(usize, f64, Self)| {
             a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
         };
-        Some(mended.min_by(least)?.2)
+        let part = mended.min_by(least).map(|(.., part)| part);
+        let axes = match part {
+            Some(Self::PrincipalPoint { .. }) => {
+                Axes::of(&camera.pp_px, &fresh.camera.pp_px, fresh.image_size)
+            }
+            _ => None,
+        };
+        axes.map(Self::Axes).or(part)
+    }
+
+    /// True if `simple`, a lens of the same views with the terms of `camera`, is as wrong as that:
+    /// within a third of `off_px` at the pixels `px`.
+    pub(super) fn is_of_few_terms(
+        camera: &Camera,
+        simple: &Camera,
+        px: impl Iterator<Item = Point2<f64>>,
+        off_px: f64,
+    ) -> bool {
+        let closest = Rays::of(simple, px).closest_to(camera, &[]);
+        closest.is_some_and(|closest| closest.off_px < LEFT * off_px)
     }
 
     /// `ratio` as whole numbers, if it's that of common shapes of pictures.
@@ -133,6 +199,8 @@ impl WrongPart {
             Self::Stretched { .. } => "STRETCHED",
             Self::Scaled { .. } => "OTHER-SIZE",
             Self::PrincipalPoint { .. } => "PRINCIPAL-POINT",
+            Self::Axes(_) => "AXES",
+            Self::TooFewTerms => "TOO-FEW-TERMS",
             Self::Distortion { none_stated: true } => "NO-DISTORTION",
             Self::Distortion { none_stated: false } => "DISTORTION",
         }

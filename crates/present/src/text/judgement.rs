@@ -2,8 +2,8 @@
 
 use super::acceptance::{error, limit, named_length};
 use boresight_calibrate::{
-    AcceptanceGoal, Answer, Calibration, GivenLens, Judgement, LengthError, LensFlaw, NotJudged,
-    WrongPart,
+    AcceptanceGoal, Answer, Axes, Calibration, Judgement, LengthError, LensFlaw, NotJudged,
+    Resized, WrongPart,
 };
 use boresight_formats::import::{FileDoubt, OldFormat};
 
@@ -91,24 +91,25 @@ pub fn not_judged(reason: &NotJudged, format: OldFormat) -> (String, String) {
     }
 }
 
-/// What explains the answer about `given` by the lens `fresh`, one sentence each.
+/// What explains the answer `judged` by the lens `fresh`, one sentence each.
 pub fn judgement_reasons(
     judged: &Judgement,
-    given: &GivenLens,
     fresh: &Calibration,
     pp_is_doubtful: bool,
 ) -> Vec<String> {
     let mut reasons = Vec::new();
-    let (size, pictures) = (given.image_size, fresh.image_size);
-    if size != pictures {
-        let is_turned = [size.height_px, size.width_px] == [pictures.width_px, pictures.height_px];
-        let ratio = f64::from(size.width_px) / f64::from(pictures.width_px);
-        reasons.push(if is_turned {
-            "It's for pictures turned by 90°, and was turned".into()
-        } else {
-            format!("It's for pictures {ratio:.3} times as large, and was scaled")
-        });
-    }
+    reasons.extend(judged.resized.map(|how| {
+        let how = match how {
+            Resized::Turned => "turned by 90°, and was turned".into(),
+            Resized::Scaled(by) => format!("{:.3} times as large, and was scaled", by.recip()),
+            Resized::Cut(1.0) => "of another shape: cut from their middle, it fits".into(),
+            Resized::Cut(by) => {
+                format!("of another shape: scaled by {by:.3} and cut from their middle, it fits")
+            }
+            Resized::Squeezed => "of another shape: squeezed into these, it fits".into(),
+        };
+        format!("It's for pictures {how}")
+    }));
     if pp_is_doubtful {
         let [x, y]: [f64; 2] = fresh.camera.pp_px.into();
         reasons.push(format!("These pictures put the principal point at ({x:.1}, {y:.1})"));
@@ -160,6 +161,18 @@ pub fn wrong_part(wrong: Option<&WrongPart>) -> String {
         }
         Some(WrongPart::PrincipalPoint { off_px: [x, y] }) => {
             format!("Its principal point is off by ({x:+.1}, {y:+.1}) px")
+        }
+        Some(WrongPart::Axes(axes)) => {
+            let mistake = match axes {
+                Axes::HalfTurned => "its pictures were turned by 180°",
+                Axes::Mirrored => "its pictures were mirrored",
+                Axes::FromBelow => "its rows are counted from below",
+                Axes::Exchanged => "its cx and cy are exchanged",
+            };
+            format!("Its numbers fit in other axes: {mistake}")
+        }
+        Some(WrongPart::TooFewTerms) => {
+            "Its distortion has too few terms: with as few, these pictures give the same error".into()
         }
         Some(WrongPart::Distortion { none_stated: true }) => "It states no distortion".into(),
         Some(WrongPart::Distortion { none_stated: false }) => "Its distortion is wrong".into(),
