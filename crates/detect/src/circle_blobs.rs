@@ -20,6 +20,11 @@ const NARROWEST: f32 = 0.12;
 /// Ratio of a shape's area to the area of the ellipse with the same moments.
 const FILLED: std::ops::Range<f32> = 0.86..1.1;
 
+/// Kinds of pixels.
+const UNCLEAR: u8 = 0;
+const DARK: u8 = 1;
+const LIGHT: u8 = 2;
+
 /// Dark or light ellipse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blob {
@@ -84,6 +89,8 @@ pub(super) struct BlobFinder {
     /// Darkest and lightest pixel of each tile and neighbours.
     darkest: Vec<u8>,
     lightest: Vec<u8>,
+    /// Kind of each pixel of a row.
+    kinds: Vec<u8>,
     runs: Vec<Run>,
     sums: Vec<Sums>,
 }
@@ -150,26 +157,29 @@ impl BlobFinder {
 
     /// Adds the dark and light runs of a row.
     fn split_row(&mut self, row: &[u8], y: u32, tiles: usize, (tile_px, across): (usize, usize)) {
-        let mut last: Option<bool> = None;
-        for (column, pixels) in row.chunks(tile_px).enumerate() {
+        self.kinds.resize(row.len(), UNCLEAR);
+        let both = row.chunks(tile_px).zip(self.kinds.chunks_mut(tile_px));
+        for (column, (pixels, kinds)) in both.enumerate() {
             let tile = tiles + column.min(across - 1);
             let (low, high) = (self.darkest[tile], self.lightest[tile]);
-            let is_clear = high - low >= LEAST_RANGE;
-            let middle = ((u16::from(low) + u16::from(high)) / 2) as u8;
-            for (offset, pixel) in pixels.iter().enumerate() {
-                let is_dark = is_clear.then_some(*pixel <= middle);
-                let x = (column * tile_px + offset) as u32;
-                if let Some(is_dark) = is_dark {
-                    match self.runs.last_mut() {
-                        Some(run) if last == Some(is_dark) => run.end = x + 1,
-                        _ => {
-                            let parent = self.runs.len() as u32;
-                            self.runs.push(Run { row: y, begin: x, end: x + 1, is_dark, parent });
-                        }
-                    }
-                }
-                last = is_dark;
+            if high - low < LEAST_RANGE {
+                kinds.fill(UNCLEAR);
+                continue;
             }
+            let middle = low.midpoint(high);
+            for (kind, pixel) in kinds.iter_mut().zip(pixels) {
+                *kind = if *pixel <= middle { DARK } else { LIGHT };
+            }
+        }
+        let mut begin = 0;
+        while let Some(kind) = self.kinds.get(begin) {
+            let end = begin + equal(&self.kinds[begin..]);
+            if *kind != UNCLEAR {
+                let parent = self.runs.len() as u32;
+                let (begin, end) = (begin as u32, end as u32);
+                self.runs.push(Run { row: y, begin, end, is_dark: *kind == DARK, parent });
+            }
+            begin = end;
         }
     }
 
@@ -222,6 +232,13 @@ impl BlobFinder {
                 run.row == 0 || run.row + 1 == height || run.begin == 0 || run.end == width;
         }
     }
+}
+
+/// Number of first kinds that are equal.
+fn equal(kinds: &[u8]) -> usize {
+    let (Some(first), (eights, _)) = (kinds.first(), kinds.as_chunks::<8>()) else { return 0 };
+    let whole = 8 * eights.iter().take_while(|eight| **eight == [*first; 8]).count();
+    whole + kinds[whole..].iter().take_while(|kind| *kind == first).count()
 }
 
 impl Sums {

@@ -12,7 +12,8 @@ use nalgebra::{Matrix2, Point2, SMatrix, SVector, Vector2};
 use super::{
     circle_blobs::{Blob, BlobFinder, TILES_PX},
     circle_grid::{CircleGrower, longest, place_circles, whole_grid},
-    disc_model::{self, DiscFit, Pixels},
+    disc_model::{self, DiscFit},
+    disc_pixels::Pixels,
     explain::{GridOutcome, WeighedGrid},
     outcome::{Detection, Miss, OtherBoard, Quality},
     params::DetectorParams,

@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector, Vector2};
 use super::{
     erf::erf,
     patch::{Patch, RADIUS_LIMIT_PX},
-    simd,
+    simd::{self, CHUNK, LANES, Row, add_products, total},
     stated_noise::Blocks,
 };
 use boresight_geometry::least_squares::Linearised;
@@ -36,17 +36,8 @@ pub(super) struct Pixels {
     pub(super) count: usize,
 }
 
-/// Fixed number of accumulators, so that results don't depend on the vector width.
-const LANES: usize = 8;
-/// Pixels processed together, so that the derivatives stay in the first-level cache.
-const CHUNK: usize = 16 * LANES;
 /// Width of an array for a row of a patch.
 const WIDEST: usize = 2 * RADIUS_LIMIT_PX as usize + 2;
-type Lanes = [f32; LANES];
-/// Values of a chunk, in whole lines of the cache.
-#[derive(Clone, Copy, Default)]
-#[repr(align(64))]
-struct Row([Lanes; CHUNK / LANES]);
 
 impl Pixels {
     /// Gathers the `wanted` pixels of the patch in every row and column whose offset is a multiple
@@ -368,32 +359,6 @@ impl simd::Loop for Splitting<'_> {
     fn run(self) -> [f64; 2] {
         self.0.split_step_here(self.1, self.2)
     }
-}
-
-/// Adds the products of each of the `ones` and the `others`, of `count` pixels, lane by lane.
-#[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "iterators keep no sums in registers: 3 x the time")]
-fn add_products<const I: usize, const J: usize>(
-    ones: &[Row; I],
-    others: &[Row; J],
-    count: usize,
-    sums: &mut [[Lanes; J]; I],
-) {
-    let mut totals = *sums;
-    for at in 0..(count / LANES).min(CHUNK / LANES) {
-        for i in 0..I {
-            for j in 0..J {
-                for lane in 0..LANES {
-                    totals[i][j][lane] += ones[i].0[at][lane] * others[j].0[at][lane];
-                }
-            }
-        }
-    }
-    *sums = totals;
-}
-
-fn total(lanes: Lanes) -> f64 {
-    lanes.iter().fold(0.0, |total, lane| total + f64::from(*lane))
 }
 
 #[cfg(test)]

@@ -257,9 +257,11 @@ fn held_to(
     let is_off = answer == Answer::Off;
     let few_terms = || {
         let stated = LensModel::simplest_with(&closest.camera);
-        let is_simpler = stated.coefficients() < fresh.model.coefficients();
+        if stated.coefficients() >= fresh.model.coefficients() {
+            return None;
+        }
         let params = CalibrationParams { models: vec![stated], ..CalibrationParams::default() };
-        let simple = calibrate(views, board, pictures, &params).ok().filter(|_| is_simpler)?.camera;
+        let simple = calibrate(views, board, pictures, &params).ok()?.camera;
         let px = cell_centres_px(pictures).filter(is_covered);
         WrongPart::is_of_few_terms(&closest.camera, &simple, px, off_px)
             .then_some(WrongPart::TooFewTerms)

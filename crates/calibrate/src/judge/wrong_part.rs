@@ -142,9 +142,10 @@ const KINDS: [Kind; 5] = [
 ];
 
 impl WrongPart {
-    /// Part of `camera` that explains `off_px` of its difference from the `rays` of `fresh`, whose own bound is
-    /// `bound_px`: mended, it leaves no more than that, or a third, and every ray has an image. The
-    /// one of the fewest numbers; of several, the one that leaves least. `None` if no part alone explains it.
+    /// Part of `camera` that explains `off_px` of its difference from the `rays` of `fresh`, whose
+    /// own bound is `bound_px`: mended, it leaves no more than that, or a third, and every ray has
+    /// an image. The one of the fewest numbers; of several, the one that leaves least. `None` if no
+    /// part alone explains it.
     pub(super) fn of(
         camera: &Camera,
         fresh: &Calibration,

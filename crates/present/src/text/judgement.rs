@@ -102,11 +102,13 @@ pub fn judgement_reasons(
         let how = match how {
             Resized::Turned => "turned by 90°, and was turned".into(),
             Resized::Scaled(by) => format!("{:.3} times as large, and was scaled", by.recip()),
-            Resized::Cut(1.0) => "of another shape: cut from their middle, it fits".into(),
+            Resized::Cut(1.0) => "in a different shape: cut from their middle, it fits".into(),
             Resized::Cut(by) => {
-                format!("of another shape: scaled by {by:.3} and cut from their middle, it fits")
+                format!(
+                    "in a different shape: scaled by {by:.3} and cut from their middle, it fits"
+                )
             }
-            Resized::Squeezed => "of another shape: squeezed into these, it fits".into(),
+            Resized::Squeezed => "in a different shape: squeezed into these, it fits".into(),
         };
         format!("It's for pictures {how}")
     }));

@@ -1,0 +1,407 @@
+//! Pixels around an ellipse, and the residuals of the disc model.
+
+use image::GrayImage;
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+
+use super::{
+    erf::erf,
+    simd::{self, CHUNK, LANES, Row, add_products, total},
+    stated_noise::Blocks,
+};
+use boresight_geometry::least_squares::Linearised;
+
+/// Number of parameters of the disc model.
+pub(super) const PARAMETERS: usize = 10;
+pub(super) type Vector = SVector<f64, PARAMETERS>;
+type Linear = Linearised<PARAMETERS>;
+
+/// Parameters and residual, in whole fours.
+const ROWS: usize = 12;
+/// Half the width of the band along the outline.
+const BAND_PX: f32 = 3.0;
+/// Approximate number of sampled pixels away from the outline.
+const PLAIN_PIXELS: f64 = 200.0;
+/// Largest distance of a pixel along an axis.
+const MOST_PX: i32 = 400;
+/// Width of an array for a row of pixels.
+const WIDEST: usize = 2 * MOST_PX as usize + 1;
+
+/// Pixels around an ellipse, padded with zero weight to a multiple of the lanes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pixels {
+    /// Pixel that the places are counted from.
+    pub(super) centre: [i32; 2],
+    x: Vec<f32>,
+    y: Vec<f32>,
+    value: Vec<f32>,
+    weight: Vec<f32>,
+    /// Residuals of the model's brightness, and its changes as the outline moves: outwards by a
+    /// radius, and by a pixel along x and y.
+    residuals: Vec<f32>,
+    by_radius: Vec<f32>,
+    by_x: Vec<f32>,
+    by_y: Vec<f32>,
+    pub(super) count: usize,
+    blocks: Blocks,
+}
+
+impl Pixels {
+    /// Gathers the pixels near the outline in every column and row whose offset is a multiple of
+    /// `step_px`, and some inside and outside, up to `reach` radii.
+    pub(super) fn gather(
+        &mut self,
+        image: &GrayImage,
+        at: [f64; 2],
+        to_circle: &Matrix2<f64>,
+        (reach, step_px): (f64, i32),
+    ) {
+        self.centre = at.map(|at| libm::round(at) as i32);
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.clear();
+        }
+        self.count = 0;
+        let Some(inverse) = to_circle.try_inverse() else { return };
+        let shape = inverse * inverse.transpose();
+        let half_px = [shape[(0, 0)], shape[(1, 1)]].map(|it| reach * it.sqrt() + 1.0);
+        let plain_px = (4.0 * half_px[0] * half_px[1] / PLAIN_PIXELS).sqrt();
+        simd::widest(Gathering {
+            half: half_px.map(|it| libm::ceil(it).min(f64::from(MOST_PX)) as i32),
+            steps_px: [step_px, libm::round(plain_px).max(1.0) as i32],
+            from_centre: std::array::from_fn(|axis| {
+                (at[axis] - f64::from(self.centre[axis])) as f32
+            }),
+            pixels: self,
+            image,
+            to_circle,
+            reach: reach as f32,
+        });
+        self.count = self.x.len();
+        let filled = self.count.next_multiple_of(LANES);
+        self.weight.resize(self.count, 1.0);
+        for row in [&mut self.x, &mut self.y, &mut self.value, &mut self.weight] {
+            row.resize(filled, 0.0);
+        }
+    }
+
+    /// Offsets from the ellipse's centre, and brightness.
+    pub(super) fn each(&self, at: &Vector) -> impl Iterator<Item = (Vector2<f64>, f64)> {
+        let (x, y) = (at[0], at[1]);
+        let places = self.x.iter().zip(&self.y).zip(&self.value).take(self.count);
+        places.map(move |((dx, dy), value)| {
+            (Vector2::new(f64::from(*dx) - x, f64::from(*dy) - y), f64::from(*value))
+        })
+    }
+
+    /// Cost, gradient and normal matrix at `at`, in squared grey levels.
+    ///
+    /// Single precision, summed in a fixed order: identical results on every machine.
+    pub(super) fn linearise(&self, at: &Vector) -> Linear {
+        simd::widest(Linearising(self, at))
+    }
+
+    /// Offset from the ellipse's centre, residual, and change as the outline moves outwards by a
+    /// radius, by the model at `at`.
+    pub(super) fn displacements(
+        &mut self,
+        at: &Vector,
+    ) -> impl Iterator<Item = (Vector2<f64>, f64, f64)> {
+        simd::widest(Subtracting(self, at));
+        let changes = self.residuals.iter().zip(&self.by_radius);
+        self.each(at)
+            .zip(changes)
+            .map(|((v, _), (residual, by_radius))| (v, f64::from(*residual), f64::from(*by_radius)))
+    }
+
+    /// Variance of white noise with the same effect on the centre of the model at `at` as the
+    /// residuals, from the pixels with a mirror image in `image`; see [`Blocks::noise`].
+    pub(super) fn noise(&mut self, image: &GrayImage, at: &Vector) -> Option<f64> {
+        simd::widest(Subtracting(self, at));
+        let mut blocks = std::mem::take(&mut self.blocks);
+        let place = blocks.clear(self.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
+        let middle = Vector2::from(self.centre).map(f64::from) + at.fixed_rows::<2>(0);
+        let is_inside = |at: f64, size: u32| (0.0..=f64::from(size - 1)).contains(&at);
+        let changes = self.residuals.iter().zip(self.by_x.iter().zip(&self.by_y));
+        blocks.add(self.each(at).zip(changes).filter_map(|((v, _), (residual, (by_x, by_y)))| {
+            let mirrored = middle - v;
+            let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
+            (is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()))
+                .then(|| ([place(v.x), place(v.y)], change, f64::from(*residual)))
+        }));
+        let noise = blocks.noise(true);
+        self.blocks = blocks;
+        noise
+    }
+
+    #[inline(always)]
+    fn subtract_here(&mut self, at: &Vector) {
+        let model = Model::of(at);
+        let changes = [&mut self.residuals, &mut self.by_radius, &mut self.by_x, &mut self.by_y];
+        let [residuals, by_radius, by_x, by_y] = changes.map(|row| {
+            row.resize(self.x.len(), 0.0);
+            row.iter_mut()
+        });
+        let places = self.x.iter().zip(&self.y).zip(&self.value);
+        let into = residuals.zip(by_radius).zip(by_x.zip(by_y));
+        for (((x, y), value), ((residual, by_radius), (by_x, by_y))) in places.zip(into) {
+            let here = model.at(*x, *y);
+            *residual = value - here.pattern * here.light;
+            let by_distance = model.steepest * here.light * here.bell;
+            *by_radius = -by_distance / here.slope;
+            *by_x = *by_radius * here.up[0];
+            *by_y = *by_radius * here.up[1];
+        }
+    }
+
+    #[inline(always)]
+    fn linearise_here(&self, at: &Vector) -> Linear {
+        let model = Model::of(at);
+        let [gx, gy] = model.gradient;
+        let mut sums = [[[[[0.0; LANES]; 4]; 2]; ROWS / 4]; ROWS / 2];
+        let mut rows: [Row; ROWS] = Default::default();
+        for start in (0..self.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(self.x.len());
+            let (x, y) = (&self.x[start..end], &self.y[start..end]);
+            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, left, _] =
+                rows.each_mut().map(|row| row.0.as_flattened_mut());
+            let places = x.iter().zip(y).zip(value.iter().zip(weight));
+            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut().zip(r5));
+            let second = r6.iter_mut().zip(r7).zip(r8.iter_mut().zip(r9)).zip(left.iter_mut());
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+                let (((r0, r1), (r2, r3)), (r4, r5)) = first;
+                let (((r6, r7), (r8, r9)), left) = second;
+                let here = model.at(*x, *y);
+                let Here { dx, dy, across, down, rho, up, slope, distance, edge, bell, .. } = here;
+                let (light, pattern) = (here.light * weight, here.pattern * weight);
+                let by_distance = model.steepest * light * bell;
+                let by_rho = by_distance / (slope * rho);
+                *r0 = -by_distance * up[0] / slope - gx * pattern;
+                *r1 = -by_distance * up[1] / slope - gy * pattern;
+                *r2 = by_rho * across * dx;
+                *r3 = by_rho * across * dy;
+                *r4 = by_rho * down * dy;
+                *r5 = -by_distance * distance;
+                *r6 = edge * light;
+                *r7 = light;
+                *r8 = pattern * dx;
+                *r9 = pattern * dy;
+                *left = value * weight - here.pattern * light;
+            }
+            // Products of two rows by four: as many sums as there are registers.
+            let (twos, fours) = (rows.as_chunks::<2>().0, rows.as_chunks::<4>().0);
+            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
+                for (four, sums) in fours.iter().zip(sums).take(1 + k / 2) {
+                    add_products(two, four, end - start, sums);
+                }
+            }
+        }
+        let sum = |i: usize, j: usize| total(sums[i / 2][j / 4][i % 2][j % 4]);
+        let mut normal_matrix: SMatrix<f64, PARAMETERS, PARAMETERS> =
+            SMatrix::from_fn(|i, j| if j > i { 0.0 } else { sum(i, j) });
+        normal_matrix.fill_upper_triangle_with_lower_triangle();
+        let gradient = Vector::from_fn(|i, _| sum(PARAMETERS, i));
+        Linearised { normal_matrix, gradient, cost: sum(PARAMETERS, PARAMETERS), extra: () }
+    }
+}
+
+/// The disc model in single precision.
+struct Model {
+    centre: [f32; 2],
+    /// The triangular `M`.
+    to_circle: [f32; 3],
+    inverse_s: f32,
+    /// Contrast, mean, and gradient of the light.
+    contrast: f32,
+    mean: f32,
+    gradient: [f32; 2],
+    /// Change of brightness per pixel at the outline.
+    steepest: f32,
+}
+
+/// The model at a pixel.
+struct Here {
+    dx: f32,
+    dy: f32,
+    /// `M v`, its length `ρ`, and the gradient of that.
+    across: f32,
+    down: f32,
+    rho: f32,
+    up: [f32; 2],
+    slope: f32,
+    /// Distance from the outline.
+    distance: f32,
+    edge: f32,
+    bell: f32,
+    /// Brightness without and factor by the gradient of the light.
+    pattern: f32,
+    light: f32,
+}
+
+impl Model {
+    #[inline(always)]
+    fn of(at: &Vector) -> Self {
+        let [x, y, m0, m1, m2, _, contrast, mean, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let inverse_s = libm::exp(-at[5]) as f32;
+        Self {
+            centre: [x, y],
+            to_circle: [m0, m1, m2],
+            inverse_s,
+            contrast,
+            mean,
+            gradient: [gx, gy],
+            steepest: contrast * inverse_s * std::f32::consts::FRAC_2_SQRT_PI,
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, x: f32, y: f32) -> Here {
+        let ([m0, m1, m2], [gx, gy]) = (self.to_circle, self.gradient);
+        let (dx, dy) = (x - self.centre[0], y - self.centre[1]);
+        let (across, down) = (m0 * dx + m1 * dy, m2 * dy);
+        let rho = (across * across + down * down).sqrt().max(1e-6);
+        let up = [m0 * across / rho, (m1 * across + m2 * down) / rho];
+        let slope = (up[0] * up[0] + up[1] * up[1]).sqrt().max(1e-9);
+        let distance = (rho - 1.0) / slope;
+        let (edge, bell) = erf(distance * self.inverse_s);
+        let pattern = self.mean + self.contrast * edge;
+        let light = 1.0 + gx * dx + gy * dy;
+        Here { dx, dy, across, down, rho, up, slope, distance, edge, bell, pattern, light }
+    }
+}
+
+struct Gathering<'a> {
+    pixels: &'a mut Pixels,
+    image: &'a GrayImage,
+    to_circle: &'a Matrix2<f64>,
+    /// Offset of the ellipse from the central pixel.
+    from_centre: [f32; 2],
+    half: [i32; 2],
+    /// Steps between the pixels near the outline, and between the others.
+    steps_px: [i32; 2],
+    reach: f32,
+}
+
+impl simd::Loop for Gathering<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { pixels, image, to_circle, from_centre, half, steps_px, reach } = self;
+        let [near_px, plain_px] = steps_px;
+        let [[a, c], [b, d]]: [[f32; 2]; 2] = to_circle.map(|it| it as f32).into();
+        let [cx, cy] = pixels.centre;
+        let (width, height) = (image.width() as i32, image.height() as i32);
+        let (left, right) = ((-half[0]).max(-cx), half[0].min(width - 1 - cx));
+        let across = (right + 1 - left).max(0) as usize;
+        let (mut are_wanted, mut columns) = ([0_u8; WIDEST], [[0_u8; WIDEST]; 2]);
+        for (column, steps) in columns.iter_mut().zip(steps_px) {
+            for (k, is_in) in (0_i32..).zip(&mut column[..across]) {
+                *is_in = u8::from((left + k) % steps == 0);
+            }
+        }
+        for dy in (-half[1]).max(-cy)..=half[1].min(height - 1 - cy) {
+            let is_near_row = u8::from(dy % near_px == 0);
+            let is_plain_row = u8::from(dy % plain_px == 0);
+            if is_near_row + is_plain_row == 0 {
+                continue;
+            }
+            let vy = dy as f32 - from_centre[1];
+            let [near, plain] = &columns;
+            let in_columns = near[..across].iter().zip(&plain[..across]);
+            for ((k, is_wanted), (near, plain)) in
+                (0_i32..).zip(&mut are_wanted[..across]).zip(in_columns)
+            {
+                let vx = left.wrapping_add(k) as f32 - from_centre[0];
+                let (x, y) = (a * vx + b * vy, c * vx + d * vy);
+                let rho2 = x * x + y * y;
+                let (up_x, up_y) = (a * x + c * y, b * x + d * y);
+                // |ρ − 1| < band · |∇ρ|
+                let apart = (rho2 - rho2.sqrt()).abs();
+                let band = BAND_PX * (up_x * up_x + up_y * up_y).sqrt();
+                let is_near = u8::from(apart < band) & near & is_near_row;
+                *is_wanted = u8::from(rho2 < reach * reach) & (is_near | (plain & is_plain_row));
+            }
+            let row = (cy + dy) as usize * width as usize;
+            let raw = &image.as_raw()[row..row + width as usize];
+            for (k, _) in
+                (left..).zip(&are_wanted[..across]).filter(|(_, is_wanted)| **is_wanted > 0)
+            {
+                pixels.x.push(k as f32);
+                pixels.value.push(f32::from(raw[(cx + k) as usize]));
+            }
+            pixels.y.resize(pixels.x.len(), dy as f32);
+        }
+    }
+}
+
+struct Subtracting<'a>(&'a mut Pixels, &'a Vector);
+
+impl simd::Loop for Subtracting<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.0.subtract_here(self.1);
+    }
+}
+
+struct Linearising<'a>(&'a Pixels, &'a Vector);
+
+impl simd::Loop for Linearising<'_> {
+    type Output = Linear;
+
+    #[inline(always)]
+    fn run(self) -> Linear {
+        self.0.linearise_here(self.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Blurred ellipse at (20.3, 19.6), with noise.
+    fn pixels() -> (Pixels, Vector) {
+        let image = GrayImage::from_fn(41, 41, |x, y| {
+            let (dx, dy) = (f64::from(x) - 20.3, f64::from(y) - 19.6);
+            let rho = libm::hypot(dx / 11.0, dy / 8.0);
+            let noise = f64::from((x * 7919 + y * 104_729) % 13) - 6.0;
+            image::Luma([(120.0 + 80.0 * (7.0 * (rho - 1.0)).tanh() + noise) as u8])
+        });
+        let mut pixels = Pixels::default();
+        let to_circle = Matrix2::new(1.0 / 11.0, 0.0, 0.0, 1.0 / 8.0);
+        pixels.gather(&image, [20.3, 19.6], &to_circle, (1.9, 1));
+        let at = [0.2, -0.5, 0.088, 0.004, 0.129, 0.4, 75.0, 121.0, 1e-3, -2e-3];
+        (pixels, at.into())
+    }
+
+    #[test]
+    fn every_vector_width_gives_the_same_bits() {
+        let (pixels, at) = pixels();
+        let widest = pixels.linearise(&at);
+        let least = simd::Loop::run(Linearising(&pixels, &at));
+        assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
+        assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
+        assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_cost() {
+        let (pixels, at) = pixels();
+        let analytic = pixels.linearise(&at).gradient;
+        for i in 0..PARAMETERS {
+            let step = [1e-2, 1e-2, 1e-4, 1e-4, 1e-4, 1e-2, 0.5, 0.5, 1e-3, 1e-3][i];
+            let cost = |sign: f64| {
+                let mut moved = at;
+                moved[i] += sign * step;
+                pixels.linearise(&moved).cost
+            };
+            // The gradient of the fit is −½ dcost/dparameter.
+            let numeric = -(cost(1.0) - cost(-1.0)) / (4.0 * step);
+            let size = analytic[i].abs().max(0.02 * analytic.amax());
+            // The change of `|∇ρ|` with `M` is left out.
+            let share = if (2..5).contains(&i) { 0.1 } else { 0.03 };
+            assert!((numeric - analytic[i]).abs() < share * size, "{i}: {numeric} {}", analytic[i]);
+        }
+    }
+}
