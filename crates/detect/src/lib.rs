@@ -49,7 +49,7 @@
 //! | `refine` | fits the `edge_model` to every corner; drops corners that contradict others |
 //! | `bent_edges` | moves the corners onto edges bent by the lens |
 //! | `circle_blobs`, `circle_grid` | finds ellipses, and grows and places a grid of them instead |
-//! | `disc_pixels`, `disc_model`, `circles` | fits an ellipse to every circle, and derives the circle's centre |
+//! | `disc_pixels`, `disc_model`, `circles` | fits ellipses, and derives the circles' centres |
 //! | `picture_quality` | recognises a dark or blurred picture, if no board is found |
 //! | `printed_code` | reads the code in the margin, for a part of a board or on request |
 //! | `explain` | lists the weighed grids, on request |
