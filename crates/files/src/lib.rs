@@ -52,6 +52,7 @@ pub use folder::{
     Draft, UNFINISHED, entries, is_own_folder, is_same_file, make_folder, sync_folder,
 };
 pub use lock::FileLock;
+pub use patient::Patient;
 pub use plain::is_still_at;
 pub use plain_words::plain_words;
 pub use private::read_or_make_private;

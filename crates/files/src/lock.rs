@@ -9,6 +9,7 @@ use std::{
 
 use super::{
     FileError,
+    patient::Patient,
     plain::{file_or_nothing, options},
 };
 
@@ -29,8 +30,9 @@ impl FileLock {
     /// [`FileError::NotAFile`] or [`FileError::Write`] if there can be no file beside it.
     pub fn wait_for(path: &Path) -> Result<Self, FileError> {
         let (file, beside) = opened(path)?;
+        let mut patient = Patient::new(());
         loop {
-            match file.lock() {
+            match patient.call(|()| file.lock()) {
                 Err(err) if err.kind() == io::ErrorKind::Interrupted => {}
                 Err(err) if err.kind() != io::ErrorKind::Unsupported => {
                     return Err(FileError::writing(&beside)(err));

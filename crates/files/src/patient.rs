@@ -10,17 +10,18 @@ const MOST_IN_A_ROW: u32 = 10_000;
 
 /// A file with a bounded patience: the standard library repeats an interrupted call for ever.
 #[derive(Debug)]
-pub(super) struct Patient<F> {
+pub struct Patient<F> {
     file: F,
     interrupted: u32,
 }
 
 impl<F> Patient<F> {
-    pub(super) fn new(file: F) -> Self {
+    /// A file whose next call is the first.
+    pub fn new(file: F) -> Self {
         Self { file, interrupted: 0 }
     }
 
-    fn call<T>(&mut self, call: impl FnOnce(&mut F) -> io::Result<T>) -> io::Result<T> {
+    pub(super) fn call<T>(&mut self, call: impl FnOnce(&mut F) -> io::Result<T>) -> io::Result<T> {
         let result = call(&mut self.file);
         let is_interrupted =
             result.as_ref().is_err_and(|err| err.kind() == io::ErrorKind::Interrupted);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use boresight_app::RESULT_FILE;
 use boresight_capture::{bag_files, is_bag};
-use boresight_files::{FileError, Links, TEXT_LIMIT, open, read};
+use boresight_files::{FileError, Links, Patient, TEXT_LIMIT, open, read};
 
 /// File whose presence makes a folder a session.
 pub(super) const HEADER: &str = "session.toml";
@@ -114,7 +114,7 @@ fn hash_of(path: &Path) -> Result<(u64, [u8; 32]), FileError> {
     let file = open(path, Links::Refused)?;
     let length = file.metadata().map_err(&reading)?.len();
     let (mut hash, mut part) = (hmac_sha256::Hash::new(), vec![0; 1 << 16]);
-    let mut file = file.take(JOURNAL_LIMIT);
+    let mut file = Patient::new(file.take(JOURNAL_LIMIT));
     loop {
         match file.read(&mut part) {
             Ok(0) => return Ok((length, hash.finalize())),
