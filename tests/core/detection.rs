@@ -376,7 +376,7 @@ fn a_followed_board_is_the_board_that_is_found_anywhere() {
             // One query per row of corners suffices for tracking, but not for a search.
             let left = Cell::new(scene.board.rows());
             let keep_on = || left.replace(left.get().saturating_sub(1)) > 0;
-            let search = Search { near: Some(near), keep_on: &keep_on };
+            let search = Search { near: Some(near), keep_on: &keep_on, ..Search::FULL };
             if let Ok(seen) = detector.search(picture, &scene.board, search) {
                 followed += 1;
                 for (one, other) in seen.corners.iter().zip(&anywhere.corners) {

@@ -37,11 +37,14 @@ pub struct Search<'a> {
     /// Callback between steps of the work, every few tenths of a millisecond; returning `false`
     /// ends the search with [`Miss::OutOfTime`].
     pub keep_on: &'a dyn Fn() -> bool,
+    /// True to search for usual boards only, in a quarter of the time: neither for small squares
+    /// nor for those that don't touch.
+    pub is_quick: bool,
 }
 
 impl Search<'_> {
     /// Search of the whole picture, without a time limit.
-    pub const FULL: Self = Self { near: None, keep_on: &|| true };
+    pub const FULL: Self = Self { near: None, keep_on: &|| true, is_quick: false };
 }
 
 /// Picture to search.
@@ -174,21 +177,22 @@ impl Detector {
         // finer picture only, and the better of two counts.
         let is_tags = matches!(board, Board::AprilGrid(_));
         let ([primary, coarser, finer], takes_first) = match (is_marked, is_tags) {
-            (_, true) => {
+            (_, true) if !search.is_quick => {
                 let [primary, coarser, finer] = self.search_levels(image);
                 ([primary, finer.or(coarser), None], false)
             }
-            (true, _) => (self.fine_levels(image), true),
-            (false, _) => (self.search_levels(image), false),
+            (true, false) if !search.is_quick => (self.fine_levels(image), true),
+            _ => (self.search_levels(image), is_marked && !is_tags),
         };
+        let finer = finer.filter(|_| !search.is_quick);
         let levels = [primary, coarser, finer].into_iter().flatten().map(Pass::Level);
         // Squares that don't touch: light has spread on a bright screen or in an overexposed
         // picture, or ink on paper. Markers don't survive growth.
         let grown = [(coarser, Grow::Dark), (primary, Grow::Dark), (coarser, Grow::Light)];
-        let grown = grown.into_iter().filter(|_| !is_marked);
+        let grown = grown.into_iter().filter(|_| !is_marked && !search.is_quick);
         let grown = grown.filter_map(|(level, what)| Some(Pass::Grown(level?, what)));
         // The gaps around markers may be narrower than the ring.
-        let doubled = doubled(image).filter(|_| is_marked);
+        let doubled = doubled(image).filter(|_| is_marked && !search.is_quick);
         let mut best_part: Option<Detection> = None;
         for pass in levels.chain(grown).chain(doubled) {
             if best_part.is_some() && pass.level() != coarser {
@@ -269,6 +273,7 @@ impl Detector {
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         let [primary, coarser, finer] = self.search_levels(image);
+        let finer = finer.filter(|_| !search.is_quick);
         let mut best_miss = Miss::NoBoard;
         for level in [primary, finer, coarser].into_iter().flatten() {
             let halved = Halved::whole(level);

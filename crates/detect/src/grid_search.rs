@@ -177,9 +177,9 @@ impl GridSearch {
     /// Finds the junctions of `picture`.
     pub(super) fn start(&mut self, picture: &GrayImage, params: &DetectorParams) {
         let (width, height) = picture.dimensions();
-        respond(picture, &mut self.response);
+        let response = respond(picture, &mut self.response);
         let limits = (params.min_response, params.max_candidates);
-        find_peaks(&self.response, width as usize, limits.0, limits.1, &mut self.peaks);
+        find_peaks(response, width as usize, limits.0, limits.1, &mut self.peaks);
         self.junctions.clear();
         self.junctions.extend(self.peaks.iter().filter_map(|peak| junction::read(picture, peak)));
         self.grower.start(&self.junctions, width, height);

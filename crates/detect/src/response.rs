@@ -41,15 +41,17 @@ pub(super) struct Peak {
     pub(super) strength: i16,
 }
 
-/// Writes the response of every pixel to `into`. Values within the ring's radius of the edge are
-/// stale and must not be read.
-pub(super) fn respond(image: &GrayImage, into: &mut Vec<i16>) {
+/// The response of every pixel, in `buffer`, which grows to the largest picture: clearing the room
+/// before each takes as long as filling it. Values within the ring's radius of the edge are stale
+/// and must not be read.
+pub(super) fn respond<'a>(image: &GrayImage, buffer: &'a mut Vec<i16>) -> &'a [i16] {
     let (width, height) = (image.width() as usize, image.height() as usize);
-    into.resize(width * height, 0);
-    if width <= 2 * RING_RADIUS_PX || height <= 2 * RING_RADIUS_PX {
-        return;
+    buffer.resize(buffer.len().max(width * height), 0);
+    let into = &mut buffer[..width * height];
+    if width > 2 * RING_RADIUS_PX && height > 2 * RING_RADIUS_PX {
+        simd::widest(Responding(image.as_raw(), [width, height], into));
     }
-    simd::widest(Responding(image.as_raw(), [width, height], into));
+    into
 }
 
 /// Pixels, size, and responses.
@@ -191,7 +193,7 @@ mod tests {
             image::Luma([(noise + if (x / 13 + y / 11) % 2 == 0 { 30 } else { 190 }) as u8])
         });
         let (mut widest, mut least) = (Vec::new(), vec![0; 203 * 97]);
-        respond(&picture, &mut widest);
+        let widest = respond(&picture, &mut widest);
         simd::Loop::run(Responding(picture.as_raw(), [203, 97], &mut least));
         assert_eq!(widest, least);
         assert!(widest.iter().any(|response| *response > 500));

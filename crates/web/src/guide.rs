@@ -279,7 +279,7 @@ impl Guide {
         let is_stream = self.kind == FrameKind::Video;
         let near = self.track.predict(self.kind, captured_at);
         let keep_on = || !is_stream || Date::now() - began < LONGEST_SEARCH_MS;
-        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let search = Search { near: near.as_ref(), keep_on: &keep_on, is_quick: false };
         let board = self.session.setup().board;
         let seen = self.detector.search(&picture, &board, search);
         let recognise = || self.detector.recognise(&picture, Some(&board), &keep_on);

@@ -82,6 +82,9 @@ pub(super) struct DetectorStage {
     pub(super) pictures: Sender<Arc<Frame>>,
     pub(super) inbox: Sender<Input>,
     pub(super) rest: Arc<Rest>,
+    /// True if the last search was of everything, in a live stream, and found nothing like a board.
+    /// The next one is quick then: every second picture does until there's something to see.
+    pub(super) saw_nothing: bool,
 }
 
 impl DetectorStage {
@@ -144,9 +147,12 @@ impl DetectorStage {
     ) -> Observation {
         let started = Instant::now();
         let near = track.predict(frame.kind, frame.captured_at);
+        let saw_nothing = std::mem::take(&mut self.saw_nothing);
+        let is_quick = saw_nothing && near.is_none() && frame.kind == FrameKind::Video;
         let keep_on = || limit.is_none_or(|limit| started.elapsed() < limit);
-        let search = Search { near: near.as_ref(), keep_on: &keep_on };
+        let search = Search { near: near.as_ref(), keep_on: &keep_on, is_quick };
         let seen = self.finder.find(&frame.image, &self.board, search);
+        self.saw_nothing = !is_quick && !self.unhurried && matches!(seen, Err(Miss::NoBoard));
         track.add(frame.kind, frame.captured_at, &seen);
         Observation {
             frame_id: frame.id,
@@ -164,4 +170,67 @@ fn interval(last: Option<(FrameId, CaptureTime)>, frame: &Frame) -> Duration {
     let Some((id, time)) = last else { return Duration::ZERO };
     let frames = frame.id.0.saturating_sub(id.0).max(1);
     Duration::from_nanos(frame.captured_at.nanos.saturating_sub(time.nanos) / frames)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use boresight_geometry::frame::FrameId;
+
+    use super::*;
+
+    /// Sees what it's told to see, and notes whether it was asked quickly.
+    struct Noting(Arc<Mutex<Vec<bool>>>, Vec<Miss>);
+
+    impl BoardFinder for Noting {
+        fn find(
+            &mut self,
+            _: &GrayImage,
+            _: &Board,
+            search: Search<'_>,
+        ) -> Result<Detection, Miss> {
+            let mut asked = self.0.lock().expect("unbroken");
+            asked.push(search.is_quick);
+            Err(self.1[(asked.len() - 1) % self.1.len()])
+        }
+    }
+
+    fn quick(unhurried: bool, kind: FrameKind, misses: &[Miss]) -> Vec<bool> {
+        let asked = Arc::default();
+        let finder = Box::new(Noting(Arc::clone(&asked), misses.to_vec()));
+        let (pictures, _pictures) = crossbeam_channel::unbounded();
+        let (inbox, _inbox) = crossbeam_channel::unbounded();
+        let board = Board::new(9, 6, 0.025).expect("valid");
+        let rest = Arc::default();
+        let saw_nothing = false;
+        let mut stage =
+            DetectorStage { finder, board, unhurried, pictures, inbox, rest, saw_nothing };
+        for number in 0..6 {
+            let frame = Frame {
+                id: FrameId(number),
+                captured_at: CaptureTime { nanos: number * 33_000_000 },
+                kind,
+                name: String::new(),
+                image: GrayImage::new(8, 8),
+            };
+            stage.observe(&mut Track::default(), &frame, None);
+        }
+        let asked = asked.lock().expect("unbroken");
+        asked.clone()
+    }
+
+    #[test]
+    fn every_second_picture_of_a_live_stream_without_a_board_is_searched_quickly() {
+        let halves = [false, true, false, true, false, true];
+        assert_eq!(quick(false, FrameKind::Video, &[Miss::NoBoard]), halves);
+        // A file's result depends on its pictures alone; each photograph is searched as a whole.
+        assert_eq!(quick(true, FrameKind::Video, &[Miss::NoBoard]), [false; 6]);
+        assert_eq!(quick(false, FrameKind::Photograph, &[Miss::NoBoard]), [false; 6]);
+        // Something like a board needs every picture.
+        assert_eq!(quick(false, FrameKind::Video, &[Miss::Mirrored]), [false; 6]);
+        let part = [Miss::NoBoard, Miss::Mirrored, Miss::Mirrored];
+        let mixed = [false, true, false, false, true, false];
+        assert_eq!(quick(false, FrameKind::Video, &part), mixed);
+    }
 }

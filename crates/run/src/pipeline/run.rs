@@ -231,6 +231,7 @@ impl Pipeline {
             pictures,
             inbox: inbox.clone(),
             rest: Arc::clone(&rest),
+            saw_nothing: false,
         };
         let detector = Worker::spawn("detector", inbox.clone(), {
             let replaced = Arc::clone(&replaced);
