@@ -341,6 +341,7 @@ fn a_camera_that_sends_one_picture_again_and_again_isnt_ok() {
     }
     let ended = boresight(here, &["watch", "ftp", "--once", "--store", "cam", "--json"]);
     says(&ended, 6, &["again, byte for byte"]);
+    assert_eq!(ended.stderr.matches("again, byte for byte").count(), 1, "{}", ended.stderr);
     let state = last_state(&ended.stdout);
     assert_eq!(state["state"], "CANNOT-TELL");
     assert_eq!(state["reason"], "frozen");

@@ -314,7 +314,10 @@ impl Arguments {
             if self.check {
                 let camera = WatchedCamera::ask(folder, watch::times::now_secs())?;
                 let places = Places::one(camera);
-                return Ok((vec![Round { name, places, feed, every: self.every }], 1));
+                return Ok((
+                    vec![Round { name, places, feed, every: self.every, is_frozen: false }],
+                    1,
+                ));
             }
             let known = (self.reference.as_deref(), self.patches_only, self.presets);
             let round = open(folder, &name, known, feed, (self.every, self.pin))?;
@@ -384,7 +387,7 @@ fn open(
         }
         Places::one(camera)
     };
-    Ok(Round { name: name.into(), places, feed, every })
+    Ok(Round { name: name.into(), places, feed, every, is_frozen: false })
 }
 
 fn adjust(

@@ -39,6 +39,8 @@ pub struct Round {
     pub feed: Feed,
     /// Time between two looks.
     pub every: Duration,
+    /// True if the last picture was the one before again: said once, not of each.
+    pub is_frozen: bool,
 }
 
 impl Round {
@@ -131,15 +133,21 @@ impl Round {
             Ok(Moment { taken, burst }) => {
                 let size = burst.first().map(ImageSize::of);
                 match size.map_or(Ok(()), |size| self.places.check_size(size)) {
-                    Ok(()) => return self.places.look(burst, taken, hear),
+                    Ok(()) => {
+                        self.is_frozen = false;
+                        return self.places.look(burst, taken, hear);
+                    }
                     Err(err) => (NoAnswer::OtherSize, err),
                 }
             }
             Err(err) => (reason_of(&err), err),
         };
-        announcer.say(&format!("{}: {err:#}", self.name));
-        if let Some(action) = explain(&err) {
-            announcer.say(&action);
+        let was_frozen = std::mem::replace(&mut self.is_frozen, reason == NoAnswer::Frozen);
+        if !(was_frozen && self.is_frozen) {
+            announcer.say(&format!("{}: {err:#}", self.name));
+            if let Some(action) = explain(&err) {
+                announcer.say(&action);
+            }
         }
         self.places.no_picture(reason, taken, hear)
     }

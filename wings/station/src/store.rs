@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     reference_files,
     shelf::{LEARNING, PictureShelf},
-    store_lines::{InUse, Lines, StoreLine, Unread},
+    store_lines::{InUse, Lines, StoreLine, Unread, WrittenByNewer},
 };
 use boresight_files::{
     Appending, FileLock, Links, Overwrite, TEXT_LIMIT, copy, entries, make_folder, read_text,
@@ -435,7 +435,10 @@ fn whole(folder: &Path) -> anyhow::Result<(Lens, WatchFile, Lines)> {
     let Some(file) = Store::read(folder)? else { bail!(no_store(folder)) };
     let path = folder.join(LINES_FILE);
     let lens = file.lens.lens().with_context(|| format!("{:?}", folder.join(WATCH_FILE)))?;
-    let lines = Lines::read(&path).with_context(|| way_out(folder))?;
+    let lines = Lines::read(&path).map_err(|err| {
+        // What a later version wrote isn't damaged, and can't be mended by this one.
+        if err.is::<WrittenByNewer>() { err } else { err.context(way_out(folder)) }
+    })?;
     let (named, there) = (file.learned, lines.learned());
     // Earlier versions named references in the camera file only.
     if there < named || (there > named && lines.in_use().is_none()) {

@@ -1,6 +1,6 @@
 //! Lines of a store: inputs with a number and a checksum, and the references in use from there on.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use hmac_sha256::Hash;
@@ -57,6 +57,15 @@ pub(super) enum Unread {
     Hole,
     /// The line is as written, with contents unknown to the program's version.
     Newer(String),
+}
+
+/// Error of a line of a later version of the program.
+#[derive(Debug, thiserror::Error)]
+#[error("line {line} of {path:?} was written by a newer boresight: {what}")]
+pub(super) struct WrittenByNewer {
+    line: usize,
+    path: PathBuf,
+    what: String,
 }
 
 /// First digits of a checksum.
@@ -170,7 +179,7 @@ impl Lines {
                 Err(Unread::Hole) => bail!("line {number} of {path:?} is damaged: it has a hole"),
                 Err(Unread::Damaged(why)) => bail!("line {number} of {path:?} is damaged: {why}"),
                 Err(Unread::Newer(what)) => {
-                    bail!("line {number} of {path:?} was written by a newer boresight: {what}")
+                    bail!(WrittenByNewer { line: number, path: path.to_path_buf(), what })
                 }
             }
         }
