@@ -47,7 +47,7 @@ impl Arguments {
         let page = self.page.or_else(found).context(words::NO_WEB_PAGE)?;
         let stop = stop_flag()?;
         let served = WebPage::serve(self.address, read(&page, LIMIT, Links::Followed)?)?;
-        announcer().say(&words::web_page(&served.link()));
+        announcer().say(&words::web_page(&served.link(), served.is_on_every_interface()));
         while !stop.load(Ordering::Relaxed) {
             std::thread::sleep(LOOK);
         }

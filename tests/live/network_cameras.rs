@@ -166,6 +166,16 @@ fn a_session_outlives_its_network_camera() {
     assert!(words.contains("give the address again") && !words.contains("s3cret"), "{words}");
 }
 
+/// Browsers and notes write schemes in capitals; ffmpeg knows those in small letters.
+#[test]
+fn an_address_in_capitals_is_read() {
+    let up = Arc::new(AtomicBool::new(true));
+    let picture = GrayImage::from_fn(320, 240, |x, y| Luma([(x ^ y) as u8]));
+    let address = network_camera(&up, &picture, 10.0).replace("http://", "HTTP://");
+    let mut source = Ffmpeg::open(&address).expect("opens");
+    until(&mut source, |arrival| matches!(arrival, Arrival::Frame(_)));
+}
+
 #[test]
 fn pictures_over_http_have_the_time_of_their_arrival() {
     for rate_hz in [5.0, 10.0, 15.0, 60.0] {

@@ -38,6 +38,11 @@ impl WebPage {
         Ok(Self { _served: served, address })
     }
 
+    /// True if every network interface of the computer serves the page.
+    pub fn is_on_every_interface(&self) -> bool {
+        self.address.ip().is_unspecified()
+    }
+
     /// Address of the page. On this computer's own name, browsers grant camera access without a
     /// certificate.
     pub fn link(&self) -> String {
@@ -45,5 +50,24 @@ impl WebPage {
             return format!("http://localhost:{}/", self.address.port());
         }
         format!("http://{}/", self.address)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_open_page_is_known_as_such_and_has_this_computers_name() {
+        for (address, is_open) in [("127.0.0.1:0", false), ("0.0.0.0:0", true), ("[::]:0", true)] {
+            let address: ServeAddress = address.parse().expect("an address");
+            let Ok(page) = WebPage::serve(address, b"<html>".to_vec()) else {
+                // A computer without IPv6.
+                assert!(address.to_string().starts_with("[::]"), "{address}");
+                continue;
+            };
+            assert_eq!(page.is_on_every_interface(), is_open, "{address}");
+            assert!(page.link().starts_with("http://localhost:"), "{}", page.link());
+        }
     }
 }

@@ -36,7 +36,7 @@ pub fn fault(fault: Fault) -> (&'static str, &'static str) {
         ),
         Fault::Twin => (
             "Two cameras have the same name and serial number",
-            "Cover the lens with your hand to check which one it is. From now on it's identified by its USB port.",
+            "Cover the lens with your hand to check which one it is. For the other one, give its own name from `boresight devices`.",
         ),
         Fault::NoFormat => (
             "The camera offers no picture of that size in a supported format",

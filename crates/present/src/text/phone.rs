@@ -58,9 +58,11 @@ pub const SESSION: &str = "Session";
 pub const NO_WEB_PAGE: &str =
     "the page isn't installed. `make web` makes it; name the file with --page";
 
-/// Address of the page that calibrates in a browser.
-pub fn web_page(link: &str) -> String {
-    format!("Open {link} in a browser. Ctrl-C ends.")
+/// Address of the page that calibrates in a browser, served to the network if `is_open`.
+pub fn web_page(link: &str, is_open: bool) -> String {
+    let everyone = "Every computer that reaches this one over a network can open it, too. ";
+    let everyone = if is_open { everyone } else { "" };
+    format!("Open {link} in a browser. {everyone}Ctrl-C ends.")
 }
 
 /// Storage place of a session in a browser.

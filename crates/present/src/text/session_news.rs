@@ -1,6 +1,6 @@
 //! News of a running session, one sentence each.
 
-use super::{acceptance, apart, camera::capital, knows_sd, percent};
+use super::{acceptance, apart, camera::capital, knows_sd, numbers::counted, percent};
 use boresight_guide::{
     guidance::{Lack, Plan, views_by_noise},
     session::{Ending, FarBoard, HeldOutPair, Session, Snapshot, precision_of},
@@ -42,8 +42,9 @@ pub fn coarse_corners(snapshot: &Snapshot) -> Option<String> {
 
 /// Reason for a session without views, if pictures came faster than anybody could look.
 pub fn unseen(count: u64) -> String {
+    let pictures = counted(usize::try_from(count).unwrap_or(usize::MAX), "picture");
     format!(
-        "{count} pictures came too fast to be looked at. Send them slower, or record them to a file first."
+        "{pictures} came too fast to be looked at. Send them slower, or record them to a file first."
     )
 }
 

@@ -193,3 +193,41 @@ fn choose(camera: &mut GenICamera, under: Option<(&str, &str)>) -> Result<(), Er
     };
     camera.set_enum(selector, entry).map_err(|err| errno(&err))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    /// Numbers by which the advice speaks of USB: of bandwidth, cables and hubs.
+    const OF_USB: [i32; 7] = [
+        libc::ENOSPC,
+        libc::EIO,
+        libc::EPROTO,
+        libc::EPIPE,
+        libc::EILSEQ,
+        libc::ETIMEDOUT,
+        libc::EREMOTEIO,
+    ];
+
+    #[test]
+    fn no_error_of_a_network_camera_is_one_of_a_usb_cable() {
+        let of_system = OF_USB.map(|number| CameraError::Io(io::Error::from_raw_os_error(number)));
+        let others = [
+            CameraError::ConnectTimeout,
+            CameraError::Disconnected,
+            CameraError::Timeout,
+            CameraError::ControlDenied,
+            CameraError::ControlLost,
+            CameraError::Protocol("short".into()),
+            CameraError::Unsupported("this"),
+            CameraError::Spawn("no thread".into()),
+        ];
+        for err in of_system.into_iter().chain(others) {
+            let err = GenicamError::Camera(err);
+            assert!(!OF_USB.contains(&errno(&err).0), "{err}");
+        }
+        assert!(!OF_USB.contains(&errno(&GenicamError::NotFound("Gain".into())).0));
+    }
+}
