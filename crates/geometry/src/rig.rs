@@ -112,12 +112,15 @@ impl Rig {
     }
 
     /// Rectifying turns of the cameras `a` and `b`, as `cv2.stereoRectify` calculates them. `None`
-    /// for cameras in one place.
+    /// for cameras in one place, to a micrometre.
     pub fn rectified(&self, a: usize, b: usize) -> Option<Rectified> {
         let b_from_a = self.cam_from_cam(b, a);
         // Both cameras turn by half of the rotation between them.
         let half = UnitQuaternion::from_scaled_axis(-0.5 * b_from_a.rotation.scaled_axis());
         let shift = half * b_from_a.translation.vector;
+        if !(1e-6..f64::INFINITY).contains(&shift.norm()) {
+            return None;
+        }
         let is_vertical = shift.y.abs() > shift.x.abs();
         let axis = usize::from(is_vertical);
         let mut wanted = Vector3::zeros();
@@ -184,6 +187,10 @@ mod tests {
             let axis = usize::from(!is_vertical);
             assert!((one[axis] - other[axis]).abs() < 1e-12);
             assert!((found.second_m[1 - axis].abs() - rig.baseline_m(0, 1)).abs() < 1e-12);
+        }
+        for apart_m in [0.0, 1e-9, -1e-310] {
+            rig.cam_from_rig[1].translation.vector = Vector3::new(apart_m, 0.0, 0.0);
+            assert_eq!(rig.rectified(0, 1), None, "{apart_m}");
         }
     }
 }

@@ -145,7 +145,10 @@ pub(super) fn derivatives(
             (moved(step) - moved(-step)) / (2.0 * step)
         })
         .collect();
-    let jacobian = DMatrix::from_columns(&columns);
+    // A file may state no uncertainty of these cameras.
+    let Some(first) = columns.first() else { return (rows, DMatrix::zeros(0, 0)) };
+    let mut jacobian = DMatrix::zeros(first.len(), columns.len());
+    jacobian.column_iter_mut().zip(&columns).for_each(|(mut to, from)| to.copy_from(from));
     let defined: Vec<usize> = (0..jacobian.nrows())
         .filter(|value| jacobian.row(*value).iter().all(|by| by.is_finite()))
         .collect();

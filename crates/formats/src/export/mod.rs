@@ -93,6 +93,9 @@ pub enum NotExpressible {
         /// Name of the family of lens models.
         lens: &'static str,
     },
+    /// A number of the file would be infinite.
+    #[error("a number would be infinite: focal lengths or distances are no camera's")]
+    NoNumber,
 }
 
 /// Smallest family for a lens, with coefficients in OpenCV's order.

@@ -14,6 +14,9 @@ use super::{
 use crate::RigFile;
 use boresight_geometry::{Rig, frame::ImageSize};
 
+/// Distance of two cameras, in metres, from which a place is a mistake: the moon is nearer.
+const FARTHEST_M: f64 = 1e9;
+
 /// Cameras for an export, the first in the frame of all.
 #[derive(Clone, Debug)]
 pub struct ExportedRig<'a> {
@@ -21,7 +24,7 @@ pub struct ExportedRig<'a> {
 }
 
 impl<'a> ExportedRig<'a> {
-    /// Cameras of `file`. `None` if it has none, or a place is no pose.
+    /// Cameras of `file`. `None` if it has none, or a place is no pose of this world.
     pub fn of(file: &'a RigFile) -> Option<Self> {
         let cameras = file.cameras.iter().map(|entry| {
             let [width_px, height_px] = entry.image_size;
@@ -36,7 +39,9 @@ impl<'a> ExportedRig<'a> {
         let mut cameras = cameras.collect::<Option<Vec<_>>>()?;
         let rig_from_first = cameras.first()?.1.inverse();
         cameras.iter_mut().for_each(|(_, cam_from_rig)| *cam_from_rig *= rig_from_first);
-        Some(Self { cameras })
+        let is_near =
+            |(_, place): &(_, Isometry3<f64>)| place.translation.vector.norm() < FARTHEST_M;
+        cameras.iter().all(is_near).then_some(Self { cameras })
     }
 
     /// Two cameras by their names, the first in the frame of both. `None` if one is missing.
@@ -137,7 +142,7 @@ pub(super) fn opencv_stereo(exported: &ExportedRig<'_>) -> Result<String, NotExp
         matrix(&mut yaml, &format!("D{name}"), stored.distortion.len(), &stored.distortion);
     }
     let turned = rectified.rotations.map(|turn| turn.to_rotation_matrix().into_inner());
-    for (name, columns, values) in [
+    let between = [
         ("R", 3, rows(&turn)),
         ("T", 1, shift.as_slice().to_vec()),
         ("E", 3, rows(&essential)),
@@ -147,7 +152,11 @@ pub(super) fn opencv_stereo(exported: &ExportedRig<'_>) -> Result<String, NotExp
         ("P1", 4, rows(&projection(0.0))),
         ("P2", 4, rows(&projection(shift_m))),
         ("Q", 4, rows(&to_points)),
-    ] {
+    ];
+    if !between.iter().flat_map(|(_, _, values)| values).all(|value| value.is_finite()) {
+        return Err(NotExpressible::NoNumber);
+    }
+    for (name, columns, values) in between {
         matrix(&mut yaml, name, columns, &values);
     }
     Ok(yaml)
@@ -298,6 +307,16 @@ mod tests {
         let m = Matrix3::from_row_slice(&matrix("M1"));
         let [a, b] = [m * point, m * in_second.coords];
         assert!((b.transpose() * f * a).x.abs() < 1e-6 * a.norm() * b.norm());
+    }
+
+    #[test]
+    fn no_stereo_file_has_an_infinite_number() {
+        let mut one_place = rig();
+        one_place.cameras[1].1.translation.vector = Vector3::zeros();
+        assert_eq!(opencv_stereo(&one_place), Err(NotExpressible::Lens { lens: "coaxial" }));
+        let mut endless = rig();
+        endless.cameras[0].0.camera.f_px = nalgebra::Vector2::repeat(1e-308);
+        assert_eq!(opencv_stereo(&endless), Err(NotExpressible::NoNumber));
     }
 
     #[test]
