@@ -207,7 +207,7 @@ test-fleet: setup-test-fleet wheel
 # 10,000 runs of the whole program on mutated input. Not part of `make test`: it takes long; tests/hostile/*.rs is.
 test-hostile: PACKAGES += python3
 test-hostile: setup-test-hostile
-	cargo build --release --no-default-features --features live,report,history,watch
+	cargo build --release --no-default-features --features live,report,history,watch,bags
 	$(PYTHON) tests/hostile/whole_program.py --boresight $(TARGET)/release/boresight --keep $(TARGET)/hostile-failures
 
 # What has to hold before a release and takes long, or needs more than Debian.

@@ -3,7 +3,7 @@
 use boresight::{
     calibration::{
         export::{CameraFormat, ExportedCamera, kalibr_camchain},
-        import,
+        import::{self, OldCalibration},
     },
     frame::ImageSize,
     geometry::{Camera, Distortion, LensKind},
@@ -15,6 +15,9 @@ use crate::{
     harness::{only_numbers, run},
     page::calibration,
 };
+
+/// Size that a person states.
+const SIZE: ImageSize = ImageSize { width_px: 640, height_px: 480 };
 
 fn seeds() -> Vec<String> {
     let camera = Camera {
@@ -42,7 +45,66 @@ fn seeds() -> Vec<String> {
     let written = [exported, wide, pinhole].into_iter().flat_map(|exported| {
         CameraFormat::ALL.into_iter().filter_map(move |format| format.write(&exported).ok())
     });
-    [calibration().to_string(), kalibr].into_iter().chain(written).collect()
+    let others = OTHERS.into_iter().map(str::to_owned);
+    [calibration().to_string(), kalibr, with_corners()]
+        .into_iter()
+        .chain(others)
+        .chain(written)
+        .collect()
+}
+
+/// Files of other programs that none of ours are like: of two cameras, without a size, by a
+/// fisheye's own name, with corners, and those of other lens models.
+const OTHERS: [&str; 8] = [
+    r#"%YAML:1.0
+---
+M1: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]
+D1: !!opencv-matrix
+   rows: 1
+   cols: 5
+   dt: d
+   data: [ -0.1, 0.02, 0., 0., 0. ]
+M2: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 510., 0., 322., 0., 510., 241., 0., 0., 1. ]
+"#,
+    "mtx: [[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]\ndist: [[0.1, 0, 0, 0, 0]]\n",
+    r#"{"fl_x": 331.0, "fl_y": 331.0, "cx": 320.0, "cy": 240.0, "w": 640, "h": 480,
+    "k1": 0.03, "k2": -0.01, "k3": 0.0, "k4": 0.0, "is_fisheye": true, "frames": []}"#,
+    "pinhole:\n  fx: 529.0\n  fy: 529.0\n  cx: 320.0\nmodel: pinhole_radial_tangential\n",
+    "K: [500, 0, 320, 0, 500, 240, 0, 0, 1]\nD: [0, 0, 0, 0]\nxi: 1.2\n",
+    "Intrinsic of \"Depth\" / 640x480 / {Z16}\n  PPX: 320.1\n  PPY: 240.2\n  Fx: 380\n  Fy: 380\n",
+    r#"{"resolution": {"width": 640, "height": 480},
+    "cameraIntrinsics": {"rows": 3, "cols": 3, "data": [600, 0, 321, 0, 600, 238, 0, 0, 1]},
+    "distCoeffs": {"rows": 1, "cols": 5, "data": [0.1, 0, 0, 0, 0]}, "calobjectSpacing": 0.025,
+    "observations": [{"locationInObjectSpace": [{"x": 0, "y": 0, "z": 0},
+    {"x": 0.025, "y": 0, "z": 0}, {"x": 0, "y": 0.025, "z": 0}, {"x": 0.025, "y": 0.05, "z": 0}],
+    "locationInImageSpace": [{"x": 9, "y": 7}, {"x": 39, "y": 7}, {"x": 9, "y": 30},
+        {"x": 39, "y": 55}]}]}"#,
+    "#polynomial coefficients for the DIRECT mapping function\n5 -1 0 1 2 3\n",
+];
+
+/// A file of OpenCV's sample with its corners.
+fn with_corners() -> String {
+    let corners: Vec<String> =
+        (0..24).map(|at| format!("{} {}.5", 9 + 30 * (at % 4), 5 + 7 * at)).collect();
+    format!(
+        "<?xml version=\"1.0\"?><opencv_storage>\n<nframes>2</nframes>\n<image_width>640\
+         </image_width>\n<image_height>480</image_height>\n<board_width>4</board_width>\n\
+         <board_height>3</board_height>\n<square_size>0.025</square_size>\n<camera_matrix \
+         type_id=\"opencv-matrix\"><rows>3</rows><cols>3</cols><dt>d</dt>\n<data>600. 0. 321. 0. \
+         600. 238. 0. 0. 1.</data></camera_matrix>\n<distortion_coefficients \
+         type_id=\"opencv-matrix\"><rows>5</rows><cols>1</cols>\n<dt>d</dt><data>-.1 .1 0. 0. 0.\
+         </data></distortion_coefficients>\n<image_points type_id=\"opencv-matrix\"><rows>2</rows>\
+         <cols>12</cols>\n<dt>\"2f\"</dt><data>{}</data></image_points>\n</opencv_storage>",
+        corners.join(" ")
+    )
 }
 
 /// Formats with another pixel origin round the principal point, and Metashape's the focal length,
@@ -69,7 +131,14 @@ fn calibrations() {
             mutator.text(&seeds)
         },
         |input| {
-            let old = match import::read(&String::from_utf8_lossy(input)) {
+            let text = String::from_utf8_lossy(input);
+            let stated = import::read_sized(&text, Some(SIZE));
+            if let Ok(old) = &stated
+                && old.image_size != SIZE
+            {
+                return Err(format!("another size than stated: {:?}", old.image_size));
+            }
+            let old = match import::read(&text).or(stated) {
                 Ok(old) => old,
                 Err(err) => {
                     return if err.to_string().is_empty() {
@@ -79,6 +148,21 @@ fn calibrations() {
                     };
                 }
             };
+            if let Some(own) = &old.corners {
+                let count = own.board.corner_count();
+                let views = own.views.iter().filter_map(|view| view.corners.as_ref());
+                for corners in views {
+                    if corners.len() != count {
+                        return Err(format!("{} corners of {count}", corners.len()));
+                    }
+                    let mut seen = corners.iter().filter(|corner| corner.is_seen());
+                    if !seen.all(|corner| corner.px.iter().all(|px| px.is_finite())) {
+                        return Err("a corner that is nowhere".into());
+                    }
+                }
+            }
+            // A corner that wasn't seen has no place.
+            let old = OldCalibration { corners: None, ..old };
             only_numbers(&old)?;
             if old.rms_px.is_some_and(|rms_px| rms_px < 0.0) {
                 return Err("a negative residual".into());

@@ -12,7 +12,9 @@ mod mutator;
 #[path = "../common/world.rs"]
 mod world;
 
+mod bag;
 mod corners;
+mod exif;
 mod header;
 mod import;
 mod journal;
@@ -20,6 +22,8 @@ mod jpeg;
 mod message;
 mod page;
 mod picture;
+mod rig;
 mod scene;
 mod settings;
+mod store;
 mod table;

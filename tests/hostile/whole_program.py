@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""The whole program on mutated input: cameras of every format, tables, pictures, sessions whose checksums are mended,
-indexes, manifests, scenes, settings and arguments, from files and from standard input. Each run must end by itself, without
+"""The whole program on mutated input: cameras of every format, tables, pictures, bags, streams in pipes, sessions and stores
+of watched cameras whose checksums are mended, files of several cameras, indexes, manifests, scenes, settings and arguments,
+from files and from standard input. Each run must end by itself, without
 a panic, with an exit code that docs/commands.md has, within 10 s of the processor and 1 GB. A run that doesn't is kept with
 its files.
 
 usage: whole_program.py --boresight target/debug/boresight [--runs 10000] [--seed 1] [--keep FOLDER]
 """
-import argparse, collections, json, os, pathlib, random, re, resource, shutil, struct, subprocess, sys, tempfile, time, zlib
+import argparse, collections, hashlib, json, os, pathlib, random, re, resource, shutil, struct, subprocess, sys, tempfile, time, zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GOOD = ROOT / "fixtures/recordings/v1/good"
@@ -144,6 +145,18 @@ class Inputs:
         # Cameras that fit the recorded session's.
         (folder / "fits.toml").write_text('name = "fits"\nseed = 1\nimage_size_px = [400, 300]\nfps = 10\n')
         assert self.table and self.manifest and self.index
+        say("watch", "sim:street:1,days=0.5", "--store", "watched", "--once", "--every", "1h", "--patches-only")
+        lines = [json.loads(line) for line in (folder / "watched/watch.jsonl").read_text().splitlines()]
+        self.lines = [{name: value for name, value in line.items() if name not in ("seq", "sum")} for line in lines]
+        lens, pose = json.loads(self.own)["result"], {"rotation_wxyz": [1, 0, 0, 0], "translation_m": [-0.12, 0, 0]}
+        camera = {"image_size": [400, 300], "lens": lens, "cam_from_rig": pose, "views": 9, "alone_rms_px": 0.1}
+        pair = {"of": ["left", "right"], "instants": 9, "second_from_first": pose, "baseline_m": 0.12, "baseline_sd_m": None, "row_rms_px": 0.1, "row_sd_px": 0.1, "distance_sd": 0.01, "at_m": 0.8, "length_bound_m": None, "covariance": None}
+        self.rig = {"schema": "boresight.rig/1", "board": json.loads(self.own)["board"], "stretch": 1.0, "verdict": "good", "findings": [], "cameras": [{"name": name, **camera} for name in ("left", "right")], "pairs": [pair], "instants": [{"number": 1, "rig_from_board": pose, "residual_px": {"left": 0.1, "right": 0.1}}], "covariance": {"order": ["right.turn_x"], "matrix": [[1e-8]]}}
+        # A calibration for pictures of their size.
+        small = json.loads(self.own)
+        small["image_size"], small["result"]["pp_px"] = [16, 12], [8, 6]
+        (folder / "small.json").write_text(json.dumps(small))
+        self.bags = {path.name: path.read_bytes() for path in sorted((ROOT / "fixtures/bags").iterdir())}
         self.kinds = {name[2:]: getattr(self, name) for name in dir(self) if name.startswith("a_")}
 
     def put(self, name, content):
@@ -191,6 +204,76 @@ class Inputs:
     def a_picture(self):
         self.stdin = self.mutate.png(self.picture)
         return ["detect", "-", "--board", self.mutate.choice(["7x5", "7x5", "charuco:8x6:DICT_4X4_50", "aprilgrid:4x3"])] + self.some([], ["--json"])
+
+    def a_other_picture(self):
+        """Formats without checksums."""
+        width, height = 48, 36
+        grey = bytes((5 * x + 11 * y) % 256 for y in range(height) for x in range(width))
+        bmp = struct.pack("<2sIIIIiiHHIIiiII", b"BM", 54 + 4 * len(grey), 0, 54, 40, width, height, 1, 32, 0, 0, 0, 0, 0, 0) + b"".join(bytes([v, v, v, 255]) for v in grey)
+        fields = [(256, 3, width), (257, 3, height), (258, 3, 8), (259, 3, 1), (262, 3, 1), (273, 4, 200), (277, 3, 1), (278, 3, height), (279, 4, len(grey))]
+        tiff = (b"II*\0\x08\0\0\0" + struct.pack("<H", len(fields)) + b"".join(struct.pack("<HHII", tag, kind, 1, value) for tag, kind, value in fields) + b"\0\0\0\0").ljust(200, b"\0") + grey
+        webp = b"RIFF\x1a\0\0\0WEBPVP8L\x0d\0\0\0\x2f\x00\x00\x00\x10\x07\x10\x11\x11\x88\x88\xfe\x07\0"
+        pgm = b"P5 %d %d 255\n" % (width, height) + grey
+        exif = struct.pack(">HHHIHH", 1, 0x0112, 3, 1, 6, 0)
+        jpeg = b"\xff\xd8\xff\xe1" + struct.pack(">H", 16 + len(exif)) + b"Exif\0\0MM\0*\0\0\0\x08" + exif + b"\xff\xd9"
+        self.stdin = self.bytes_mostly_whole(self.mutate.choice([bmp, tiff, webp, pgm, jpeg]))
+        return ["detect", "-", "--board", "7x5"]
+
+    def bytes_mostly_whole(self, good):
+        return good if self.mutate.random() < 0.02 else self.mutate.bytes(good)
+
+    def a_bag(self):
+        name = self.mutate.choice(list(self.bags))
+        bag = self.put("in" + name[name.index(".") :], self.bytes_mostly_whole(self.bags[name]))
+        shutil.rmtree(self.folder / "new", ignore_errors=True)
+        (self.folder / "out.mcap").unlink(missing_ok=True)
+        topic = self.some([], [], ["--topic", self.argument("/left/image_raw")])
+        return self.some(["detect", bag, "--board", "7x5", *topic], ["guide", "--headless", "--source", bag, "--max-frames", "2", "--out", "new", *topic], ["export", "small.json", "--bag", bag, "--out", "out.mcap", *topic])
+
+    def a_stream(self):
+        """YUV4MPEG2, motion JPEG, PNG or raw pictures at standard input."""
+        header = self.mutate.text("YUV4MPEG2 W48 H36 F30:1 Ip A1:1 C420\n") if self.mutate.random() < 0.6 else b"YUV4MPEG2 W48 H36 F30:1 Ip A1:1 Cmono\n"
+        frame = (b"FRAME\n" if self.mutate.random() < 0.8 else self.mutate.text("FRAME Ip\n")) + bytes(range(48)) * 54
+        stream = header + frame * 4
+        self.stdin = self.mutate.choice([stream, stream, self.mutate.bytes(stream), self.mutate.png(self.picture) * 2, self.mutate.bytes(bytes(48 * 36 * 3))])
+        shutil.rmtree(self.folder / "new", ignore_errors=True)
+        return ["guide", "--headless", "--source", "-", "--max-frames", "3", "--out", "new", *self.some([], [], ["--raw", self.argument("48x36:gray@30")])]
+
+    def a_store(self):
+        folder, lines = self.folder / "store", [dict(line) for line in self.lines]
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(self.folder / "watched", folder)
+        for _ in range(self.mutate.choice([0, 1, 1, 3])):
+            kind, at = self.mutate.randrange(4), self.mutate.randrange(len(lines))
+            if kind == 0:
+                lines[at] = self.mutate.tree(lines[at], self.mutate.choice([0.01, 0.05]))
+            elif kind == 1:
+                lines[at:at] = [self.mutate.choice(lines)] * self.mutate.choice([1, 3, 300])
+            elif kind == 2 and len(lines) > 1:
+                del lines[at]
+            else:
+                lines.insert(at, {"kind": "accepted", "at": self.mutate.choice([0, 1.78e9, 1e300]), "reason": self.mutate.choice(WORDS)})
+        text = b""
+        for number, line in enumerate(lines):
+            body = json.dumps({"seq": number} | line if isinstance(line, dict) else [line])[:-1].encode()
+            text += body + b',"sum":"' + hashlib.sha256(body).hexdigest()[:16].encode() + b'"}\n'
+        (folder / "watch.jsonl").write_bytes(self.bytes_mostly_whole(text) if self.mutate.random() < 0.3 else text)
+        if self.mutate.random() < 0.3:
+            (folder / "watch.json").write_bytes(self.mutate.text((folder / "watch.json").read_text()))
+        return self.some(
+            ["watch", "state", "--store", "store", "--json"], ["watch", "replay", "--store", "store"], ["watch", "--recover", "--store", "store"],
+            ["watch", "accept", "--store", "store", "--reason", "a new pole"], ["history", "due", "--watch", "store"], ["history", "page", "--watch", "store", "--out", "out.html", "--force"],
+        )  # fmt: skip
+
+    def a_rig(self):
+        name = self.put("rig.json", json.dumps(self.mutate.tree(self.rig, self.mutate.choice([0.002, 0.01, 0.05]))).encode())
+        return self.some(["report", name, "--out", "out.html", "--force"], ["export", name, "--format", self.mutate.choice(["kalibr", "ros-yaml", "opencv-yaml", "opencv-stereo"]), *self.some([], ["--name", self.argument("left")])])
+
+    def a_judged(self):
+        """A calibration's file with corners of its own, without a picture."""
+        points = " ".join(f"{60 + 30 * (at % 7) + number}. {40 + 25 * (at // 7)}." for number in range(4) for at in range(35))
+        text = f'<?xml version="1.0"?>\n<opencv_storage>\n<nframes>4</nframes>\n<image_width>400</image_width>\n<image_height>300</image_height>\n<board_width>7</board_width>\n<board_height>5</board_height>\n<square_size>0.03</square_size>\n<camera_matrix type_id="opencv-matrix"><rows>3</rows><cols>3</cols><dt>d</dt>\n<data>342. 0. 202.5 0. 342. 147.5 0. 0. 1.</data></camera_matrix>\n<distortion_coefficients type_id="opencv-matrix"><rows>5</rows><cols>1</cols><dt>d</dt>\n<data>-.12 .05 0. 0. 0.</data></distortion_coefficients>\n<image_points type_id="opencv-matrix"><rows>4</rows><cols>35</cols><dt>"2f"</dt>\n<data>{points}</data></image_points>\n</opencv_storage>'
+        return ["judge", self.put("in.xml", self.mutate.text(text)), *self.some([], ["--json"])]
 
     def a_manifest(self):
         self.stdin = self.mutate.text(self.manifest)

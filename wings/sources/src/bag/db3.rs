@@ -6,6 +6,8 @@ use rusqlite::{Connection, OpenFlags, OptionalExtension, limits::Limit};
 
 use super::message::{MESSAGE_LIMIT, Message, Topic};
 
+const DAMAGED: &str = "the file is cut off or damaged";
+
 /// A database.
 pub(super) struct Db3 {
     db: Connection,
@@ -59,6 +61,10 @@ impl Db3 {
         let Some((id, message)) = message.optional().map_err(|err| words(&err))? else {
             return Ok(None);
         };
+        // In a damaged file, rows may come again and again.
+        if id <= self.last {
+            return Err(DAMAGED.into());
+        }
         self.last = id;
         Ok(Some(message))
     }
@@ -90,7 +96,7 @@ fn unchanging(path: &Path) -> String {
 /// Description of the error for a person.
 pub(super) fn words(err: &rusqlite::Error) -> String {
     match err.sqlite_error_code() {
-        Some(rusqlite::ErrorCode::DatabaseCorrupt) => "the file is cut off or damaged".into(),
+        Some(rusqlite::ErrorCode::DatabaseCorrupt) => DAMAGED.into(),
         Some(rusqlite::ErrorCode::NotADatabase) => "it isn't a database".into(),
         Some(rusqlite::ErrorCode::TooBig) => "a message is larger than any picture".into(),
         _ if *err == rusqlite::Error::InvalidQuery => {

@@ -2,17 +2,15 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    io::{BufReader, Read, Seek},
+    fs::File,
+    io::{BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
 };
 
 use mcap::{
     McapError,
-    records::Record,
-    sans_io::{
-        linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
-        summary_reader::{SummaryReadEvent, SummaryReader, SummaryReaderOptions},
-    },
+    records::{Record, op},
+    sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions},
 };
 
 use super::message::{MESSAGE_LIMIT, Message, Topic, most_unpacked};
@@ -20,6 +18,8 @@ use boresight_files::{Links, Unnamed, open};
 
 /// Most bytes of a record, and of an unpacked chunk.
 const RECORD_LIMIT: usize = MESSAGE_LIMIT as usize;
+/// Most bytes read at once: a record may state more than the file has.
+const AT_ONCE: usize = 1 << 20;
 /// Most records of a file beyond one for each of its bytes.
 const MOST_RECORDS: u64 = 1_000_000;
 
@@ -59,58 +59,12 @@ impl Mcap {
     }
 
     pub(super) fn topics(&self) -> Result<Vec<Topic>, String> {
-        if let Some(topics) = self.listed() {
-            return Ok(topics);
+        let listed = Records::listed(&self.path).and_then(|records| topics_of(records).ok());
+        match listed.filter(|topics| !topics.is_empty()) {
+            Some(topics) => Ok(topics),
+            // A file without its end, or without a list there.
+            None => topics_of(Records::open(&self.path, false)?),
         }
-        // A file without its end, or without a list there.
-        let mut records = Records::open(&self.path, false)?;
-        let (mut schemas, mut topics) = (BTreeMap::new(), BTreeMap::new());
-        loop {
-            match records.next() {
-                Ok(Some(Record::Schema { header, .. })) => {
-                    schemas.insert(header.id, header.name);
-                }
-                Ok(Some(Record::Channel(channel))) => {
-                    let type_name = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                    topics.entry(channel.topic.clone()).or_insert_with(|| {
-                        Topic::new(channel.topic, type_name, &channel.message_encoding)
-                    });
-                }
-                Ok(Some(_)) => {}
-                Err(err) if topics.is_empty() => return Err(words(&err)),
-                Ok(None) | Err(_) => return Ok(topics.into_values().collect()),
-            }
-        }
-    }
-
-    /// The topics in the list at the file's end.
-    fn listed(&self) -> Option<Vec<Topic>> {
-        let mut file = open(&self.path, Links::Followed).ok()?;
-        let size = file.metadata().ok()?.len();
-        let options = SummaryReaderOptions::default()
-            .with_file_size(size)
-            .with_record_length_limit(RECORD_LIMIT);
-        let mut reader = SummaryReader::new_with_options(options);
-        while let Some(event) = reader.next_event() {
-            match event.ok()? {
-                SummaryReadEvent::ReadRequest(count) => {
-                    let read = file.read(reader.insert(count)).ok()?;
-                    reader.notify_read(read);
-                }
-                SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
-            }
-        }
-        let topics: BTreeMap<String, Topic> = reader
-            .finish()?
-            .channels
-            .into_values()
-            .map(|channel| {
-                let type_name = channel.schema.as_ref().map_or("", |schema| &schema.name);
-                let (name, encoding) = (channel.topic.clone(), &channel.message_encoding);
-                (name.clone(), Topic::new(name, type_name.into(), encoding))
-            })
-            .collect();
-        (!topics.is_empty()).then(|| topics.into_values().collect())
     }
 
     pub(super) fn next(&mut self) -> Result<Option<Message>, String> {
@@ -149,6 +103,27 @@ impl Mcap {
     }
 }
 
+/// The topics of `records`; an error after the first one is their end.
+fn topics_of(mut records: Records) -> Result<Vec<Topic>, String> {
+    let (mut schemas, mut topics) = (BTreeMap::new(), BTreeMap::new());
+    loop {
+        match records.next() {
+            Ok(Some(Record::Schema { header, .. })) => {
+                schemas.insert(header.id, header.name);
+            }
+            Ok(Some(Record::Channel(channel))) => {
+                let type_name = schemas.get(&channel.schema_id).cloned().unwrap_or_default();
+                topics.entry(channel.topic.clone()).or_insert_with(|| {
+                    Topic::new(channel.topic, type_name, &channel.message_encoding)
+                });
+            }
+            Ok(Some(_)) => {}
+            Err(err) if topics.is_empty() => return Err(words(&err)),
+            Ok(None) | Err(_) => return Ok(topics.into_values().collect()),
+        }
+    }
+}
+
 /// The records of a file, including those of chunks.
 pub(super) struct Records {
     file: Box<dyn Read + Send>,
@@ -164,12 +139,28 @@ impl Records {
     /// checksum.
     pub(super) fn open(path: &Path, checks: bool) -> Result<Self, String> {
         let file = open(path, Links::Followed).map_err(|err| err.to_string())?;
+        Ok(Self::of(file, LinearReaderOptions::default().with_prevalidate_chunk_crcs(checks)))
+    }
+
+    /// Records of the list at the file's end; `None` without one.
+    fn listed(path: &Path) -> Option<Self> {
+        let mut file = open(path, Links::Followed).ok()?;
+        // Code and length of the last record, start of the list, and other 20 bytes.
+        let mut end = [0; 37];
+        file.seek(SeekFrom::End(-(end.len() as i64))).ok()?;
+        file.read_exact(&mut end).ok()?;
+        let start = u64::from_le_bytes(*end[9..].first_chunk()?);
+        if end[0] != op::FOOTER || start == 0 {
+            return None;
+        }
+        file.seek(SeekFrom::Start(start)).ok()?;
+        Some(Self::of(file, LinearReaderOptions::default().with_skip_start_magic(true)))
+    }
+
+    fn of(file: File, options: LinearReaderOptions) -> Self {
         let file = Box::new(BufReader::with_capacity(1 << 18, file));
-        let options = LinearReaderOptions::default()
-            .with_record_length_limit(RECORD_LIMIT)
-            .with_prevalidate_chunk_crcs(checks);
-        let reader = LinearReader::new_with_options(options);
-        Ok(Self { file, reader, read: 0, count: 0, unpacked: 0 })
+        let reader = LinearReader::new_with_options(options.with_record_length_limit(RECORD_LIMIT));
+        Self { file, reader, read: 0, count: 0, unpacked: 0 }
     }
 
     /// The next record; `None` at the end.
@@ -179,7 +170,7 @@ impl Records {
                 None => return Ok(None),
                 Some(Err(err)) => return Err(err),
                 Some(Ok(LinearReadEvent::ReadRequest(count))) => {
-                    let read = self.file.read(self.reader.insert(count))?;
+                    let read = self.file.read(self.reader.insert(count.min(AT_ONCE)))?;
                     self.read += read as u64;
                     self.reader.notify_read(read);
                 }
@@ -193,12 +184,50 @@ impl Records {
                             "it unpacks to far more than a recording",
                         )));
                     }
+                    if !has_contents(opcode) {
+                        continue;
+                    }
+                    texts_fit(opcode, data).ok_or(McapError::UnexpectedEof)?;
                     return mcap::parse_record(opcode, data)
                         .map(|record| Some(record.into_owned()));
                 }
             }
         }
     }
+}
+
+/// True for records that are more than lists of others.
+fn has_contents(opcode: u8) -> bool {
+    let (first, more) = (op::HEADER..=op::MESSAGE, [op::ATTACHMENT, op::METADATA, op::DATA_END]);
+    first.contains(&opcode) && opcode != op::FOOTER || more.contains(&opcode)
+}
+
+/// `None` if a text of a record is longer than the record: the library makes room for the stated
+/// length before it reads, up to 4 GB, and a system may end the program for that.
+fn texts_fit(opcode: u8, data: &[u8]) -> Option<()> {
+    let (before, texts, has_map) = match opcode {
+        op::HEADER => (0, 2, false),
+        op::SCHEMA => (2, 2, false),
+        op::CHANNEL => (4, 2, true),
+        op::ATTACHMENT => (16, 2, false),
+        op::METADATA => (0, 1, true),
+        _ => return Some(()),
+    };
+    let mut rest = data.get(before..)?;
+    for _ in 0..texts {
+        (_, rest) = text(rest)?;
+    }
+    let mut map = if has_map { text(rest)?.0 } else { &[] };
+    while !map.is_empty() {
+        (_, map) = text(map)?;
+    }
+    Some(())
+}
+
+/// The bytes behind their length, and the rest.
+fn text(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    rest.split_at_checked(usize::try_from(u32::from_le_bytes(*length)).ok()?)
 }
 
 /// Description of the error for a person.
