@@ -14,11 +14,18 @@ pub(super) fn decimals(sd: f64) -> usize {
 
 /// Number with `decimals` decimals; all digits are in its `value`.
 pub(super) fn plain(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return text(value, decimals);
+    }
     format!("<data value=\"{value}\">{}</data>", text(value, decimals))
 }
 
 /// Text of a number with a typographic minus sign, and no minus before zero.
 pub(super) fn text(value: f64, decimals: usize) -> String {
+    // Of a file with numbers that no camera has.
+    if !value.is_finite() {
+        return "\u{2013}".into();
+    }
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(digits) if digits.chars().all(|c| c == '0' || c == '.') => digits.into(),
