@@ -199,8 +199,8 @@ mod tests {
     fn quick(unhurried: bool, kind: FrameKind, misses: &[Miss]) -> Vec<bool> {
         let asked = Arc::default();
         let finder = Box::new(Noting(Arc::clone(&asked), misses.to_vec()));
-        let (pictures, _pictures) = crossbeam_channel::unbounded();
-        let (inbox, _inbox) = crossbeam_channel::unbounded();
+        let (pictures, _pictures) = crossbeam_channel::bounded(1);
+        let (inbox, _inbox) = crossbeam_channel::bounded(1);
         let board = Board::new(9, 6, 0.025).expect("valid");
         let rest = Arc::default();
         let saw_nothing = false;
