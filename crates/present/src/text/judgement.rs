@@ -189,13 +189,15 @@ pub fn file_doubt(doubt: &FileDoubt) -> String {
             "Its principal point is the exact middle of the picture: assumed, not measured".into()
         }
         FileDoubt::OtherSize { fits } => {
-            format!("Its principal point fits pictures of about {fits}: made at another size?")
+            format!(
+                "Its principal point fits pictures of about {fits}: perhaps made at another size"
+            )
         }
         FileDoubt::PpFar { widths } => format!(
             "Its principal point is {:.0} % of the width from the middle: unusual, not impossible",
             100.0 * widths
         ),
-        FileDoubt::Units => "Its numbers aren't in pixels: millimetres or fractions?".into(),
+        FileDoubt::Units => "Its numbers aren't in pixels: perhaps millimetres or fractions".into(),
         FileDoubt::Stretched { ratio, exactly } => {
             let shape = exactly.map_or_else(String::new, |(a, b)| format!(", exactly {a}:{b}"));
             format!(
@@ -215,7 +217,7 @@ pub fn file_doubt(doubt: &FileDoubt) -> String {
         }
         FileDoubt::NoRotation => "Its R is no rotation: rectified pictures will be wrong".into(),
         FileDoubt::NotOfExif { film_mm, exif_mm } => format!(
-            "It has the field of view of a {film_mm:.0} mm lens on film, and its pictures' EXIF data says {exif_mm:.0} mm: another camera, zoom or size?"
+            "It has the field of view of a {film_mm:.0} mm lens on film, and its pictures' EXIF data says {exif_mm:.0} mm: perhaps another camera, zoom or size"
         ),
         FileDoubt::Projection => {
             "Its P isn't a projection of this lens's rectified pictures: they will be wrong".into()
