@@ -79,6 +79,7 @@ struct Sums {
     xy: f64,
     yy: f64,
     touches_edge: bool,
+    is_dark: bool,
 }
 
 /// Finds blobs. Reuses its buffers.
@@ -92,6 +93,8 @@ pub(super) struct BlobFinder {
     /// Kind of each pixel of a row.
     kinds: Vec<u8>,
     runs: Vec<Run>,
+    /// Index of each run's shape, and the sums of each.
+    shapes: Vec<u32>,
     sums: Vec<Sums>,
 }
 
@@ -116,9 +119,7 @@ impl BlobFinder {
             above = begin..self.runs.len();
         }
         self.sum_up(width as u32, height as u32);
-        into.extend(
-            self.runs.iter().zip(&self.sums).filter_map(|(run, sums)| sums.blob(run.is_dark)),
-        );
+        into.extend(self.sums.iter().filter_map(Sums::blob));
     }
 
     /// Measures the darkest and lightest pixel of each tile and neighbours.
@@ -211,14 +212,21 @@ impl BlobFinder {
         }
     }
 
-    /// Sums up the runs of each shape, at the root.
+    /// Sums up the runs of each shape.
     fn sum_up(&mut self, width: u32, height: u32) {
         self.sums.clear();
-        self.sums.resize(self.runs.len(), Sums::default());
+        self.shapes.clear();
         for index in 0..self.runs.len() {
             let run = self.runs[index];
-            let root = self.root(index as u32) as usize;
-            let sums = &mut self.sums[root];
+            // A parent comes before its run, so its own shape is known.
+            let shape = if run.parent as usize == index {
+                self.sums.push(Sums { is_dark: run.is_dark, ..Sums::default() });
+                self.sums.len() as u32 - 1
+            } else {
+                self.shapes[run.parent as usize]
+            };
+            self.shapes.push(shape);
+            let sums = &mut self.sums[shape as usize];
             let count = f64::from(run.end - run.begin);
             let middle = f64::from(run.begin + run.end - 1) / 2.0;
             let y = f64::from(run.row);
@@ -243,7 +251,7 @@ fn equal(kinds: &[u8]) -> usize {
 
 impl Sums {
     /// Ellipse with the same moments, if the shape is an ellipse.
-    fn blob(&self, is_dark: bool) -> Option<Blob> {
+    fn blob(&self) -> Option<Blob> {
         if self.touches_edge || self.count < f64::from(LEAST_AREA_PX2) {
             return None;
         }
@@ -251,7 +259,7 @@ impl Sums {
         // A disc's variance is a quarter of its squared radius.
         let of = |sum: f64, mean2: f64| 4.0 * (sum / self.count - mean2) as f32;
         let shape = [of(self.xx, x * x), of(self.xy, x * y), of(self.yy, y * y)];
-        let blob = Blob { at: [x as f32, y as f32], shape, is_dark };
+        let blob = Blob { at: [x as f32, y as f32], shape, is_dark: self.is_dark };
         let area = PI * blob.determinant().max(0.0).sqrt();
         let half = (shape[0] + shape[2]) / 2.0;
         let apart = libm::hypotf((shape[0] - shape[2]) / 2.0, shape[1]);

@@ -24,7 +24,7 @@ use boresight_geometry::{
 /// Limits on the thinned pixels: to a third of the standard deviation, enough for a start.
 const ROUGH: Limits =
     Limits { rounds: 25, first_damping: 1e-3, negligible_step: 0.1, cost_rounding: 1e-6 };
-/// Limits on all pixels near the outline: to a thousandth of a standard deviation. Sums have single
+/// Limits on all pixels near the outline: to a thirtieth of a standard deviation. Sums have single
 /// precision.
 const FINE: Limits =
     Limits { rounds: 25, first_damping: 1e-3, negligible_step: 1e-3, cost_rounding: 1e-6 };
