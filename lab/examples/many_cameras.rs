@@ -44,7 +44,8 @@ fn main() -> anyhow::Result<()> {
         let (camera, _) =
             WatchedCamera::open(&stores.join(&name), &name, None, (Some(lens.clone()), false))?;
         let feed = Feed::Files(files[(n / streets.len()).min(files.len())..].to_vec());
-        rounds.push(Round { name, places: Places::one(camera), feed, every: *every });
+        let places = Places::one(camera);
+        rounds.push(Round { name, places, feed, every: *every, is_frozen: false });
     }
     let said: Mutex<BTreeMap<String, Vec<&str>>> = Mutex::default();
     let hear = |camera: &WatchedCamera, decision: &boresight_watch::Decision| {
