@@ -167,14 +167,17 @@ fn weigh<'a>(
     ends: [Behind; 4],
 ) -> impl Iterator<Item = Weighed> + Clone + 'a {
     let extent = lattice.extent().unwrap_or_default();
+    let colours = [false, true].map(|is_upright| of_colours(image, lattice, board, is_upright));
     inside_board(extent, board).map(move |placement| {
+        let colours = colours[usize::from(placement.is_upright())];
+        let is_even = placement.shift.iter().sum::<i32>() % 2 == 0;
         let (near, vanished) = track(image, lattice, &placement, board, expected);
         let track = either(near - VANISHED_BITS * vanished, -ASTRAY_BITS);
         let has_track = !expected.corners.is_empty();
         Weighed {
             placement,
             ends: of_ends(&placement, extent, board, ends),
-            colours: of_colours(image, lattice, &placement, board),
+            colours: if is_even { colours } else { -colours },
             track: if has_track { track } else { 0.0 },
             is_tracked: has_track && near > LEAD - ASTRAY_BITS,
         }
@@ -255,16 +258,16 @@ pub(super) fn of_ends(
     SIDES.into_iter().zip(ends).map(of_side).sum()
 }
 
-/// Bits for a place by the colours: one for each corner with matching colours, as boards of mixed
-/// parity have a dark outer square at their first corner.
-fn of_colours(image: &GrayImage, lattice: &Lattice, placement: &Placement, board: &Board) -> f32 {
+/// Bits by the colours for places with an even shift, and against those with an odd one: one for
+/// each corner with matching colours, as boards of mixed parity have a dark outer square at their
+/// first corner. No turn changes whether a corner's column and row add up to an even number.
+fn of_colours(image: &GrayImage, lattice: &Lattice, board: &Board, is_upright: bool) -> f32 {
     if board.looks_the_same_upside_down() {
         return 0.0;
     }
     let of_corner = |&node: &Node| {
-        let is_dark = dark_outside(image, lattice, node, placement.is_upright())?;
-        let [column, row] = placement.place(node);
-        Some(if is_dark == ((column + row) % 2 == 0) { 1.0 } else { -1.0 })
+        let is_dark = dark_outside(image, lattice, node, is_upright)?;
+        Some(if is_dark == ((node.0 + node.1) % 2 == 0) { 1.0 } else { -1.0 })
     };
     lattice.nodes().iter().filter_map(of_corner).sum()
 }
