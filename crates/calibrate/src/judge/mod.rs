@@ -229,10 +229,10 @@ fn held_to(
     let other_size = || NotJudged::OtherSize { pictures, given: given.image_size };
     let is_guess = resized.is_some_and(Resized::is_guess);
     let hits = closest.displaced_px.iter().filter(|(_, by)| by.norm() < reach_px).count();
-    if hits < covered.count() && is_guess {
-        return Err(other_size());
-    }
     if hits < covered.count() {
+        if is_guess {
+            return Err(other_size());
+        }
         let share = 1.0 - hits as f64 / covered.count() as f64;
         return Err(NotJudged::Misses { share, wrong: wrong(f64::INFINITY) });
     }
