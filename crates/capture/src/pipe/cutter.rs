@@ -14,6 +14,7 @@ use super::{
 use crate::{Decompressor, PICTURE_LIMIT_PX, Pixels, RawForm, integrity::Flaw};
 use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
+use memchr::memmem::find;
 
 /// Most bytes skipped before the first picture, such as words of a login.
 const PREFACE_BYTES: usize = 4096;
@@ -323,15 +324,4 @@ fn stream_header(line: &str) -> Result<(Planes, Option<(u32, u32)>), String> {
         (times > 0 && secs > 0).then_some((secs, times))
     });
     Ok((planes, interval))
-}
-
-fn find(bytes: &[u8], mark: &[u8]) -> Option<usize> {
-    let mut from = 0;
-    while let Some(at) = bytes[from..].iter().position(|byte| *byte == mark[0]) {
-        if bytes[from + at..].starts_with(mark) {
-            return Some(from + at);
-        }
-        from += at + 1;
-    }
-    None
 }

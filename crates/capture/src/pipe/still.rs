@@ -1,5 +1,7 @@
 //! End of a JPEG or PNG in a stream of them.
 
+use memchr::memmem::find;
+
 const PNG_START: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_START: &[u8] = &[0xFF, 0xD8, 0xFF];
 /// Longest chunk of a PNG.
@@ -75,8 +77,7 @@ impl Still {
             let Some(sum) = bytes.get(sum_at..sum_at + 4) else {
                 // A damaged length mustn't swallow the pictures after it.
                 let rest = &bytes[self.at + 8..];
-                let next = rest.windows(PNG_START.len()).position(|start| start == PNG_START);
-                return next
+                return find(rest, PNG_START)
                     .map_or(StillEnd::NotYet, |at| StillEnd::Torn { resume: self.at + 8 + at });
             };
             if crc32fast::hash(&bytes[self.at + 4..sum_at]).to_be_bytes() != sum {
