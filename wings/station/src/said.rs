@@ -71,7 +71,7 @@ pub struct Amounts {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FindingLine {
-    /// `PINNED`, `ALSO-SHIFTED`, `SWAYS-MORE` or `SHAKES`.
+    /// `PINNED`, `ALSO-SHIFTED`, `SWAYS-MORE`, `LEFT-OUT` or `SHAKES`.
     pub code: &'static str,
     /// In a sentence.
     pub sentence: String,

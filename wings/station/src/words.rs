@@ -171,9 +171,9 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
             format!("only {agree} of {found} patches of the scene agree"),
             "Check whether something large is in front of the camera, or whether it was shifted.",
         ),
-        NoAnswer::TwoMotions { agree, other } => (
+        NoAnswer::TwoMotions { agree, other, .. } => (
             format!("{agree} patches of the scene moved one way and {other} another"),
-            "Check whether part of the mount or of a window is in the picture, and accept it without.",
+            "Check whether part of the mount or of a window is in the picture. What stays while the scene moves is left out by itself once the camera is learned.",
         ),
         NoAnswer::LittleSeen { agree, of } => (
             format!("only {agree} of {of} patches of the scene agree, fewer than usual"),
@@ -247,6 +247,9 @@ pub fn finding(finding: &Finding) -> String {
                 "It sways more than at first: {is_px:.2} px instead of {was_px:.2} px; small changes are seen later."
             )
         }
+        Finding::LeftOut { percent } => format!(
+            "{percent} % of the picture is left out: it stays while the scene moves, as the camera's own mount does. If that is wrong, accept the camera."
+        ),
         Finding::Shakes { by_px } => format!("It shakes by {by_px:.1} px."),
     }
 }

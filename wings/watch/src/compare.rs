@@ -34,13 +34,13 @@ impl Gallery {
             return Err(NoAnswer::TooDark);
         }
         let measured = self.fit_nearest(view, lens).map(|measured| measured.or_shifted(lens));
-        let measured = credible(measured, self.sought(view))?;
-        // Of two motions, the one that stands still may be the camera's own mount.
-        let is_still = measured.turn.in_px(lens).amax() < APART_PX;
-        match measured.second_motion(lens).filter(|_| is_still) {
-            Some(other) => Err(NoAnswer::TwoMotions { agree: measured.inliers as u32, other }),
-            None => Ok(measured),
+        // Of two motions, the one that stays may be that of the camera's own mount.
+        let still = measured.as_ref().filter(|m| m.turn.in_px(lens).amax() < APART_PX);
+        if let Some((still, other)) = still.and_then(|m| Some((m, m.second_motion(lens)?))) {
+            let agree = still.inliers as u32;
+            return Err(NoAnswer::TwoMotions { agree, other, left_out_percent: None });
         }
+        credible(measured, self.sought(view))
     }
 
     /// Most similar references, the nearest first.

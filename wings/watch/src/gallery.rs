@@ -315,7 +315,7 @@ mod tests {
     use image::GrayImage;
 
     use super::*;
-    use crate::NoAnswer;
+    use crate::{Input, NoAnswer, Picture, State};
 
     /// References an hour apart with these focal lengths, per cent.
     fn with_focals(percent: &[f64]) -> Vec<f64> {
@@ -382,5 +382,30 @@ mod tests {
             let answer = station.measure(&scene(slid_px)).map(|measured| measured.turn);
             assert!(matches!(answer, Err(NoAnswer::TwoMotions { .. })), "{answer:?}");
         }
+    }
+
+    #[test]
+    fn what_stays_while_the_scene_moves_is_left_out_of_the_next_answer() {
+        let (lens, gallery) = pinned_by([[20; 5]; 6]);
+        let mut station = crate::Station::new(lens.clone());
+        (station.gallery, station.is_learned) = (gallery, true);
+        let view = scene([24, 20, 20, 20, 24]);
+        let measured = station.measure(&view);
+        let none = measured.as_ref().err().copied();
+        let mut decision = crate::Watch::new(&lens).decision().clone();
+        for is_told in [false, true] {
+            let picture = Picture { at: 9.0, late: false, answer: None, none };
+            let shelf = &mut std::collections::BTreeMap::new();
+            let looked = station.learn_and_adopt(&view, &measured, picture, &decision, shelf);
+            assert_eq!(looked.references_changed, is_told);
+            let Input::Picture(picture) = &looked.inputs[0] else { panic!("{looked:?}") };
+            let Some(NoAnswer::TwoMotions { left_out_percent, .. }) = picture.none else {
+                panic!("{picture:?}")
+            };
+            assert!(left_out_percent.map_or(!is_told, |it| (55..65).contains(&it)), "{picture:?}");
+            decision.state = State::CannotTell { reason: none.expect("a reason"), before: None };
+        }
+        let moved_px = station.measure(&view).expect("an answer").turn.in_px(&lens);
+        assert!((moved_px[0].abs() - 4.0).abs() < 0.2, "{moved_px}");
     }
 }

@@ -18,8 +18,8 @@
 //! | `turn`, `fit` | pan, tilt, roll, focal ratio through any lens model; the robust fit |
 //! | `measure`, `compare` | one picture against the nearest references |
 //! | `far`, `shift` | a camera that points elsewhere |
-//! | `gallery`, `station` | references: learned, adopted, retired |
-//! | `overlay` | text in the picture |
+//! | `gallery`, `seasons`, `station` | references: learned, adopted, retired |
+//! | `overlay` | what isn't the scene: text, the camera's own mount |
 //! | `texture`, `glass`, `condition` | sharpness and contrast of a picture; over days |
 //! | `slot`, `cycle`, `sequential` | correlated estimates; the daily cycle; a test for leaving it |
 //! | `input`, `state`, `watch` | the fold |
@@ -41,6 +41,7 @@ mod outline;
 mod overlay;
 mod patches;
 mod reference;
+mod seasons;
 mod sequential;
 mod shift;
 mod slot;

@@ -72,6 +72,9 @@ pub enum NoAnswer {
         agree: u32,
         /// Patches that agree about the other.
         other: u32,
+        /// Share of the picture left out from then on as the camera's own mount, or as text.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        left_out_percent: Option<u32>,
     },
     /// What agrees is little of what usually does.
     LittleSeen {

@@ -1,13 +1,20 @@
-//! Text and logos written into the picture by camera or recorder, found automatically.
+//! Parts of the picture that aren't the scene, found automatically: text and logos written by
+//! camera or recorder, and what moves with the camera.
 
+use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
 
-use crate::slot::SEVERAL;
+use crate::{
+    fit::Sighting,
+    measure::APART_PX,
+    patches::{GRID, cell_of},
+    slot::SEVERAL,
+};
 
 /// Minimum ratio of mean brightness between pictures of different light.
 const DIFFERENT_LIGHT: f64 = 1.5;
 
-/// Pixels of text and logos, in boxes.
+/// Pixels that aren't the scene, in boxes.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mask {
     /// Boxes: left, top, right, bottom, px; right and bottom are outside.
@@ -25,6 +32,23 @@ impl Mask {
         let covered = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let count = covered.filter(|&(x, y)| self.covers(x, y)).count();
         count as f64 / f64::from(width * height).max(1.0)
+    }
+
+    /// Adds the cells in which most patches stay at their pixels. While the scene moves, they show
+    /// the camera's own mount, the frame of a window, or dirt on the glass.
+    pub(crate) fn add_own(&mut self, sightings: &[Sighting], size: ImageSize) {
+        let mut votes = [[0_i32; GRID[0]]; GRID[1]];
+        for Sighting { px, reference_px, .. } in sightings {
+            let [i, j] = cell_of(reference_px, size);
+            votes[j][i] += if (px - reference_px).norm() < APART_PX { 1 } else { -1 };
+        }
+        let sides = [size.width_px, size.height_px].map(|px| px as usize);
+        let edge = |k: usize, n: usize| (n * sides[k]).div_ceil(GRID[k]) as u32;
+        for (j, row) in votes.iter().enumerate() {
+            let own = row.iter().enumerate().filter(|(_, votes)| **votes > 0);
+            let cell = |(i, _)| [edge(0, i), edge(1, j), edge(0, i + 1), edge(1, j + 1)];
+            self.boxes.extend(own.map(cell));
+        }
     }
 
     /// Finds edges with the same direction and strength in any light, and areas bright even at

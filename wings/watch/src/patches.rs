@@ -1,5 +1,6 @@
 //! Patches: chosen at corners, found by normalised correlation, to a fraction of a pixel.
 
+use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
 use nalgebra::Point2;
 
@@ -16,7 +17,7 @@ pub(crate) const FINE_SEARCH: usize = 5;
 /// Half side of the search in the reduced picture; four times as far in the full-size picture.
 pub(crate) const COARSE_SEARCH: usize = 12;
 /// Columns and rows of cells, each with at most one patch.
-const GRID: [usize; 2] = [14, 10];
+pub(crate) const GRID: [usize; 2] = [14, 10];
 /// Minimum mean square of the slope along the weaker direction of a corner, levels per px squared:
 /// noise after levelling stays below.
 const LEAST_CORNER: f32 = 16.0;
@@ -244,6 +245,14 @@ pub(crate) fn corners(levelled: &GrayImage, is_masked: impl Fn(u32, u32) -> bool
         }
     }
     found
+}
+
+/// Cell of a pixel: column and row.
+pub(crate) fn cell_of(px: &Point2<f64>, size: ImageSize) -> [usize; 2] {
+    let cell = |at: f64, parts: usize, length: u32| {
+        ((at.max(0.0) * parts as f64 / f64::from(length.max(1))) as usize).min(parts - 1)
+    };
+    [cell(px.x, GRID[0], size.width_px), cell(px.y, GRID[1], size.height_px)]
 }
 
 /// Position in the reduced picture of a point of the full picture: their corners, not centres,

@@ -56,6 +56,11 @@ pub enum Finding {
         /// Largest scatter now, px.
         is_px: f64,
     },
+    /// Part of the picture left out: it stays while the scene moves.
+    LeftOut {
+        /// Share of the picture.
+        percent: u32,
+    },
     /// Shaking within seconds.
     Shakes {
         /// Amplitude, px.
@@ -111,6 +116,7 @@ impl Finding {
             Self::Pinned => "PINNED",
             Self::AlsoShifted => "ALSO-SHIFTED",
             Self::SwaysMore { .. } => "SWAYS-MORE",
+            Self::LeftOut { .. } => "LEFT-OUT",
             Self::Shakes { .. } => "SHAKES",
         }
     }

@@ -7,16 +7,17 @@ use image::GrayImage;
 
 use crate::{
     compare::agreeing,
-    gallery::{Gallery, Glance, SIZE, Track},
+    gallery::{Gallery, Glance, SIZE},
     glass::Glass,
     input::{Answer, Input, LearnedSample, Picture, line_turn},
     level::View,
     measure::{Measured, NoAnswer},
     overlay::Mask,
     reference::Reference,
-    slot::{DAY_SECS, lived_secs},
+    seasons::Seasons,
+    slot::lived_secs,
     state::{Decision, State},
-    turn::{Lens, Turn},
+    turn::Lens,
     watch::{SETTLED_SECS, Watch},
 };
 
@@ -26,17 +27,6 @@ const POOL: usize = 160;
 /// Number of pictures for first learning references; learning repeats whenever the number has
 /// doubled.
 const FIRST_POOL: usize = 6;
-/// Maximum number of references adopted per day, and maximum number of references kept.
-const ADOPTED_A_DAY: usize = 4;
-const MOST: usize = SIZE + 2 * ADOPTED_A_DAY;
-/// Minimum share of the patches that usually agree, for an adopted reference: what covers half of
-/// the glass isn't the scene.
-const ADOPTED_SEEN: f64 = 0.7;
-/// Number of first references kept as anchors: without them, the errors of new references would add
-/// up.
-const ANCHORS: usize = 10;
-/// Number of comparisons before judging an adopted reference's patches.
-const JUDGED: usize = 12;
 /// Minimum move for asking the cause, px at the picture's middle.
 const ASKED_PX: f64 = 1.0;
 
@@ -81,7 +71,7 @@ pub struct Station {
     pub lens: Lens,
     /// The references.
     pub gallery: Gallery,
-    /// Text and logos.
+    /// What isn't the scene.
     pub mask: Mask,
     /// Learning pictures by number on the shelf.
     pool: Vec<(u64, Glance)>,
@@ -92,23 +82,9 @@ pub struct Station {
     pub is_learned: bool,
     /// True if the first references are a pin, to which all others are tied.
     pub is_pinned: bool,
-    tracks: Vec<(usize, Track)>,
-    uses: Vec<f64>,
-    candidates: Vec<Candidate>,
-    day: Option<i64>,
-    was_ok_all_day: bool,
+    seasons: Seasons,
     /// Newest picture during learning.
     newest: Option<Newest>,
-}
-
-/// Picture that may be adopted at the end of the day.
-#[derive(Clone, Debug)]
-struct Candidate {
-    /// Likeness to the nearest reference.
-    likeness: f64,
-    at_secs: f64,
-    turn: Turn,
-    grey: GrayImage,
 }
 
 /// Newest picture, and its patches once they are asked for.
@@ -128,11 +104,7 @@ impl Station {
             next_learning: FIRST_POOL,
             is_learned: false,
             is_pinned: false,
-            tracks: Vec::new(),
-            uses: Vec::new(),
-            candidates: Vec::new(),
-            day: None,
-            was_ok_all_day: true,
+            seasons: Seasons::new(),
             newest: None,
         }
     }
@@ -248,20 +220,34 @@ impl Station {
         &mut self,
         view: &View,
         measured: &Result<Measured, NoAnswer>,
-        picture: Picture,
+        mut picture: Picture,
         decision: &Decision,
         shelf: &mut dyn Shelf,
     ) -> Looked {
         let at_secs = picture.at;
+        let has_left_out = match &mut picture.none {
+            Some(NoAnswer::TwoMotions { left_out_percent, .. }) if self.is_learned => {
+                *left_out_percent = self.leave_out_own(view, decision);
+                left_out_percent.is_some()
+            }
+            _ => false,
+        };
         let mut looked =
             Looked { inputs: vec![Input::Picture(Box::new(picture))], references_changed: false };
         if measured.as_ref().err() == Some(&NoAnswer::OtherSize) {
             return looked;
         }
         if self.is_learned {
-            if let Ok(measured) = measured {
-                looked.references_changed = self.follow(view, measured, at_secs, decision);
-            }
+            looked.references_changed = match measured {
+                Ok(measured) => self.seasons.follow(
+                    &mut self.gallery,
+                    (&self.lens, &self.mask),
+                    (view, measured),
+                    at_secs,
+                    decision.state == State::Ok,
+                ),
+                Err(_) => has_left_out,
+            };
             return looked;
         }
         let has_moved = matches!(decision.state, State::Moved(_) | State::Zoom | State::Blurred);
@@ -346,94 +332,21 @@ impl Station {
         samples
     }
 
-    /// Lets the references follow the seasons; true if they changed.
-    fn follow(
-        &mut self,
-        view: &View,
-        measured: &Measured,
-        at_secs: f64,
-        decision: &Decision,
-    ) -> bool {
-        let is_ok = decision.state == State::Ok;
-        self.was_ok_all_day &= is_ok;
-        self.uses.resize(self.gallery.references.len(), 0.0);
-        for (reference, _) in &measured.tags {
-            self.uses[*reference] += 1.0;
+    /// Leaves out what stays in the picture while the rest moves, if "can't tell" was said for such
+    /// pictures: from then on, the references show the scene only. Per cent of the picture left
+    /// out; `None` if nothing changed.
+    fn leave_out_own(&mut self, view: &View, decision: &Decision) -> Option<u32> {
+        let State::CannotTell { reason: NoAnswer::TwoMotions { .. }, .. } = decision.state else {
+            return None;
+        };
+        let measured = self.gallery.fit_nearest(view, &self.lens)?;
+        let size = self.lens.image_size;
+        self.mask.add_own(&measured.sightings, size);
+        for reference in &mut self.gallery.references {
+            let is_scene = |px: [i64; 2]| !self.mask.covers(px[0] as u32, px[1] as u32);
+            reference.landmarks.retain(|landmark| is_scene(landmark.px));
         }
-        let mut changed = self.judge(measured);
-        let likeness = self
-            .gallery
-            .references
-            .iter()
-            .map(|r| r.thumb.likeness(&view.thumb))
-            .fold(-1.0, f64::max);
-        let seen = measured.inliers as f64 / measured.sought.max(1) as f64;
-        let is_usual = decision.usual_seen.is_some_and(|usual| seen >= ADOPTED_SEEN * usual);
-        if is_ok && is_usual && measured.turned_back.is_none() {
-            let is_candidate = self.candidates.len() < ADOPTED_A_DAY
-                || self.candidates.iter().any(|other| other.likeness > likeness);
-            if is_candidate {
-                let (turn, grey) = (measured.turn, view.grey.clone());
-                self.candidates.push(Candidate { likeness, at_secs, turn, grey });
-                self.candidates.sort_by(|a, b| a.likeness.total_cmp(&b.likeness));
-                self.candidates.truncate(ADOPTED_A_DAY);
-            }
-        }
-        let day = (at_secs / DAY_SECS).floor() as i64;
-        if self.day.replace(day).is_some_and(|before| before != day) {
-            if self.was_ok_all_day && !self.candidates.is_empty() {
-                self.adopt();
-                changed = true;
-            }
-            self.candidates.clear();
-            self.was_ok_all_day = is_ok;
-            for uses in &mut self.uses {
-                // A week's memory.
-                *uses *= 0.87;
-            }
-        }
-        changed
-    }
-
-    fn adopt(&mut self) {
-        for Candidate { at_secs, turn, grey, .. } in std::mem::take(&mut self.candidates) {
-            let reference = Reference { turn, ..self.reference(grey, at_secs) };
-            self.tracks.push((self.gallery.references.len(), Track::of(&reference)));
-            self.gallery.references.push(reference);
-        }
-        self.uses.resize(self.gallery.references.len(), f64::INFINITY);
-        while self.gallery.references.len() > MOST {
-            let anchors = self.gallery.references.iter().filter(|r| r.is_first).count();
-            let may_go = |i: &usize| !self.gallery.references[*i].is_first || anchors > ANCHORS;
-            let least = (0..self.gallery.references.len())
-                .filter(may_go)
-                .min_by(|a, b| self.uses[*a].total_cmp(&self.uses[*b]));
-            let Some(least) = least else { break };
-            self.gallery.references.remove(least);
-            self.uses.remove(least);
-            self.tracks.retain(|(index, _)| *index != least);
-            for (index, _) in &mut self.tracks {
-                *index -= usize::from(*index > least);
-            }
-        }
-        for uses in &mut self.uses {
-            *uses = uses.min(1e6);
-        }
-    }
-
-    /// Records the found patches of adopted references; judges the patches after a while.
-    fn judge(&mut self, measured: &Measured) -> bool {
-        let mut judged = false;
-        let gallery = &mut self.gallery;
-        self.tracks.retain_mut(|(index, track)| {
-            track.note(*index, measured, &self.lens);
-            let is_known = track.tries() >= JUDGED;
-            if is_known {
-                track.weigh(&mut gallery.references[*index]);
-                judged = true;
-            }
-            !is_known
-        });
-        judged
+        self.seasons.restart(&self.gallery);
+        Some((100.0 * self.mask.share(size.width_px, size.height_px)).round() as u32)
     }
 }

@@ -80,6 +80,7 @@ pub struct Watch {
     shares: VecDeque<f64>,
     usual_share: Option<f64>,
     shake_px: Option<f64>,
+    left_out_percent: Option<u32>,
     decision: Decision,
 }
 
@@ -114,6 +115,7 @@ impl Watch {
             shares: VecDeque::new(),
             usual_share: None,
             shake_px: None,
+            left_out_percent: None,
             decision: Decision {
                 state: State::Learning { pictures: 0, hours: 0.0 },
                 since_secs: 0.0,
@@ -233,6 +235,9 @@ impl Watch {
             return;
         }
         let reason = picture.none.unwrap_or(NoAnswer::NoPicture);
+        if let NoAnswer::TwoMotions { left_out_percent: left_out @ Some(_), .. } = reason {
+            self.left_out_percent = left_out;
+        }
         if reason == NoAnswer::NoReferences && self.cycle.is_none() {
             // The first pictures serve for learning.
             self.lacks = None;
@@ -555,6 +560,7 @@ impl Watch {
             let (was_px, is_px) = (first.scatter_px.amax(), cycle.scatter_px.amax());
             found.extend((is_px > MARGIN * was_px).then_some(Finding::SwaysMore { was_px, is_px }));
         }
+        found.extend(self.left_out_percent.map(|percent| Finding::LeftOut { percent }));
         found.extend(
             self.shake_px.filter(|px| *px > SHAKES_PX).map(|by_px| Finding::Shakes { by_px }),
         );
