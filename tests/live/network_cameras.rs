@@ -18,7 +18,7 @@ use std::{
 
 use boresight::{
     capture::{Arrival, CaptureError, Ffmpeg, FrameSource},
-    device::Fault,
+    device::{CameraEvent, Fault},
 };
 use image::{GrayImage, Luma, codecs::jpeg::JpegEncoder};
 use tempfile::TempDir;
@@ -164,6 +164,18 @@ fn a_session_outlives_its_network_camera() {
     let words = String::from_utf8_lossy(&resumed.stderr).into_owned();
     assert_eq!(resumed.status.code(), Some(1), "{words}");
     assert!(words.contains("give the address again") && !words.contains("s3cret"), "{words}");
+}
+
+#[test]
+fn a_network_camera_that_sends_one_picture_again_and_again_is_frozen() {
+    let up = Arc::new(AtomicBool::new(true));
+    // Grey is the same in every quality.
+    let address = network_camera(&up, &GrayImage::from_pixel(320, 240, Luma([128])), 10.0);
+    let mut source = Ffmpeg::open(&address).expect("opens");
+    let seen = until(&mut source, |arrival| {
+        matches!(arrival, Arrival::Event(CameraEvent::Doubtful { fault: Fault::Frozen, .. }))
+    });
+    assert_eq!(seen.iter().filter_map(frame_number).count(), 1, "{seen:?}");
 }
 
 /// Browsers and notes write schemes in capitals; ffmpeg knows those in small letters.

@@ -21,6 +21,7 @@ use rustix::event::{PollFd, PollFlags, poll};
 use super::{
     Arrival, CaptureError, FrameSource, SourceIdentity,
     address::{is_address, without_secrets},
+    health::Health,
     programs::{LOOK, Program, is_ending, read_more, timespec},
     reader_words::{known, meaning, refusal},
 };
@@ -88,8 +89,8 @@ pub struct Ffmpeg {
     run_began_nanos: u64,
     /// Time of the newest picture.
     last_nanos: u64,
-    /// Checksum of the run's newest picture.
-    last_checksum: Option<u32>,
+    /// Health of the run's pictures; a file's is not reported.
+    health: Health,
     /// Time since the stream was lost.
     away: Duration,
     /// Silence, or pause, so far.
@@ -154,7 +155,7 @@ impl Ffmpeg {
             count_before: 0,
             run_began_nanos: 1,
             last_nanos: 0,
-            last_checksum: None,
+            health: Health::default(),
             away: Duration::ZERO,
             waited: Duration::ZERO,
             pause: SHORTEST_PAUSE,
@@ -190,7 +191,7 @@ impl Ffmpeg {
     fn lose(&mut self, (fault, detail): Loss) {
         self.count_before += self.run.take().map_or(0, |run| run.pictures.count);
         // A returning stream may begin with its last picture; this counts as a new frame.
-        self.last_checksum = None;
+        self.health = Health::default();
         self.away += std::mem::take(&mut self.waited);
         if self.lost != Some(fault) {
             self.lost = Some(fault);
@@ -648,11 +649,16 @@ impl FrameSource for Ffmpeg {
             return self.broken((Fault::ReaderFailed, detail.into()));
         }
         // A sensor has noise: equal bytes are the same picture, sent again.
-        let checksum = crc32fast::hash(image.as_raw());
-        if self.last_checksum.replace(checksum) == Some(checksum) {
+        let (id, captured_at) = (self.id(), self.time(since_first));
+        let repeats = self.health.repeats(crc32fast::hash(image.as_raw()), captured_at.nanos);
+        if !repeats && self.is_live {
+            self.health.look(&image, captured_at.nanos);
+        }
+        let changes = self.health.changes();
+        self.events.extend(changes.into_iter().filter(|_| self.is_live));
+        if repeats {
             return Ok(Arrival::NothingYet);
         }
-        let (id, captured_at) = (self.id(), self.time(since_first));
         let (kind, name) = (FrameKind::Video, String::new());
         Ok(Arrival::Frame(Arc::new(Frame { id, captured_at, kind, name, image })))
     }

@@ -2,7 +2,7 @@
 
 use image::GrayImage;
 
-use boresight_geometry::device::Fault;
+use boresight_geometry::device::{CameraEvent, Fault};
 
 /// Pixels sampled in each direction: enough to tell light from dark.
 const SAMPLES: u32 = 48;
@@ -24,14 +24,11 @@ const SLOW_UNTIL: f64 = 0.9;
 /// Frames over which damage is judged.
 const DAMAGE_FRAMES: u32 = 30;
 
-/// A change of a doubt: `Some` with details at the beginning, `None` at the end.
-pub(super) type Change = (Fault, Option<String>);
-
 /// Watches a stream.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Health {
     doubts: std::collections::BTreeSet<Fault>,
-    changes: Vec<Change>,
+    changes: Vec<CameraEvent>,
     last_checksum: Option<u32>,
     same_since: Option<u64>,
     dark_since: Option<u64>,
@@ -46,8 +43,8 @@ pub(super) struct Health {
 }
 
 impl Health {
-    /// Changes since the last call, in order.
-    pub(super) fn changes(&mut self) -> Vec<Change> {
+    /// Doubts that began or ended since the last call, in order.
+    pub(super) fn changes(&mut self) -> Vec<CameraEvent> {
         std::mem::take(&mut self.changes)
     }
 
@@ -143,12 +140,12 @@ impl Health {
 
     /// Begins a doubt (`Some`, with details) or ends it.
     pub(super) fn doubt(&mut self, fault: Fault, detail: Option<String>) {
-        let changed = match detail {
-            Some(_) => self.doubts.insert(fault),
-            None => self.doubts.remove(&fault),
+        let (changed, event) = match detail {
+            Some(detail) => (self.doubts.insert(fault), CameraEvent::Doubtful { fault, detail }),
+            None => (self.doubts.remove(&fault), CameraEvent::Dispelled { fault }),
         };
         if changed {
-            self.changes.push((fault, detail));
+            self.changes.push(event);
         }
     }
 }

@@ -190,12 +190,7 @@ impl StreamReport {
         let rate_hz = self.mode.rate_hz().filter(|_| self.is_live);
         let torn = u32::try_from(torn).unwrap_or(u32::MAX);
         self.health.count(came, torn, rate_hz, self.now_nanos());
-        let changes = self.health.changes();
-        let changes = changes.into_iter().map(|(fault, detail)| match detail {
-            Some(detail) => CameraEvent::Doubtful { fault, detail },
-            None => CameraEvent::Dispelled { fault },
-        });
-        self.arrivals.extend(changes.map(Arrival::Event));
+        self.arrivals.extend(self.health.changes().into_iter().map(Arrival::Event));
         let (dropped, rejected) = (self.dropped, self.rejected);
         if (dropped, rejected) != self.told && Instant::now() >= self.next_count {
             self.arrivals.push_back(Arrival::Event(CameraEvent::Counted { dropped, rejected }));

@@ -261,10 +261,7 @@ impl NokhwaCamera {
         if let Some(image) = &image {
             self.health.look(image, now);
         }
-        self.events.extend(self.health.changes().into_iter().map(|(fault, detail)| match detail {
-            Some(detail) => CameraEvent::Doubtful { fault, detail },
-            None => CameraEvent::Dispelled { fault },
-        }));
+        self.events.extend(self.health.changes());
         self.last_time = CaptureTime { nanos: now.max(self.last_time.nanos + 1) };
         // The gap in the numbers counts the frames known to be lost.
         let id = FrameId(self.dropped + self.next_id);

@@ -224,11 +224,7 @@ impl<K: Kernel> LiveCamera<K> {
         let State::Running(running) = &mut self.state else { return Ok(None) };
         let kernel: &mut dyn Kernel = &mut self.kernel;
         let picture = running.stream.next(kernel, patience)?;
-        let changes = running.stream.health.changes();
-        self.events.extend(changes.into_iter().map(|(fault, detail)| match detail {
-            Some(detail) => CameraEvent::Doubtful { fault, detail },
-            None => CameraEvent::Dispelled { fault },
-        }));
+        self.events.extend(running.stream.health.changes());
         // The last picture of settling was taken before its end, so isn't delivered.
         let was_setting = matches!(running.phase, Phase::Setting { .. });
         let now = self.kernel.clock().monotonic_nanos;
