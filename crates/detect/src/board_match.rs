@@ -74,14 +74,17 @@ pub(super) fn match_board(
         if !fits && let Some(other) = whole_board(image, lattice) {
             return Err(Miss::OtherBoard(other));
         }
-        if is_larger(lattice) {
-            // A few corners in line that don't show squares are in something else.
+        // A few corners in line that don't show squares are in something else.
+        let drop_strange = |lattice: &mut Lattice, needed: &dyn Fn(&Lattice) -> bool| {
             drop_ends(lattice, |lattice, out, count| {
                 let ends = lattice.extent().unwrap_or(ends);
-                is_larger(lattice)
+                needed(lattice)
                     && count < lattice.size()[usize::from(out.0 != 0)]
                     && corner_bits(image, lattice, |node| is_at_end(ends, out, node)) < LEAD
             });
+        };
+        if is_larger(lattice) {
+            drop_strange(lattice, &is_larger);
             return Err(match lattice.size() == size {
                 true => larger(image, lattice),
                 false => partial(lattice, wanted, None),
@@ -96,6 +99,7 @@ pub(super) fn match_board(
         if place_part(image, lattice, board, expected, into) {
             return Ok(());
         }
+        drop_strange(lattice, &|_| true);
         return Err(match why {
             _ if is_miscounted => Miss::OtherBoard(plain(size)),
             Why::Glare => Miss::Glare { found: lattice.len(), wanted },
@@ -203,16 +207,18 @@ fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<OtherBoard> {
     (is_whole && SIDES.into_iter().all(ends)).then(|| plain(size))
 }
 
-/// Board of any size up to `longest` a side in `lattice`.
+/// Board of any size up to `longest` a side in `lattice`; if `may_be_part`, at least that size.
 pub(super) fn count_board(
     image: &GrayImage,
     lattice: &mut Lattice,
     longest: usize,
+    may_be_part: bool,
 ) -> Option<OtherBoard> {
     prune(lattice);
     fill(image, lattice, longest);
     prune(lattice);
-    whole_board(image, lattice)
+    let is_part = may_be_part && lattice.len() >= LEAST_CORNERS && lattice.is_full();
+    whole_board(image, lattice).or_else(|| is_part.then(|| at_least(lattice.size())))
 }
 
 /// Completes a grid of alternating colours, up to `longest` corners a side.

@@ -239,12 +239,14 @@ pub(super) fn place_circles(
     let at = |index: usize| circles.at(index).map(|at| at as i32);
     let nodes: Vec<[i32; 2]> = (0..wanted).map(|index| node_of(at(index), circles)).collect();
     let mut ways: Vec<Way> = Vec::new();
+    let mut may_hold = false;
     for turn in TURNS {
         let turned = |at: &[i32; 2]| Way { turn, shift: [0, 0] }.node(*at);
         let start = turned(&nodes[0]);
         let ends = nodes.iter().map(turned).fold((start, start), |(low, high), (i, j)| {
             ((low.0.min(i), low.1.min(j)), (high.0.max(i), high.1.max(j)))
         });
+        may_hold |= high.0 - low.0 <= ends.1.0 - ends.0.0 && high.1 - low.1 <= ends.1.1 - ends.0.1;
         // Each outer row and column shows a circle, or the board is another one.
         let shift = [low.0 - ends.0.0, low.1 - ends.0.1];
         let way = Way { turn, shift };
@@ -254,7 +256,7 @@ pub(super) fn place_circles(
         }
     }
     if ways.is_empty() {
-        let part = (found < wanted).then(|| partial(found));
+        let part = (found < wanted && may_hold).then(|| partial(found));
         let is_cut_off = matches!(part, Some(Miss::PartialBoard { cut_off_by: Some(_), .. }));
         let other = whole_grid(lattice, circles.layout()).filter(|_| !is_cut_off);
         return Err(other.map(Miss::OtherBoard).or(part).unwrap_or(Miss::NoBoard));

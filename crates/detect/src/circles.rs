@@ -15,6 +15,7 @@ use super::{
     disc_model::{self, DiscFit},
     disc_pixels::Pixels,
     explain::{GridOutcome, WeighedGrid},
+    lattice::axes,
     outcome::{Detection, Miss, OtherBoard, Quality},
     params::DetectorParams,
     plane::Plane,
@@ -36,6 +37,8 @@ const LEAST_CIRCLES: usize = 9;
 const UNLIKE: f64 = 0.3;
 /// Largest fourth harmonic of the outlines, in radii: that of squares is 0.15.
 const MOST_SQUARE: f64 = 0.05;
+/// Most outlines measured in a grid that isn't the board.
+const MOST_OUTLINES: usize = 12;
 /// Rounds of matching the map and the centres.
 const ROUNDS: usize = 3;
 /// Number of coefficients of a cubic surface, and regularisation of the sums of squares, so that
@@ -44,6 +47,9 @@ const TERMS: usize = 10;
 const LEAST_SQUARES: f64 = 1e-6;
 /// Number of points on a circle's outline.
 const OUTLINE: usize = 16;
+
+/// Expected corners, the grids weighed, and the circles of the closest grid.
+type Notes<'a> = (&'a Expected, &'a mut Option<Vec<WeighedGrid>>, &'a mut Vec<[f64; 2]>);
 
 /// Finds circles. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
@@ -57,8 +63,9 @@ pub(super) struct CircleSearch {
 
 impl CircleSearch {
     /// Finds the board in `image` by way of `picture`, which is the image, `halved`. Adds the grids
-    /// compared with the board to `weighed`, if present. If another board is seen whole, or was the
-    /// `best_miss` elsewhere, circles of it aren't accepted as a part of this one.
+    /// compared with the board to `weighed`, if present, and writes the circles of the closer miss
+    /// to `closest`, in pixels of the image. If another board is seen whole, or was the `best_miss`
+    /// elsewhere, circles of it aren't accepted as a part of this one.
     ///
     /// # Errors
     ///
@@ -67,7 +74,7 @@ impl CircleSearch {
         &mut self,
         (image, picture, halved): (&GrayImage, &GrayImage, Halved),
         (board, circles, mut best_miss): (&Board, &Circles, Miss),
-        (expected, weighed): (&Expected, &mut Option<Vec<WeighedGrid>>),
+        (expected, weighed, closest): Notes<'_>,
         params: &DetectorParams,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Detection, Miss> {
@@ -93,6 +100,16 @@ impl CircleSearch {
                     }
                     Err(miss) => Err(miss),
                 };
+                let max_residual = params.max_residual;
+                let found = found.map_err(|miss| match miss {
+                    Miss::PartialBoard { .. }
+                        if miss.is_closer_than(best_miss)
+                            && !self.are_circles(image, halved, max_residual) =>
+                    {
+                        Miss::NoBoard
+                    }
+                    miss => miss,
+                });
                 if let Some(weighed) = weighed {
                     let outcome = match &found {
                         Ok(found) => GridOutcome::Named(seen_count(&found.corners)),
@@ -102,7 +119,13 @@ impl CircleSearch {
                 }
                 match found {
                     Err(Miss::OutOfTime) => return Err(Miss::OutOfTime),
-                    Err(miss) if miss.is_closer_than(best_miss) => best_miss = miss,
+                    Err(miss) if miss.is_closer_than(best_miss) => {
+                        best_miss = miss;
+                        let lattice = &self.grower.lattice;
+                        let circles = lattice.nodes().iter().filter_map(|node| lattice.get(*node));
+                        closest.clear();
+                        closest.extend(circles.map(|at| halved.full_px(at)));
+                    }
                     Err(_) => {}
                     Ok(detection) => {
                         let is_whole = seen_count(&detection.corners) == detection.corners.len();
@@ -168,6 +191,39 @@ impl CircleSearch {
         Some((blob, nearest.min_by(f32::total_cmp)?))
     }
 
+    fn fit(&mut self, image: &GrayImage, halved: Halved, at: [f32; 2]) -> Option<DiscFit> {
+        let (blob, step) = self.start(at)?;
+        let [a, b, c] = blob.to_circle().map(|it| f64::from(it) / halved.scale);
+        let to_circle = Matrix2::new(a, 0.0, b, c);
+        let start_px = halved.full_px(at);
+        disc_model::fit(image, start_px, &to_circle, f64::from(step), &mut self.pixels)
+    }
+
+    /// True if the shapes of the grid are circles. Others look like them until their outlines are
+    /// measured: squares have sides along the grid or its diagonals.
+    fn are_circles(&mut self, image: &GrayImage, halved: Halved, max_residual: f64) -> bool {
+        let lattice = &self.grower.lattice;
+        self.corners.clear();
+        self.corners.extend(lattice.nodes().iter().map(|node| lattice.get(*node)));
+        let (mut tried, mut alike, mut sums) = (0, 0, [0.0, 1e-9]);
+        for index in 0..self.corners.len() {
+            let lattice = &self.grower.lattice;
+            let axes = self.corners[index]
+                .and_then(|at| Some((at, axes(lattice, lattice.nodes()[index], at)?)));
+            let Some((at, (u, v))) = axes.filter(|_| tried < MOST_OUTLINES) else { continue };
+            let steps = Matrix2::new(u[0], v[0], u[1], v[1]).map(f64::from);
+            let Some(circle_from_px) = steps.try_inverse() else { continue };
+            tried += 1;
+            let fit = self.fit(image, halved, at).filter(|fit| fit.residual < max_residual);
+            if let Some(fit) = fit {
+                alike += 1;
+                let [along, all] = fit.fourth_harmonic(image, &circle_from_px, &mut self.pixels);
+                sums = [sums[0] + along, sums[1] + all];
+            }
+        }
+        2 * alike >= tried && !is_square(sums)
+    }
+
     fn refine(
         &mut self,
         image: &GrayImage,
@@ -183,13 +239,7 @@ impl CircleSearch {
             if index % columns == 0 && !keep_on() {
                 return Err(Miss::OutOfTime);
             }
-            let fit = self.corners[index].and_then(|at| {
-                let (blob, step) = self.start(at)?;
-                let [a, b, c] = blob.to_circle().map(|it| f64::from(it) / halved.scale);
-                let to_circle = Matrix2::new(a, 0.0, b, c);
-                let start_px = halved.full_px(at);
-                disc_model::fit(image, start_px, &to_circle, f64::from(step), &mut self.pixels)
-            });
+            let fit = self.corners[index].and_then(|at| self.fit(image, halved, at));
             fits.push(fit.filter(|fit| fit.residual < params.max_residual));
         }
         let partial =
@@ -228,7 +278,7 @@ impl CircleSearch {
                 });
                 [along + one, all + other]
             });
-        if (along / all).abs() > MOST_SQUARE {
+        if is_square([along, all]) {
             return Err(Miss::NoBoard);
         }
         let median = |of: &dyn Fn(&DiscFit) -> f64| {
@@ -262,6 +312,11 @@ impl CircleSearch {
         let glare = lit as f64 / found as f64;
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px: 0.0 } })
     }
+}
+
+/// True if outlines with the given sums of [`DiscFit::fourth_harmonic`] are squares.
+fn is_square([along, all]: [f64; 2]) -> bool {
+    (along / all).abs() > MOST_SQUARE
 }
 
 /// Centre of a circle in the picture.

@@ -239,6 +239,9 @@ impl Detector {
                     }
                 }
                 Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
+                // A grid whose ends aren't clear isn't clearer with its squares grown.
+                Err(Miss::OtherBoard(other))
+                    if matches!(pass, Pass::Grown(..)) && best_miss.rectangle() == Some(other) => {}
                 Err(miss) if miss.is_closer_than(best_miss) => {
                     best_miss = miss;
                     let full_px = |at: &[f32; 2]| halved.full_px(*at);
@@ -256,12 +259,7 @@ impl Detector {
         if let Some(part) = best_part.filter(|_| !is_other) {
             return Ok(part);
         }
-        // Blur hides corners, rows and markers.
-        let may_hide = matches!(best_miss, Miss::Glare { .. } | Miss::OtherBoard(_));
-        if !may_hide && !says_little(&best_miss) {
-            return Err(best_miss);
-        }
-        Err(self.clearer_reason(image, primary, search.near).unwrap_or(best_miss))
+        Err(self.clearer_reason(image, primary, search.near, best_miss))
     }
 
     /// Board of circles in the first picture with the whole board: a finer picture for small
@@ -280,11 +278,12 @@ impl Detector {
             self.expected.set(search.near, |corner| halved.at(corner));
             let picture = at_level(image, &self.levels, level);
             let place = (image, picture, halved);
-            let Self { circles, grids, expected, params, .. } = self;
+            let Self { circles, grids, expected, params, closest, .. } = self;
             let weighed = &mut grids.weighed;
             let before = weighed.as_ref().map_or(0, Vec::len);
             let board = (board.0, board.1, best_miss);
-            let found = circles.find(place, board, (expected, weighed), params, search.keep_on);
+            let notes = (&*expected, &mut *weighed, closest);
+            let found = circles.find(place, board, notes, params, search.keep_on);
             for grid in weighed.iter_mut().flat_map(|weighed| &mut weighed[before..]) {
                 grid.was_searched(Pass::Level(level).searched(), halved);
             }
@@ -294,10 +293,7 @@ impl Detector {
                 Ok(detection) => return Ok(detection),
             }
         }
-        if best_miss != Miss::NoBoard {
-            return Err(best_miss);
-        }
-        Err(self.clearer_reason(image, primary, search.near).unwrap_or(best_miss))
+        Err(self.clearer_reason(image, primary, search.near, best_miss))
     }
 
     /// Searches for more of the pattern in a sharper picture than the board's, because a coarse
@@ -316,14 +312,16 @@ impl Detector {
         self.grids.check_whole(picture, board, corners)
     }
 
-    /// Reason from the picture, if no grid gives a reason for the missing board.
+    /// Reason from the picture, if that may be behind the `miss` of the closest grid: darkness and
+    /// blur hide corners, rows and markers.
     fn clearer_reason(
         &mut self,
         image: &GrayImage,
         level: Option<usize>,
         near: Option<&Prediction>,
-    ) -> Option<Miss> {
-        let level = level?;
+        miss: Miss,
+    ) -> Miss {
+        let Some(level) = level.filter(|_| miss.leaves_open()) else { return miss };
         let picture = at_level(image, &self.levels, level);
         let halved = Halved::whole(level);
         let is_board = !self.closest.is_empty();
@@ -337,7 +335,7 @@ impl Detector {
             ends.map(|end| end.max(0.0) as usize)
         });
         let place = (region, is_board);
-        picture_quality::reason(picture, place, halved.scale, &mut self.edge_widths)
+        picture_quality::reason(picture, place, halved.scale, &mut self.edge_widths).unwrap_or(miss)
     }
 
     /// Builds the halved pictures, and returns the levels to search, most promising first.

@@ -91,22 +91,28 @@ impl GridSearch {
         }
     }
 
-    /// Counts the inner corners in the started `picture` of any whole board surrounded by white.
+    /// Counts the inner corners in the started `picture` of any whole board surrounded by white, or,
+    /// if `may_be_part`, of any full rectangle.
     pub(super) fn count(
         &mut self,
         picture: &GrayImage,
         params: &DetectorParams,
+        may_be_part: bool,
     ) -> Option<OtherBoard> {
+        let mut part = None;
         let Self { junctions, grower, lattice, .. } = self;
         grower.start(junctions, picture.width(), picture.height());
         let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
-            let counted = count_board(picture, lattice, LONGEST_COUNTED);
+            let counted = count_board(picture, lattice, LONGEST_COUNTED, may_be_part);
             if counted.is_some() && cells(picture, lattice) == Cells::Squares {
-                return counted;
+                match counted {
+                    Some(OtherBoard::Larger { .. }) => part = part.or(counted),
+                    _ => return counted,
+                }
             }
         }
-        None
+        part
     }
 
     /// Checks that the `corners` of a whole board without markers, row by row in pixels of

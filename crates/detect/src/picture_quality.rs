@@ -70,8 +70,9 @@ pub(super) fn reason(
     let least_step = if is_board { LEAST_STEP.min(contrast as u8) } else { LEAST_STEP };
     // Motion smears only the edges across it.
     let size = [right - left, bottom - top];
-    let across = blur_px(size, least_step, widths, |x, y| at(left + x, top + y));
-    let down = blur_px([size[1], size[0]], least_step, widths, |y, x| at(left + x, top + y));
+    let limits = (least_step, if is_board { 2 } else { SHARPEST });
+    let across = blur_px(size, limits, widths, |x, y| at(left + x, top + y));
+    let down = blur_px([size[1], size[0]], limits, widths, |y, x| at(left + x, top + y));
     let widest_px = across.max(down);
     let is_blurred = widest_px > LIMIT_PX;
     is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
@@ -81,7 +82,7 @@ pub(super) fn reason(
 /// edges of the `least_step`; `value` is the brightness at a place along a line.
 fn blur_px(
     [along, across]: [usize; 2],
-    least_step: u8,
+    (least_step, sharpest): (u8, usize),
     widths: &mut Vec<f32>,
     value: impl Fn(usize, usize) -> u8,
 ) -> f64 {
@@ -106,7 +107,7 @@ fn blur_px(
         return 0.0;
     }
     widths.sort_unstable_by(f32::total_cmp);
-    SLOPE * f64::from(widths[widths.len() / SHARPEST])
+    SLOPE * f64::from(widths[widths.len() / sharpest])
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ impl Detector {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);
             self.grids.start(picture, &self.params);
-            match self.grids.count(picture, &self.params)? {
+            match self.grids.count(picture, &self.params, false)? {
                 OtherBoard::Plain { columns, rows } => Some((columns, rows)),
                 _ => None,
             }
@@ -86,7 +86,9 @@ impl Detector {
             }
             has_grid |= seen;
             if named != Some(Pattern::Plain) && pass != Pass::Doubled {
-                plain = plain.or_else(|| self.grids.count(picture, params));
+                // The squares of a board with markers may not be counted: its blur hides markers.
+                let may_be_part = matches!(named, Some(Pattern::Circles(_)));
+                plain = plain.or_else(|| self.grids.count(picture, params, may_be_part));
             }
         }
         let other = plain.or_else(|| self.whole_circles(image, named, keep_on));

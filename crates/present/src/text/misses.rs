@@ -7,7 +7,7 @@ use boresight_guide::session::Prompt;
 /// Reason for finding no board, with the action and the measured value.
 pub fn miss(miss: &Miss) -> String {
     match *miss {
-        Miss::NoBoard => "Show the whole board".into(),
+        Miss::NoBoard => "Show the whole board: near, sharp and well lit".into(),
         Miss::PartialBoard { found, wanted, cut_off_by, .. } if found >= wanted => {
             let act = cut_off_by.map_or_else(String::new, |side| format!("Move {}. ", away(side)));
             format!("{act}Leave white around the board, as wide as a row: its end isn't clear")
@@ -19,7 +19,7 @@ pub fn miss(miss: &Miss) -> String {
             )
         }
         Miss::PartialBoard { found, wanted, cut_off_by: None, .. } => {
-            let act = "corners found: uncover the board, or tip it less";
+            let act = "corners found: uncover the board, tip it less or hold it still";
             match miss.rectangle().and_then(OtherBoard::choice) {
                 Some(seen) => {
                     format!("{found} of {wanted} {act}. If it has no more: --board {seen}")
@@ -106,7 +106,7 @@ pub fn misses(misses: &[Miss], of: usize) -> Vec<String> {
     let mut counts: Vec<(String, usize)> = Vec::new();
     for miss in misses {
         let sentence = match miss {
-            Miss::OtherBoard(other) => different(*other),
+            Miss::OtherBoard(_) | Miss::NoBoard => self::miss(miss),
             _ => prompt(Prompt::of_miss(miss)),
         };
         match counts.iter_mut().find(|(other, _)| *other == sentence) {
