@@ -207,18 +207,16 @@ fn whole_board(image: &GrayImage, lattice: &Lattice) -> Option<OtherBoard> {
     (is_whole && SIDES.into_iter().all(ends)).then(|| plain(size))
 }
 
-/// Board of any size up to `longest` a side in `lattice`; if `may_be_part`, at least that size.
+/// Board of any size up to `longest` a side in `lattice`.
 pub(super) fn count_board(
     image: &GrayImage,
     lattice: &mut Lattice,
     longest: usize,
-    may_be_part: bool,
 ) -> Option<OtherBoard> {
     prune(lattice);
     fill(image, lattice, longest);
     prune(lattice);
-    let is_part = may_be_part && lattice.len() >= LEAST_CORNERS && lattice.is_full();
-    whole_board(image, lattice).or_else(|| is_part.then(|| at_least(lattice.size())))
+    whole_board(image, lattice)
 }
 
 /// Completes a grid of alternating colours, up to `longest` corners a side.

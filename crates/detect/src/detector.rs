@@ -7,7 +7,7 @@ use super::{
     explain::{Searched, WeighedGrid},
     grid_search::GridSearch,
     marker_cells::Polarity,
-    outcome::{Detection, Miss},
+    outcome::{Detection, Miss, OtherBoard},
     params::DetectorParams,
     picture_quality,
     reduce::{Grow, Halved, double, grow, halve, negate},
@@ -93,6 +93,8 @@ pub struct Detector {
     rough: Vec<Option<[f64; 2]>>,
     /// Corners in the full picture of the grid with the reason for the missing board.
     closest: Vec<[f64; 2]>,
+    /// Mean length of its squares' longer sides in the full picture.
+    closest_side_px: f64,
     /// Predicted corners at search size; none without a prediction.
     expected: Expected,
     /// Widths of edges in a picture without a board.
@@ -159,6 +161,7 @@ impl Detector {
         search: Search<'_>,
     ) -> Result<Detection, Miss> {
         self.closest.clear();
+        self.closest_side_px = f64::INFINITY;
         if let Board::Circles(circles) = board {
             return self.search_circles(image, (board, circles), search);
         }
@@ -239,13 +242,14 @@ impl Detector {
                     }
                 }
                 Err(Miss::OutOfTime) => return best_part.ok_or(Miss::OutOfTime),
-                // A grid whose ends aren't clear isn't clearer with its squares grown.
-                Err(Miss::OtherBoard(other))
-                    if matches!(pass, Pass::Grown(..)) && best_miss.rectangle() == Some(other) => {}
+                // Growth hides squares, so it doesn't show the ends of a part seen without it.
+                Err(Miss::OtherBoard(OtherBoard::Plain { columns, rows }))
+                    if matches!(pass, Pass::Grown(..)) && best_miss.found() >= columns * rows => {}
                 Err(miss) if miss.is_closer_than(best_miss) => {
                     best_miss = miss;
                     let full_px = |at: &[f32; 2]| halved.full_px(*at);
                     let refined = self.rough.iter().flatten().copied();
+                    self.closest_side_px = self.grids.closest_side_px * halved.scale;
                     self.closest.clear();
                     self.closest.extend(self.grids.closest.iter().map(full_px).chain(refined));
                 }
@@ -258,6 +262,13 @@ impl Detector {
         );
         if let Some(part) = best_part.filter(|_| !is_other) {
             return Ok(part);
+        }
+        let finest = [primary, finer].into_iter().flatten().min().unwrap_or_default();
+        let least_px = SMALL_SQUARE_PX * Halved::whole(finest).scale;
+        // Small squares are missed by themselves.
+        let is_vague = says_little(&best_miss) || matches!(best_miss, Miss::Glare { .. });
+        if is_vague && self.closest_side_px < least_px {
+            best_miss = Miss::NoBoard;
         }
         Err(self.clearer_reason(image, primary, search.near, best_miss))
     }
@@ -321,7 +332,13 @@ impl Detector {
         near: Option<&Prediction>,
         miss: Miss,
     ) -> Miss {
-        let Some(level) = level.filter(|_| miss.leaves_open()) else { return miss };
+        // Plain squares show that they hold no markers even when blurred.
+        let may_hide = match miss {
+            Miss::OtherMarkers { markers } => markers > 0,
+            Miss::OtherBoard(_) => true,
+            _ => miss.leaves_open(),
+        };
+        let Some(level) = level.filter(|_| may_hide) else { return miss };
         let picture = at_level(image, &self.levels, level);
         let halved = Halved::whole(level);
         let is_board = !self.closest.is_empty();

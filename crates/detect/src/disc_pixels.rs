@@ -1,11 +1,11 @@
 //! Pixels around an ellipse, and the residuals of the disc model.
 
 use image::GrayImage;
-use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use nalgebra::{Matrix2, SVector, Vector2};
 
 use super::{
     erf::erf,
-    simd::{self, CHUNK, LANES, Row, add_products, total},
+    simd::{self, CHUNK, LANES, Row, add_products, linearised, total},
     stated_noise::Blocks,
 };
 use boresight_geometry::least_squares::Linearised;
@@ -196,11 +196,7 @@ impl Pixels {
             }
         }
         let sum = |i: usize, j: usize| total(sums[i / 2][j / 4][i % 2][j % 4]);
-        let mut normal_matrix: SMatrix<f64, PARAMETERS, PARAMETERS> =
-            SMatrix::from_fn(|i, j| if j > i { 0.0 } else { sum(i, j) });
-        normal_matrix.fill_upper_triangle_with_lower_triangle();
-        let gradient = Vector::from_fn(|i, _| sum(PARAMETERS, i));
-        Linearised { normal_matrix, gradient, cost: sum(PARAMETERS, PARAMETERS), extra: () }
+        linearised(sum)
     }
 }
 
@@ -358,7 +354,7 @@ impl simd::Loop for Linearising<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::simd::checks, *};
 
     /// Blurred ellipse at (20.3, 19.6), with noise.
     fn pixels() -> (Pixels, Vector) {
@@ -380,28 +376,15 @@ mod tests {
         let (pixels, at) = pixels();
         let widest = pixels.linearise(&at);
         let least = simd::Loop::run(Linearising(&pixels, &at));
-        assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
-        assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
-        assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
+        checks::are_the_same_bits(&widest, &least);
     }
 
     #[test]
     fn the_gradient_is_that_of_the_cost() {
         let (pixels, at) = pixels();
-        let analytic = pixels.linearise(&at).gradient;
-        for i in 0..PARAMETERS {
-            let step = [1e-2, 1e-2, 1e-4, 1e-4, 1e-4, 1e-2, 0.5, 0.5, 1e-3, 1e-3][i];
-            let cost = |sign: f64| {
-                let mut moved = at;
-                moved[i] += sign * step;
-                pixels.linearise(&moved).cost
-            };
-            // The gradient of the fit is −½ dcost/dparameter.
-            let numeric = -(cost(1.0) - cost(-1.0)) / (4.0 * step);
-            let size = analytic[i].abs().max(0.02 * analytic.amax());
-            // The change of `|∇ρ|` with `M` is left out.
-            let share = if (2..5).contains(&i) { 0.1 } else { 0.03 };
-            assert!((numeric - analytic[i]).abs() < share * size, "{i}: {numeric} {}", analytic[i]);
-        }
+        // The change of `|∇ρ|` with `M` is left out.
+        let share = |i: usize| if (2..5).contains(&i) { 0.1 } else { 0.03 };
+        let steps = [1e-2, 1e-2, 1e-4, 1e-4, 1e-4, 1e-2, 0.5, 0.5, 1e-3, 1e-3];
+        checks::is_gradient_of_cost(|at| pixels.linearise(at), &at, steps, share);
     }
 }

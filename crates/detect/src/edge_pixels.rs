@@ -2,12 +2,12 @@
 
 use image::GrayImage;
 
-use nalgebra::{SMatrix, SVector, Vector2};
+use nalgebra::{SVector, Vector2};
 
 use super::{
     erf::erf,
     patch::{Patch, RADIUS_LIMIT_PX},
-    simd::{self, CHUNK, LANES, Row, add_products, total},
+    simd::{self, CHUNK, LANES, Row, add_products, linearised, total},
     stated_noise::Blocks,
 };
 use boresight_geometry::least_squares::Linearised;
@@ -268,12 +268,7 @@ impl Pixels {
             }
         }
         let sum = |i: usize, j: usize| total(sums[i / 2][j / 5][i % 2][j % 5]);
-        let mut normal_matrix: SMatrix<f64, PARAMETERS, PARAMETERS> =
-            SMatrix::from_fn(|i, j| if j > i { 0.0 } else { sum(i, j) });
-        normal_matrix.fill_upper_triangle_with_lower_triangle();
-        let gradient = Vector::from_fn(|i, _| sum(PARAMETERS, i));
-        let cost = sum(PARAMETERS, PARAMETERS);
-        Linearised { normal_matrix, gradient, cost, extra: () }
+        linearised(sum)
     }
 }
 
@@ -363,7 +358,7 @@ impl simd::Loop for Splitting<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{super::simd::checks, *};
 
     /// Blurred corner at (20.3, 19.6), with noise.
     fn pixels() -> (Pixels, Vector) {
@@ -386,26 +381,13 @@ mod tests {
         let (pixels, at) = pixels();
         let widest = pixels.linearise(&at);
         let least = simd::Loop::run(Linearising(&pixels, &at));
-        assert_eq!(widest.cost.to_bits(), least.cost.to_bits());
-        assert_eq!(widest.normal_matrix.map(f64::to_bits), least.normal_matrix.map(f64::to_bits));
-        assert_eq!(widest.gradient.map(f64::to_bits), least.gradient.map(f64::to_bits));
+        checks::are_the_same_bits(&widest, &least);
     }
 
     #[test]
     fn the_gradient_is_that_of_the_cost() {
         let (pixels, at) = pixels();
-        let analytic = pixels.linearise(&at).gradient;
-        for i in 0..PARAMETERS {
-            let step = [1e-2, 1e-2, 1e-3, 1e-3, 1e-2, 0.5, 0.5, 1e-3, 1e-3][i];
-            let cost = |sign: f64| {
-                let mut moved = at;
-                moved[i] += sign * step;
-                pixels.linearise(&moved).cost
-            };
-            // The gradient of the fit is −½ dcost/dparameter.
-            let numeric = -(cost(1.0) - cost(-1.0)) / (4.0 * step);
-            let size = analytic[i].abs().max(0.02 * analytic.amax());
-            assert!((numeric - analytic[i]).abs() < 0.03 * size, "{i}: {numeric} {}", analytic[i]);
-        }
+        let steps = [1e-2, 1e-2, 1e-3, 1e-3, 1e-2, 0.5, 0.5, 1e-3, 1e-3];
+        checks::is_gradient_of_cost(|at| pixels.linearise(at), &at, steps, |_| 0.03);
     }
 }

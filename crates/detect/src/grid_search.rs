@@ -49,6 +49,8 @@ pub(super) struct GridSearch {
     part: Vec<Option<[f32; 2]>>,
     /// Corners of the grid with the reason of the last search.
     pub(super) closest: Vec<[f32; 2]>,
+    /// Mean length of its squares' longer sides.
+    pub(super) closest_side_px: f64,
     /// Weighed grids, if requested.
     pub(super) weighed: Option<Vec<WeighedGrid>>,
 }
@@ -77,6 +79,7 @@ impl GridSearch {
     ) -> Result<Polarity, Miss> {
         self.start(picture, params);
         self.closest.clear();
+        self.closest_side_px = f64::INFINITY;
         if !keep_on() {
             return Err(Miss::OutOfTime);
         }
@@ -91,28 +94,22 @@ impl GridSearch {
         }
     }
 
-    /// Counts the inner corners in the started `picture` of any whole board surrounded by white, or,
-    /// if `may_be_part`, of any full rectangle.
+    /// Counts the inner corners in the started `picture` of any whole board surrounded by white.
     pub(super) fn count(
         &mut self,
         picture: &GrayImage,
         params: &DetectorParams,
-        may_be_part: bool,
     ) -> Option<OtherBoard> {
-        let mut part = None;
         let Self { junctions, grower, lattice, .. } = self;
         grower.start(junctions, picture.width(), picture.height());
         let limits = Limits { longest: LONGEST_COUNTED, largest: MOST_COUNTED, longer: 1.0 };
         while grower.next_grid(junctions, params.max_seeds, limits, lattice).is_some() {
-            let counted = count_board(picture, lattice, LONGEST_COUNTED, may_be_part);
+            let counted = count_board(picture, lattice, LONGEST_COUNTED);
             if counted.is_some() && cells(picture, lattice) == Cells::Squares {
-                match counted {
-                    Some(OtherBoard::Larger { .. }) => part = part.or(counted),
-                    _ => return counted,
-                }
+                return counted;
             }
         }
-        part
+        None
     }
 
     /// Checks that the `corners` of a whole board without markers, row by row in pixels of
@@ -199,7 +196,8 @@ impl GridSearch {
         max_seeds: usize,
         keep_on: &dyn Fn() -> bool,
     ) -> Result<Polarity, Miss> {
-        let Self { junctions, grower, lattice, corners, closest, weighed, .. } = self;
+        let Self { junctions, grower, lattice, corners, closest, closest_side_px, weighed, .. } =
+            self;
         let limits = grid_limits(board);
         let mut best_miss = Miss::NoBoard;
         while grower.next_grid(junctions, max_seeds, limits, lattice).is_some() {
@@ -226,6 +224,7 @@ impl GridSearch {
                 Err(miss) if miss.is_closer_than(best_miss) => {
                     best_miss = miss;
                     lattice.write(closest);
+                    *closest_side_px = lattice.mean_length();
                 }
                 Err(_) => {}
             }
@@ -243,6 +242,7 @@ impl GridSearch {
         keep_on: &dyn Fn() -> bool,
     ) -> Result<(), Miss> {
         let Self { junctions, grower, lattice, kept, corners, part, closest, weighed, .. } = self;
+        let closest_side_px = &mut self.closest_side_px;
         let (wanted, limits) = (board.corner_count(), grid_limits(board));
         clear(kept, limits);
         part.clear();
@@ -262,6 +262,7 @@ impl GridSearch {
                 if miss.is_closer_than(best_miss) {
                     best_miss = miss;
                     lattice.write(closest);
+                    *closest_side_px = lattice.mean_length();
                 }
                 return false;
             }

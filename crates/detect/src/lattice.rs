@@ -162,9 +162,19 @@ impl Lattice {
     /// Mean width of a square with sides of a shorter step, across the narrower side; NaN without
     /// squares.
     pub(super) fn mean_height(&self) -> f64 {
-        let height = |node: &Node| Some(height(axes(self, *node, self.get(*node)?)?));
-        let heights = || self.nodes.iter().filter_map(height);
-        f64::from(heights().sum::<f32>()) / heights().count() as f64
+        self.mean(height)
+    }
+
+    /// Mean length of the squares' longer sides.
+    pub(super) fn mean_length(&self) -> f64 {
+        self.mean(|(u, v)| libm::hypotf(u[0], u[1]).max(libm::hypotf(v[0], v[1])))
+    }
+
+    /// Mean of `size` over the steps along both axes.
+    fn mean(&self, size: impl Fn(([f32; 2], [f32; 2])) -> f32) -> f64 {
+        let size = |node: &Node| Some(size(axes(self, *node, self.get(*node)?)?));
+        let sizes = || self.nodes.iter().filter_map(&size);
+        f64::from(sizes().sum::<f32>()) / sizes().count() as f64
     }
 
     /// Predicts the position of the corner at `node`, and the length of the shortest step used: the

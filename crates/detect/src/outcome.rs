@@ -219,6 +219,11 @@ impl Miss {
         }
     }
 
+    /// Number of corners of a part.
+    pub(super) fn found(&self) -> usize {
+        if let Self::PartialBoard { found, .. } = *self { found } else { 0 }
+    }
+
     /// True if more informative than `other`.
     pub(super) fn is_closer_than(&self, other: Self) -> bool {
         self.closeness() > other.closeness()

@@ -63,9 +63,6 @@ pub(super) fn reason(
     };
     let (dark, light) = (percentile(0.01)? as f64, percentile(0.99)? as f64);
     let contrast = (light - dark) / 2.0;
-    if (is_board || light <= DARK_TO) && contrast < NEEDED_CONTRAST {
-        return Some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST });
-    }
     // Blur as wide as a board's squares takes half of the contrast.
     let least_step = if is_board { LEAST_STEP.min(contrast as u8) } else { LEAST_STEP };
     // Motion smears only the edges across it.
@@ -74,8 +71,12 @@ pub(super) fn reason(
     let across = blur_px(size, limits, widths, |x, y| at(left + x, top + y));
     let down = blur_px([size[1], size[0]], limits, widths, |y, x| at(left + x, top + y));
     let widest_px = across.max(down);
-    let is_blurred = widest_px > LIMIT_PX;
-    is_blurred.then_some(Miss::Blurred { blur_px: widest_px * scale, limit_px: LIMIT_PX * scale })
+    if widest_px > LIMIT_PX {
+        let [blur_px, limit_px] = [widest_px, LIMIT_PX].map(|px| px * scale);
+        return Some(Miss::Blurred { blur_px, limit_px });
+    }
+    let is_dark = (is_board || light <= DARK_TO) && contrast < NEEDED_CONTRAST;
+    is_dark.then_some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST })
 }
 
 /// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough

@@ -28,7 +28,7 @@ impl Detector {
         self.search_levels(image).into_iter().flatten().find_map(|level| {
             let picture = at_level(image, &self.levels, level);
             self.grids.start(picture, &self.params);
-            match self.grids.count(picture, &self.params, false)? {
+            match self.grids.count(picture, &self.params)? {
                 OtherBoard::Plain { columns, rows } => Some((columns, rows)),
                 _ => None,
             }
@@ -82,13 +82,12 @@ impl Detector {
             let [(seen, is_charuco), (_, is_tags)] = marked;
             if is_charuco.is_some() || is_tags.is_some() {
                 *step = 0;
-                return is_charuco.or(is_tags);
+                // Some tags are read in squares between them, too.
+                return is_tags.or(is_charuco);
             }
             has_grid |= seen;
             if named != Some(Pattern::Plain) && pass != Pass::Doubled {
-                // The squares of a board with markers may not be counted: its blur hides markers.
-                let may_be_part = matches!(named, Some(Pattern::Circles(_)));
-                plain = plain.or_else(|| self.grids.count(picture, params, may_be_part));
+                plain = plain.or_else(|| self.grids.count(picture, params));
             }
         }
         let other = plain.or_else(|| self.whole_circles(image, named, keep_on));

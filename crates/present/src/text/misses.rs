@@ -28,7 +28,7 @@ pub fn miss(miss: &Miss) -> String {
             }
         }
         Miss::Glare { found, wanted } => format!(
-            "Too much glare: {found} of {wanted} corners found. Tip the board away from the light"
+            "Too much glare: {found} of {wanted} corners found. Tip the board away from the light, or uncover it"
         ),
         Miss::OtherBoard(other) => different(other),
         Miss::Mirrored => {
