@@ -1,12 +1,14 @@
 //! Comparison of a picture with the nearest references of a gallery.
 
+use std::collections::BTreeSet;
+
 use crate::{
-    fit::lens_covariance,
+    fit::{AGREES, Sighting, lens_covariance},
     gallery::Gallery,
     level::View,
-    measure::{APART_PX, Measured, NEAREST, NoAnswer, credible},
+    measure::{APART_PX, Measured, NEAREST, NoAnswer, credible, motion_besides},
     reference::Reference,
-    turn::Lens,
+    turn::{Lens, Turn},
 };
 
 /// Number of patches of `view` in agreement with a single reference picture, if credible: do both
@@ -36,11 +38,33 @@ impl Gallery {
         let measured = self.fit_nearest(view, lens).map(|measured| measured.or_shifted(lens));
         // Of two motions, the one that stays may be that of the camera's own mount.
         let still = measured.as_ref().filter(|m| m.turn.in_px(lens).amax() < APART_PX);
-        if let Some((still, other)) = still.and_then(|m| Some((m, m.second_motion(lens)?))) {
+        let other = |m: &Measured| m.second_motion(lens).or_else(|| self.far_motion(view, lens, m));
+        if let Some((still, other)) = still.and_then(|m| Some((m, other(m)?))) {
             let agree = still.inliers as u32;
             return Err(NoAnswer::TwoMotions { agree, other, left_out_percent: None });
         }
         credible(measured, self.sought(view))
+    }
+
+    /// Number of patches that agree about a motion beyond the search around `still`, if they are
+    /// many and spread.
+    fn far_motion(&self, view: &View, lens: &Lens, still: &Measured) -> Option<u32> {
+        let agreeing: BTreeSet<(usize, usize)> = (still.tags.iter().zip(&still.weights))
+            .filter_map(|(tag, weight)| (*weight > AGREES).then_some(*tag))
+            .collect();
+        let order = self.nearest(view);
+        let shifted = self.references[*order.first()?].shifted(view, lens);
+        [Turn::default(), shifted].iter().find_map(|start| {
+            let left = order.iter().flat_map(|index| {
+                let reference = &self.references[*index];
+                let (own, log_focal) =
+                    (reference.turn.rotation().inverse(), reference.turn.log_focal);
+                let is_left = |patch: usize| !agreeing.contains(&(*index, patch));
+                let found = reference.find_coarsely(view, lens, start, is_left);
+                found.into_iter().map(move |s| Sighting { ray: own * s.ray, log_focal, ..s })
+            });
+            motion_besides(&still.turn, lens, &left.collect::<Vec<_>>())
+        })
     }
 
     /// Most similar references, the nearest first.

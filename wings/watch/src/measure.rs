@@ -137,6 +137,21 @@ pub(crate) fn credible(measured: Option<Measured>, sought: usize) -> Result<Meas
     }
 }
 
+/// Number of sightings that agree about a motion apart from `turn`, if they are many and spread.
+pub(crate) fn motion_besides(turn: &Turn, lens: &Lens, sightings: &[Sighting]) -> Option<u32> {
+    if sightings.len() < FEWEST_INLIERS {
+        return None;
+    }
+    let fitted = fit(lens, sightings, None)?;
+    let off = offsets_px(lens, turn, sightings).into_iter().zip(&fitted.weights);
+    let agreeing = off.filter(|(_, weight)| **weight > AGREES);
+    let mut apart_px: Vec<f64> = agreeing.filter_map(|(off, _)| Some(off?.norm())).collect();
+    let count = apart_px.len();
+    let is_apart = fit::median(&mut apart_px).is_some_and(|px| px > APART_PX);
+    let is_wide = spread(sightings, &fitted.weights, lens) > LEAST_SPREAD;
+    (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
+}
+
 /// Smaller standard deviation of the sightings along x and y, as a share of an even spread's.
 /// Pictures are wide and horizons flat, so y counts two and a half times.
 pub(crate) fn spread(sightings: &[Sighting], weights: &[f64], lens: &Lens) -> f64 {
@@ -202,17 +217,7 @@ impl Measured {
     pub fn second_motion(&self, lens: &Lens) -> Option<u32> {
         let left = self.sightings.iter().zip(&self.weights).filter(|(_, w)| **w <= AGREES);
         let left: Vec<Sighting> = left.map(|(sighting, _)| *sighting).collect();
-        if left.len() < FEWEST_INLIERS {
-            return None;
-        }
-        let fitted = fit(lens, &left, None)?;
-        let off = offsets_px(lens, &self.turn, &left).into_iter().zip(&fitted.weights);
-        let agreeing = off.filter(|(_, weight)| **weight > AGREES);
-        let mut apart_px: Vec<f64> = agreeing.filter_map(|(off, _)| Some(off?.norm())).collect();
-        let count = apart_px.len();
-        let is_apart = fit::median(&mut apart_px).is_some_and(|px| px > APART_PX);
-        let is_wide = spread(&left, &fitted.weights, lens) > LEAST_SPREAD;
-        (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
+        motion_besides(&self.turn, lens, &left)
     }
 
     /// Fit of a shifted picture, as by a knocked lens, with the shift as a turn in the picture's

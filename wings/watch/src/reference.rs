@@ -124,11 +124,16 @@ impl Reference {
         self.landmarks.iter().enumerate().filter_map(find).collect()
     }
 
-    /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`.
-    /// `None` with too few patches.
-    pub fn coarse_fit(&self, view: &View, lens: &Lens, start: &Turn) -> Option<(Fit, usize)> {
+    /// Searches the patches of these indices in the reduced picture, up to 48 px around `start`.
+    pub(crate) fn find_coarsely(
+        &self,
+        view: &View,
+        lens: &Lens,
+        start: &Turn,
+        is_sought: impl Fn(usize) -> bool,
+    ) -> Vec<Sighting> {
         let rotation = start.rotation();
-        let find = |landmark: &Landmark| {
+        let find = |(_, landmark): (usize, &Landmark)| {
             let guess = start.project_by(lens, &rotation, &landmark.ray)?;
             let guess = [guess.x, guess.y].map(|v| reduced_px(v).round() as i64);
             let found = landmark.coarse.as_ref()?.find(&view.coarse, guess, COARSE_SEARCH)?;
@@ -145,12 +150,26 @@ impl Reference {
                 sigma_px: COARSE_SIGMA_PX,
             })
         };
-        let sightings: Vec<Sighting> = self.landmarks.iter().filter_map(find).collect();
+        let sought = self.landmarks.iter().enumerate().filter(|(index, _)| is_sought(*index));
+        sought.filter_map(find).collect()
+    }
+
+    /// Fits the turn since this reference from the reduced picture, up to 48 px around `start`.
+    /// `None` with too few patches.
+    pub fn coarse_fit(&self, view: &View, lens: &Lens, start: &Turn) -> Option<(Fit, usize)> {
+        let sightings = self.find_coarsely(view, lens, start, |_| true);
         if sightings.len() < FEWEST_FOUND {
             return None;
         }
         let fit = fit(lens, &sightings, None)?;
         Some((fit, sightings.len()))
+    }
+
+    /// Turn of the camera by the best shift of the whole thumbnail.
+    pub(crate) fn shifted(&self, view: &View, lens: &Lens) -> Turn {
+        let shift_px = best_shift(&self.thumb, &view.thumb).shift_px(lens);
+        let f = lens.camera.f_px;
+        Turn { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Turn::default() }
     }
 
     /// Rough turn of the camera since this reference: from the reduced picture, or from the best
@@ -162,11 +181,7 @@ impl Reference {
         {
             return fit.turn;
         }
-        let shift_px = best_shift(&self.thumb, &view.thumb).shift_px(lens);
-        let f = lens.camera.f_px;
-        let start =
-            Turn { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Turn::default() };
-        let second = self.coarse_fit(view, lens, &start);
+        let second = self.coarse_fit(view, lens, &self.shifted(view, lens));
         let best = first.into_iter().chain(second).max_by_key(|(fit, _)| fit.inliers());
         best.map_or(Turn::default(), |(fit, _)| fit.turn)
     }
