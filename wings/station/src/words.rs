@@ -173,7 +173,7 @@ pub fn no_answer(reason: NoAnswer) -> (String, &'static str) {
         ),
         NoAnswer::TwoMotions { agree, other, .. } => (
             format!("{agree} patches of the scene moved one way and {other} another"),
-            "Check whether part of the mount or of a window is in the picture. What stays while the scene moves is left out by itself once the camera is learned.",
+            "Check whether part of the mount or of a window is in the picture. Once learned, the watch leaves out what stays while the scene moves.",
         ),
         NoAnswer::LittleSeen { agree, of } => (
             format!("only {agree} of {of} patches of the scene agree, fewer than usual"),
