@@ -117,7 +117,6 @@ impl pulp::WithSimd for Products<'_> {
 
     /// Sums, exact in any order: a thousand products of levels stay below 2²⁴.
     #[inline(always)]
-    #[expect(clippy::needless_range_loop, reason = "iterators keep no sums in registers")]
     fn with_simd<S: pulp::Simd>(self, _: S) {
         const LANES: usize = 16;
         let Self { own, levels, side, wide, into } = self;
