@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Every format with every kind of lens, through the whole program: 1,000 points are projected through the camera before it
-was written and after it was read back, 1e-9 px apart at most, or the format refuses the lens, or is one for rigs. Then
-`read_exports.py` lets other programs read the files.
+was written and after it was read back, 1e-9 px apart at most, or the format refuses the lens, or is for rigs.
+Then `read_exports.py` lets other programs read the files.
 
 usage: every_format.py --boresight target/release/boresight [--session SESSION]
 
@@ -89,7 +89,8 @@ def main():
             ended = boresight("convert", first, there, "--format", name)
             if ended.returncode != 0:
                 known = {"can't hold this lens": "refused", "takes several cameras": "a rig's"}
-                worst[name][lens] = next((word for text, word in known.items() if text in ended.stderr), "FAILED")
+                words = (word for text, word in known.items() if text in ended.stderr)
+                worst[name][lens] = next(words, "FAILED")
                 if worst[name][lens] == "FAILED" or there.exists():
                     failed.append((name, lens, ended.stderr))
             elif name == "matlab":

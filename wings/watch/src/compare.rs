@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::{
-    fit::{AGREES, Sighting, lens_covariance},
+    fit::{Sighting, lens_covariance},
     gallery::Gallery,
     level::View,
     measure::{APART_PX, Measured, NEAREST, NoAnswer, credible, motion_besides},
@@ -49,9 +49,7 @@ impl Gallery {
     /// Number of patches that agree about a motion beyond the search around `still`, if they are
     /// many and spread.
     fn far_motion(&self, view: &View, lens: &Lens, still: &Measured) -> Option<u32> {
-        let agreeing: BTreeSet<(usize, usize)> = (still.tags.iter().zip(&still.weights))
-            .filter_map(|(tag, weight)| (*weight > AGREES).then_some(*tag))
-            .collect();
+        let agreeing: BTreeSet<(usize, usize)> = still.agreeing().map(|(tag, _)| tag).collect();
         let order = self.nearest(view);
         let shifted = self.references[*order.first()?].shifted(view, lens);
         [Turn::default(), shifted].iter().find_map(|start| {

@@ -123,8 +123,7 @@ fn median_turn(lens: &Lens, sightings: &[Sighting]) -> Turn {
         let mut all: Vec<f64> = offsets.iter().flatten().map(|off| off[axis]).collect();
         median(&mut all).unwrap_or(0.0)
     };
-    let f = lens.camera.f_px;
-    Turn { pan_rad: of(0) / f.x, tilt_rad: -of(1) / f.y, ..Turn::default() }
+    Turn::by_shift(lens, &Vector2::new(of(0), of(1)))
 }
 
 /// Median of the values, which are reordered; `None` for none.

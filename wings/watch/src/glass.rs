@@ -1,7 +1,7 @@
 //! Front glass and focus: sharpness and contrast of the patches against those of the references.
 
 use crate::{
-    fit::{AGREES, median},
+    fit::median,
     gallery::Gallery,
     level::View,
     measure::{FEWEST_FOUND, Measured},
@@ -25,12 +25,7 @@ impl Glass {
             return None;
         }
         let (mut sharpness, mut contrast) = (Vec::new(), Vec::new());
-        for (&(reference, patch), (sighting, weight)) in
-            measured.tags.iter().zip(measured.sightings.iter().zip(&measured.weights))
-        {
-            if *weight <= AGREES {
-                continue;
-            }
+        for ((reference, patch), sighting) in measured.agreeing() {
             let px = [sighting.px.x, sighting.px.y].map(|v| v.round() as i64);
             let Some(now) = Texture::at(&view.grey, px) else { continue };
             let then = gallery.references[reference].landmarks[patch].texture;

@@ -211,6 +211,12 @@ impl Measured {
         })
     }
 
+    /// Tags and sightings of the patches that agree with the turn.
+    pub(crate) fn agreeing(&self) -> impl Iterator<Item = ((usize, usize), &Sighting)> {
+        let seen = self.tags.iter().zip(&self.sightings).zip(&self.weights);
+        seen.filter(|(_, weight)| **weight > AGREES).map(|((tag, sighting), _)| (*tag, sighting))
+    }
+
     /// Number of patches outside the fit that agree about another motion, if they are many: part of
     /// the picture moves with the camera, such as its mount, or part of the scene has moved.
     /// Neither is known to be the scene that stands still.

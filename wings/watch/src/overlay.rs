@@ -34,9 +34,10 @@ impl Mask {
         count as f64 / f64::from(width * height).max(1.0)
     }
 
-    /// Adds the cells in which most patches stay at their pixels. While the scene moves, they show
-    /// the camera's own mount, the frame of a window, or dirt on the glass.
-    pub(crate) fn add_own(&mut self, sightings: &[Sighting], size: ImageSize) {
+    /// Adds the cells in which most patches stay at their pixels; true if there are some. While the
+    /// scene moves, such cells show the camera's own mount, the frame of a window, or dirt.
+    pub(crate) fn add_own(&mut self, sightings: &[Sighting], size: ImageSize) -> bool {
+        let before = self.boxes.len();
         let mut votes = [[0_i32; GRID[0]]; GRID[1]];
         for Sighting { px, reference_px, .. } in sightings {
             let [i, j] = cell_of(reference_px, size);
@@ -49,6 +50,7 @@ impl Mask {
             let cell = |(i, _)| [edge(0, i), edge(1, j), edge(0, i + 1), edge(1, j + 1)];
             self.boxes.extend(own.map(cell));
         }
+        self.boxes.len() > before
     }
 
     /// Finds edges with the same direction and strength in any light, and areas bright even at

@@ -38,6 +38,13 @@ pub struct Landmark {
     pub sigma_px: f64,
 }
 
+impl Landmark {
+    /// Centre of the pixel in the reference picture.
+    pub(crate) fn point_px(&self) -> Point2<f64> {
+        Point2::from(self.px.map(|px| px as f64))
+    }
+}
+
 /// A reference picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
@@ -108,7 +115,7 @@ impl Reference {
             let guess = turn.project_by(lens, &rotation, &landmark.ray)?;
             let guess = [guess.x, guess.y].map(|v| v.round() as i64);
             let found = landmark.fine.find(&view.fine, guess, FINE_SEARCH)?;
-            let reference_px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
+            let reference_px = landmark.point_px();
             let (ray, log_focal) = (own * landmark.ray, self.turn.log_focal);
             Some((
                 index,
@@ -124,7 +131,7 @@ impl Reference {
         self.landmarks.iter().enumerate().filter_map(find).collect()
     }
 
-    /// Searches the patches of these indices in the reduced picture, up to 48 px around `start`.
+    /// Searches the sought patches, by index, in the reduced picture, up to 48 px around `start`.
     pub(crate) fn find_coarsely(
         &self,
         view: &View,
@@ -139,7 +146,7 @@ impl Reference {
             let found = landmark.coarse.as_ref()?.find(&view.coarse, guess, COARSE_SEARCH)?;
             // The patch is around a pixel of the reduced picture; its landmark may be off that
             // pixel's centre.
-            let reference_px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
+            let reference_px = landmark.point_px();
             let beside = reference_px - reference_px.map(|v| full_px(reduced_px(v).round()));
             let px = found.px.map(full_px) + beside;
             Some(Sighting {
@@ -167,9 +174,7 @@ impl Reference {
 
     /// Turn of the camera by the best shift of the whole thumbnail.
     pub(crate) fn shifted(&self, view: &View, lens: &Lens) -> Turn {
-        let shift_px = best_shift(&self.thumb, &view.thumb).shift_px(lens);
-        let f = lens.camera.f_px;
-        Turn { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Turn::default() }
+        Turn::by_shift(lens, &best_shift(&self.thumb, &view.thumb).shift_px(lens))
     }
 
     /// Rough turn of the camera since this reference: from the reduced picture, or from the best

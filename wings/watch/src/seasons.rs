@@ -1,10 +1,9 @@
 //! References that follow the seasons: adopted day by day, judged, and retired.
 
 use image::GrayImage;
-use nalgebra::Point2;
 
 use crate::{
-    fit::AGREES,
+    fit::Sighting,
     gallery::{Gallery, SIZE, Track},
     level::View,
     measure::Measured,
@@ -88,7 +87,7 @@ impl Seasons {
         changed
     }
 
-    /// Forgets what was recorded about patches, some of which have been removed.
+    /// Restarts the records of patches, after some of the patches were removed.
     pub(crate) fn restart(&mut self, gallery: &Gallery) {
         for (index, track) in &mut self.tracks {
             *track = Track::of(&gallery.references[*index]);
@@ -110,11 +109,8 @@ impl Seasons {
         if !is_candidate {
             return;
         }
-        let seen = measured.sightings.iter().zip(&measured.weights);
-        let agreeing = seen
-            .filter(|(_, weight)| **weight > AGREES)
-            .map(|(sighting, _)| cell_of(&sighting.px, lens.image_size))
-            .collect();
+        let cell = |(_, sighting): (_, &Sighting)| cell_of(&sighting.px, lens.image_size);
+        let agreeing = measured.agreeing().map(cell).collect();
         let (turn, grey) = (measured.turn, view.grey.clone());
         self.candidates.push(Candidate { likeness, at_secs, turn, grey, agreeing });
         self.candidates.sort_by(|a, b| a.likeness.total_cmp(&b.likeness));
@@ -129,8 +125,7 @@ impl Seasons {
             let mut reference =
                 Reference { turn, ..Reference::of(&View::of(grey), at_secs, lens, mask) };
             reference.landmarks.retain(|landmark| {
-                let px = Point2::new(landmark.px[0] as f64, landmark.px[1] as f64);
-                let [i, j] = cell_of(&px, lens.image_size);
+                let [i, j] = cell_of(&landmark.point_px(), lens.image_size);
                 agreeing.iter().any(|[k, l]| i.abs_diff(*k) <= 1 && j.abs_diff(*l) <= 1)
             });
             self.tracks.push((gallery.references.len(), Track::of(&reference)));

@@ -332,16 +332,18 @@ impl Station {
         samples
     }
 
-    /// Leaves out what stays in the picture while the rest moves, if "can't tell" was said for such
-    /// pictures: from then on, the references show the scene only. Per cent of the picture left
-    /// out; `None` if nothing changed.
+    /// Leaves out the cells that stay while the scene moves, after "can't tell" for two motions.
+    /// The references then show the scene only. Returns the left-out share of the picture in per
+    /// cent; `None` if nothing changed.
     fn leave_out_own(&mut self, view: &View, decision: &Decision) -> Option<u32> {
         let State::CannotTell { reason: NoAnswer::TwoMotions { .. }, .. } = decision.state else {
             return None;
         };
         let measured = self.gallery.fit_nearest(view, &self.lens)?;
         let size = self.lens.image_size;
-        self.mask.add_own(&measured.sightings, size);
+        if !self.mask.add_own(&measured.sightings, size) {
+            return None;
+        }
         for reference in &mut self.gallery.references {
             let is_scene = |px: [i64; 2]| !self.mask.covers(px[0] as u32, px[1] as u32);
             reference.landmarks.retain(|landmark| is_scene(landmark.px));

@@ -85,6 +85,12 @@ impl Turn {
         Self { pan_rad: v[0], tilt_rad: v[1], roll_rad: v[2], log_focal: v[3] }
     }
 
+    /// Turn that shifts the middle of the picture by `shift_px`, to first order.
+    pub(crate) fn by_shift(lens: &Lens, shift_px: &Vector2<f64>) -> Self {
+        let f = lens.camera.f_px;
+        Self { pan_rad: shift_px.x / f.x, tilt_rad: -shift_px.y / f.y, ..Self::default() }
+    }
+
     /// Vector in the order pan, tilt, roll, log focal ratio.
     pub fn vector(&self) -> Vector4<f64> {
         Vector4::new(self.pan_rad, self.tilt_rad, self.roll_rad, self.log_focal)
