@@ -242,10 +242,10 @@ impl Arguments {
         let metrics = self.metrics.as_ref().map(|path| Metrics::new(path.clone()));
         let told = Told::default();
         for camera in rounds.iter().flat_map(|round| round.places.cameras()) {
-            told.is_new(&StateLine::of(camera));
+            told.is_new(&StateLine::heard(camera));
         }
         let hear = |camera: &WatchedCamera, _: &Decision| {
-            let line = StateLine::of(camera);
+            let line = StateLine::heard(camera);
             if let Some(metrics) = &metrics {
                 metrics.note(camera, &line);
             }

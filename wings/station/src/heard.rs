@@ -11,7 +11,7 @@ use boresight_app::{Announcer, prometheus::Page};
 use boresight_terminal::{announcer, operation::OnFinish};
 
 /// What was told about each camera: its state, and the findings and reasons told since. A reason is
-/// told unless the camera is OK or learning, and then if it doesn't go by itself.
+/// told unless the camera is OK or learning.
 #[derive(Debug, Default)]
 pub(super) struct Told {
     cameras: Mutex<BTreeMap<String, (&'static str, BTreeSet<String>)>>,
@@ -23,12 +23,9 @@ impl Told {
     pub(super) fn is_new(&self, line: &StateLine) -> bool {
         let mut cameras = self.cameras.lock().unwrap_or_else(PoisonError::into_inner);
         let findings = line.findings.iter().map(|finding| finding.code.to_owned());
-        let is_cause = |reason: &String| {
-            let is_calm = ["OK", "LEARNING"].contains(&line.state);
-            !is_calm || ["not-logged-in", "other-size"].contains(&&**reason)
-        };
-        let reason = line.reason.clone().filter(is_cause);
-        let all: BTreeSet<String> = findings.chain(reason).collect();
+        let is_calm = ["OK", "LEARNING"].contains(&line.state);
+        let all: BTreeSet<String> =
+            findings.chain(line.reason.clone().filter(|_| !is_calm)).collect();
         let told = cameras.get_mut(&line.camera).filter(|(state, _)| *state == line.state);
         let Some((_, told)) = told else {
             cameras.insert(line.camera.clone(), (line.state, all));

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::words::{self, Scale};
 use boresight_app::{Exit, prometheus::Page};
-use boresight_watch::{Cause, Decision, Lens, State};
+use boresight_watch::{Cause, Decision, Lens, NoAnswer, State};
 
 /// Schema of a line.
 const SCHEMA: &str = "boresight.watch-state/1";
@@ -104,9 +104,14 @@ pub fn with_scale<T>(lens: &Lens, say: impl FnOnce(&Scale<'_>) -> T) -> T {
 }
 
 impl StateLine {
-    /// Present state of `camera`.
-    pub fn of(camera: &WatchedCamera) -> Self {
-        Self::after(camera, camera.watch().decision())
+    /// State of `camera` for someone who listens: like [`Self::asked`] if only a person can mend
+    /// the newest look's lack.
+    pub fn heard(camera: &WatchedCamera) -> Self {
+        let decision = camera.watch().decision();
+        match decision.lacks.is_some_and(NoAnswer::is_for_a_person) {
+            true => Self::asked(camera),
+            false => Self::after(camera, decision),
+        }
     }
 
     /// State of `camera` for someone who asks once: see [`boresight_watch::Watch::asked`].

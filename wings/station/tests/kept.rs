@@ -390,7 +390,7 @@ fn a_state_comes_with_the_reason_why_no_answer_does() {
     let mut ftp = Ftp::new();
     let reason = |ftp: &mut Ftp| {
         ftp.state();
-        StateLine::of(&ftp.round.places.cameras()[0]).reason
+        StateLine::heard(&ftp.round.places.cameras()[0]).reason
     };
     let name = ftp.at(80);
     ftp.put(80, &name, false);

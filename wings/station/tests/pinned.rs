@@ -119,6 +119,9 @@ fn who_asks_once_hears_ok_only_of_a_look_that_was_answered() {
         let (state, named, exit) = said(&camera);
         assert_eq!((state, exit), ("CANNOT-TELL", boresight_app::Exit::CannotTell), "{reason:?}");
         assert!(named.is_some());
+        // Who listens hears at once only what a person has to mend.
+        let is_heard = StateLine::heard(&camera).state == "CANNOT-TELL";
+        assert_eq!(is_heard, reason.is_for_a_person(), "{reason:?}");
         // A program that only reads the store says the same.
         let stored = WatchedCamera::look_at(place.path()).expect("there");
         assert_eq!(said(&stored).0, "CANNOT-TELL");

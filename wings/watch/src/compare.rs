@@ -2,14 +2,22 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Point2;
+
 use crate::{
     fit::{Sighting, lens_covariance},
     gallery::Gallery,
     level::View,
-    measure::{APART_PX, Measured, NEAREST, NoAnswer, credible, motion_besides},
+    measure::{APART_PX, LEAST_AGREEING, Measured, NEAREST, NoAnswer, credible, motion_besides},
+    patches::{FINE_SEARCH, cell_of},
     reference::Reference,
+    shift::best_shift,
     turn::{Lens, Turn},
 };
+
+/// Minimum number of agreeing patches for a motion beyond the search around another: so far apart,
+/// hardly any agree by chance.
+const FEWEST_FAR: usize = 10;
 
 /// Number of patches of `view` in agreement with a single reference picture, if credible: do both
 /// show the same place?
@@ -50,8 +58,13 @@ impl Gallery {
     /// many and spread.
     fn far_motion(&self, view: &View, lens: &Lens, still: &Measured) -> Option<u32> {
         let agreeing: BTreeSet<(usize, usize)> = still.agreeing().map(|(tag, _)| tag).collect();
+        let size = lens.image_size;
+        let own: BTreeSet<_> = still.agreeing().map(|(_, s)| cell_of(&s.px, size)).collect();
         let order = self.nearest(view);
-        let shifted = self.references[*order.first()?].shifted(view, lens);
+        let is_left = |px: &Point2<f64>| !own.contains(&cell_of(px, size));
+        let [from, to] = [&self.references[*order.first()?].thumb, &view.thumb]
+            .map(|thumb| thumb.only(size, is_left));
+        let shifted = Turn::by_shift(lens, &best_shift(&from, &to).shift_px(lens));
         [Turn::default(), shifted].iter().find_map(|start| {
             let left = order.iter().flat_map(|index| {
                 let reference = &self.references[*index];
@@ -61,7 +74,9 @@ impl Gallery {
                 let found = reference.find_coarsely(view, lens, start, is_left);
                 found.into_iter().map(move |s| Sighting { ray: own * s.ray, log_focal, ..s })
             });
-            motion_besides(&still.turn, lens, &left.collect::<Vec<_>>())
+            let left: Vec<Sighting> = left.collect();
+            let fewest = FEWEST_FAR.max((LEAST_AGREEING * left.len() as f64).ceil() as usize);
+            motion_besides((&still.turn, lens), &left, fewest, FINE_SEARCH as f64)
         })
     }
 

@@ -377,8 +377,10 @@ mod tests {
         let mut station = crate::Station::new(lens);
         (station.gallery, station.is_learned) = (gallery, true);
         assert!(station.measure(&scene([24; 5])).is_ok());
-        // Most patches stand where they did, as on the camera's own mount.
-        for slid_px in [[24, 20, 20, 20, 24], [20, 20, 24, 20, 20]] {
+        // Most patches stand where they did, as on the camera's own mount; the others are near, or
+        // beyond the searches.
+        let far = [[60, 60, 20, 20, 20], [90, 90, 20, 20, 20]];
+        for slid_px in [[24, 20, 20, 20, 24], [20, 20, 24, 20, 20]].into_iter().chain(far) {
             let answer = station.measure(&scene(slid_px)).map(|measured| measured.turn);
             assert!(matches!(answer, Err(NoAnswer::TwoMotions { .. })), "{answer:?}");
         }

@@ -1,6 +1,8 @@
 //! Picture with levelled local brightness and contrast, so that day and night look alike.
 
+use boresight_geometry::frame::ImageSize;
 use image::GrayImage;
+use nalgebra::Point2;
 
 use crate::fit::SIGMA_OF_MEDIAN;
 
@@ -96,6 +98,19 @@ impl Thumb {
     pub fn from_levels(levels: &[i8]) -> Option<Self> {
         let is_whole = levels.len() == THUMB_WIDTH * THUMB_HEIGHT;
         is_whole.then(|| Self::normalized(levels.iter().map(|v| f32::from(*v)).collect()))
+    }
+
+    /// Thumbnail of the pixels of a picture of `size` for which `counts`; the others are level.
+    pub(crate) fn only(&self, size: ImageSize, counts: impl Fn(&Point2<f64>) -> bool) -> Self {
+        let [wide_px, high_px] = [
+            f64::from(size.width_px) / THUMB_WIDTH as f64,
+            f64::from(size.height_px) / THUMB_HEIGHT as f64,
+        ];
+        let value = |(i, value): (usize, &f32)| {
+            let [column, row] = [i % THUMB_WIDTH, i / THUMB_WIDTH].map(|at| at as f64 + 0.5);
+            if counts(&Point2::new(column * wide_px, row * high_px)) { *value } else { 0.0 }
+        };
+        Self::normalized(self.0.iter().enumerate().map(value).collect())
     }
 
     /// Correlation of two thumbnails without a shift, −1 to 1.

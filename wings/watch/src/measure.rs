@@ -12,7 +12,7 @@ pub const NEAREST: usize = 3;
 /// Minimum number of agreeing patches: an on-screen text gives about eight.
 const FEWEST_INLIERS: usize = 20;
 /// Minimum share of agreeing patches among those found.
-const LEAST_AGREEING: f64 = 0.4;
+pub(crate) const LEAST_AGREEING: f64 = 0.4;
 /// Minimum spread of the agreeing patches, as a share of an even spread over the picture.
 const LEAST_SPREAD: f64 = 0.35;
 /// Minimum distance between two motions in one picture, px.
@@ -116,6 +116,11 @@ impl NoAnswer {
         self != Self::WrongClock && !none.contains(&self)
     }
 
+    /// True if looks have no answer until a person mends the cause.
+    pub fn is_for_a_person(self) -> bool {
+        [Self::Frozen, Self::NotLoggedIn, Self::OtherSize].contains(&self)
+    }
+
     /// True if the picture has an answer, which doesn't vouch for the camera.
     pub(crate) fn is_of_an_answer(self) -> bool {
         matches!(self, Self::Unsure | Self::LittleSeen { .. })
@@ -137,19 +142,25 @@ pub(crate) fn credible(measured: Option<Measured>, sought: usize) -> Result<Meas
     }
 }
 
-/// Number of sightings that agree about a motion apart from `turn`, if they are many and spread.
-pub(crate) fn motion_besides(turn: &Turn, lens: &Lens, sightings: &[Sighting]) -> Option<u32> {
-    if sightings.len() < FEWEST_INLIERS {
+/// Number of sightings that agree about a motion at least `apart_px` from `turn`, if they are at
+/// least `fewest` and spread.
+pub(crate) fn motion_besides(
+    (turn, lens): (&Turn, &Lens),
+    sightings: &[Sighting],
+    fewest: usize,
+    apart_px: f64,
+) -> Option<u32> {
+    if sightings.len() < fewest {
         return None;
     }
     let fitted = fit(lens, sightings, None)?;
     let off = offsets_px(lens, turn, sightings).into_iter().zip(&fitted.weights);
     let agreeing = off.filter(|(_, weight)| **weight > AGREES);
-    let mut apart_px: Vec<f64> = agreeing.filter_map(|(off, _)| Some(off?.norm())).collect();
-    let count = apart_px.len();
-    let is_apart = fit::median(&mut apart_px).is_some_and(|px| px > APART_PX);
+    let mut off_px: Vec<f64> = agreeing.filter_map(|(off, _)| Some(off?.norm())).collect();
+    let count = off_px.len();
+    let is_apart = fit::median(&mut off_px).is_some_and(|px| px > apart_px);
     let is_wide = spread(sightings, &fitted.weights, lens) > LEAST_SPREAD;
-    (is_apart && is_wide && count >= FEWEST_INLIERS).then_some(count as u32)
+    (is_apart && is_wide && count >= fewest).then_some(count as u32)
 }
 
 /// Smaller standard deviation of the sightings along x and y, as a share of an even spread's.
@@ -223,7 +234,7 @@ impl Measured {
     pub fn second_motion(&self, lens: &Lens) -> Option<u32> {
         let left = self.sightings.iter().zip(&self.weights).filter(|(_, w)| **w <= AGREES);
         let left: Vec<Sighting> = left.map(|(sighting, _)| *sighting).collect();
-        motion_besides(&self.turn, lens, &left)
+        motion_besides((&self.turn, lens), &left, FEWEST_INLIERS, APART_PX)
     }
 
     /// Fit of a shifted picture, as by a knocked lens, with the shift as a turn in the picture's

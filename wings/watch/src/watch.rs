@@ -69,6 +69,8 @@ pub struct Watch {
     /// Number of looks since, and of those with a picture that had no answer.
     unvouched: usize,
     unanswered_pictures: usize,
+    /// Number of pictures of two motions since.
+    two_motions: usize,
     /// Kind of change, until the camera is back or accepted.
     kind: Option<State>,
     test: Sequential,
@@ -106,6 +108,7 @@ impl Watch {
             vouched: 0,
             unvouched: 0,
             unanswered_pictures: 0,
+            two_motions: 0,
             kind: None,
             test: Sequential::new(width_px),
             condition: Condition::default(),
@@ -150,7 +153,7 @@ impl Watch {
                 self.first = None;
                 self.test = Sequential::new(self.width_px);
                 self.decision.reference_secs = *at;
-                self.decision.lacks = None;
+                self.decision.lacks.take_if(|reason| *reason == NoAnswer::NoReferences);
                 if *pinned && !self.is_pinned() {
                     self.pin = self.pin_scatter_px().map(|scatter_px| (*at, scatter_px));
                 }
@@ -173,7 +176,7 @@ impl Watch {
         let (Some(reason), None) = (decision.lacks, self.kind) else { return decision };
         let is_said = match decision.state {
             State::Ok => true,
-            State::Learning { .. } => !reason.is_of_a_picture(),
+            State::Learning { .. } => !reason.is_of_a_picture() || reason.is_for_a_person(),
             State::Moved(_) | State::Zoom | State::Blurred | State::CannotTell { .. } => false,
         };
         if is_said {
@@ -266,7 +269,8 @@ impl Watch {
 
     /// Enters "can't tell" while no picture was usable at all, or after a gap unusual for these
     /// days: at least an hour, at most a day, and a day while the usual gaps are being learned.
-    /// Within a day, pictures without an answer must be several, and are compared with gaps that
+    /// Three pictures of two motions suffice once the camera is learned. Within a day, other
+    /// pictures without an answer must be several, and are compared with gaps that
     /// had some: a week without pictures doesn't make a week of pictures that disagree usual.
     fn unanswered(&mut self, at_secs: f64, reason: NoAnswer, before: Option<NoAnswer>) {
         let is_blind = reason.is_of_a_picture() && !reason.is_of_an_answer();
@@ -279,16 +283,24 @@ impl Watch {
         self.vouched = 0;
         self.unvouched += 1;
         self.unanswered_pictures += usize::from(is_blind);
+        self.two_motions += usize::from(matches!(reason, NoAnswer::TwoMotions { .. }));
         let is_several = !is_blind || self.unanswered_pictures >= SEVERAL;
         let is_long = used.is_none_or(|used| {
             let waited_secs = at_secs - used;
             waited_secs > patience && (is_several || waited_secs > DAY_SECS)
         });
         let is_told = matches!(self.decision.state, State::CannotTell { .. });
-        let is_lost = self.is_only_pinned() && self.kind.is_none() && self.unvouched >= SEVERAL;
-        if is_long || is_told || is_lost {
+        // What moved is in the picture, so no usual silence explains it.
+        let is_lost = (self.is_only_pinned() && self.unvouched >= SEVERAL)
+            || (self.is_settled() && self.two_motions >= SEVERAL);
+        if is_long || is_told || (is_lost && self.kind.is_none()) {
             self.doubt(State::CannotTell { reason, before }, used.unwrap_or(at_secs));
         }
+    }
+
+    /// Begins to count the looks without an answer that vouches for the camera.
+    fn begin_count(&mut self) {
+        (self.unvouched, self.unanswered_pictures, self.two_motions) = (0, 0, 0);
     }
 
     fn doubt(&mut self, state: State, since_secs: f64) {
@@ -308,7 +320,7 @@ impl Watch {
         self.gaps.retain(|gap| at_secs - gap.until_secs < FOLLOWED_SECS);
         self.vouched_secs = Some(at_secs);
         self.vouched += 1;
-        (self.unvouched, self.unanswered_pictures) = (0, 0);
+        self.begin_count();
     }
 
     /// Reason for an answer not to vouch for a camera that points where it did.
@@ -380,7 +392,7 @@ impl Watch {
                 _ => kind,
             });
             self.kind = Some(state);
-            (self.unvouched, self.unanswered_pictures) = (0, 0);
+            self.begin_count();
             self.doubt(state, since);
         } else if let Some(reason) = lack {
             self.decision.lacks = Some(reason);
@@ -455,7 +467,7 @@ impl Watch {
         self.decision.findings = vec![Finding::Pinned];
         if let State::Learning { .. } = self.decision.state {
             self.vouched = SEVERAL;
-            (self.unvouched, self.unanswered_pictures) = (0, 0);
+            self.begin_count();
             self.vouched_secs = Some(at_secs);
             self.enter(State::Ok, at_secs);
         }

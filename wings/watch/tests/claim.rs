@@ -110,6 +110,21 @@ fn days_without_pictures_make_no_pictures_without_an_answer_usual() {
 }
 
 #[test]
+fn three_pictures_of_two_motions_are_told_within_an_hour() {
+    let two = NoAnswer::TwoMotions { agree: 90, other: 24, left_out_percent: None };
+    let disagree = NoAnswer::Disagree { agree: 10, found: 60 };
+    for (reason, third) in [(disagree, State::Ok), (two, doubt(two))] {
+        let mut camera = Mast::learned();
+        let states = [0; 3].map(|_| {
+            // Every ten minutes.
+            camera.at_secs -= 50.0 * 60.0;
+            camera.next(Err(reason)).state
+        });
+        assert_eq!(states, [State::Ok, State::Ok, third]);
+    }
+}
+
+#[test]
 fn a_shift_that_looks_like_a_zoom_to_half_of_the_patches_is_a_knocked_lens() {
     let mut camera = Mast::learned();
     let causes = Some(Causes { turned_px: 2.8, shifted_px: 0.4, compared: 60 });

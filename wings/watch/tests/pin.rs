@@ -22,15 +22,20 @@ impl Tripod {
         let camera = Camera::pinhole(F_PX, Point2::new(512.0, 384.0));
         let lens = Lens::new(camera, None, ImageSize { width_px: 1024, height_px: 768 });
         let mut tripod = Self { watch: Watch::new(&lens), at_secs: 1.774e9, looks: 0 };
+        tripod.learn(count, scatter_px);
+        tripod
+    }
+
+    /// Learns references from the minute's pictures.
+    fn learn(&mut self, count: u32, scatter_px: f64) {
         let sample = |n: u32| {
             let chance_px = scatter_px * (f64::from((n * 7919) % 97) / 28.0 - 1.73);
             let turn = [1e6 * chance_px / F_PX, 0.0, 0.0, 0.0];
             LearnedSample { at: 1.774e9 - 5.0 * f64::from(count - n), turn }
         };
         let samples = (0..count).map(sample).collect();
-        let at = tripod.at_secs;
-        tripod.watch.handle(&Input::Learned { at, references: count, samples, pinned: true });
-        tripod
+        let at = self.at_secs;
+        self.watch.handle(&Input::Learned { at, references: count, samples, pinned: true });
     }
 
     fn state(&self) -> State {
@@ -136,6 +141,16 @@ fn a_question_isnt_answered_by_what_was_said_before() {
     for code in ["CANNOT-TELL", "CANNOT-TELL", "MOVED"] {
         assert_eq!(camera.panned(8.0).state.code(), code);
     }
+}
+
+#[test]
+fn new_references_dont_answer_a_question_after_a_doubtful_look() {
+    let mut camera = Tripod::pinned(6, 0.02);
+    camera.panned(8.0);
+    let doubted = camera.watch.asked().state;
+    assert!(matches!(doubted, State::CannotTell { .. }), "{doubted:?}");
+    camera.learn(6, 0.02);
+    assert_eq!(camera.watch.asked().state, doubted);
 }
 
 #[test]
