@@ -24,7 +24,7 @@ pub struct StateLine {
     pub camera: String,
     /// `LEARNING`, `OK`, `MOVED`, `ZOOM`, `LENS` or `CANNOT-TELL`.
     pub state: &'static str,
-    /// Since when: a time like `2026-03-12T14:05:00Z`.
+    /// Since when: a time like `2026-03-12T14:05:00Z`; empty before the first picture.
     pub since: String,
     /// As of when: the newest picture's time, or when one was missing; empty before.
     pub at: String,
@@ -39,7 +39,7 @@ pub struct StateLine {
     /// Why there is no answer, such as `no-picture`, or why it vouches for nothing, such as
     /// `unsure`; `null` otherwise.
     pub reason: Option<String>,
-    /// When the references were learned.
+    /// When the references were learned; empty before.
     pub reference: String,
     /// When a picture last had an answer; empty if none had.
     pub answered: String,
@@ -135,12 +135,14 @@ impl StateLine {
         with_scale(lens, |scale| {
             let (sentence, action) = words::state(decision, scale);
             let is_known = decision.smallest_visible_px[0].is_finite();
-            let time = |secs: Option<f64>| secs.map_or(String::new(), for_programs);
+            let time = |secs: Option<f64>| {
+                secs.filter(|secs| *secs > 0.0).map_or(String::new(), for_programs)
+            };
             Self {
                 schema: SCHEMA,
                 camera: name.into(),
                 state: decision.state.code(),
-                since: for_programs(decision.since_secs),
+                since: time(Some(decision.since_secs)),
                 at: time(at_secs),
                 sentence,
                 action,
@@ -148,7 +150,7 @@ impl StateLine {
                 smallest_visible: is_known
                     .then(|| Amounts::of(&decision.smallest_visible_px, lens)),
                 reason: reason(decision),
-                reference: for_programs(decision.reference_secs),
+                reference: time(Some(decision.reference_secs)),
                 answered: time(decision.answered_secs),
                 pictures,
                 findings: decision

@@ -579,9 +579,11 @@ impl Watch {
         found
     }
 
-    /// Enters a state; its start time is kept if the state is unchanged.
+    /// Enters a state; its start time is kept if the state is unchanged, and known.
     fn enter(&mut self, state: State, since_secs: f64) {
-        if std::mem::discriminant(&state) != std::mem::discriminant(&self.decision.state) {
+        let is_same =
+            std::mem::discriminant(&state) == std::mem::discriminant(&self.decision.state);
+        if !is_same || self.decision.since_secs == 0.0 {
             self.decision.since_secs = since_secs;
         }
         self.decision.state = state;
