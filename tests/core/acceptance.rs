@@ -7,7 +7,7 @@
 use boresight::{
     calibration::{
         Acceptance, AcceptanceGoal, BOARD_SCALE_SD, Calibration, CalibrationParams, Verdict,
-        acceptance::acceptance, calibrate,
+        acceptance, calibrate,
     },
     geometry::{Camera, Corner, Distortion},
     guidance::Progress,

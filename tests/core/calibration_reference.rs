@@ -1,6 +1,6 @@
 //! Bundle adjustment and free homographies against independently computed minima.
 
-use boresight::calibration::solve::free_homography::{self, DistortionCentrePrior};
+use boresight::calibration::free_homography::{self, DistortionCentrePrior};
 use boresight::calibration::{BundleState, LensModel, Observations, adjust, zhang};
 use boresight::frame::ImageSize;
 use boresight::geometry::{BROWN_PARAMETERS, Camera, Corner, Homography, pose_from_homography};

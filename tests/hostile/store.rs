@@ -99,7 +99,7 @@ fn stores() {
     Store::create(folder, "mast", named, &lens, true).expect("created");
     let file = fs::read(folder.join("watch.json")).expect("readable");
     let states = |camera: &WatchedCamera| -> Outcome {
-        only_numbers(&StateLine::of(camera))?;
+        only_numbers(&StateLine::heard(camera))?;
         Ok(true)
     };
     run(

@@ -36,15 +36,15 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`solve`] | corners → lens and poses, with covariance, for the lens model chosen by BIC |
-//! | [`check`] | findings and the verdict: checks independent of the residual of the fit |
+//! | `solve` | corners → lens and poses, with covariance, for the lens model chosen by BIC |
+//! | `check` | findings and the verdict: checks independent of the residual of the fit |
 //! | `causes` | causes of a misfit, named by the views; corrects what all views share |
 //! | `params`, `inputs` | settings; corners and derived inputs before adjustment |
 //! | `calibrate`, `examined` | runs the stages; judges the residuals |
 //! | `summary`, `result` | turns the minimum into a [`Calibration`] |
 //! | `free_fit` | free homographies of the views, straightened under a wide lens |
 //! | `repeats` | pictures of one held pose count once |
-//! | [`acceptance`](mod@acceptance) | judges the result by a stated need |
+//! | `acceptance` | judges the result by a stated need |
 //! | `drift` | new views of an installed camera against its old calibration |
 //! | `lens_difference` | two calibrations of one camera, by what they state |
 //! | `lens_change`, `shift` | tests of a change; its displacement as an interval against a limit |
@@ -79,10 +79,10 @@
 
 #![forbid(unsafe_code)]
 
-pub mod acceptance;
+mod acceptance;
 mod calibrate;
 mod causes;
-pub mod check;
+mod check;
 mod drift;
 mod examined;
 mod free_fit;
@@ -97,35 +97,50 @@ mod repeats;
 mod result;
 mod rig;
 mod shift;
-pub mod solve;
+mod solve;
 mod summary;
 
-pub use acceptance::{Acceptance, AcceptanceGoal, ErrorBound, NotAGoal};
+pub use acceptance::{Acceptance, AcceptanceGoal, ErrorBound, NotAGoal, acceptance};
 pub use calibrate::calibrate;
+#[doc(hidden)]
 pub use check::{
-    finding::{CANDIDATES, Finding, FindingCode, FocusMotion, Severity, Verdict, is_unfinished},
+    finding::{CANDIDATES, FocusMotion, is_unfinished},
     leave_out,
-    limits::{DEFAULT_TYPICAL_GOAL_PX, Limits},
-    projection_sd::{GridSd, ProjectionJacobian, ProjectionSd, ValidArea, projection_jacobian},
+    limits::DEFAULT_TYPICAL_GOAL_PX,
+    projection_sd::{GridSd, ProjectionJacobian, projection_jacobian},
 };
+pub use check::{
+    finding::{Finding, FindingCode, Severity, Verdict},
+    limits::Limits,
+    projection_sd::{ProjectionSd, ValidArea},
+};
+#[doc(hidden)]
 pub use drift::{DRIFT_VIEWS, Drift, NoDrift, OldLens, drift};
+#[doc(hidden)]
 pub use judge::{
     Answer, Axes, GivenLens, Judgement, LengthError, NotJudged, Resized, WrongPart, judge,
 };
+#[doc(hidden)]
 pub use known_lens::{Combined, KnownLens, NotHeld};
+#[doc(hidden)]
 pub use lens_difference::{LensDifference, StatedLens};
+#[doc(hidden)]
 pub use lens_flaw::LensFlaw;
 pub use params::{BOARD_SCALE_SD, CalibrationParams, NotCalibrated};
 pub use result::{Calibration, Focal, PrincipalPointEstimate, PrincipalPoints, ViewResult};
+#[doc(hidden)]
 pub use rig::{
     KnownRig, NotARig, Pair, PairBound, PairChange, PairSd, PlaceWorth, RigCalibration, RigCamera,
     RigFinding, RigInstant, RigViews, calibrate_rig, moved_camera, pair_change, seen_by,
 };
+#[doc(hidden)]
 pub use shift::{DriftVerdict, Shift};
+pub use solve::lens_model::{LensFamily, LensFreedom, LensModel, LensPrior};
+#[doc(hidden)]
 pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
+    common_error,
     free_homography::{self, FreeHomographies},
-    lens_model::{LensFamily, LensFreedom, LensModel, LensPrior},
     model_choice::ModelFit,
     zhang,
 };

@@ -144,13 +144,20 @@ mod simd;
 mod stated_noise;
 mod track;
 
-pub use detector::{Detector, Search, detect};
+#[doc(hidden)]
+pub use detector::Search;
+pub use detector::{Detector, detect};
+#[doc(hidden)]
 pub use explain::{
     GridOutcome, Searched, VotedPlace, WeighedEnd, WeighedGrid, WeighedMarkers, WeighedPlace,
 };
-pub use outcome::{Detection, Miss, OtherBoard, Quality, Side, agreed};
+#[doc(hidden)]
+pub use outcome::agreed;
+pub use outcome::{Detection, Miss, OtherBoard, Quality, Side};
 pub use params::DetectorParams;
+#[doc(hidden)]
 pub use printed_code::read_code;
+#[doc(hidden)]
 pub use track::{Prediction, Track};
 
 /// Compiles and runs the example of the README.

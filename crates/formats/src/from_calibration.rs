@@ -13,9 +13,8 @@ use super::{
     named_covariance::NamedCovariance,
 };
 use boresight_calibrate::{
-    Calibration, Finding, Focal, LensModel, ModelFit, NotCalibrated, PrincipalPointEstimate,
-    PrincipalPoints, Severity, Verdict, ViewResult,
-    acceptance::{Acceptance, AcceptanceGoal, acceptance},
+    Acceptance, AcceptanceGoal, Calibration, Finding, Focal, LensModel, ModelFit, NotCalibrated,
+    PrincipalPointEstimate, PrincipalPoints, Severity, Verdict, ViewResult, acceptance,
 };
 use boresight_geometry::{
     BoardOutline, Camera, LensParameter, LensParts, PrincipalLine, boards::Board, frame::ImageSize,

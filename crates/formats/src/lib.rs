@@ -78,15 +78,21 @@ mod nullable;
 mod rig_file;
 mod schema;
 
+#[doc(hidden)]
 pub use calibration_file::{
     AcceptanceEntry, BoardEntry, CALIBRATION_SCHEMA, CalibrationFile, CameraEntry, CandidateEntry,
     DistortionEntry, EstimateEntry, FindingEntry, FocalEntry, FocalLengths, LensEntry, LineEntry,
     MarkersEntry, PoseEntry, PrincipalPointEntry, ProjectionEntry, SigmaEntry, ViewEntry,
 };
+#[doc(hidden)]
 pub use check_file::{CHECK_SCHEMA, ChangeEntry, ChangeSigma, CheckFile, LensNow, VisibleEntry};
+#[doc(hidden)]
 pub use from_calibration::{FindingWords, ViewName};
+#[doc(hidden)]
 pub use judgement_file::{FreshLens, JUDGEMENT_SCHEMA, JudgementFile};
+#[doc(hidden)]
 pub use named_covariance::{LensCovariance, NamedCovariance};
+#[doc(hidden)]
 pub use rig_file::{
     RIG_SCHEMA, RigCameraEntry, RigCovariance, RigFile, RigInstantEntry, RigPairEntry, RigWords,
 };

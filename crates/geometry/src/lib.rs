@@ -53,20 +53,26 @@
 //! | `coverage` | coverage of the picture by boards |
 //! | `target` | kinds of boards and their common interface |
 
+#[doc(hidden)]
 pub mod board_code;
 pub mod boards;
 mod camera;
 mod corner;
 mod coverage;
+#[doc(hidden)]
 pub mod device;
 mod distortion;
 pub mod frame;
 mod homography;
+#[doc(hidden)]
 pub mod least_squares;
 mod lens_parameter;
+#[doc(hidden)]
 pub mod markers;
 mod outlier;
+#[doc(hidden)]
 pub mod panic_message;
+#[doc(hidden)]
 pub mod parallel;
 mod pose;
 mod principal_line;
@@ -74,14 +80,20 @@ mod principal_point;
 mod rig;
 mod ring;
 
-pub use camera::{Camera, Projection, RayProjection};
+#[doc(hidden)]
+pub use camera::RayProjection;
+pub use camera::{Camera, Projection};
 pub use corner::{Corner, mean_px, seen_count};
+#[doc(hidden)]
 pub use coverage::{
     BoardOutline, GRID_COLUMNS, GRID_ROWS, cell_centres_px, corner_coverage, coverage, open_corners,
 };
 pub use distortion::{BROWN_PARAMETERS, Distortion, LENS_PARAMETERS, LensKind};
 pub use homography::{Homography, NoHomography, expect_unseen};
-pub use lens_parameter::{DISTORTION_PARAMETERS, LensMatrix, LensParameter, LensParts, LensValues};
+pub use lens_parameter::{DISTORTION_PARAMETERS, LensMatrix, LensParameter};
+#[doc(hidden)]
+pub use lens_parameter::{LensParts, LensValues};
+#[doc(hidden)]
 pub use outlier::{
     ConsistentLines, LINES_TO_TELL_OUTLIERS, OutlierLine, OutliersUnknown, consistent_lines,
 };
@@ -90,7 +102,9 @@ pub use principal_line::{FocalLength, NoFocalLength, NoPrincipalLine, PrincipalL
 pub use principal_point::{
     NoPrincipalPoint, PrincipalPoint, intersect_unweighted, intersect_weighted,
 };
+#[doc(hidden)]
 pub use rig::{Rectified, Rig};
+#[doc(hidden)]
 pub use ring::{NoRing, RingEstimate, principal_line_and_ring};
 
 /// Compiles and runs the example of the README.

@@ -65,6 +65,7 @@
 #![forbid(unsafe_code)]
 
 pub mod guidance;
+#[doc(hidden)]
 pub mod rig;
 pub mod session;
 

@@ -25,7 +25,7 @@ pub mod leave_out;
 pub(super) mod limits;
 pub(super) mod next_radial;
 pub(super) mod noise_correlation;
-pub mod noise_findings;
+pub(super) mod noise_findings;
 pub(super) mod noise_inflation;
 pub(super) mod odd_corners;
 pub(super) mod print_errors;

@@ -51,15 +51,22 @@ mod vins;
 
 pub use camera_format::CameraFormat;
 pub use colmap::{colmap_cameras, colmap_cameras_with_sd};
-pub use csv::{board_csv, csv_field, views_csv};
+#[doc(hidden)]
+pub use csv::csv_field;
+pub use csv::{board_csv, views_csv};
 pub use kalibr::kalibr_camchain;
 pub use matlab::matlab_script;
 pub use mrcal::{mrcal_cameramodel, mrcal_cameramodel_with_views};
+#[doc(hidden)]
 pub use mrcal_inputs::SolvedView;
 pub use opencv::opencv_yaml;
+#[doc(hidden)]
 pub use rig::ExportedRig;
+#[doc(hidden)]
 pub use rig_format::RigFormat;
-pub use ros::{RosCameraInfo, ros_camera_info};
+#[doc(hidden)]
+pub use ros::RosCameraInfo;
+pub use ros::ros_camera_info;
 
 use boresight_calibrate::{LensFamily, LensModel};
 use boresight_geometry::{Camera, Distortion, LensParameter, LensValues, frame::ImageSize};

@@ -52,8 +52,11 @@ mod xml;
 
 use boresight_geometry::{frame::ImageSize, panic_message::caught};
 
+#[doc(hidden)]
 pub use file_doubt::FileDoubt;
-pub use old_calibration::{LockedLens, NotImported, OldCalibration, OldFormat, OwnCorners};
+#[doc(hidden)]
+pub use old_calibration::{LockedLens, OwnCorners};
+pub use old_calibration::{NotImported, OldCalibration, OldFormat};
 
 /// Longest text allowed. A calibration has kilobytes; mrcal's, with every observation, has
 /// megabytes.

@@ -17,13 +17,21 @@ mod circles;
 mod kinds;
 mod pattern;
 
+#[doc(hidden)]
 pub use aprilgrid::AprilGrid;
 pub use board::Board;
+#[doc(hidden)]
 pub use charuco::Charuco;
+#[doc(hidden)]
 pub use checkerboard::Squares;
-pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice, length_m, millimetres};
+pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice};
+#[doc(hidden)]
+pub use choice::{length_m, millimetres};
+#[doc(hidden)]
 pub use circles::Circles;
+#[doc(hidden)]
 pub use kinds::BOARD_KINDS;
+#[doc(hidden)]
 pub use pattern::{MarkerSide, Pattern};
 
 use nalgebra::Point2;
@@ -180,6 +188,7 @@ pub trait Target {
     }
 }
 
+#[doc(hidden)]
 /// Information in a part of a board about the numbers of the points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartTells {
@@ -193,6 +202,7 @@ pub enum PartTells {
     Nothing,
 }
 
+#[doc(hidden)]
 /// Print of a board, on white. Shapes may overlap.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DarkShapes {
@@ -202,6 +212,7 @@ pub struct DarkShapes {
     pub fine: Vec<Shape>,
 }
 
+#[doc(hidden)]
 /// Dark shape in the board frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {

@@ -16,7 +16,7 @@ use super::{
     view::{LensEstimate, View},
     wanted_pose::planned_poses,
 };
-use boresight_calibrate::solve::common_error::places_on_board;
+use boresight_calibrate::common_error::places_on_board;
 use boresight_geometry::{Corner, boards::Board, fit_pose};
 
 /// Share of the best pose's gain needed by a frame at first …

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, view::LensEstimate};
-use boresight_calibrate::solve::common_error::{COLUMNS as COMMON, error_by_numbers};
+use boresight_calibrate::common_error::{COLUMNS as COMMON, error_by_numbers};
 use boresight_geometry::{
     BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, boards::Board,
     cell_centres_px,

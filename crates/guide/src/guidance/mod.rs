@@ -5,57 +5,78 @@
 //!
 //! | stage | question | degenerate case |
 //! |---|---|---|
-//! | [`params`], [`slots`], [`refusal`], [`rules`] | settings, directions, reasons, version? | |
-//! | [`view`] | measurements from a picture? | [`Refusal::NoLine`], [`Refusal::OutsideLens`] |
-//! | [`independence`] | new principal line, or missing partner? | an opposed pair counts as one |
-//! | [`information`], [`gain`] | how much new information, and enough? | no pose fits: nothing |
-//! | [`hand_motion`], [`motion`] | motion of the board? | nothing to compare: none |
-//! | [`readout`] | readout time, corners at one instant? | no motion yet: a prior |
-//! | [`hold`] | when to take a pose, and which frame? | a photograph at once |
-//! | [`stop`] | are we done? | never before two opposed pairs |
-//! | [`wanted_pose`] | pose of a given direction and tilt? | doesn't fit: no pose |
+//! | `params`, `slots`, `refusal`, `rules` | settings, directions, reasons, version? | |
+//! | `view` | measurements from a picture? | [`Refusal::NoLine`], [`Refusal::OutsideLens`] |
+//! | `independence` | new principal line, or missing partner? | an opposed pair counts as one |
+//! | `information`, `gain` | how much new information, and enough? | no pose fits: nothing |
+//! | `hand_motion`, `motion` | motion of the board? | nothing to compare: none |
+//! | `readout` | readout time, corners at one instant? | no motion yet: a prior |
+//! | `hold` | when to take a pose, and which frame? | a photograph at once |
+//! | `stop` | are we done? | never before two opposed pairs |
+//! | `wanted_pose` | pose of a given direction and tilt? | doesn't fit: no pose |
 //! | `poses` | the reflected pair of most gain? | directions used up: no pair |
-//! | [`target`] | next pose, and its place on the screen? | no calibration yet: a guess |
-//! | [`mod@reach`] | precision with a small board? | fits nowhere: not known |
-//! | [`advice`] | the one action to ask for now? | |
+//! | `target` | next pose, and its place on the screen? | no calibration yet: a guess |
+//! | `reach` | precision with a small board? | fits nowhere: not known |
+//! | `advice` | the one action to ask for now? | |
 
-pub mod advice;
-pub mod gain;
+mod advice;
+pub(crate) mod gain;
+#[doc(hidden)]
 pub mod hand_motion;
-pub mod hold;
-pub mod independence;
+mod hold;
+mod independence;
+#[doc(hidden)]
 pub mod information;
-pub mod motion;
-pub mod params;
+mod motion;
+pub(crate) mod params;
 mod poses;
-pub mod reach;
-pub mod readout;
-pub mod refusal;
-pub mod rules;
-pub mod slots;
-pub mod stop;
-pub mod target;
+mod reach;
+mod readout;
+mod refusal;
+mod rules;
+mod slots;
+mod stop;
+mod target;
+#[doc(hidden)]
 pub mod view;
+#[doc(hidden)]
 pub mod wanted_pose;
 
+#[doc(hidden)]
 pub use advice::{Advice, Hand};
 pub(crate) use advice::{Difference, advise};
+#[doc(hidden)]
 pub use gain::{Knowledge, UsualError, wanted_share};
 pub(crate) use gain::{is_enough, newness};
+#[doc(hidden)]
 pub use hand_motion::Velocity;
+#[doc(hidden)]
 pub use hold::{HeldFrame, Hold};
 pub(crate) use independence::partner_of;
+#[doc(hidden)]
 pub use independence::{Role, role_of};
+#[doc(hidden)]
 pub use motion::{HOLD_WIDTHS_PER_SEC, Motion, MotionWindow, Scatter};
+#[doc(hidden)]
+pub use params::PAIRS_BEYOND_EDGE;
 pub use params::{BoardRoll, GuidanceParams, Plan};
+#[doc(hidden)]
 pub use reach::{Reach, reach};
+#[doc(hidden)]
 pub use readout::Readout;
 pub use refusal::Refusal;
+#[doc(hidden)]
 pub use rules::RULES;
+#[doc(hidden)]
 pub use slots::direction_difference_rad;
-pub use stop::{Lack, Precision, Progress, forecast, progress, views_by_noise};
+pub use stop::{Lack, Precision, Progress};
 pub(crate) use stop::{final_progress, lack};
+#[doc(hidden)]
+pub use stop::{forecast, progress, views_by_noise};
+#[doc(hidden)]
+pub use target::next_target;
 pub(crate) use target::target_at;
-pub use target::{Purpose, Target, next_target};
+pub use target::{Purpose, Target};
+#[doc(hidden)]
 pub use view::{LensEstimate, View, measure};
 pub(crate) use wanted_pose::posed_board;

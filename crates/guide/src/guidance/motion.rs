@@ -47,8 +47,7 @@ pub struct Motion {
     /// Root mean square speed of the corners, less the part explained by noise: over the last frame
     /// interval or over a tenth of a second, the larger of the two.
     pub speed_px_per_s: f64,
-    /// True if all corners moved together, as of a rigid board, since the frame before: see
-    /// [`moved_rigidly`].
+    /// True if all corners moved together, as of a rigid board, since the frame before.
     pub is_rigid: bool,
     /// Residual of the corners' steps since the frame before, without the common motion.
     pub scatter: Scatter,
@@ -152,7 +151,6 @@ impl MotionWindow {
 struct CommonStep {
     /// Root mean square step of the corners, less the part explained by noise.
     common_px: f64,
-    /// See [`moved_rigidly`].
     is_rigid: bool,
     scatter: Scatter,
 }
@@ -197,17 +195,10 @@ impl CommonStep {
         let count = from.len() as f64;
         Some(Self {
             common_px: ((sum_px2 - noise_px2) / count).max(0.0).sqrt(),
-            is_rigid: strays_little(&motion, &from, &to),
+            is_rigid: moved_rigidly(&motion, &from, &to),
             scatter,
         })
     }
-}
-
-/// True if the corners moved together, as of a rigid board, between two frames: by a homography,
-/// with errors of similar size. `false` if no homography fits or the frames have different numbers
-/// of corners.
-pub fn moved_rigidly(before: &[Corner], after: &[Corner]) -> bool {
-    CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
 }
 
 /// Trace of the covariance of the image of the point `from` under `motion`; `None` on the vanishing
@@ -239,7 +230,7 @@ fn variance_px2(motion: &Homography, from: &Point2<f64>) -> Option<f64> {
     Some((by_entries * motion.covariance() * by_entries.transpose()).trace().max(0.0))
 }
 
-fn strays_little(motion: &Homography, from: &[Point2<f64>], after: &[Corner]) -> bool {
+fn moved_rigidly(motion: &Homography, from: &[Point2<f64>], after: &[Corner]) -> bool {
     let stray_px = |(from, after): (_, &Corner)| {
         motion.map(from).map_or(f64::INFINITY, |moved| (after.px - moved).norm())
     };
@@ -254,6 +245,10 @@ mod tests {
     use nalgebra::Point2;
 
     use super::*;
+
+    fn is_rigid(before: &[Corner], after: &[Corner]) -> bool {
+        CommonStep::between(before, after).is_some_and(|step| step.is_rigid)
+    }
 
     /// Corners of a tipped board after a move by `px`, each off by up to `noise_px`.
     fn corners(px: f64, noise_px: f64) -> Vec<Corner> {
@@ -275,18 +270,18 @@ mod tests {
         for (noise_px, off_px) in [(0.0, 0.1), (0.02, 0.3), (0.1, 1.0)] {
             let before = corners(0.0, 0.0);
             let mut after = corners(1.5, noise_px);
-            assert!(moved_rigidly(&before, &after), "noise {noise_px} px");
+            assert!(is_rigid(&before, &after), "noise {noise_px} px");
             after[23].px.x += off_px;
-            assert!(!moved_rigidly(&before, &after), "noise {noise_px} px, off {off_px} px");
+            assert!(!is_rigid(&before, &after), "noise {noise_px} px, off {off_px} px");
         }
     }
 
     #[test]
     fn corners_without_a_motion_did_not_move_together() {
         let board = corners(0.0, 0.0);
-        assert!(!moved_rigidly(&board, &board[..53]));
-        assert!(!moved_rigidly(&board[..3], &board[..3]));
-        assert!(!moved_rigidly(&[], &[]));
+        assert!(!is_rigid(&board, &board[..53]));
+        assert!(!is_rigid(&board[..3], &board[..3]));
+        assert!(!is_rigid(&[], &[]));
     }
 
     #[test]

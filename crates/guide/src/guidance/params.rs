@@ -4,7 +4,7 @@ use boresight_calibrate::DEFAULT_TYPICAL_GOAL_PX;
 use boresight_geometry::frame::ImageSize;
 
 /// Share of the picture below which boards count as far.
-pub const FAR_SPAN_FRACTION: f64 = 0.45;
+pub(crate) const FAR_SPAN_FRACTION: f64 = 0.45;
 
 /// Most reflected pairs of boards beyond the picture's edge.
 pub const PAIRS_BEYOND_EDGE: usize = 3;
@@ -108,8 +108,7 @@ impl GuidanceParams {
         self.stop_pp_sigma_px * f_to_width.powi(2).max(1.0)
     }
 
-    /// True if boards stay small in the picture, as in front of an installed camera: see
-    /// [`mod@super::reach`].
+    /// True if boards stay small in the picture, as in front of an installed camera: see `reach`.
     pub fn is_far(&self) -> bool {
         self.target_span_fraction < FAR_SPAN_FRACTION
     }

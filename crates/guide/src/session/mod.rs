@@ -68,17 +68,29 @@ mod view_number;
 mod wheel;
 
 pub use accepted::AcceptedView;
+#[doc(hidden)]
 pub use calm::Shown;
+#[doc(hidden)]
 pub use camera::{CameraState, Stream};
 pub use decision::{Decision, Outcome};
 pub use ending::Ending;
+#[doc(hidden)]
 pub use far_board::FarBoard;
+#[doc(hidden)]
 pub use held_out_pair::HeldOutPair;
 pub use input::{Command, Input, Observation};
+#[doc(hidden)]
 pub use precision::precision_of;
-pub use prompt::{Across, Edge, Gravity, Prompt, Upright};
+pub use prompt::Prompt;
+#[doc(hidden)]
+pub use prompt::{Across, Edge, Gravity, Upright};
 pub use setup::SessionSetup;
-pub use snapshot::{LiveView, Measured, PairSummary, Snapshot, ViewSummary, lateral_offset_px};
+#[doc(hidden)]
+pub use snapshot::lateral_offset_px;
+pub use snapshot::{LiveView, Snapshot, ViewSummary};
+#[doc(hidden)]
+pub use snapshot::{Measured, PairSummary};
 pub use state::Session;
 pub use view_number::ViewNumber;
+#[doc(hidden)]
 pub use wheel::WheelSlot;

@@ -20,7 +20,7 @@ use boresight_geometry::{
     markers::{CircleRows, Dictionary, InvalidMarkers, Tags},
 };
 use boresight_guide::{
-    guidance::{BoardRoll, GuidanceParams, Plan, params::PAIRS_BEYOND_EDGE},
+    guidance::{BoardRoll, GuidanceParams, PAIRS_BEYOND_EDGE, Plan},
     session::SessionSetup,
 };
 
