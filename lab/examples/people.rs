@@ -11,11 +11,17 @@
 mod best_turn;
 mod outlines;
 
-use std::{collections::VecDeque, sync::Mutex, thread};
+use std::{
+    collections::{BTreeMap, VecDeque},
+    sync::Mutex,
+    thread,
+};
 
 use best_turn::{differences_px, rms_px};
 use boresight_app::PersonCues;
-use boresight_calibrate::{Calibration, CalibrationParams, Verdict, calibrate};
+use boresight_calibrate::{
+    Calibration, CalibrationParams, Finding, FindingCode, Verdict, calibrate,
+};
 use boresight_detect::{Detection, Miss, Quality};
 use boresight_geometry::{
     Camera, Corner,
@@ -37,16 +43,18 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Time limit of a person.
 const PATIENCE_SECS: f64 = 120.0;
-/// Causes of a finding, none of them there but a bend.
-const CAUSES: [&str; 8] = [
+/// Causes of a finding that may be named.
+const CAUSES: [&str; 10] = [
     "FOCUS-MOVED",
-    "CAUSE-UNCLEAR",
+    "VIEWS-MIXED",
     "PIXELS-NOT-SQUARE",
     "PIXELS-SKEWED",
     "BOARD-STRETCHED",
+    "BOARD-BENT",
     "BOARD-FLEXES",
     "ROLLING-SHUTTER",
     "PICTURE-SHIFTED",
+    "LENS-OTHER",
 ];
 /// Minimum distance of a measured corner from the picture's edge.
 const EDGE_PX: f64 = 4.0;
@@ -63,6 +71,29 @@ struct Row {
     readout_ms: f64,
     noise_px: f64,
     bend_mm: f64,
+}
+
+impl Row {
+    /// True if the simulated camera or board has the cause.
+    fn has(&self, cause: &str) -> bool {
+        match cause {
+            "BOARD-BENT" => self.bend_mm > 0.0,
+            "ROLLING-SHUTTER" => self.readout_ms > 0.0,
+            _ => false,
+        }
+    }
+
+    /// Code of a finding that names only causes that aren't there.
+    fn false_cause(&self, finding: &Finding) -> Option<&'static str> {
+        let code = finding.code.code();
+        let is_false = match finding.code {
+            FindingCode::CauseUnclear { candidates, .. } => {
+                !candidates.into_iter().flatten().any(|cause| self.has(cause))
+            }
+            _ => CAUSES.contains(&code) && !self.has(code),
+        };
+        is_false.then_some(code)
+    }
 }
 
 fn rows() -> Vec<Row> {
@@ -142,7 +173,7 @@ struct Came {
     beyond: Option<[f64; 2]>,
     /// Error over the boards from the corners as seen, as a multiple of the session's error.
     plain: Option<f64>,
-    causes: usize,
+    false_causes: Vec<&'static str>,
     /// Of f and the principal point.
     z: Option<[f64; 3]>,
     sentences_per_sec: f64,
@@ -250,9 +281,8 @@ fn session_of(row: &Row, seed: u64) -> Came {
     });
     let plain = calibrate(&as_seen, &scene.board, image_size, &CalibrationParams::default());
     let plain = result.zip(plain.ok());
-    let causes = result.map_or(0, |result| {
-        let codes = result.findings.iter().map(|finding| finding.code.code());
-        codes.filter(|code| CAUSES.contains(code)).count()
+    let false_causes = result.map_or_else(Vec::new, |result| {
+        result.findings.iter().filter_map(|finding| row.false_cause(finding)).collect()
     });
     Came {
         secs,
@@ -262,7 +292,7 @@ fn session_of(row: &Row, seed: u64) -> Came {
         verdict: result.map(|result| result.verdict),
         beyond,
         plain: plain.map(|(result, plain)| covered_px(&plain) / covered_px(result)),
-        causes,
+        false_causes,
         z,
         sentences_per_sec: f64::from(sentences) / secs,
     }
@@ -341,9 +371,14 @@ fn print(name: &str, all: &[Came]) {
         (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
     };
     let secs = |part| quantile(all.iter().map(|came| came.secs), part);
+    let mut named: BTreeMap<&str, usize> = BTreeMap::new();
+    let causes = all.iter().flat_map(|came| &came.false_causes);
+    causes.for_each(|cause| *named.entry(cause).or_default() += 1);
+    let names: Vec<String> =
+        named.iter().map(|(cause, count)| format!("{count} {cause}")).collect();
     let wait = |part| quantile(all.iter().map(|came| came.longest_wait_secs), part);
     println!(
-        "| {name} | {:.1} / {:.1} | {:.0} | {:.1} / {:.1} | {} of {} | {} / {} / {} | {}, {} | {} | {:.2} | {} | {:.2} {:.2} {:.2} | {:.2} |",
+        "| {name} | {:.1} / {:.1} | {:.0} | {:.1} / {:.1} | {} of {} | {} / {} / {} | {}, {} | {} | {:.2} | {}: {} | {:.2} {:.2} {:.2} | {:.2} |",
         secs(0.5),
         secs(0.95),
         quantile(all.iter().map(|came| came.views as f64), 0.5),
@@ -361,7 +396,8 @@ fn print(name: &str, all: &[Came]) {
             came.verdict == Some(Verdict::Good) && is_far
         }),
         quantile(all.iter().filter_map(|came| came.plain), 0.5),
-        count(&|came| came.causes > 0),
+        count(&|came| !came.false_causes.is_empty()),
+        names.join(", "),
         z(0),
         z(1),
         z(2),
@@ -378,7 +414,7 @@ fn main() -> anyhow::Result<()> {
         (rows, only) = (grid(), arguments.next());
     }
     println!(
-        "| person, camera | s: median / 95 % | views | longest wait: median / 95 % | complete | GOOD / CARE / other | inside: boards, picture | GOOD beyond two bounds | error as seen, times | causes | z of f, cx, cy | sentences per s |"
+        "| person, camera | s: median / 95 % | views | longest wait: median / 95 % | complete | GOOD / CARE / other | inside: boards, picture | GOOD beyond two bounds | error as seen, times | false causes | z of f, cx, cy | sentences per s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let mut everything = Vec::new();
