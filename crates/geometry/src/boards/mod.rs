@@ -24,9 +24,9 @@ pub use board::Board;
 pub use charuco::Charuco;
 #[doc(hidden)]
 pub use checkerboard::Squares;
-pub use choice::{BoardChoice, BoardKind, InvalidBoard, InvalidChoice};
+pub use choice::{BoardChoice, InvalidBoard, InvalidChoice};
 #[doc(hidden)]
-pub use choice::{length_m, millimetres};
+pub use choice::{BoardKind, length_m, millimetres};
 #[doc(hidden)]
 pub use circles::Circles;
 #[doc(hidden)]

@@ -52,9 +52,10 @@ pub(crate) use gain::{is_enough, newness};
 pub use hand_motion::Velocity;
 #[doc(hidden)]
 pub use hold::{HeldFrame, Hold};
+pub use independence::Role;
 pub(crate) use independence::partner_of;
 #[doc(hidden)]
-pub use independence::{Role, role_of};
+pub use independence::role_of;
 #[doc(hidden)]
 pub use motion::{HOLD_WIDTHS_PER_SEC, Motion, MotionWindow, Scatter};
 #[doc(hidden)]
