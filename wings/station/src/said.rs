@@ -121,7 +121,12 @@ impl StateLine {
 
     fn after(camera: &WatchedCamera, decision: &Decision) -> Self {
         let (name, newest) = (camera.name(), camera.newest_secs());
-        Self::of_decision(name, camera.lens(), decision, newest, camera.pictures())
+        let line = Self::of_decision(name, camera.lens(), decision, newest, camera.pictures());
+        if !camera.is_to_be_pinned() {
+            return line;
+        }
+        let (sentence, action) = words::PINNING;
+        Self { sentence: sentence.into(), action: action.into(), ..line }
     }
 
     /// State of a camera after `decision`.

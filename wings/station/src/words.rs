@@ -85,6 +85,10 @@ pub fn parts(decision: &Decision, scale: &Scale<'_>) -> Vec<Part> {
     said
 }
 
+/// Sentence and next action while a camera's first pictures are taken for a pin.
+pub(crate) const PINNING: (&str, &str) =
+    ("Its first six pictures are its pin.", "Leave it alone for a minute.");
+
 /// State in a sentence, and the next action; the action is empty if nothing needs doing.
 pub fn state(decision: &Decision, scale: &Scale<'_>) -> (String, String) {
     let since = || (scale.when)(decision.since_secs);

@@ -56,6 +56,7 @@ fn a_pin_takes_six_pictures_and_a_push_three() {
     let mut camera = open(place.path());
     assert!(camera.is_to_be_pinned());
     assert!(matches!(look(&mut camera, "", 0..5), State::Learning { .. }));
+    assert!(StateLine::heard(&camera).sentence.contains("pin"));
     assert_eq!(look(&mut camera, "", 5..6), State::Ok);
     assert!(!camera.is_to_be_pinned());
     // As a program that was started again goes on.
