@@ -108,9 +108,10 @@ impl StateLine {
     /// the newest look's lack.
     pub fn heard(camera: &WatchedCamera) -> Self {
         let decision = camera.watch().decision();
-        match decision.lacks.is_some_and(NoAnswer::is_for_a_person) {
-            true => Self::asked(camera),
-            false => Self::after(camera, decision),
+        if decision.lacks.is_some_and(NoAnswer::is_for_a_person) {
+            Self::asked(camera)
+        } else {
+            Self::after(camera, decision)
         }
     }
 
@@ -122,7 +123,8 @@ impl StateLine {
     fn after(camera: &WatchedCamera, decision: &Decision) -> Self {
         let (name, newest) = (camera.name(), camera.newest_secs());
         let line = Self::of_decision(name, camera.lens(), decision, newest, camera.pictures());
-        if !camera.is_to_be_pinned() {
+        let is_learning = matches!(decision.state, State::Learning { .. });
+        if !(is_learning && camera.is_to_be_pinned()) {
             return line;
         }
         let (sentence, action) = words::PINNING;

@@ -77,6 +77,16 @@ fn a_pin_takes_six_pictures_and_a_push_three() {
 }
 
 #[test]
+fn a_pin_that_gets_no_pictures_says_why() {
+    let place = TempDir::new().expect("a folder");
+    let mut camera = open(place.path());
+    look(&mut camera, "", 0..2);
+    camera.no_picture(NoAnswer::NotLoggedIn, Taken::at(at_secs(2))).expect("recorded");
+    let line = StateLine::heard(&camera);
+    assert!(camera.is_to_be_pinned() && line.sentence.contains("password"), "{line:?}");
+}
+
+#[test]
 fn a_question_is_answered_by_pictures_of_now_and_changes_nothing() {
     use boresight_app::Exit;
     let place = TempDir::new().expect("a folder");

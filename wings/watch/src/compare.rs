@@ -58,13 +58,12 @@ impl Gallery {
     /// many and spread.
     fn far_motion(&self, view: &View, lens: &Lens, still: &Measured) -> Option<u32> {
         let agreeing: BTreeSet<(usize, usize)> = still.agreeing().map(|(tag, _)| tag).collect();
-        let size = lens.image_size;
-        let own: BTreeSet<_> = still.agreeing().map(|(_, s)| cell_of(&s.px, size)).collect();
+        let (size, staying) = (lens.image_size, still.agreeing_cells(lens.image_size));
         let order = self.nearest(view);
-        let is_left = |px: &Point2<f64>| !own.contains(&cell_of(px, size));
+        let moves = |px: &Point2<f64>| !staying.contains(&cell_of(px, size));
         let [from, to] = [&self.references[*order.first()?].thumb, &view.thumb]
-            .map(|thumb| thumb.only(size, is_left));
-        let shifted = Turn::by_shift(lens, &best_shift(&from, &to).shift_px(lens));
+            .map(|thumb| thumb.only(size, moves));
+        let shifted = best_shift(&from, &to).turn(lens);
         [Turn::default(), shifted].iter().find_map(|start| {
             let left = order.iter().flat_map(|index| {
                 let reference = &self.references[*index];

@@ -1,9 +1,13 @@
 //! Comparison of one picture with a gallery: an answer, or the reason for having none.
 
+use std::collections::BTreeSet;
+
+use boresight_geometry::frame::ImageSize;
 use nalgebra::{Matrix4, Vector2};
 
 use crate::{
     fit::{self, AGREES, Fit, Sighting, fit, offsets_px},
+    patches::cell_of,
     turn::{Lens, Turn},
 };
 
@@ -226,6 +230,11 @@ impl Measured {
     pub(crate) fn agreeing(&self) -> impl Iterator<Item = ((usize, usize), &Sighting)> {
         let seen = self.tags.iter().zip(&self.sightings).zip(&self.weights);
         seen.filter(|(_, weight)| **weight > AGREES).map(|((tag, sighting), _)| (*tag, sighting))
+    }
+
+    /// Cells of a picture of `size` with a patch that agrees with the turn.
+    pub(crate) fn agreeing_cells(&self, size: ImageSize) -> BTreeSet<[usize; 2]> {
+        self.agreeing().map(|(_, sighting)| cell_of(&sighting.px, size)).collect()
     }
 
     /// Number of patches outside the fit that agree about another motion, if they are many: part of

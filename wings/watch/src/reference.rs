@@ -174,7 +174,7 @@ impl Reference {
 
     /// Turn of the camera by the best shift of the whole thumbnail.
     pub(crate) fn shifted(&self, view: &View, lens: &Lens) -> Turn {
-        Turn::by_shift(lens, &best_shift(&self.thumb, &view.thumb).shift_px(lens))
+        best_shift(&self.thumb, &view.thumb).turn(lens)
     }
 
     /// Rough turn of the camera since this reference: from the reduced picture, or from the best

@@ -1,9 +1,10 @@
 //! References that follow the seasons: adopted day by day, judged, and retired.
 
+use std::collections::BTreeSet;
+
 use image::GrayImage;
 
 use crate::{
-    fit::Sighting,
     gallery::{Gallery, SIZE, Track},
     level::View,
     measure::Measured,
@@ -43,7 +44,7 @@ struct Candidate {
     turn: Turn,
     grey: GrayImage,
     /// Cells with an agreeing patch.
-    agreeing: Vec<[usize; 2]>,
+    agreeing: BTreeSet<[usize; 2]>,
 }
 
 impl Seasons {
@@ -109,8 +110,7 @@ impl Seasons {
         if !is_candidate {
             return;
         }
-        let cell = |(_, sighting): (_, &Sighting)| cell_of(&sighting.px, lens.image_size);
-        let agreeing = measured.agreeing().map(cell).collect();
+        let agreeing = measured.agreeing_cells(lens.image_size);
         let (turn, grey) = (measured.turn, view.grey.clone());
         self.candidates.push(Candidate { likeness, at_secs, turn, grey, agreeing });
         self.candidates.sort_by(|a, b| a.likeness.total_cmp(&b.likeness));

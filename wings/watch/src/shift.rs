@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{
     level::{THUMB_HEIGHT, THUMB_WIDTH, Thumb},
-    turn::Lens,
+    turn::{Lens, Turn},
 };
 
 /// Minimum overlap after a shift, as a share of the thumbnail.
@@ -19,6 +19,11 @@ pub(crate) struct Shift {
 }
 
 impl Shift {
+    /// Turn of the camera that shifts the picture as much.
+    pub(crate) fn turn(self, lens: &Lens) -> Turn {
+        Turn::by_shift(lens, &self.shift_px(lens))
+    }
+
     /// Shift in pixels of the picture.
     pub(crate) fn shift_px(self, lens: &Lens) -> Vector2<f64> {
         let size = lens.image_size;

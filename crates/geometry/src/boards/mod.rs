@@ -188,8 +188,8 @@ pub trait Target {
     }
 }
 
-#[doc(hidden)]
 /// Information in a part of a board about the numbers of the points.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PartTells {
     /// Every point, named by the print beside it.
@@ -202,8 +202,8 @@ pub enum PartTells {
     Nothing,
 }
 
-#[doc(hidden)]
 /// Print of a board, on white. Shapes may overlap.
+#[doc(hidden)]
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DarkShapes {
     /// Shapes visible from afar that make up the pattern, row by row.
@@ -212,8 +212,8 @@ pub struct DarkShapes {
     pub fine: Vec<Shape>,
 }
 
-#[doc(hidden)]
 /// Dark shape in the board frame.
+#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// Rectangle with sides along `x` and `y`.

@@ -20,7 +20,7 @@
 //! | `advice` | the one action to ask for now? | |
 
 mod advice;
-pub(crate) mod gain;
+mod gain;
 #[doc(hidden)]
 pub mod hand_motion;
 mod hold;
@@ -28,7 +28,7 @@ mod independence;
 #[doc(hidden)]
 pub mod information;
 mod motion;
-pub(crate) mod params;
+mod params;
 mod poses;
 mod reach;
 mod readout;
@@ -47,7 +47,7 @@ pub use advice::{Advice, Hand};
 pub(crate) use advice::{Difference, advise};
 #[doc(hidden)]
 pub use gain::{Knowledge, UsualError, wanted_share};
-pub(crate) use gain::{is_enough, newness};
+pub(crate) use gain::{is_enough, newness, pose_of};
 #[doc(hidden)]
 pub use hand_motion::Velocity;
 #[doc(hidden)]
@@ -58,6 +58,7 @@ pub(crate) use independence::partner_of;
 pub use independence::role_of;
 #[doc(hidden)]
 pub use motion::{HOLD_WIDTHS_PER_SEC, Motion, MotionWindow, Scatter};
+pub(crate) use params::FAR_SPAN_FRACTION;
 #[doc(hidden)]
 pub use params::PAIRS_BEYOND_EDGE;
 pub use params::{BoardRoll, GuidanceParams, Plan};

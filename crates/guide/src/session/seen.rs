@@ -2,7 +2,7 @@
 
 use super::accepted::AcceptedView;
 use crate::guidance::{
-    GuidanceParams, LensEstimate, Readout, Scatter, Target, View, params::FAR_SPAN_FRACTION,
+    FAR_SPAN_FRACTION, GuidanceParams, LensEstimate, Readout, Scatter, Target, View,
 };
 use boresight_detect::Track;
 use boresight_geometry::{Corner, boards::Board, boards::PartTells, frame::ImageSize};

@@ -20,8 +20,8 @@ use super::{
 };
 use crate::guidance::{
     Difference, GuidanceParams, HOLD_WIDTHS_PER_SEC, Hold, Knowledge, Lack, LensEstimate,
-    MotionWindow, Progress, Readout, Target, View, final_progress, forecast, gain::pose_of, lack,
-    measure, next_target, progress,
+    MotionWindow, Progress, Readout, Target, View, final_progress, forecast, lack, measure,
+    next_target, pose_of, progress,
 };
 use boresight_calibrate::{Calibration, CalibrationParams, NotCalibrated, calibrate};
 use boresight_geometry::{
