@@ -153,7 +153,14 @@ pub(crate) fn lack(
     if !is_far && !precision.covered {
         return Some(Lack::Coverage);
     }
-    precision.lacks_corners(params).then_some(Lack::Corners)
+    asks_for_corners(views, precision, params).then_some(Lack::Corners)
+}
+
+/// True if boards in the picture's corners are worth a longer session: at most as many views as the
+/// pairs beyond the edge would add to the fewest of a session.
+fn asks_for_corners(views: usize, precision: &Precision, params: &GuidanceParams) -> bool {
+    let most_views = params.min_views + 2 * params.pairs_beyond_edge;
+    views < most_views && precision.lacks_corners(params)
 }
 
 /// Number of views of the plan before precision counts.
@@ -190,8 +197,9 @@ pub fn forecast(
         (Plan::Adaptive, Some(precision)) if views >= planned => {
             let by_noise = views_by_noise(views, precision, params).min(params.max_views);
             // At least one more pair while a trust check fails, or the picture's edge needs boards.
-            let is_settled =
-                precision.trusted && precision.covered && !precision.lacks_corners(params);
+            let is_settled = precision.trusted
+                && precision.covered
+                && !asks_for_corners(views, precision, params);
             let doubts = usize::from(!is_settled) * 2;
             complete.max(by_noise).max(views + unpaired + doubts)
         }

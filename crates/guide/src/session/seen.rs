@@ -77,10 +77,10 @@ impl Seen {
             PartTells::WhenFollowed => self.tells_parts || self.followed > 0,
             PartTells::Nothing => false,
         };
-        let may_leave = tells_parts && !self.stays_inside;
+        let is_enough = beyond_edge >= guidance.pairs_beyond_edge;
+        let may_leave = tells_parts && !self.stays_inside && !is_enough;
         GuidanceParams {
             target_span_fraction: guidance.target_span_fraction.min(cap),
-            pairs_beyond_edge: guidance.pairs_beyond_edge.saturating_sub(beyond_edge),
             stop_corner_sigma_px: guidance.stop_corner_sigma_px.filter(|_| may_leave),
             ..*guidance
         }
