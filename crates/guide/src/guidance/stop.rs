@@ -212,19 +212,30 @@ pub fn forecast(
 mod tests {
     use super::*;
 
+    const PRECISE: Precision = Precision {
+        f_to_width: 0.9,
+        trusted_far: true,
+        pp_sigma_px: 0.1,
+        projection_sigma_px: 0.01,
+        corner_sigma_px: 0.02,
+        goal_excess: None,
+        trusted: true,
+        covered: true,
+    };
+
+    #[test]
+    fn corners_ask_for_no_more_views_than_the_pairs_beyond_the_edge() {
+        let params = GuidanceParams::default();
+        let unknown_corners = Precision { corner_sigma_px: 2.0, ..PRECISE };
+        assert!(asks_for_corners(9, &unknown_corners, &params));
+        assert!(!asks_for_corners(10, &unknown_corners, &params));
+        assert!(!asks_for_corners(9, &PRECISE, &params));
+    }
+
     #[test]
     fn a_goal_replaces_both_standard_deviations() {
         let params = GuidanceParams::default();
-        let precise = Precision {
-            f_to_width: 0.9,
-            trusted_far: true,
-            pp_sigma_px: 0.1,
-            projection_sigma_px: 0.01,
-            corner_sigma_px: 0.02,
-            goal_excess: None,
-            trusted: true,
-            covered: true,
-        };
+        let precise = PRECISE;
         assert!(precise.is_reached(&params));
         assert!(!Precision { goal_excess: Some(1.01), ..precise }.is_reached(&params));
         let coarse = Precision { pp_sigma_px: 5.0, goal_excess: Some(0.9), ..precise };
