@@ -511,6 +511,39 @@ fn a_picture_that_tells_nothing_is_never_taken() {
 }
 
 #[test]
+fn a_further_view_of_a_direction_needs_no_partner_and_is_none() {
+    let mut world = World::new(5);
+    let mut session = Session::new(setup(world.board));
+    let photograph = |it: Observation| Observation { kind: FrameKind::Photograph, ..it };
+    let near = photograph(tipped(&mut world, 0.3, 0.35));
+    session.handle(&Input::Observed(near));
+    // Nothing is known of the photographs to come.
+    let farther = photograph(tipped(&mut world, 0.3, 0.5));
+    let refused = session.handle(&Input::Observed(farther)).outcome;
+    let Outcome::Refused { refusal: Refusal::AlreadyCovered { .. } } = refused else {
+        unreachable!("{refused:?}")
+    };
+    let mut show = |session: &mut Session, direction_rad: f64, distance_m: f64| {
+        let mut outcomes = (0..300).map(|_| {
+            let seen = tipped(&mut world, direction_rad, distance_m);
+            session.handle(&Input::Observed(seen)).outcome
+        });
+        outcomes.find_map(|outcome| match outcome {
+            Outcome::Accepted { role, .. } => Some(role),
+            _ => None,
+        })
+    };
+    assert_eq!(show(&mut session, 0.3, 0.5), Some(Role::Further));
+    let purpose = session.target().map(|target| target.purpose);
+    assert_eq!(purpose, Some(Purpose::Partner { of: 0 }));
+    assert_eq!(show(&mut session, 0.3, 0.5), None, "a copy tells nothing");
+    let opposed = 0.3 + std::f64::consts::PI;
+    assert_eq!(show(&mut session, opposed, 0.35), Some(Role::Partner { of: 0 }));
+    let purpose = session.target().map(|target| target.purpose);
+    assert!(!matches!(purpose, Some(Purpose::Partner { .. })), "{purpose:?}");
+}
+
+#[test]
 fn a_view_that_is_undone_does_not_lower_what_the_next_one_must_tell() {
     let mut world = World::new(6);
     let mut session = Session::new(setup(world.board));

@@ -47,9 +47,23 @@ pub(crate) fn is_enough(worth: f64, wanted: f64) -> bool {
 /// information is new.
 const NEW_WIDTHS: f64 = 0.03;
 
+/// The same distance below which a calibration counts two views as one.
+const ALIKE_WIDTHS: f64 = 0.01;
+
 /// Share of new information in a view beside the `accepted` views. Errors of board and lens outside
 /// the models, such as a bend or a fold, are the same in similar views. 1 without any.
 pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
+    1.0 - libm::exp(-nearest_widths2(view, accepted, width_px) / (NEW_WIDTHS * NEW_WIDTHS))
+}
+
+/// True if a calibration counts the view and an accepted one as one.
+pub(crate) fn is_copy(view: &View, accepted: &[View], width_px: f64) -> bool {
+    nearest_widths2(view, accepted, width_px) < ALIKE_WIDTHS * ALIKE_WIDTHS
+}
+
+/// Mean square distance of the corners from those of the most similar accepted view, in picture
+/// widths. Infinite without any.
+fn nearest_widths2(view: &View, accepted: &[View], width_px: f64) -> f64 {
     let apart_widths2 = |other: &View| {
         let pairs = view.corners.iter().zip(&other.corners);
         let both = pairs.filter(|(one, other)| one.is_seen() && other.is_seen());
@@ -58,8 +72,7 @@ pub(crate) fn newness(view: &View, accepted: &[View], width_px: f64) -> f64 {
         });
         if count > 0.0 { sum / (count * width_px * width_px) } else { f64::INFINITY }
     };
-    let nearest = accepted.iter().map(apart_widths2).fold(f64::INFINITY, f64::min);
-    1.0 - libm::exp(-nearest / (NEW_WIDTHS * NEW_WIDTHS))
+    accepted.iter().map(apart_widths2).fold(f64::INFINITY, f64::min)
 }
 
 /// Corner errors of a board shown as requested, with the given camera and hand.

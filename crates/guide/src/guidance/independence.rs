@@ -20,6 +20,8 @@ pub enum Role {
         /// Index of the partner among the accepted views.
         of: usize,
     },
+    /// The view's principal line depends on an accepted one, and the view tells something new.
+    Further,
     /// The person forced the view; no limit was checked.
     Forced,
 }
@@ -71,7 +73,7 @@ pub fn role_of(
     for (index, other) in accepted.iter().enumerate() {
         let opposed_rad =
             direction_difference_rad(view.tilt_azimuth_rad(), other.tilt_azimuth_rad() + PI).abs();
-        if opposed_rad <= params.partner_slot_rad && partner_of(index, accepted).is_none() {
+        if opposed_rad <= params.partner_slot_rad && lacks_partner(index, accepted) {
             return Ok(Role::Partner { of: index });
         }
         let sigma_rad = libm::hypot(view.line.sigma_phi_rad(), other.line.sigma_phi_rad());
@@ -95,6 +97,12 @@ pub(crate) fn partner_of(index: usize, accepted: &[View]) -> Option<usize> {
     accepted.iter().position(|other| {
         view.partner_frame == Some(other.frame_id) || other.partner_frame == Some(view.frame_id)
     })
+}
+
+/// True if the partner of the accepted view at `index` is missing.
+pub(crate) fn lacks_partner(index: usize, accepted: &[View]) -> bool {
+    accepted.get(index).is_some_and(|view| !view.is_further)
+        && partner_of(index, accepted).is_none()
 }
 
 /// Refuses a line with `|z| > 3.5` once there are five views, where

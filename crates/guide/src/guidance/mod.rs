@@ -47,7 +47,7 @@ pub use advice::{Advice, Hand};
 pub(crate) use advice::{Difference, advise};
 #[doc(hidden)]
 pub use gain::{Knowledge, UsualError, wanted_share};
-pub(crate) use gain::{is_enough, newness, pose_of};
+pub(crate) use gain::{is_copy, is_enough, newness, pose_of};
 #[doc(hidden)]
 pub use hand_motion::Velocity;
 #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! Stop rule: judges if the session has enough views.
 
 use super::{
-    independence::partner_of,
+    independence::{lacks_partner, partner_of},
     params::{GuidanceParams, Plan},
     view::View,
 };
@@ -188,7 +188,7 @@ pub fn forecast(
         return None;
     }
     let views = accepted.len();
-    let unpaired = (0..views).filter(|&i| partner_of(i, accepted).is_none()).count();
+    let unpaired = (0..views).filter(|&i| lacks_partner(i, accepted)).count();
     let planned = planned_views(params);
     let complete = planned.max(views + unpaired);
     let wanted = match (params.plan, precision) {

@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Point2, Vector2, Vector3};
 
 use super::{
     gain::{Knowledge, pose_of},
-    independence::partner_of,
+    independence::lacks_partner,
     information::reflected,
     params::GuidanceParams,
     poses::{best_pair, is_tried},
@@ -78,7 +78,7 @@ pub fn next_target(
     lens_estimate: &LensEstimate,
     params: &GuidanceParams,
 ) -> Option<Target> {
-    let unpaired = (0..accepted.len()).rev().filter(|&i| partner_of(i, accepted).is_none());
+    let unpaired = (0..accepted.len()).rev().filter(|&i| lacks_partner(i, accepted));
     let mut partners =
         unpaired.map(|of| partner_target(of, &accepted[of], board, lens_estimate, params));
     partners.find(|partner| !is_tried(partner.tilt_azimuth_rad, tried_rad)).or_else(|| {

@@ -94,6 +94,8 @@ pub struct View {
     pub span_fraction: f64,
     /// Frame of the opposed partner among the accepted views, settled at acceptance.
     pub partner_frame: Option<FrameId>,
+    /// True for a further view of an accepted direction: it needs no partner, and is none.
+    pub is_further: bool,
 }
 
 impl View {
@@ -157,6 +159,7 @@ pub fn measure(
         mean_px: mean_px(corners),
         span_fraction: span_fraction(bounds, lens_estimate.image_size),
         partner_frame: None,
+        is_further: false,
     })
 }
 

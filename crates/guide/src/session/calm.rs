@@ -97,6 +97,11 @@ impl Calm {
         }
     }
 
+    /// Notes the number of the requested pose, without another request.
+    pub(super) fn note_pose(&mut self, target: u32) {
+        self.target = target;
+    }
+
     /// Notes the request of a frame captured at `now`, unless a state is shown.
     pub(super) fn note_frame(&mut self, now: CaptureTime, request: &Request) {
         let Request { prompt, advice, off, target } = *request;

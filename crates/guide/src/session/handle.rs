@@ -10,7 +10,7 @@ use super::{
     state::{MORE_VIEWS, Session, Tracking},
     view_number::ViewNumber,
 };
-use crate::guidance::{Advice, Refusal, View};
+use crate::guidance::{Advice, Refusal, Role, View};
 use boresight_geometry::device::CameraEvent;
 
 impl Session {
@@ -72,7 +72,10 @@ impl Session {
         let is_idle = (ground.paused, ground.source_ended);
         let state = Prompt::of_state(decision.progress, has_failed, &ground.camera, is_idle);
         self.calm.note_state(state);
-        if let Some(observation) = observation {
+        // The request stays the same after a further view, taken in passing.
+        if matches!(decision.outcome, Outcome::Accepted { role: Role::Further, .. }) {
+            self.calm.note_pose(decision.target_serial);
+        } else if let Some(observation) = observation {
             let prompt = Prompt::of_decision(decision, observation.seen.as_ref().err());
             let asked = Request {
                 prompt,

@@ -12,7 +12,8 @@ use super::{
 };
 use crate::guidance::{
     Advice, Difference, HOLD_WIDTHS_PER_SEC, Hand, HeldFrame, Hold, Motion, Progress, Purpose,
-    Refusal, Role, Velocity, View, advise, is_enough, measure, newness, role_of, wanted_share,
+    Refusal, Role, Velocity, View, advise, is_copy, is_enough, measure, newness, role_of,
+    wanted_share,
 };
 use boresight_detect::Miss;
 use boresight_geometry::{
@@ -57,6 +58,8 @@ impl Session {
         let motion = moves.motion;
         let speed_px_per_s = motion.map(|motion| motion.speed_px_per_s);
         let Judgement { view, role } = self.judge(observation, &moves);
+        // A further view is taken in passing: nobody is asked to hold it.
+        let is_further = matches!(role, Ok((Role::Further, _)));
         let pp_px = &self.derived.lens_estimate.camera.pp_px;
         let live = LiveView::of(observation, view.as_ref(), speed_px_per_s, pp_px);
         self.tracking.live = Some(Arc::new(live));
@@ -97,7 +100,7 @@ impl Session {
         self.tracking.off = view.as_ref().zip(target).map(|(view, it)| Difference::of(view, it));
         let calm_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
         let hand = Hand {
-            has_stopped: speed_px_per_s.is_some_and(|speed| speed <= calm_px_per_s),
+            has_stopped: !is_further && speed_px_per_s.is_some_and(|speed| speed <= calm_px_per_s),
             needs_support: self.tracking.waited_secs >= ADVICE_SECS,
         };
         let advice = advise(view.as_ref(), &refusal, target, hand);
@@ -275,9 +278,9 @@ impl Session {
         measure(frame, &corners, seen.quality.blur_px, board, lens_estimate)
     }
 
-    /// Role of an acceptable view, the hold and forced views aside. Its principal line is
-    /// independent of all accepted ones, or it's the missing partner of one. Its gain is at least a
-    /// share of the requested pose's, decreasing with the time waited.
+    /// Role of an acceptable view, the hold and forced views aside. Its gain is at least a share of
+    /// the requested pose's, decreasing with the time waited. A photograph's principal line must
+    /// also be independent of all accepted ones, or be the missing partner of one.
     fn role(
         &self,
         view: &View,
@@ -288,10 +291,17 @@ impl Session {
             return Err(Refusal::NotCollecting);
         }
         let derived = &self.derived;
-        // A rig needs places of the board, not directions of one camera's lines.
-        let role = match self.ground.led_to() {
-            Some(_) => Role::NewDirection,
-            None => role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance)?,
+        let role = role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance);
+        let is_copy = || is_copy(view, &derived.measured, self.width_px());
+        let (role, share) = match role {
+            // A rig needs places of the board, not directions of one camera's lines.
+            _ if self.ground.led_to().is_some() => (Role::NewDirection, 1.0),
+            Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad })
+                if kind == FrameKind::Video && !is_copy() =>
+            {
+                (Role::Further, (nearest_rad / wanted_rad).powi(2))
+            }
+            role => (role?, 1.0),
         };
         let gain = self.gain(view, true);
         // A photograph was chosen by the person, and comes only once.
@@ -300,11 +310,11 @@ impl Session {
         }
         let wanted = wanted_share(self.tracking.waited_secs, self.shown());
         let worth_of = self.worth_of(view);
-        let worth = worth_of(gain);
+        let worth = share * worth_of(gain);
         if is_enough(worth, wanted) {
             return Ok((role, gain));
         }
-        if is_enough(worth_of(self.gain(view, false)), wanted) {
+        if is_enough(share * worth_of(self.gain(view, false)), wanted) {
             let wanted_px_per_s = HOLD_WIDTHS_PER_SEC * self.width_px();
             return Err(Refusal::Moving { speed_px_per_s, wanted_px_per_s });
         }
@@ -396,6 +406,7 @@ impl Session {
             let partner = self.ground.accepted.get(of);
             taken.view.partner_frame = partner.map(|partner| partner.view.frame_id);
         }
+        taken.view.is_further = taken.role == Role::Further;
         self.ground.next_number = self.ground.next_number.max(taken.number.next());
         let (target, image_size) = (self.derived.target.as_ref(), self.setup.image_size);
         self.ground.seen.note_accepted(&taken.view, target, image_size);

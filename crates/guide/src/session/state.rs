@@ -303,7 +303,9 @@ fn remeasured(
 ) -> View {
     let frame = (view.frame_id, view.captured_at);
     match measure(frame, corners, view.blur_px, &setup.board, lens_estimate) {
-        Ok(again) => View { partner_frame: view.partner_frame, ..again },
+        Ok(again) => {
+            View { partner_frame: view.partner_frame, is_further: view.is_further, ..again }
+        }
         Err(_) => view.clone(),
     }
 }

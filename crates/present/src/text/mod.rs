@@ -198,6 +198,7 @@ pub fn outcome(outcome: &Outcome, snapshot: &Snapshot, mirrored: bool) -> Option
                     Some(partner) => format!("the opposite of {}", view_name(partner.number)),
                     None => "the opposite of an earlier view".into(),
                 },
+                Role::Further => "a further view of a direction".into(),
                 Role::Forced => "taken by hand".into(),
             };
             let slot = snapshot.views.iter().find(|summary| summary.number == view).map_or(

@@ -6,7 +6,7 @@ use boresight_geometry::{
     device::{Adjustable, Control},
 };
 use boresight_guide::{
-    guidance::{Plan, Refusal},
+    guidance::{Plan, Refusal, Role},
     session::{CameraState, LiveView, Prompt, Snapshot, Stream, ViewNumber, ViewSummary},
 };
 
@@ -67,6 +67,7 @@ pub fn thumbnail_tip(view: &ViewSummary, mirrored: bool) -> String {
     let tilt = view.tilt_rad.map_or("?".into(), deg);
     let partner = match view.partner {
         Some(partner) => format!("Partner: {}.", view_name(partner)),
+        None if view.role == Role::Further => "It needs no partner.".into(),
         None => "No partner yet.".into(),
     };
     let rms = view.rms_px.map_or(String::new(), |rms| format!(" Corners fit to {rms:.2} px."));
