@@ -141,6 +141,7 @@ pub use solve::{
     bundle::{Bundle, BundleState, InvalidCorners, Observations, adjust},
     common_error,
     free_homography::{self, FreeHomographies},
+    gram,
     model_choice::ModelFit,
     zhang,
 };

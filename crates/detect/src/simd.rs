@@ -1,36 +1,8 @@
-//! Selects the vector width at run time, and sums products lane by lane.
+//! Sums products lane by lane, in the widest vectors.
 
 use boresight_geometry::least_squares::Linearised;
+pub(super) use boresight_geometry::simd::{Loop, widest};
 use nalgebra::{SMatrix, SVector};
-
-/// Plain loop that gains from wide vectors.
-///
-/// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline
-/// processor. Hence the trait: closures can't be marked.
-pub(super) trait Loop {
-    type Output;
-
-    fn run(self) -> Self::Output;
-}
-
-/// Runs `work`, compiled for the widest vectors of the processor.
-///
-/// The compiler neither fuses nor reorders floating-point operations, so every width gives
-/// identical results.
-pub(super) fn widest<W: Loop>(work: W) -> W::Output {
-    pulp::Arch::new().dispatch(Widened(work))
-}
-
-struct Widened<W>(W);
-
-impl<W: Loop> pulp::WithSimd for Widened<W> {
-    type Output = W::Output;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> W::Output {
-        self.0.run()
-    }
-}
 
 /// Fixed number of accumulators, so that results don't depend on the vector width.
 pub(super) const LANES: usize = 8;

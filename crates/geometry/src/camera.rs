@@ -205,7 +205,7 @@ impl Camera {
     }
 
     /// Pixel of a point inside the field, with derivatives.
-    #[inline]
+    #[inline(always)]
     fn sight(&self, in_cam: &Vector3<f64>) -> Option<Sighting> {
         let (flat, flat_by_cam) = self.distortion.kind.flat_with_derivative(in_cam)?;
         let Bent { at, by_flat, by_parameters: mut jac_lens } = self.distortion.bend(&flat)?;

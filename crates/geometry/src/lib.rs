@@ -79,6 +79,8 @@ mod principal_line;
 mod principal_point;
 mod rig;
 mod ring;
+#[doc(hidden)]
+pub mod simd;
 
 #[doc(hidden)]
 pub use camera::RayProjection;

@@ -1,6 +1,9 @@
 //! Patches: chosen at corners, found by normalised correlation, to a fraction of a pixel.
 
-use boresight_geometry::frame::ImageSize;
+use boresight_geometry::{
+    frame::ImageSize,
+    simd::{Loop, widest},
+};
 use image::GrayImage;
 use nalgebra::Point2;
 
@@ -85,7 +88,7 @@ impl Patch {
         let count = (side * side) as f64;
         let mut surface = vec![0.0_f32; window * window];
         let into = &mut surface;
-        pulp::Arch::new().dispatch(Products { own: &own, levels: &levels, side, wide, into });
+        widest(Products { own: &own, levels: &levels, side, wide, into });
         for (n, product) in surface.iter_mut().enumerate() {
             let (sum, squares) = sums.over(n % window, n / window, side);
             let norm =
@@ -112,12 +115,12 @@ struct Products<'a> {
     into: &'a mut [f32],
 }
 
-impl pulp::WithSimd for Products<'_> {
+impl Loop for Products<'_> {
     type Output = ();
 
     /// Sums, exact in any order: a thousand products of levels stay below 2²⁴.
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn run(self) {
         const LANES: usize = 16;
         let Self { own, levels, side, wide, into } = self;
         let window = wide - side + 1;

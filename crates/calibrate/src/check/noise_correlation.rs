@@ -27,7 +27,10 @@ use crate::solve::{
     schur_lm::inverse,
     whitened::Whitened,
 };
-use boresight_geometry::LENS_PARAMETERS;
+use boresight_geometry::{
+    LENS_PARAMETERS,
+    simd::{Loop, widest},
+};
 
 type LensMatrix = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 type LensVector = SVector<f64, LENS_PARAMETERS>;
@@ -216,7 +219,20 @@ impl View {
     /// Rows multiplied by the inverse of the lower triangular `factor` of the corners' covariance.
     fn whitened(&self, factor: &DMatrix<f64>) -> Vec<Row<TILES>> {
         let mut rows = self.rows.clone();
-        for corner in 0..self.count() {
+        widest(Whitening(&mut rows, factor));
+        rows
+    }
+}
+
+struct Whitening<'a>(&'a mut [Row<TILES>], &'a DMatrix<f64>);
+
+impl Loop for Whitening<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self(rows, factor) = self;
+        for corner in 0..rows.len() / 2 {
             let column = factor.column(corner);
             let (done, left) = rows.split_at_mut(2 * corner + 2);
             let pair = &mut done[2 * corner..];
@@ -225,7 +241,6 @@ impl View {
                 other.iter_mut().zip(&*pair).for_each(|(row, of)| row.add_scaled(of, -by));
             }
         }
-        rows
     }
 }
 

@@ -7,6 +7,7 @@
 //! is `I − Q Φ Qᵀ` with the eigenvectors `Q` of `U Uᵀ` and `φ = 1 − 1/√(1 + λ)`: only the
 //! information along the columns is reduced.
 
+use boresight_geometry::simd::{Loop, widest};
 use nalgebra::{Point2, SMatrix, SVector, Vector2};
 
 use super::{gram::Row, whitened::Whitened};
@@ -82,16 +83,7 @@ impl CommonError {
 
     /// Downweights the common error in `rows`, two per corner.
     pub(crate) fn take_out<const T: usize>(&self, rows: &mut [Row<T>]) {
-        for axis in 0..COLUMNS {
-            let share = 1.0 - (1.0 + self.variances[axis]).sqrt().recip();
-            let mut sum = Row::zeros();
-            for (row, along) in rows.iter().zip(&self.directions) {
-                sum.add_scaled(row, along[axis]);
-            }
-            for (row, along) in rows.iter_mut().zip(&self.directions) {
-                row.add_scaled(&sum, -share * along[axis]);
-            }
-        }
+        widest(TakingOut(self, rows));
     }
 
     /// Part of the sum of squares of the whitened `residuals`, one per corner, explained by the
@@ -104,5 +96,26 @@ impl CommonError {
             sum * sum * (1.0 - 1.0 / (1.0 + self.variances[axis]))
         };
         (0..COLUMNS).map(along).sum()
+    }
+}
+
+struct TakingOut<'a, const T: usize>(&'a CommonError, &'a mut [Row<T>]);
+
+impl<const T: usize> Loop for TakingOut<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self(common, rows) = self;
+        for axis in 0..COLUMNS {
+            let share = 1.0 - (1.0 + common.variances[axis]).sqrt().recip();
+            let mut sum = Row::zeros();
+            for (row, along) in rows.iter().zip(&common.directions) {
+                sum.add_scaled(row, along[axis]);
+            }
+            for (row, along) in rows.iter_mut().zip(&common.directions) {
+                row.add_scaled(&sum, -share * along[axis]);
+            }
+        }
     }
 }

@@ -1,11 +1,12 @@
 //! Sums of products of the columns of a tall matrix, the parts of normal equations.
 
+use boresight_geometry::simd::{Loop, widest};
 use nalgebra::{SMatrix, SVector};
 
 use super::schur_lm::ViewBlock;
 
 /// Columns per register tile.
-const TILE: usize = 4;
+pub const TILE: usize = 4;
 
 /// Rows that stay in the processor's nearest cache during multiplication.
 const CACHED: usize = 64;
@@ -14,20 +15,23 @@ type Tile = [[f64; TILE]; TILE];
 
 /// Row of `4 T` columns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Row<const T: usize>([[f64; TILE]; T]);
+pub struct Row<const T: usize>([[f64; TILE]; T]);
 
 impl<const T: usize> Row<T> {
-    pub(crate) fn zeros() -> Self {
+    /// Row of zeros.
+    pub fn zeros() -> Self {
         Self([[0.0; TILE]; T])
     }
 
     /// Adds `factor` times another row.
+    #[inline(always)]
     pub(crate) fn add_scaled(&mut self, other: &Self, factor: f64) {
         for (tile, other) in self.0.iter_mut().zip(&other.0) {
             tile.iter_mut().zip(other).for_each(|(value, other)| *value += factor * other);
         }
     }
 
+    #[inline(always)]
     pub(crate) fn scale(&mut self, factor: f64) {
         self.0.as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
     }
@@ -36,34 +40,27 @@ impl<const T: usize> Row<T> {
         self.0[column / TILE][column % TILE]
     }
 
-    pub(crate) fn set(&mut self, column: usize, value: f64) {
+    /// Sets the value of a column.
+    pub fn set(&mut self, column: usize, value: f64) {
         self.0[column / TILE][column % TILE] = value;
     }
 }
 
 /// `Σ rowᵀ row`.
 #[derive(Clone, Debug)]
-pub(crate) struct Gram<const T: usize> {
+pub struct Gram<const T: usize> {
     /// Tiles on and above the diagonal.
     tiles: [[Tile; T]; T],
 }
 
 impl<const T: usize> Gram<T> {
     /// Sums the products of `rows`, in order.
-    pub(crate) fn of(rows: &[Row<T>]) -> Self {
-        let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
-        for rows in rows.chunks(CACHED) {
-            for (i, tiles) in tiles.iter_mut().enumerate() {
-                for (j, sums) in tiles.iter_mut().enumerate().skip(i) {
-                    *sums = with_products(*sums, rows, i, j);
-                }
-            }
-        }
-        Self { tiles }
+    pub fn of(rows: &[Row<T>]) -> Self {
+        Self { tiles: widest(Products(rows)) }
     }
 
     /// Sum of the products of two columns.
-    pub(crate) fn at(&self, i: usize, j: usize) -> f64 {
+    pub fn at(&self, i: usize, j: usize) -> f64 {
         let (i, j) = (i.min(j), i.max(j));
         self.tiles[i / TILE][j / TILE][i % TILE][j % TILE]
     }
@@ -83,7 +80,27 @@ impl<const T: usize> Gram<T> {
     }
 }
 
+struct Products<'a, const T: usize>(&'a [Row<T>]);
+
+impl<const T: usize> Loop for Products<'_, T> {
+    type Output = [[Tile; T]; T];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut tiles = [[[[0.0; TILE]; TILE]; T]; T];
+        for rows in self.0.chunks(CACHED) {
+            for (i, tiles) in tiles.iter_mut().enumerate() {
+                for (j, sums) in tiles.iter_mut().enumerate().skip(i) {
+                    *sums = with_products(*sums, rows, i, j);
+                }
+            }
+        }
+        tiles
+    }
+}
+
 /// Adds the products of two groups of columns to `sums`.
+#[inline(always)]
 fn with_products<const T: usize>(mut sums: Tile, rows: &[Row<T>], i: usize, j: usize) -> Tile {
     for row in rows {
         let (first, second) = (&row.0[i], &row.0[j]);

@@ -22,7 +22,7 @@ pub(super) mod bundle;
 pub mod common_error;
 pub(super) mod free_covariance;
 pub mod free_homography;
-pub(super) mod gram;
+pub mod gram;
 pub(super) mod initial_guess;
 pub(super) mod lens_model;
 pub(super) mod model_choice;

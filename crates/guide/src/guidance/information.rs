@@ -3,7 +3,10 @@
 use nalgebra::{Isometry3, Point2, SMatrix, Vector2};
 
 use super::{params::width_scale, view::LensEstimate};
-use boresight_calibrate::common_error::{COLUMNS as COMMON, error_by_numbers};
+use boresight_calibrate::{
+    common_error::{COLUMNS as COMMON, error_by_numbers},
+    gram::{Gram, Row, TILE},
+};
 use boresight_geometry::{
     BROWN_PARAMETERS, Camera, LENS_PARAMETERS, LensParameter, RayProjection, boards::Board,
     cell_centres_px,
@@ -158,25 +161,32 @@ pub(super) fn information_of(
     error_of: impl Fn(usize, &Point2<f64>) -> Option<CornerError>,
 ) -> Option<LensMatrix> {
     const OF_VIEW: usize = 6 + COMMON;
-    let mut a = LensMatrix::zeros();
-    let mut b = SMatrix::<f64, PARAMETERS, OF_VIEW>::zeros();
-    let mut d = SMatrix::<f64, OF_VIEW, OF_VIEW>::zeros();
-    d.fixed_view_mut::<COMMON, COMMON>(6, 6).fill_with_identity();
+    const TILES: usize = (PARAMETERS + OF_VIEW).div_ceil(TILE);
+    let mut rows: Vec<Row<TILES>> = Vec::with_capacity(2 * points_m.len());
     for (index, point) in points_m.iter().enumerate() {
         let at = camera.project_board_point(pose, point)?;
         let Some(CornerError { variance_px2, common_px }) = error_of(index, &at.px) else {
             continue;
         };
-        let jac_lens = square_pixels(&at.jac_lens);
-        let mut jac_view = SMatrix::<f64, 2, OF_VIEW>::zeros();
-        jac_view.fixed_columns_mut::<6>(0).copy_from(&at.jac_pose);
-        let by_numbers = error_by_numbers(common_px, &on_board(&at.px));
-        jac_view.fixed_columns_mut::<COMMON>(6).copy_from(&by_numbers);
-        let weighted = jac_lens.transpose() / variance_px2;
-        a += weighted * jac_lens;
-        b += weighted * jac_view;
-        d += jac_view.transpose() * jac_view / variance_px2;
+        let weight = variance_px2.sqrt().recip();
+        let by_lens = square_pixels(&at.jac_lens) * weight;
+        let by_pose = at.jac_pose * weight;
+        let by_common = error_by_numbers(common_px, &on_board(&at.px)) * weight;
+        for axis in 0..2 {
+            let mut row = Row::zeros();
+            (0..PARAMETERS).for_each(|i| row.set(i, by_lens[(axis, i)]));
+            (0..6).for_each(|i| row.set(PARAMETERS + i, by_pose[(axis, i)]));
+            (0..COMMON).for_each(|i| row.set(PARAMETERS + 6 + i, by_common[(axis, i)]));
+            rows.push(row);
+        }
     }
+    let gram = Gram::of(&rows);
+    let a = LensMatrix::from_fn(|i, j| gram.at(i, j));
+    let b = SMatrix::<f64, PARAMETERS, OF_VIEW>::from_fn(|i, j| gram.at(i, PARAMETERS + j));
+    // The parameters of the common error have unit standard deviation.
+    let d = SMatrix::<f64, OF_VIEW, OF_VIEW>::from_fn(|i, j| {
+        gram.at(PARAMETERS + i, PARAMETERS + j) + if i == j && i >= 6 { 1.0 } else { 0.0 }
+    });
     Some(a - b * d.cholesky()?.inverse() * b.transpose())
 }
 
