@@ -274,11 +274,15 @@ impl Judge<'_> {
             .filter(|it| predicts(it))
             .max_by(|a, b| a.gain.sum.total_cmp(&b.gain.sum))
             .filter(|best| course.is_none() || best.kind.row().family != Family::Focus);
+        let hides_shutter = self.hides_shutter();
         let rivals = |best: &Evidence| -> Vec<Kind> {
+            let is_led = |it: &Evidence| {
+                it.gain.sum <= PREDICTED
+                    || Gain::between(&best.gains, &it.gains).sigmas >= LEAD_SIGMAS
+            };
             let is_rival = |it: &&Evidence| {
-                it.kind.row().family != best.kind.row().family
-                    && it.gain.sum > PREDICTED
-                    && Gain::between(&best.gains, &it.gains).sigmas < LEAD_SIGMAS
+                let is_hidden = hides_shutter && it.kind == Kind::RollingShutter;
+                it.kind.row().family != best.kind.row().family && (is_hidden || !is_led(it))
             };
             effects.iter().filter(is_rival).map(|it| it.kind).collect()
         };
@@ -293,6 +297,14 @@ impl Judge<'_> {
         all.extend(course.as_ref().map(|it| named(it, Vec::new())));
         all.extend(best.map(|it| named(it, rivals(it))));
         Some(all)
+    }
+
+    /// True if in most views the error common to all corners exceeds their own noise: what is left
+    /// of a corrected rolling shutter then explains as much as any effect of the views.
+    fn hides_shutter(&self) -> bool {
+        let views = self.predicted.len();
+        let common = (0..views).filter_map(|view| self.derivatives.observations.common(view));
+        2 * common.filter(|common| common.exceeds_noise()).count() > views
     }
 
     fn two_cameras(&self) -> Option<Evidence> {

@@ -86,6 +86,11 @@ impl CommonError {
         widest(TakingOut(self, rows));
     }
 
+    /// True if the common error has a larger variance than the corners' own noise.
+    pub(crate) fn exceeds_noise(&self) -> bool {
+        self.variances.sum() > self.directions.len() as f64
+    }
+
     /// Part of the sum of squares of the whitened `residuals`, one per corner, explained by the
     /// common error.
     pub(crate) fn explained(&self, residuals: &[Vector2<f64>]) -> f64 {
