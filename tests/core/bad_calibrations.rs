@@ -483,6 +483,26 @@ fn bad_calibrations_are_told_for_what_they_are() {
 /// A bent board, a stretched one, and pixels other than square: the lens comes out right, within
 /// the bound.
 #[test]
+fn what_is_left_of_an_uncertain_shutter_is_named_beside_what_resembles_it() {
+    for seed in 0..4 {
+        for (shear_px, code) in [(0.0, "BOARD-FLEXES"), (3.0, "CAUSE-UNCLEAR")] {
+            let mut scene = Scene::ordinary(1000 + seed);
+            let mut given = flexing(&mut scene);
+            for corner in given.views.iter_mut().flatten() {
+                corner.common_px = shear_px * (corner.px.y / f64::from(SIZE.height_px) - 0.5);
+            }
+            let found = run(&given).expect("calibrates");
+            let named = found.findings.iter().find(|finding| finding.code.code() == code);
+            let named = named.unwrap_or_else(|| panic!("{:?}", found.findings));
+            if let FindingCode::CauseUnclear { candidates, .. } = named.code {
+                assert!(candidates.contains(&Some("ROLLING-SHUTTER")), "{candidates:?}");
+                assert!(candidates.contains(&Some("BOARD-FLEXES")), "{candidates:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn what_is_found_is_allowed_for() {
     let (mut inside, mut all) = (0, 0);
     for make in [bent, twisted, stretched_print, stretched_pixels] {
