@@ -250,8 +250,8 @@ impl CircleSearch {
         let image_size = ImageSize::of(image);
         // Partly covered circles are found by their shape, known from the others.
         let mut centres = Vec::new();
+        let mut found = fits.iter().flatten().count();
         for _ in 0..2 {
-            let found = fits.iter().flatten().count();
             if !is_enough(found) {
                 return Err(partial(found));
             }
@@ -264,8 +264,11 @@ impl CircleSearch {
                 };
                 *fit = fit.take().filter(is_like);
             }
+            let before = std::mem::replace(&mut found, fits.iter().flatten().count());
+            if found == before {
+                break;
+            }
         }
-        let found = fits.iter().flatten().count();
         if !is_enough(found) {
             return Err(partial(found));
         }

@@ -89,9 +89,14 @@ impl DiscFit {
         scratch: &mut Pixels,
     ) -> [f64; 2] {
         let centre = self.centre.px;
-        scratch.gather(image, [centre.x, centre.y], &self.to_circle(), (REACH_RADII, 1));
+        scratch.gather(
+            image,
+            [centre.x, centre.y],
+            &self.to_circle(),
+            (REACH_RADII, step_px(&self.to_circle())),
+        );
         let mut sums = [0.0; 2];
-        for (v, residual, by_radius) in scratch.displacements(&self.at) {
+        for (v, residual, by_radius) in scratch.displacements(image, &self.at) {
             let on_board = circle_from_px * v;
             let cosine2 = on_board.x * on_board.x / on_board.norm_squared().max(1e-12);
             let harmonic = by_radius * (8.0 * cosine2 * (cosine2 - 1.0) + 1.0);
@@ -128,6 +133,11 @@ fn degrees_of_freedom(pixels: &Pixels) -> f64 {
     (pixels.count as f64 - PARAMETERS as f64).max(1.0)
 }
 
+/// Step in rows and columns between the pixels of a rough fit.
+fn step_px(to_circle: &Matrix2<f64>) -> i32 {
+    if to_circle.norm() * LARGE_PX < 1.0 { 2 } else { 1 }
+}
+
 /// Fits the ellipse near `start_px` with the approximate map `to_circle` to a circle of radius 1;
 /// the nearest circle is `step` radii away. `None` if most of it lies outside of the picture, or if
 /// the fit diverges or has no contrast.
@@ -139,8 +149,7 @@ pub(super) fn fit(
     scratch: &mut Pixels,
 ) -> Option<DiscFit> {
     let reach = (REACH_STEPS * step).clamp(1.02, REACH_RADII);
-    let step_px = if to_circle.norm() * LARGE_PX < 1.0 { 2 } else { 1 };
-    scratch.gather(image, start_px, to_circle, (reach, step_px));
+    scratch.gather(image, start_px, to_circle, (reach, step_px(to_circle)));
     if scratch.count < LEAST_PIXELS {
         return None;
     }

@@ -31,6 +31,7 @@ const WIDEST: usize = 2 * MOST_PX as usize + 1;
 pub(super) struct Pixels {
     /// Pixel that the places are counted from.
     pub(super) centre: [i32; 2],
+    reach_px: i32,
     x: Vec<f32>,
     y: Vec<f32>,
     value: Vec<f32>,
@@ -64,8 +65,10 @@ impl Pixels {
         let shape = inverse * inverse.transpose();
         let half_px = [shape[(0, 0)], shape[(1, 1)]].map(|it| reach * it.sqrt() + 1.0);
         let plain_px = (4.0 * half_px[0] * half_px[1] / PLAIN_PIXELS).sqrt();
+        let half = half_px.map(|it| libm::ceil(it).min(f64::from(MOST_PX)) as i32);
+        self.reach_px = half[0].max(half[1]);
         simd::widest(Gathering {
-            half: half_px.map(|it| libm::ceil(it).min(f64::from(MOST_PX)) as i32),
+            half,
             steps_px: [step_px, libm::round(plain_px).max(1.0) as i32],
             from_centre: std::array::from_fn(|axis| {
                 (at[axis] - f64::from(self.centre[axis])) as f32
@@ -103,9 +106,10 @@ impl Pixels {
     /// radius, by the model at `at`.
     pub(super) fn displacements(
         &mut self,
+        image: &GrayImage,
         at: &Vector,
     ) -> impl Iterator<Item = (Vector2<f64>, f64, f64)> {
-        simd::widest(Subtracting(self, at));
+        simd::widest(Subtracting(self, image, at));
         let changes = self.residuals.iter().zip(&self.by_radius);
         self.each(at)
             .zip(changes)
@@ -115,26 +119,22 @@ impl Pixels {
     /// Variance of white noise with the same effect on the centre of the model at `at` as the
     /// residuals, from the pixels with a mirror image in `image`; see [`Blocks::noise`].
     pub(super) fn noise(&mut self, image: &GrayImage, at: &Vector) -> Option<f64> {
-        simd::widest(Subtracting(self, at));
-        let mut blocks = std::mem::take(&mut self.blocks);
-        let place = blocks.clear(self.each(at).map(|(v, _)| v.amax()).fold(0.0, f64::max));
-        let middle = Vector2::from(self.centre).map(f64::from) + at.fixed_rows::<2>(0);
-        let is_inside = |at: f64, size: u32| (0.0..=f64::from(size - 1)).contains(&at);
-        let changes = self.residuals.iter().zip(self.by_x.iter().zip(&self.by_y));
-        blocks.add(self.each(at).zip(changes).filter_map(|((v, _), (residual, (by_x, by_y)))| {
-            let mirrored = middle - v;
-            let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
-            (is_inside(mirrored.x, image.width()) && is_inside(mirrored.y, image.height()))
-                .then(|| ([place(v.x), place(v.y)], change, f64::from(*residual)))
-        }));
-        let noise = blocks.noise(true);
-        self.blocks = blocks;
-        noise
+        simd::widest(Subtracting(self, image, at));
+        let Self { x, y, residuals, by_x, by_y, blocks, count, reach_px, .. } = self;
+        let changes = by_x.iter().zip(by_y.iter()).zip(residuals.iter());
+        let pixels = x.iter().zip(y.iter()).zip(changes).take(*count);
+        let pixels =
+            pixels.map(|((x, y), ((by_x, by_y), residual))| ([*x, *y], [*by_x, *by_y], *residual));
+        blocks.noise(([at[0], at[1]], *reach_px), pixels, true)
     }
 
     #[inline(always)]
-    fn subtract_here(&mut self, at: &Vector) {
+    fn subtract_here(&mut self, image: &GrayImage, at: &Vector) {
         let model = Model::of(at);
+        let ends = [image.width(), image.height()].map(|size| size as f32 - 1.0);
+        let [middle_x, middle_y] =
+            std::array::from_fn(|axis| self.centre[axis] as f32 + model.centre[axis]);
+        let is_inside = |at: f32, end: f32| (at >= 0.0) & (at <= end);
         let changes = [&mut self.residuals, &mut self.by_radius, &mut self.by_x, &mut self.by_y];
         let [residuals, by_radius, by_x, by_y] = changes.map(|row| {
             row.resize(self.x.len(), 0.0);
@@ -147,8 +147,11 @@ impl Pixels {
             *residual = value - here.pattern * here.light;
             let by_distance = model.steepest * here.light * here.bell;
             *by_radius = -by_distance / here.slope;
-            *by_x = *by_radius * here.up[0];
-            *by_y = *by_radius * here.up[1];
+            let has_mirrored =
+                is_inside(middle_x - here.dx, ends[0]) & is_inside(middle_y - here.dy, ends[1]);
+            let by_radius = if has_mirrored { *by_radius } else { 0.0 };
+            *by_x = by_radius * here.up[0];
+            *by_y = by_radius * here.up[1];
         }
     }
 
@@ -288,13 +291,22 @@ impl simd::Loop for Gathering<'_> {
         let [cx, cy] = pixels.centre;
         let (width, height) = (image.width() as i32, image.height() as i32);
         let (left, right) = ((-half[0]).max(-cx), half[0].min(width - 1 - cx));
-        let across = (right + 1 - left).max(0) as usize;
-        let (mut are_wanted, mut columns) = ([0_u8; WIDEST], [[0_u8; WIDEST]; 2]);
-        for (column, steps) in columns.iter_mut().zip(steps_px) {
-            for (k, is_in) in (0_i32..).zip(&mut column[..across]) {
-                *is_in = u8::from((left + k) % steps == 0);
-            }
+        if right < left {
+            return;
         }
+        let across = (right + 1 - left) as usize;
+        let first = left as f32 - from_centre[0];
+        let (mut columns, mut are_wanted) = ([0.0; WIDEST], [0_u8; WIDEST]);
+        let (mut places, mut levels) = ([0.0; WIDEST], [0.0; WIDEST]);
+        let (mut near, mut plain) = ([0_u8; WIDEST], [0_u8; WIDEST]);
+        for (k, (column, (near, plain))) in
+            (left..=right).zip(columns.iter_mut().zip(near.iter_mut().zip(&mut plain)))
+        {
+            *column = k as f32;
+            (*near, *plain) = (u8::from(k % near_px == 0), u8::from(k % plain_px == 0));
+        }
+        let (xx, xy, yy) = (a * a + c * c, a * b + c * d, b * b + d * d);
+        let band = BAND_PX * (xx + yy).sqrt();
         for dy in (-half[1]).max(-cy)..=half[1].min(height - 1 - cy) {
             let is_near_row = u8::from(dy % near_px == 0);
             let is_plain_row = u8::from(dy % plain_px == 0);
@@ -302,42 +314,57 @@ impl simd::Loop for Gathering<'_> {
                 continue;
             }
             let vy = dy as f32 - from_centre[1];
-            let [near, plain] = &columns;
-            let in_columns = near[..across].iter().zip(&plain[..across]);
-            for ((k, is_wanted), (near, plain)) in
-                (0_i32..).zip(&mut are_wanted[..across]).zip(in_columns)
-            {
-                let vx = left.wrapping_add(k) as f32 - from_centre[0];
-                let (x, y) = (a * vx + b * vy, c * vx + d * vy);
-                let rho2 = x * x + y * y;
-                let (up_x, up_y) = (a * x + c * y, b * x + d * y);
-                // |ρ − 1| < band · |∇ρ|
-                let apart = (rho2 - rho2.sqrt()).abs();
-                let band = BAND_PX * (up_x * up_x + up_y * up_y).sqrt();
-                let is_near = u8::from(apart < band) & near & is_near_row;
-                *is_wanted = u8::from(rho2 < reach * reach) & (is_near | (plain & is_plain_row));
-            }
-            let row = (cy + dy) as usize * width as usize;
-            let raw = &image.as_raw()[row..row + width as usize];
-            for (k, _) in
-                (left..).zip(&are_wanted[..across]).filter(|(_, is_wanted)| **is_wanted > 0)
-            {
-                pixels.x.push(k as f32);
-                pixels.value.push(f32::from(raw[(cx + k) as usize]));
+            // Last columns before the ends of the row through the ellipse of `rho` radii.
+            let ends = |rho: f32| {
+                let root = (xx * (rho * rho - yy * vy * vy) + xy * xy * vy * vy).max(0.0).sqrt();
+                [-root, root].map(|root| (((root - xy * vy) / xx - first) as usize).min(across - 1))
+            };
+            let (outer, inner) = (ends((1.0 + band).min(reach)), ends((1.0 - band).max(0.0)));
+            let runs = match is_plain_row {
+                0 => [outer[0]..inner[0] + 1, inner[1].max(inner[0] + 1)..outer[1] + 1],
+                _ => [0..across, 0..0],
+            };
+            let row = (cy + dy) as usize * width as usize + (cx + left) as usize;
+            let raw = &image.as_raw()[row..row + across];
+            for run in runs {
+                let steps = near[run.clone()].iter().zip(&plain[run.clone()]);
+                let wanted = are_wanted.iter_mut().zip(steps);
+                for (column, (is_wanted, (near, plain))) in columns[run.clone()].iter().zip(wanted)
+                {
+                    let vx = column - from_centre[0];
+                    let (x, y) = (a * vx + b * vy, c * vx + d * vy);
+                    let rho2 = x * x + y * y;
+                    let (up_x, up_y) = (a * x + c * y, b * x + d * y);
+                    // |ρ − 1| < band · |∇ρ|
+                    let apart = (rho2 - rho2.sqrt()).abs();
+                    let band = BAND_PX * (up_x * up_x + up_y * up_y).sqrt();
+                    let is_near = u8::from(apart < band) & near & is_near_row;
+                    *is_wanted =
+                        u8::from(rho2 < reach * reach) & (is_near | (plain & is_plain_row));
+                }
+                // Without branches: what isn't wanted is overwritten.
+                let mut count = 0;
+                let seen = columns[run.clone()].iter().zip(&raw[run]);
+                for ((column, value), is_wanted) in seen.zip(&are_wanted) {
+                    (places[count], levels[count]) = (*column, f32::from(*value));
+                    count += usize::from(*is_wanted);
+                }
+                pixels.x.extend_from_slice(&places[..count]);
+                pixels.value.extend_from_slice(&levels[..count]);
             }
             pixels.y.resize(pixels.x.len(), dy as f32);
         }
     }
 }
 
-struct Subtracting<'a>(&'a mut Pixels, &'a Vector);
+struct Subtracting<'a>(&'a mut Pixels, &'a GrayImage, &'a Vector);
 
 impl simd::Loop for Subtracting<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        self.0.subtract_here(self.1);
+        self.0.subtract_here(self.1, self.2);
     }
 }
 

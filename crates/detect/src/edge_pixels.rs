@@ -2,7 +2,7 @@
 
 use image::GrayImage;
 
-use nalgebra::{SVector, Vector2};
+use nalgebra::SVector;
 
 use super::{
     erf::erf,
@@ -137,21 +137,11 @@ impl Pixels {
         }
         simd::widest(Subtracting(self, image, patch, at));
         let Self { x, y, residuals, by_x, by_y, blocks, count, .. } = self;
-        let place = blocks.clear(f64::from(RADIUS_LIMIT_PX) + libm::hypot(at[0], at[1]));
-        let places = [at[0], at[1]].map(|corner| {
-            std::array::from_fn::<_, WIDEST, _>(|px| {
-                place(f64::from(px as i32 - RADIUS_LIMIT_PX) - corner)
-            })
-        });
-        let place = |axis: usize, px: f32| places[axis][(px as i32 + RADIUS_LIMIT_PX) as usize];
-        let changes = residuals.iter().zip(by_x.iter().zip(by_y.iter())).take(*count);
-        blocks.add(x.iter().zip(y.iter()).zip(changes).map(
-            |((x, y), (residual, (by_x, by_y)))| {
-                let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
-                ([place(0, *x), place(1, *y)], change, f64::from(*residual))
-            },
-        ));
-        blocks.noise(is_even)
+        let changes = by_x.iter().zip(by_y.iter()).zip(residuals.iter());
+        let pixels = x.iter().zip(y.iter()).zip(changes).take(*count);
+        let pixels =
+            pixels.map(|((x, y), ((by_x, by_y), residual))| ([*x, *y], [*by_x, *by_y], *residual));
+        blocks.noise(([at[0], at[1]], RADIUS_LIMIT_PX), pixels, is_even)
     }
 
     /// Subtracts the model; the derivatives are zero without a mirror image.

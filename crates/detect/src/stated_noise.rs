@@ -22,7 +22,8 @@ const LEAST_FREEDOM: f64 = 0.5;
 pub(super) struct Blocks {
     /// Blocks, row by row, with the point in the middle of the middle block.
     sums: Vec<Block>,
-    side: usize,
+    /// Column and row of the block of each offset.
+    places: [Vec<usize>; 2],
 }
 
 /// Sums over a block of each derivative times the residual, and of the derivative's square
@@ -34,44 +35,46 @@ struct Block {
 }
 
 impl Blocks {
-    /// Clears all sums, for pixels up to `reach_px` away. Returns the map from an offset from the
-    /// point to the column or row of a block.
-    pub(super) fn clear(&mut self, reach_px: f64) -> impl Fn(f64) -> usize + use<> {
-        let whole = |px: f64| {
-            let blocks = px * BLOCKS_PER_PX;
-            (blocks + (0.5 - 0.25 * f64::EPSILON).copysign(blocks)) as i32
-        };
-        let half = whole(reach_px);
-        self.side = 2 * half as usize + 1;
-        self.sums.clear();
-        self.sums.resize(self.side * self.side, Block::default());
-        move |offset_px| (whole(offset_px).clamp(-half, half) + half) as usize
-    }
-
-    /// Adds pixels, each with column and row of a block, residual, and derivative of the brightness
-    /// by the position.
-    pub(super) fn add(&mut self, pixels: impl Iterator<Item = ([usize; 2], Vector2<f64>, f64)>) {
-        // Neighbours are mostly in one block.
-        let (mut last, mut sums) = (0, self.sums[0]);
-        for ([column, row], change, residual) in pixels {
-            let at = row * self.side + column;
-            if at != last {
-                self.sums[last] = sums;
-                (last, sums) = (at, self.sums[at]);
-            }
-            sums.moves += change * residual;
-            sums.information += change * change.transpose();
-        }
-        self.sums[last] = sums;
-    }
-
-    /// Variance of white noise with the same effect on the point as the residuals. `None` if
-    /// undetermined.
+    /// Variance of white noise with the same effect on a point at the offset `at` as the residuals.
+    /// `pixels` are at whole offsets up to `reach_px`, each with the derivative of the brightness by
+    /// the point's position, and the residual. `None` if undetermined.
     ///
     /// The models of corners and discs are even about the point. So if a fit `is_even`, a block and
     /// its mirror image are merged: even residuals, such as halos or the blur of a disc, can't move
     /// the point.
-    pub(super) fn noise(&self, is_even: bool) -> Option<f64> {
+    pub(super) fn noise(
+        &mut self,
+        (at, reach_px): ([f64; 2], i32),
+        pixels: impl Iterator<Item = ([f32; 2], [f32; 2], f32)>,
+        is_even: bool,
+    ) -> Option<f64> {
+        let whole = |px: f64| {
+            let blocks = px * BLOCKS_PER_PX;
+            (blocks + (0.5 - 0.25 * f64::EPSILON).copysign(blocks)) as i32
+        };
+        let half = whole(f64::from(reach_px) + at[0].abs().max(at[1].abs()));
+        let side = 2 * half as usize + 1;
+        self.sums.clear();
+        self.sums.resize(side * side, Block::default());
+        for (places, at) in self.places.iter_mut().zip(at) {
+            let place = |px: i32| (whole(f64::from(px) - at) + half) as usize;
+            places.clear();
+            places.extend((-reach_px..=reach_px).map(place));
+        }
+        // Neighbours are mostly in one block.
+        let (mut last, mut sums) = (0, self.sums[0]);
+        for ([x, y], [by_x, by_y], residual) in pixels {
+            let place = |axis: usize, px: f32| self.places[axis][(px as i32 + reach_px) as usize];
+            let at = place(1, y) * side + place(0, x);
+            if at != last {
+                self.sums[last] = sums;
+                (last, sums) = (at, self.sums[at]);
+            }
+            let change = Vector2::new(f64::from(by_x), f64::from(by_y));
+            sums.moves += change * f64::from(residual);
+            sums.information += change * change.transpose();
+        }
+        self.sums[last] = sums;
         let middle = self.sums.len() / 2;
         let blocks = match is_even {
             true => &self.sums[..=middle],
