@@ -9,6 +9,8 @@ use std::f32::consts::PI;
 
 use image::GrayImage;
 
+use super::reduce::{Grow, grow};
+
 /// Sides of the tiles in pixels: the larger tiles show larger circles, the smaller ones ignore
 /// shadows.
 pub(super) const TILES_PX: [usize; 2] = [32, 8];
@@ -20,10 +22,11 @@ const NARROWEST: f32 = 0.12;
 /// Ratio of a shape's area to the area of the ellipse with the same moments.
 const FILLED: std::ops::Range<f32> = 0.86..1.1;
 
-/// Kinds of pixels.
+/// Kinds of pixels, and what follows a row.
 const UNCLEAR: u8 = 0;
 const DARK: u8 = 1;
 const LIGHT: u8 = 2;
+const END: u8 = 3;
 
 /// Dark or light ellipse.
 #[derive(Clone, Copy, Debug)]
@@ -58,26 +61,22 @@ impl Blob {
     }
 }
 
-/// Connected pixels of a row.
+/// Connected pixels of a row, and the index of a shape joined to theirs.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    row: u32,
-    begin: u32,
-    end: u32,
-    is_dark: bool,
-    /// Index of another run of the same shape, or own index.
-    parent: u32,
+    begin: usize,
+    end: usize,
+    kind: u8,
+    shape: usize,
 }
 
-/// Number of pixels and sums of places, squares and products.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    count: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
+/// Connected runs.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    /// Index of the shape that this one was joined to, or own index.
+    parent: usize,
+    /// Number of pixels, and sums of `x`, `y`, `x²`, `x y` and `y²`: whole, so in any order.
+    sums: [f64; 6],
     touches_edge: bool,
     is_dark: bool,
 }
@@ -85,17 +84,20 @@ struct Sums {
 /// Finds blobs. Reuses its buffers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BlobFinder {
-    /// Darkest and lightest pixel of each single tile.
-    tiles: [Vec<u8>; 2],
+    /// Darkest and lightest pixel of each column of a row of tiles, and of each tile.
+    columns: [Vec<u8>; 2],
+    tiles: [GrayImage; 2],
     /// Darkest and lightest pixel of each tile and neighbours.
-    darkest: Vec<u8>,
-    lightest: Vec<u8>,
-    /// Kind of each pixel of a row.
+    around: [GrayImage; 2],
+    rows: Vec<u8>,
+    /// Darkest light level less one, and mask of the clear pixels, in a row.
+    middles: Vec<u8>,
+    are_clear: Vec<u8>,
+    /// Kind of each pixel of a row, with an unclear one before.
     kinds: Vec<u8>,
-    runs: Vec<Run>,
-    /// Index of each run's shape, and the sums of each.
-    shapes: Vec<u32>,
-    sums: Vec<Sums>,
+    /// Runs of the row above, and of this one.
+    runs: [Vec<Run>; 2],
+    shapes: Vec<Shape>,
 }
 
 impl BlobFinder {
@@ -108,162 +110,158 @@ impl BlobFinder {
             return;
         }
         self.measure_tiles(picture, tile_px, [across, down]);
-        self.runs.clear();
-        let mut above = 0..0;
-        for y in 0..height {
-            let begin = self.runs.len();
-            let tiles = (y / tile_px).min(down - 1) * across;
-            let row = &picture.as_raw()[y * width..][..width];
-            self.split_row(row, y as u32, tiles, (tile_px, across));
-            self.connect(above, begin);
-            above = begin..self.runs.len();
+        self.runs[1].clear();
+        self.shapes.clear();
+        self.kinds.clear();
+        self.kinds.resize((width + 2).next_multiple_of(8) + 8, END);
+        self.kinds[0] = UNCLEAR;
+        for (y, row) in picture.as_raw().chunks_exact(width).enumerate() {
+            if y % tile_px == 0 && y / tile_px < down {
+                self.set_limits(y / tile_px * across, (tile_px, across, width));
+            }
+            let limits = self.middles.iter().zip(&self.are_clear);
+            let kinds = self.kinds[1..].iter_mut().zip(row);
+            for ((kind, pixel), (middle, is_clear)) in kinds.zip(limits) {
+                *kind = (if pixel <= middle { DARK } else { LIGHT }) & is_clear;
+            }
+            self.connect(y, [width, height]);
         }
-        self.sum_up(width as u32, height as u32);
-        into.extend(self.sums.iter().filter_map(Sums::blob));
+        let shapes = self.shapes.iter().enumerate();
+        into.extend(shapes.filter(|(k, it)| it.parent == *k).filter_map(|(_, it)| it.blob()));
     }
 
     /// Measures the darkest and lightest pixel of each tile and neighbours.
     fn measure_tiles(&mut self, picture: &GrayImage, tile_px: usize, [across, down]: [usize; 2]) {
-        let width = picture.width() as usize;
-        for (tiles, start) in self.tiles.iter_mut().zip([u8::MAX, 0]) {
-            tiles.clear();
-            tiles.resize(across * down, start);
-        }
-        let [darkest, lightest] = &mut self.tiles;
-        for (y, row) in picture.as_raw().chunks_exact(width).enumerate() {
-            let tiles = (y / tile_px).min(down - 1) * across;
-            for (x, pixels) in row.chunks(tile_px).enumerate() {
-                let tile = tiles + x.min(across - 1);
-                let (low, high) = pixels.iter().fold((u8::MAX, 0), |(low, high), pixel| {
-                    (u8::min(low, *pixel), u8::max(high, *pixel))
-                });
-                darkest[tile] = darkest[tile].min(low);
-                lightest[tile] = lightest[tile].max(high);
-            }
-        }
-        let around = |tile: usize| {
-            let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-            let (column, row) = (tile % across, tile / across);
-            near(row, down)
-                .flat_map(move |row| near(column, across).map(move |at| row * across + at))
+        let (width, height) = (picture.width() as usize, picture.height() as usize);
+        let mut tiles = self.tiles.each_mut().map(|tiles| std::mem::take(tiles).into_raw());
+        tiles.iter_mut().for_each(Vec::clear);
+        let ends = |tile: usize, (count, size): (usize, usize)| {
+            tile * tile_px..if tile + 1 == count { size } else { (tile + 1) * tile_px }
         };
-        let [low, high] = &self.tiles;
-        let tiles = || 0..across * down;
-        self.darkest.clear();
-        self.darkest.extend(tiles().map(|tile| around(tile).map(|at| low[at]).min().unwrap_or(0)));
-        self.lightest.clear();
-        self.lightest
-            .extend(tiles().map(|tile| around(tile).map(|at| high[at]).max().unwrap_or(0)));
-    }
-
-    /// Adds the dark and light runs of a row.
-    fn split_row(&mut self, row: &[u8], y: u32, tiles: usize, (tile_px, across): (usize, usize)) {
-        self.kinds.resize(row.len(), UNCLEAR);
-        let both = row.chunks(tile_px).zip(self.kinds.chunks_mut(tile_px));
-        for (column, (pixels, kinds)) in both.enumerate() {
-            let tile = tiles + column.min(across - 1);
-            let (low, high) = (self.darkest[tile], self.lightest[tile]);
-            if high - low < LEAST_RANGE {
-                kinds.fill(UNCLEAR);
-                continue;
+        let [lows, highs] = &mut self.columns;
+        for row in 0..down {
+            let rows = ends(row, (down, height));
+            for (columns, start) in [(&mut *lows, u8::MAX), (&mut *highs, 0)] {
+                columns.clear();
+                columns.resize(width, start);
             }
-            let middle = low.midpoint(high);
-            for (kind, pixel) in kinds.iter_mut().zip(pixels) {
-                *kind = if *pixel <= middle { DARK } else { LIGHT };
-            }
-        }
-        let mut begin = 0;
-        while let Some(kind) = self.kinds.get(begin) {
-            let end = begin + equal(&self.kinds[begin..]);
-            if *kind != UNCLEAR {
-                let parent = self.runs.len() as u32;
-                let (begin, end) = (begin as u32, end as u32);
-                self.runs.push(Run { row: y, begin, end, is_dark: *kind == DARK, parent });
-            }
-            begin = end;
-        }
-    }
-
-    fn root(&mut self, mut run: u32) -> u32 {
-        while self.runs[run as usize].parent != run {
-            let parent = self.runs[run as usize].parent;
-            self.runs[run as usize].parent = self.runs[parent as usize].parent;
-            run = parent;
-        }
-        run
-    }
-
-    /// Connects the runs from `begin` on with adjacent runs of the row above.
-    fn connect(&mut self, above: std::ops::Range<usize>, begin: usize) {
-        let mut first = above.start;
-        for here in begin..self.runs.len() {
-            let run = self.runs[here];
-            while first < above.end && self.runs[first].end <= run.begin {
-                first += 1;
-            }
-            let mut other = first;
-            while other < above.end && self.runs[other].begin < run.end {
-                if self.runs[other].is_dark == run.is_dark {
-                    let (a, b) = (self.root(other as u32), self.root(here as u32));
-                    self.runs[a.max(b) as usize].parent = a.min(b);
+            for row in picture.as_raw()[rows.start * width..rows.end * width].chunks_exact(width) {
+                for ((low, high), pixel) in lows.iter_mut().zip(&mut *highs).zip(row) {
+                    (*low, *high) = ((*low).min(*pixel), (*high).max(*pixel));
                 }
-                other += 1;
+            }
+            for column in 0..across {
+                let columns = ends(column, (across, width));
+                tiles[0].extend(lows[columns.clone()].iter().min());
+                tiles[1].extend(highs[columns].iter().max());
+            }
+        }
+        for (k, (tiles, what)) in tiles.into_iter().zip([Grow::Dark, Grow::Light]).enumerate() {
+            let tiles = GrayImage::from_raw(across as u32, down as u32, tiles);
+            self.tiles[k] = tiles.unwrap_or_default();
+            grow(&self.tiles[k], what, &mut self.rows, &mut self.around[k]);
+        }
+    }
+
+    /// Sets the limits between dark and light by the row of tiles from `first` on.
+    fn set_limits(&mut self, first: usize, (tile_px, across, width): (usize, usize, usize)) {
+        self.middles.resize(width, 0);
+        self.are_clear.resize(width, 0);
+        let both = self.middles.chunks_mut(tile_px).zip(self.are_clear.chunks_mut(tile_px));
+        for (column, (middles, are_clear)) in both.enumerate() {
+            let tile = first + column.min(across - 1);
+            let [low, high] = self.around.each_ref().map(|around| around.as_raw()[tile]);
+            middles.fill(low.midpoint(high));
+            are_clear.fill(if high - low < LEAST_RANGE { UNCLEAR } else { DARK | LIGHT });
+        }
+    }
+
+    /// Splits a row into runs, and connects them with adjacent runs of the row above.
+    fn connect(&mut self, y: usize, [width, height]: [usize; 2]) {
+        let Self { kinds, runs: [above, here], shapes, .. } = self;
+        std::mem::swap(above, here);
+        here.clear();
+        let (mut first, mut begin, mut kind) = (0, 0, UNCLEAR);
+        let pairs = kinds.as_chunks::<8>().0.iter().zip(kinds[1..].as_chunks::<8>().0);
+        for (eight, (before, after)) in pairs.enumerate() {
+            let mut changes = u64::from_le_bytes(*before) ^ u64::from_le_bytes(*after);
+            while changes != 0 {
+                let byte = changes.trailing_zeros() / 8;
+                changes &= !(0xff << (8 * byte));
+                let end = 8 * eight + byte as usize;
+                let run = Run { begin, end, kind, shape: shapes.len() };
+                (begin, kind) = (end, kinds[end + 1]);
+                if run.kind == UNCLEAR {
+                    continue;
+                }
+                while above.get(first).is_some_and(|other| other.end <= run.begin) {
+                    first += 1;
+                }
+                let others = above[first..].iter().take_while(|other| other.begin < run.end);
+                let mut shape = run.shape;
+                for other in others.filter(|other| other.kind == run.kind) {
+                    let root = root(shapes, other.shape);
+                    shape = join(shapes, shape, root);
+                }
+                if shape == shapes.len() {
+                    let (sums, is_dark) = ([0.0; 6], run.kind == DARK);
+                    shapes.push(Shape { parent: shape, sums, touches_edge: false, is_dark });
+                }
+                here.push(Run { shape, ..run });
+                let (count, ends) =
+                    ((run.end - run.begin) as f64, (run.begin + run.end - 1) as f64);
+                let (x, row) = (count * ends / 2.0, y as f64);
+                let xx = count * (3.0 * ends * ends + count * count - 1.0) / 12.0;
+                let shape = &mut shapes[shape];
+                add(&mut shape.sums, [count, x, count * row, xx, x * row, count * row * row]);
+                shape.touches_edge |=
+                    y == 0 || y + 1 == height || run.begin == 0 || run.end == width;
             }
         }
     }
+}
 
-    /// Sums up the runs of each shape.
-    fn sum_up(&mut self, width: u32, height: u32) {
-        self.sums.clear();
-        self.shapes.clear();
-        for index in 0..self.runs.len() {
-            let run = self.runs[index];
-            // A parent comes before its run, so its own shape is known.
-            let shape = if run.parent as usize == index {
-                self.sums.push(Sums { is_dark: run.is_dark, ..Sums::default() });
-                self.sums.len() as u32 - 1
-            } else {
-                self.shapes[run.parent as usize]
-            };
-            self.shapes.push(shape);
-            let sums = &mut self.sums[shape as usize];
-            let count = f64::from(run.end - run.begin);
-            let middle = f64::from(run.begin + run.end - 1) / 2.0;
-            let y = f64::from(run.row);
-            sums.count += count;
-            sums.x += count * middle;
-            sums.y += count * y;
-            sums.xx += count * (middle * middle + (count * count - 1.0) / 12.0);
-            sums.xy += count * middle * y;
-            sums.yy += count * y * y;
-            sums.touches_edge |=
-                run.row == 0 || run.row + 1 == height || run.begin == 0 || run.end == width;
-        }
+fn root(shapes: &mut [Shape], mut shape: usize) -> usize {
+    while shapes[shape].parent != shape {
+        let parent = shapes[shape].parent;
+        shapes[shape].parent = shapes[parent].parent;
+        shape = parent;
     }
+    shape
 }
 
-/// Number of first kinds that are equal.
-fn equal(kinds: &[u8]) -> usize {
-    let (Some(first), (eights, _)) = (kinds.first(), kinds.as_chunks::<8>()) else { return 0 };
-    let whole = 8 * eights.iter().take_while(|eight| **eight == [*first; 8]).count();
-    whole + kinds[whole..].iter().take_while(|kind| *kind == first).count()
+/// First of two shapes, joined with the other, unless that's none yet.
+fn join(shapes: &mut [Shape], one: usize, other: usize) -> usize {
+    let (first, last) = (one.min(other), one.max(other));
+    if first != last && last < shapes.len() {
+        let Shape { sums, touches_edge, .. } = shapes[last];
+        shapes[last].parent = first;
+        shapes[first].touches_edge |= touches_edge;
+        add(&mut shapes[first].sums, sums);
+    }
+    first
 }
 
-impl Sums {
+fn add(sums: &mut [f64; 6], others: [f64; 6]) {
+    sums.iter_mut().zip(others).for_each(|(sum, other)| *sum += other);
+}
+
+impl Shape {
     /// Ellipse with the same moments, if the shape is an ellipse.
     fn blob(&self) -> Option<Blob> {
-        if self.touches_edge || self.count < f64::from(LEAST_AREA_PX2) {
+        let [count, x, y, xx, xy, yy] = self.sums;
+        if self.touches_edge || count < f64::from(LEAST_AREA_PX2) {
             return None;
         }
-        let (x, y) = (self.x / self.count, self.y / self.count);
+        let (x, y) = (x / count, y / count);
         // A disc's variance is a quarter of its squared radius.
-        let of = |sum: f64, mean2: f64| 4.0 * (sum / self.count - mean2) as f32;
-        let shape = [of(self.xx, x * x), of(self.xy, x * y), of(self.yy, y * y)];
+        let of = |sum: f64, mean2: f64| 4.0 * (sum / count - mean2) as f32;
+        let shape = [of(xx, x * x), of(xy, x * y), of(yy, y * y)];
         let blob = Blob { at: [x as f32, y as f32], shape, is_dark: self.is_dark };
         let area = PI * blob.determinant().max(0.0).sqrt();
         let half = (shape[0] + shape[2]) / 2.0;
         let apart = libm::hypotf((shape[0] - shape[2]) / 2.0, shape[1]);
         let is_wide = half - apart > NARROWEST * NARROWEST * (half + apart) && half > apart;
-        (is_wide && FILLED.contains(&(self.count as f32 / area.max(1.0)))).then_some(blob)
+        (is_wide && FILLED.contains(&(count as f32 / area.max(1.0)))).then_some(blob)
     }
 }
