@@ -20,7 +20,7 @@ use super::{
     params::DetectorParams,
     plane::Plane,
     reduce::Halved,
-    refine::LOST_SHARE,
+    refine::{LOST_SHARE, LOST_SHARE_OF_PART},
     track::Expected,
 };
 use boresight_geometry::{
@@ -200,7 +200,8 @@ impl CircleSearch {
     }
 
     /// True if the shapes of the grid are circles. Others look like them until their outlines are
-    /// measured: squares have sides along the grid or its diagonals.
+    /// measured: squares have sides along the grid or its diagonals, and keys of a keyboard aren't
+    /// as long and wide as circles seen with their grid.
     fn are_circles(&mut self, image: &GrayImage, halved: Halved, max_residual: f64) -> bool {
         let lattice = &self.grower.lattice;
         self.corners.clear();
@@ -214,14 +215,17 @@ impl CircleSearch {
             let steps = Matrix2::new(u[0], v[0], u[1], v[1]).map(f64::from);
             let Some(circle_from_px) = steps.try_inverse() else { continue };
             tried += 1;
-            let fit = self.fit(image, halved, at).filter(|fit| fit.residual < max_residual);
+            let fit = self.fit(image, halved, at).filter(|fit| {
+                let circles = (fit.to_circle() * steps).determinant().abs().sqrt();
+                fit.residual < max_residual && is_like(fit, &(steps / circles))
+            });
             if let Some(fit) = fit {
                 alike += 1;
                 let [along, all] = fit.fourth_harmonic(image, &circle_from_px, &mut self.pixels);
                 sums = [sums[0] + along, sums[1] + all];
             }
         }
-        2 * alike >= tried && !is_square(sums)
+        LOST_SHARE_OF_PART * (tried - alike) <= tried && !is_square(sums)
     }
 
     fn refine(
@@ -258,11 +262,7 @@ impl CircleSearch {
             centres = true_centres(&points_m, board.measured_m(), &fits, image_size)
                 .ok_or(Miss::NoBoard)?;
             for (fit, centre) in fits.iter_mut().zip(&centres) {
-                let is_like = |fit: &DiscFit| {
-                    let turned = fit.to_circle() * centre.px_from_circle;
-                    (turned.transpose() * turned - Matrix2::identity()).amax() < UNLIKE
-                };
-                *fit = fit.take().filter(is_like);
+                *fit = fit.take().filter(|fit| is_like(fit, &centre.px_from_circle));
             }
             let before = std::mem::replace(&mut found, fits.iter().flatten().count());
             if found == before {
@@ -315,6 +315,12 @@ impl CircleSearch {
         let glare = lit as f64 / found as f64;
         Ok(Detection { corners, quality: Quality { blur_px, contrast, glare, motion_px: 0.0 } })
     }
+}
+
+/// True if the ellipse is the image of a circle by the map from its radii.
+fn is_like(fit: &DiscFit, px_from_circle: &Matrix2<f64>) -> bool {
+    let turned = fit.to_circle() * px_from_circle;
+    (turned.transpose() * turned - Matrix2::identity()).amax() < UNLIKE
 }
 
 /// True if outlines with the given sums of [`DiscFit::fourth_harmonic`] are squares.

@@ -5,7 +5,7 @@
 use image::GrayImage;
 
 use super::{
-    colours::{FAR_SQUARES, colours},
+    colours::{Cells, FAR_SQUARES, cells, colours},
     complete::{Squares, complete},
     lattice::{Lattice, Node},
     marker_cells::Polarity,
@@ -66,7 +66,9 @@ pub(super) fn name_corners(
         Verdict::OtherSquares => return Err(Miss::OtherSquares { markers: readings.len() }),
         Verdict::Unexplained => {
             let seen = readings.iter().filter(|reading| reading.is_sure).count();
-            let is_plain = lattice.len() >= LEAST_PLAIN && lattice.is_full();
+            let is_plain = lattice.len() >= LEAST_PLAIN
+                && lattice.is_full()
+                && cells(image, lattice) != Cells::Several;
             // Every second square of a board with markers has one.
             let squares: usize = lattice.size().iter().map(|side| side.saturating_sub(1)).product();
             let seen = if is_plain && 4 * seen < squares { 0 } else { seen };

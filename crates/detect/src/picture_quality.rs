@@ -75,8 +75,11 @@ pub(super) fn reason(
         let [blur_px, limit_px] = [widest_px, LIMIT_PX].map(|px| px * scale);
         return Some(Miss::Blurred { blur_px, limit_px });
     }
-    let is_dark = (is_board || light <= DARK_TO) && contrast < NEEDED_CONTRAST;
-    is_dark.then_some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST })
+    // More light helps a board only if white would then give the contrast.
+    let is_dark =
+        if is_board { 255.0 * contrast >= NEEDED_CONTRAST * light } else { light <= DARK_TO };
+    (is_dark && contrast < NEEDED_CONTRAST)
+        .then_some(Miss::LowContrast { contrast, needed: NEEDED_CONTRAST })
 }
 
 /// Standard deviation of the blur of the sharpest edges across lines of pixels, zero without enough

@@ -39,7 +39,7 @@ const TOUCHED_SIGMA: f64 = 3.0;
 /// `LOST_SHARE`, or `LOST_SHARE_OF_PART` on a partly seen board.
 const LEAST_CORNERS: usize = 12;
 pub(super) const LOST_SHARE: usize = 8;
-const LOST_SHARE_OF_PART: usize = 3;
+pub(super) const LOST_SHARE_OF_PART: usize = 3;
 /// Both limits if markers identify the seen corners.
 const LEAST_CORNERS_WITH_MARKERS: usize = 6;
 const LOST_SHARE_WITH_MARKERS: usize = 2;
