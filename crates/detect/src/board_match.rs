@@ -72,7 +72,11 @@ pub(super) fn match_board(
     }
     if !(fits && whole) {
         if !fits && let Some(other) = whole_board(image, lattice) {
-            return Err(Miss::OtherBoard(other));
+            // Behind what's as light as white, rows may go on.
+            if is_no_part(image, lattice).is_ok() {
+                return Err(Miss::OtherBoard(other));
+            }
+            prune(lattice);
         }
         // A few corners in line that don't show squares are in something else.
         let drop_strange = |lattice: &mut Lattice, needed: &dyn Fn(&Lattice) -> bool| {
