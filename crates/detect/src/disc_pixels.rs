@@ -127,80 +127,6 @@ impl Pixels {
             pixels.map(|((x, y), ((by_x, by_y), residual))| ([*x, *y], [*by_x, *by_y], *residual));
         blocks.noise(([at[0], at[1]], *reach_px), pixels, true)
     }
-
-    #[inline(always)]
-    fn subtract_here(&mut self, image: &GrayImage, at: &Vector) {
-        let model = Model::of(at);
-        let ends = [image.width(), image.height()].map(|size| size as f32 - 1.0);
-        let [middle_x, middle_y] =
-            std::array::from_fn(|axis| self.centre[axis] as f32 + model.centre[axis]);
-        let is_inside = |at: f32, end: f32| (at >= 0.0) & (at <= end);
-        let changes = [&mut self.residuals, &mut self.by_radius, &mut self.by_x, &mut self.by_y];
-        let [residuals, by_radius, by_x, by_y] = changes.map(|row| {
-            row.resize(self.x.len(), 0.0);
-            row.iter_mut()
-        });
-        let places = self.x.iter().zip(&self.y).zip(&self.value);
-        let into = residuals.zip(by_radius).zip(by_x.zip(by_y));
-        for (((x, y), value), ((residual, by_radius), (by_x, by_y))) in places.zip(into) {
-            let here = model.at(*x, *y);
-            *residual = value - here.pattern * here.light;
-            let by_distance = model.steepest * here.light * here.bell;
-            *by_radius = -by_distance / here.slope;
-            let has_mirrored =
-                is_inside(middle_x - here.dx, ends[0]) & is_inside(middle_y - here.dy, ends[1]);
-            let by_radius = if has_mirrored { *by_radius } else { 0.0 };
-            *by_x = by_radius * here.up[0];
-            *by_y = by_radius * here.up[1];
-        }
-    }
-
-    #[inline(always)]
-    fn linearise_here(&self, at: &Vector) -> Linear {
-        let model = Model::of(at);
-        let [gx, gy] = model.gradient;
-        let mut sums = [[[[[0.0; LANES]; 4]; 2]; ROWS / 4]; ROWS / 2];
-        let mut rows: [Row; ROWS] = Default::default();
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let end = (start + CHUNK).min(self.x.len());
-            let (x, y) = (&self.x[start..end], &self.y[start..end]);
-            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
-            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, left, _] =
-                rows.each_mut().map(|row| row.0.as_flattened_mut());
-            let places = x.iter().zip(y).zip(value.iter().zip(weight));
-            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut().zip(r5));
-            let second = r6.iter_mut().zip(r7).zip(r8.iter_mut().zip(r9)).zip(left.iter_mut());
-            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
-                let (((r0, r1), (r2, r3)), (r4, r5)) = first;
-                let (((r6, r7), (r8, r9)), left) = second;
-                let here = model.at(*x, *y);
-                let Here { dx, dy, across, down, rho, up, slope, distance, edge, bell, .. } = here;
-                let (light, pattern) = (here.light * weight, here.pattern * weight);
-                let by_distance = model.steepest * light * bell;
-                let by_rho = by_distance / (slope * rho);
-                *r0 = -by_distance * up[0] / slope - gx * pattern;
-                *r1 = -by_distance * up[1] / slope - gy * pattern;
-                *r2 = by_rho * across * dx;
-                *r3 = by_rho * across * dy;
-                *r4 = by_rho * down * dy;
-                *r5 = -by_distance * distance;
-                *r6 = edge * light;
-                *r7 = light;
-                *r8 = pattern * dx;
-                *r9 = pattern * dy;
-                *left = value * weight - here.pattern * light;
-            }
-            // Products of two rows by four: as many sums as there are registers.
-            let (twos, fours) = (rows.as_chunks::<2>().0, rows.as_chunks::<4>().0);
-            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
-                for (four, sums) in fours.iter().zip(sums).take(1 + k / 2) {
-                    add_products(two, four, end - start, sums);
-                }
-            }
-        }
-        let sum = |i: usize, j: usize| total(sums[i / 2][j / 4][i % 2][j % 4]);
-        linearised(sum)
-    }
 }
 
 /// The disc model in single precision.
@@ -364,7 +290,31 @@ impl simd::Loop for Subtracting<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.0.subtract_here(self.1, self.2);
+        let Self(pixels, image, at) = self;
+        let model = Model::of(at);
+        let ends = [image.width(), image.height()].map(|size| size as f32 - 1.0);
+        let [middle_x, middle_y] =
+            std::array::from_fn(|axis| pixels.centre[axis] as f32 + model.centre[axis]);
+        let is_inside = |at: f32, end: f32| (at >= 0.0) & (at <= end);
+        let changes =
+            [&mut pixels.residuals, &mut pixels.by_radius, &mut pixels.by_x, &mut pixels.by_y];
+        let [residuals, by_radius, by_x, by_y] = changes.map(|row| {
+            row.resize(pixels.x.len(), 0.0);
+            row.iter_mut()
+        });
+        let places = pixels.x.iter().zip(&pixels.y).zip(&pixels.value);
+        let into = residuals.zip(by_radius).zip(by_x.zip(by_y));
+        for (((x, y), value), ((residual, by_radius), (by_x, by_y))) in places.zip(into) {
+            let here = model.at(*x, *y);
+            *residual = value - here.pattern * here.light;
+            let by_distance = model.steepest * here.light * here.bell;
+            *by_radius = -by_distance / here.slope;
+            let has_mirrored =
+                is_inside(middle_x - here.dx, ends[0]) & is_inside(middle_y - here.dy, ends[1]);
+            let by_radius = if has_mirrored { *by_radius } else { 0.0 };
+            *by_x = by_radius * here.up[0];
+            *by_y = by_radius * here.up[1];
+        }
     }
 }
 
@@ -375,7 +325,50 @@ impl simd::Loop for Linearising<'_> {
 
     #[inline(always)]
     fn run(self) -> Linear {
-        self.0.linearise_here(self.1)
+        let Self(pixels, at) = self;
+        let model = Model::of(at);
+        let [gx, gy] = model.gradient;
+        let mut sums = [[[[[0.0; LANES]; 4]; 2]; ROWS / 4]; ROWS / 2];
+        let mut rows: [Row; ROWS] = Default::default();
+        for start in (0..pixels.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(pixels.x.len());
+            let (x, y) = (&pixels.x[start..end], &pixels.y[start..end]);
+            let (value, weight) = (&pixels.value[start..end], &pixels.weight[start..end]);
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9, left, _] =
+                rows.each_mut().map(|row| row.0.as_flattened_mut());
+            let places = x.iter().zip(y).zip(value.iter().zip(weight));
+            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut().zip(r5));
+            let second = r6.iter_mut().zip(r7).zip(r8.iter_mut().zip(r9)).zip(left.iter_mut());
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+                let (((r0, r1), (r2, r3)), (r4, r5)) = first;
+                let (((r6, r7), (r8, r9)), left) = second;
+                let here = model.at(*x, *y);
+                let Here { dx, dy, across, down, rho, up, slope, distance, edge, bell, .. } = here;
+                let (light, pattern) = (here.light * weight, here.pattern * weight);
+                let by_distance = model.steepest * light * bell;
+                let by_rho = by_distance / (slope * rho);
+                *r0 = -by_distance * up[0] / slope - gx * pattern;
+                *r1 = -by_distance * up[1] / slope - gy * pattern;
+                *r2 = by_rho * across * dx;
+                *r3 = by_rho * across * dy;
+                *r4 = by_rho * down * dy;
+                *r5 = -by_distance * distance;
+                *r6 = edge * light;
+                *r7 = light;
+                *r8 = pattern * dx;
+                *r9 = pattern * dy;
+                *left = value * weight - here.pattern * light;
+            }
+            // Products of two rows by four: as many sums as there are registers.
+            let (twos, fours) = (rows.as_chunks::<2>().0, rows.as_chunks::<4>().0);
+            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
+                for (four, sums) in fours.iter().zip(sums).take(1 + k / 2) {
+                    add_products(two, four, end - start, sums);
+                }
+            }
+        }
+        let sum = |i: usize, j: usize| total(sums[i / 2][j / 4][i % 2][j % 4]);
+        linearised(sum)
     }
 }
 

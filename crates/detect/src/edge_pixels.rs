@@ -84,38 +84,6 @@ impl Pixels {
         simd::widest(RemovingFrames(self, at, gaps_px));
     }
 
-    #[inline(always)]
-    fn remove_frames_here(&mut self, at: &Vector, gaps_px: [f64; 2]) {
-        let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let (s2, c2) = (s2 * a.signum(), c2 * a.signum());
-        let inverse_s = libm::exp(-at[4]) as f32;
-        let [gap1, gap2] = gaps_px.map(|gap| gap as f32 * inverse_s);
-        let mut row = [0.0_f32; CHUNK];
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let end = (start + CHUNK).min(self.x.len());
-            let places = self.x[start..end].iter().zip(&self.y[start..end]);
-            for ((x, y), frames) in places.zip(&mut row) {
-                let (dx, dy) = (x - x0, y - y0);
-                let d1 = (dy * c1 - dx * s1) * inverse_s;
-                let d2 = (dy * c2 - dx * s2) * inverse_s;
-                // Twice the share of a frame's darkness, across each edge to both sides.
-                let above1 = 1.0 + erf(d1 - gap1).0;
-                let below1 = 1.0 + erf(-d1 - gap1).0;
-                let above2 = 1.0 + erf(d2 - gap2).0;
-                let below2 = 1.0 + erf(-d2 - gap2).0;
-                let light = 0.5 * a.abs() * (1.0 + gx * dx + gy * dy);
-                *frames = light * (above1 * above2 + below1 * below2);
-            }
-            let added = self.frames[start..end].iter_mut().zip(&row);
-            for (value, (added, frames)) in self.value[start..end].iter_mut().zip(added) {
-                *value += frames - *added;
-                *added = *frames;
-            }
-        }
-    }
-
     /// Cost, gradient and normal matrix at `at`, in squared grey levels.
     ///
     /// Single precision, summed in a fixed order: identical results on every machine.
@@ -144,121 +112,9 @@ impl Pixels {
         blocks.noise(([at[0], at[1]], RADIUS_LIMIT_PX), pixels, is_even)
     }
 
-    /// Subtracts the model; the derivatives are zero without a mirror image.
-    #[inline(always)]
-    fn subtract_here(&mut self, image: &GrayImage, patch: &Patch, at: &Vector) {
-        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = libm::exp(-at[4]) as f32;
-        let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
-        let size_px = [image.width() as f32, image.height() as f32];
-        let places = self.x.iter().zip(&self.y).zip(&self.value);
-        let changes = self.by_x.iter_mut().zip(&mut self.by_y);
-        let into = self.residuals.iter_mut().zip(changes);
-        for (((x, y), value), (residual, (by_x, by_y))) in places.zip(into) {
-            let (dx, dy) = (x - x0, y - y0);
-            let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
-            let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
-            *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
-            let slope = if patch.holds(size_px, [x0 - dx, y0 - dy]) { slope } else { 0.0 };
-            let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
-            *by_x = across1 * s1 + across2 * s2;
-            *by_y = -(across1 * c1 + across2 * c2);
-        }
-    }
-
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.
     pub(super) fn split_step(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
         simd::widest(Splitting(self, at, log_s))
-    }
-
-    #[inline(always)]
-    fn split_step_here(&self, at: &Vector, log_s: [f64; 2]) -> [f64; 2] {
-        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = log_s.map(|log_s| libm::exp(-log_s) as f32);
-        let mut sums = [[[0.0; LANES]; 3]; 3];
-        let mut rows: [Row; 3] = Default::default();
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let end = (start + CHUNK).min(self.x.len());
-            let [r1, r2, r3] = rows.each_mut().map(|row| row.0.as_flattened_mut());
-            let places = self.x[start..end].iter().zip(&self.y[start..end]);
-            let seen = self.value[start..end].iter().zip(&self.weight[start..end]);
-            let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
-            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
-                let (dx, dy) = (x - x0, y - y0);
-                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
-                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
-                let (e1, bell1) = erf(d1);
-                let (e2, bell2) = erf(d2);
-                let light = (1.0 + gx * dx + gy * dy) * weight;
-                let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
-                *r1 = scaled * bell1 * e2 * d1;
-                *r2 = scaled * e1 * bell2 * d2;
-                *r3 = value * weight - (b + a * e1 * e2) * light;
-            }
-            add_products(&rows, &rows, end - start, &mut sums);
-        }
-        let [[n11, ..], [n12, n22, _], [g1, g2, _]] = sums.map(|row| row.map(total));
-        let determinant = (n11 * n22 - n12 * n12).max(1e-9);
-        [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
-    }
-
-    #[inline(always)]
-    fn linearise_here(&self, at: &Vector) -> Linear {
-        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
-        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
-        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
-        let inverse_s = libm::exp(-at[4]) as f32;
-        let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
-        let mut sums = [[[[[0.0; LANES]; 5]; 2]; 2]; 5];
-        let mut rows: [Row; PARAMETERS + 1] = Default::default();
-        for start in (0..self.x.len()).step_by(CHUNK) {
-            let end = (start + CHUNK).min(self.x.len());
-            let (x, y) = (&self.x[start..end], &self.y[start..end]);
-            let (value, weight) = (&self.value[start..end], &self.weight[start..end]);
-            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] =
-                rows.each_mut().map(|row| row.0.as_flattened_mut());
-            let places = x.iter().zip(y).zip(value.iter().zip(weight));
-            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
-            let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
-            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
-                let (((r0, r1), (r2, r3)), r4) = first;
-                let (((r5, r6), (r7, r8)), r9) = second;
-                let (dx, dy) = (x - x0, y - y0);
-                let d1 = dy * c1 - dx * s1;
-                let d2 = dy * c2 - dx * s2;
-                let (e1, bell1) = erf(d1 * inverse_s);
-                let (e2, bell2) = erf(d2 * inverse_s);
-                let (g1, g2) = (slope * bell1, slope * bell2);
-                let light = (1.0 + gx * dx + gy * dy) * weight;
-                let product = e1 * e2;
-                let pattern = (b + a * product) * weight;
-                let scaled = light * a;
-                let (across1, across2) = (scaled * g1 * e2, scaled * e1 * g2);
-                *r0 = across1 * s1 + across2 * s2 - pattern * gx;
-                *r1 = -(across1 * c1 + across2 * c2) - pattern * gy;
-                *r2 = -across1 * (dx * c1 + dy * s1);
-                *r3 = -across2 * (dx * c2 + dy * s2);
-                *r4 = -(across1 * d1 + across2 * d2);
-                *r5 = light * product;
-                *r6 = light;
-                *r7 = pattern * dx;
-                *r8 = pattern * dy;
-                *r9 = value * weight - (b + a * product) * light;
-            }
-            // Products of two rows by five: as many sums as there are registers.
-            let (twos, fives) = (rows.as_chunks::<2>().0, rows.as_chunks::<5>().0);
-            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
-                for (five, sums) in fives.iter().zip(sums).take(1 + k / 2) {
-                    add_products(two, five, end - start, sums);
-                }
-            }
-        }
-        let sum = |i: usize, j: usize| total(sums[i / 2][j / 5][i % 2][j % 5]);
-        linearised(sum)
     }
 }
 
@@ -309,10 +165,62 @@ impl simd::Loop for Linearising<'_> {
 
     #[inline(always)]
     fn run(self) -> Linear {
-        self.0.linearise_here(self.1)
+        let Self(pixels, at) = self;
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
+        let slope = inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
+        let mut sums = [[[[[0.0; LANES]; 5]; 2]; 2]; 5];
+        let mut rows: [Row; PARAMETERS + 1] = Default::default();
+        for start in (0..pixels.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(pixels.x.len());
+            let (x, y) = (&pixels.x[start..end], &pixels.y[start..end]);
+            let (value, weight) = (&pixels.value[start..end], &pixels.weight[start..end]);
+            let [r0, r1, r2, r3, r4, r5, r6, r7, r8, r9] =
+                rows.each_mut().map(|row| row.0.as_flattened_mut());
+            let places = x.iter().zip(y).zip(value.iter().zip(weight));
+            let first = r0.iter_mut().zip(r1).zip(r2.iter_mut().zip(r3)).zip(r4.iter_mut());
+            let second = r5.iter_mut().zip(r6).zip(r7.iter_mut().zip(r8)).zip(r9.iter_mut());
+            for (((x, y), (value, weight)), (first, second)) in places.zip(first.zip(second)) {
+                let (((r0, r1), (r2, r3)), r4) = first;
+                let (((r5, r6), (r7, r8)), r9) = second;
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = dy * c1 - dx * s1;
+                let d2 = dy * c2 - dx * s2;
+                let (e1, bell1) = erf(d1 * inverse_s);
+                let (e2, bell2) = erf(d2 * inverse_s);
+                let (g1, g2) = (slope * bell1, slope * bell2);
+                let light = (1.0 + gx * dx + gy * dy) * weight;
+                let product = e1 * e2;
+                let pattern = (b + a * product) * weight;
+                let scaled = light * a;
+                let (across1, across2) = (scaled * g1 * e2, scaled * e1 * g2);
+                *r0 = across1 * s1 + across2 * s2 - pattern * gx;
+                *r1 = -(across1 * c1 + across2 * c2) - pattern * gy;
+                *r2 = -across1 * (dx * c1 + dy * s1);
+                *r3 = -across2 * (dx * c2 + dy * s2);
+                *r4 = -(across1 * d1 + across2 * d2);
+                *r5 = light * product;
+                *r6 = light;
+                *r7 = pattern * dx;
+                *r8 = pattern * dy;
+                *r9 = value * weight - (b + a * product) * light;
+            }
+            // Products of two rows by five: as many sums as there are registers.
+            let (twos, fives) = (rows.as_chunks::<2>().0, rows.as_chunks::<5>().0);
+            for (k, (two, sums)) in twos.iter().zip(&mut sums).enumerate() {
+                for (five, sums) in fives.iter().zip(sums).take(1 + k / 2) {
+                    add_products(two, five, end - start, sums);
+                }
+            }
+        }
+        let sum = |i: usize, j: usize| total(sums[i / 2][j / 5][i % 2][j % 5]);
+        linearised(sum)
     }
 }
 
+/// Subtracts the model; the derivatives are zero without a mirror image.
 struct Subtracting<'a>(&'a mut Pixels, &'a GrayImage, &'a Patch, &'a Vector);
 
 impl simd::Loop for Subtracting<'_> {
@@ -320,7 +228,26 @@ impl simd::Loop for Subtracting<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.0.subtract_here(self.1, self.2, self.3);
+        let Self(pixels, image, patch, at) = self;
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = libm::exp(-at[4]) as f32;
+        let slope = a * inverse_s * std::f32::consts::FRAC_2_SQRT_PI;
+        let size_px = [image.width() as f32, image.height() as f32];
+        let places = pixels.x.iter().zip(&pixels.y).zip(&pixels.value);
+        let changes = pixels.by_x.iter_mut().zip(&mut pixels.by_y);
+        let into = pixels.residuals.iter_mut().zip(changes);
+        for (((x, y), value), (residual, (by_x, by_y))) in places.zip(into) {
+            let (dx, dy) = (x - x0, y - y0);
+            let (e1, bell1) = erf((dy * c1 - dx * s1) * inverse_s);
+            let (e2, bell2) = erf((dy * c2 - dx * s2) * inverse_s);
+            *residual = value - (b + a * e1 * e2) * (1.0 + gx * dx + gy * dy);
+            let slope = if patch.holds(size_px, [x0 - dx, y0 - dy]) { slope } else { 0.0 };
+            let (across1, across2) = (slope * bell1 * e2, slope * e1 * bell2);
+            *by_x = across1 * s1 + across2 * s2;
+            *by_y = -(across1 * c1 + across2 * c2);
+        }
     }
 }
 
@@ -331,7 +258,35 @@ impl simd::Loop for RemovingFrames<'_> {
 
     #[inline(always)]
     fn run(self) {
-        self.0.remove_frames_here(self.1, self.2);
+        let Self(pixels, at, gaps_px) = self;
+        let [x0, y0, _, _, _, a, _, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let (s2, c2) = (s2 * a.signum(), c2 * a.signum());
+        let inverse_s = libm::exp(-at[4]) as f32;
+        let [gap1, gap2] = gaps_px.map(|gap| gap as f32 * inverse_s);
+        let mut row = [0.0_f32; CHUNK];
+        for start in (0..pixels.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(pixels.x.len());
+            let places = pixels.x[start..end].iter().zip(&pixels.y[start..end]);
+            for ((x, y), frames) in places.zip(&mut row) {
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s;
+                let d2 = (dy * c2 - dx * s2) * inverse_s;
+                // Twice the share of a frame's darkness, across each edge to both sides.
+                let above1 = 1.0 + erf(d1 - gap1).0;
+                let below1 = 1.0 + erf(-d1 - gap1).0;
+                let above2 = 1.0 + erf(d2 - gap2).0;
+                let below2 = 1.0 + erf(-d2 - gap2).0;
+                let light = 0.5 * a.abs() * (1.0 + gx * dx + gy * dy);
+                *frames = light * (above1 * above2 + below1 * below2);
+            }
+            let added = pixels.frames[start..end].iter_mut().zip(&row);
+            for (value, (added, frames)) in pixels.value[start..end].iter_mut().zip(added) {
+                *value += frames - *added;
+                *added = *frames;
+            }
+        }
     }
 }
 
@@ -342,7 +297,36 @@ impl simd::Loop for Splitting<'_> {
 
     #[inline(always)]
     fn run(self) -> [f64; 2] {
-        self.0.split_step_here(self.1, self.2)
+        let Self(pixels, at, log_s) = self;
+        let [x0, y0, _, _, _, a, b, gx, gy] = std::array::from_fn(|i| at[i] as f32);
+        let (s1, c1) = (libm::sin(at[2]) as f32, libm::cos(at[2]) as f32);
+        let (s2, c2) = (libm::sin(at[3]) as f32, libm::cos(at[3]) as f32);
+        let inverse_s = log_s.map(|log_s| libm::exp(-log_s) as f32);
+        let mut sums = [[[0.0; LANES]; 3]; 3];
+        let mut rows: [Row; 3] = Default::default();
+        for start in (0..pixels.x.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(pixels.x.len());
+            let [r1, r2, r3] = rows.each_mut().map(|row| row.0.as_flattened_mut());
+            let places = pixels.x[start..end].iter().zip(&pixels.y[start..end]);
+            let seen = pixels.value[start..end].iter().zip(&pixels.weight[start..end]);
+            let out = r1.iter_mut().zip(r2).zip(r3.iter_mut());
+            for (((x, y), (value, weight)), ((r1, r2), r3)) in places.zip(seen).zip(out) {
+                let (dx, dy) = (x - x0, y - y0);
+                let d1 = (dy * c1 - dx * s1) * inverse_s[0];
+                let d2 = (dy * c2 - dx * s2) * inverse_s[1];
+                let (e1, bell1) = erf(d1);
+                let (e2, bell2) = erf(d2);
+                let light = (1.0 + gx * dx + gy * dy) * weight;
+                let scaled = -light * a * std::f32::consts::FRAC_2_SQRT_PI;
+                *r1 = scaled * bell1 * e2 * d1;
+                *r2 = scaled * e1 * bell2 * d2;
+                *r3 = value * weight - (b + a * e1 * e2) * light;
+            }
+            add_products(&rows, &rows, end - start, &mut sums);
+        }
+        let [[n11, ..], [n12, n22, _], [g1, g2, _]] = sums.map(|row| row.map(total));
+        let determinant = (n11 * n22 - n12 * n12).max(1e-9);
+        [(n22 * g1 - n12 * g2) / determinant, (n11 * g2 - n12 * g1) / determinant]
     }
 }
 
