@@ -213,7 +213,6 @@ impl CircleSearch {
                 .and_then(|at| Some((at, axes(lattice, lattice.nodes()[index], at)?)));
             let Some((at, (u, v))) = axes.filter(|_| tried < MOST_OUTLINES) else { continue };
             let steps = Matrix2::new(u[0], v[0], u[1], v[1]).map(f64::from);
-            let Some(circle_from_px) = steps.try_inverse() else { continue };
             tried += 1;
             let fit = self.fit(image, halved, at).filter(|fit| {
                 let circles = (fit.to_circle() * steps).determinant().abs().sqrt();
@@ -221,8 +220,7 @@ impl CircleSearch {
             });
             if let Some(fit) = fit {
                 alike += 1;
-                let [along, all] = fit.fourth_harmonic(image, &circle_from_px, &mut self.pixels);
-                sums = [sums[0] + along, sums[1] + all];
+                fit.add_fourth_harmonic(image, &steps, &mut sums, &mut self.pixels);
             }
         }
         LOST_SHARE_OF_PART * (tried - alike) <= tried && !is_square(sums)
@@ -248,40 +246,32 @@ impl CircleSearch {
         }
         let partial =
             |found: usize| Miss::PartialBoard { found, wanted, size: [0; 2], cut_off_by: None };
-        let is_enough =
-            |found: usize| found >= LEAST_CIRCLES && LOST_SHARE * (tried - found) <= tried;
         let points_m = board.corners_in_board_m();
         let image_size = ImageSize::of(image);
         // Partly covered circles are found by their shape, known from the others.
         let mut centres = Vec::new();
-        let mut found = fits.iter().flatten().count();
-        for _ in 0..2 {
-            if !is_enough(found) {
+        let mut before = usize::MAX;
+        let found = loop {
+            let found = fits.iter().flatten().count();
+            if found < LEAST_CIRCLES || LOST_SHARE * (tried - found) > tried {
                 return Err(partial(found));
             }
+            if found == before {
+                break found;
+            }
+            before = found;
             centres = true_centres(&points_m, board.measured_m(), &fits, image_size)
                 .ok_or(Miss::NoBoard)?;
             for (fit, centre) in fits.iter_mut().zip(&centres) {
                 *fit = fit.take().filter(|fit| is_like(fit, &centre.px_from_circle));
             }
-            let before = std::mem::replace(&mut found, fits.iter().flatten().count());
-            if found == before {
-                break;
-            }
+        };
+        let mut sums = [0.0, 1e-9];
+        for (fit, centre) in fits.iter().zip(&centres) {
+            let Some(fit) = fit else { continue };
+            fit.add_fourth_harmonic(image, &centre.px_from_circle, &mut sums, &mut self.pixels);
         }
-        if !is_enough(found) {
-            return Err(partial(found));
-        }
-        let [along, all] =
-            fits.iter().zip(&centres).fold([0.0, 1e-9], |[along, all], (fit, centre)| {
-                let inverse = centre.px_from_circle.try_inverse();
-                let sums = fit.as_ref().zip(inverse);
-                let [one, other] = sums.map_or([0.0; 2], |(fit, map)| {
-                    fit.fourth_harmonic(image, &map, &mut self.pixels)
-                });
-                [along + one, all + other]
-            });
-        if is_square([along, all]) {
+        if is_square(sums) {
             return Err(Miss::NoBoard);
         }
         let median = |of: &dyn Fn(&DiscFit) -> f64| {
@@ -323,7 +313,7 @@ fn is_like(fit: &DiscFit, px_from_circle: &Matrix2<f64>) -> bool {
     (turned.transpose() * turned - Matrix2::identity()).amax() < UNLIKE
 }
 
-/// True if outlines with the given sums of [`DiscFit::fourth_harmonic`] are squares.
+/// True if outlines with the given sums of [`DiscFit::add_fourth_harmonic`] are squares.
 fn is_square([along, all]: [f64; 2]) -> bool {
     (along / all).abs() > MOST_SQUARE
 }

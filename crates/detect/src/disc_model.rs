@@ -79,15 +79,17 @@ impl DiscFit {
         self
     }
 
-    /// Sums, over the pixels near the outline, of the residual times the fourth harmonic of the
-    /// angle on the board, and of that harmonic's square. The residual is a displacement of the
+    /// Adds to `sums`, over the pixels near the outline, the residual times the fourth harmonic of
+    /// the angle on the board, and that harmonic's square. The residual is a displacement of the
     /// outline in radii. A square has a fourth harmonic, a circle has none.
-    pub(super) fn fourth_harmonic(
+    pub(super) fn add_fourth_harmonic(
         &self,
         image: &GrayImage,
-        circle_from_px: &Matrix2<f64>,
+        px_from_board: &Matrix2<f64>,
+        sums: &mut [f64; 2],
         scratch: &mut Pixels,
-    ) -> [f64; 2] {
+    ) {
+        let Some(board_from_px) = px_from_board.try_inverse() else { return };
         let centre = self.centre.px;
         scratch.gather(
             image,
@@ -95,15 +97,13 @@ impl DiscFit {
             &self.to_circle(),
             (REACH_RADII, step_px(&self.to_circle())),
         );
-        let mut sums = [0.0; 2];
         for (v, residual, by_radius) in scratch.displacements(image, &self.at) {
-            let on_board = circle_from_px * v;
+            let on_board = board_from_px * v;
             let cosine2 = on_board.x * on_board.x / on_board.norm_squared().max(1e-12);
             let harmonic = by_radius * (8.0 * cosine2 * (cosine2 - 1.0) + 1.0);
             sums[0] += residual * harmonic;
             sums[1] += harmonic * harmonic;
         }
-        sums
     }
 }
 

@@ -121,11 +121,8 @@ impl Pixels {
     pub(super) fn noise(&mut self, image: &GrayImage, at: &Vector) -> Option<f64> {
         simd::widest(Subtracting(self, image, at));
         let Self { x, y, residuals, by_x, by_y, blocks, count, reach_px, .. } = self;
-        let changes = by_x.iter().zip(by_y.iter()).zip(residuals.iter());
-        let pixels = x.iter().zip(y.iter()).zip(changes).take(*count);
-        let pixels =
-            pixels.map(|((x, y), ((by_x, by_y), residual))| ([*x, *y], [*by_x, *by_y], *residual));
-        blocks.noise(([at[0], at[1]], *reach_px), pixels, true)
+        let rows = [&x[..*count], y, by_x, by_y, residuals];
+        blocks.noise(([at[0], at[1]], *reach_px), rows, true)
     }
 }
 

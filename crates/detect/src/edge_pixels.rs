@@ -105,11 +105,8 @@ impl Pixels {
         }
         simd::widest(Subtracting(self, image, patch, at));
         let Self { x, y, residuals, by_x, by_y, blocks, count, .. } = self;
-        let changes = by_x.iter().zip(by_y.iter()).zip(residuals.iter());
-        let pixels = x.iter().zip(y.iter()).zip(changes).take(*count);
-        let pixels =
-            pixels.map(|((x, y), ((by_x, by_y), residual))| ([*x, *y], [*by_x, *by_y], *residual));
-        blocks.noise(([at[0], at[1]], RADIUS_LIMIT_PX), pixels, is_even)
+        let rows = [&x[..*count], y, by_x, by_y, residuals];
+        blocks.noise(([at[0], at[1]], RADIUS_LIMIT_PX), rows, is_even)
     }
 
     /// Gauss–Newton step of the logarithms of the blur of the two edges, all other parameters held.

@@ -8,13 +8,20 @@ use super::simd;
 /// source.
 pub(super) fn double(source: &GrayImage, into: &mut GrayImage) {
     let (width, height) = source.dimensions();
-    let mut raw = std::mem::take(into).into_raw();
-    raw.resize(4 * source.len(), 0);
-    if !raw.is_empty() {
-        simd::widest(Doubling(source.as_raw(), width as usize, &mut raw));
+    refill(into, [2 * width, 2 * height], |pixels| {
+        simd::widest(Doubling(source.as_raw(), width as usize, pixels));
+    });
+}
+
+/// Resizes `into`, and lets `fill` set its pixels, if any.
+fn refill(into: &mut GrayImage, [width, height]: [u32; 2], fill: impl FnOnce(&mut [u8])) {
+    let mut pixels = std::mem::take(into).into_raw();
+    pixels.resize(width as usize * height as usize, 0);
+    if !pixels.is_empty() {
+        fill(&mut pixels);
     }
-    // The buffer has exactly this size.
-    *into = GrayImage::from_raw(2 * width, 2 * height, raw).unwrap_or_default();
+    // The buffer has exactly this size, so the default is never used.
+    *into = GrayImage::from_raw(width, height, pixels).unwrap_or_default();
 }
 
 /// Pixels, width, and doubled pixels.
@@ -120,19 +127,12 @@ impl Halved {
 
 /// [`halve`] for a part of a picture, which must lie inside it.
 pub(super) fn halve_part(source: &GrayImage, part: &Part, into: &mut GrayImage) {
-    let (width, height) = (part.width / 2, part.height / 2);
     let row_bytes = source.width() as usize;
-    let mut pixels = std::mem::take(into).into_raw();
-    pixels.resize(width as usize * height as usize, 0);
-    let raw = source.as_raw();
-    if pixels.is_empty() {
-        *into = GrayImage::new(width, height);
-        return;
-    }
     let first = part.top as usize * row_bytes + part.left as usize;
-    simd::widest(Halving(&raw[first..], row_bytes, width as usize, &mut pixels));
-    // The buffer has exactly this size, so the default is never used.
-    *into = GrayImage::from_raw(width, height, pixels).unwrap_or_default();
+    let [width, height] = [part.width / 2, part.height / 2];
+    refill(into, [width, height], |pixels| {
+        simd::widest(Halving(&source.as_raw()[first..], row_bytes, width as usize, pixels));
+    });
 }
 
 /// Pixels from the part's first on, pixels in a row, width of the half, and its pixels.
@@ -173,49 +173,40 @@ pub(super) fn negate(source: &GrayImage, into: &mut GrayImage) {
 /// squares of one colour again where light has spread into the dark squares, or dark into the light
 /// ones.
 pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {
-    let (width, height) = (source.width() as usize, source.height() as usize);
-    let mut pixels = std::mem::take(into).into_raw();
-    pixels.resize(width * height, 0);
-    rows.resize(width * height, 0);
-    if !pixels.is_empty() {
-        simd::widest(Growing(source.as_raw(), width, what, rows, &mut pixels));
-    }
-    *into = GrayImage::from_raw(source.width(), source.height(), pixels).unwrap_or_default();
+    rows.resize(source.len(), 0);
+    refill(into, source.dimensions().into(), |pixels| match what {
+        Grow::Dark => simd::widest(Growing(source, u8::min, rows, pixels)),
+        Grow::Light => simd::widest(Growing(source, u8::max, rows, pixels)),
+    });
 }
 
-/// Pixels, width, colour, extremes of three pixels in a row, and grown pixels.
-struct Growing<'a>(&'a [u8], usize, Grow, &'a mut [u8], &'a mut [u8]);
+/// Picture, extreme of two levels, extremes of three pixels in a row, and grown pixels.
+struct Growing<'a, Of>(&'a GrayImage, Of, &'a mut [u8], &'a mut [u8]);
 
-impl simd::Loop for Growing<'_> {
+impl<Of: Fn(u8, u8) -> u8> simd::Loop for Growing<'_, Of> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        match self.2 {
-            Grow::Dark => extremes(self, u8::min),
-            Grow::Light => extremes(self, u8::max),
+        let Self(source, of, rows, into) = self;
+        let width = source.width() as usize;
+        let lines = source.as_raw().chunks_exact(width);
+        for (line, out) in lines.zip(rows.chunks_exact_mut(width)) {
+            out.copy_from_slice(line);
+            for (out, next) in out.iter_mut().zip(&line[1..]) {
+                *out = of(*out, *next);
+            }
+            for (out, before) in out.iter_mut().skip(1).zip(line) {
+                *out = of(*out, *before);
+            }
         }
-    }
-}
-
-#[inline(always)]
-fn extremes(growing: Growing<'_>, of: impl Fn(u8, u8) -> u8) {
-    let Growing(raw, width, _, rows, into) = growing;
-    for (line, out) in raw.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
-        out.copy_from_slice(line);
-        for (out, next) in out.iter_mut().zip(&line[1..]) {
-            *out = of(*out, *next);
+        into.copy_from_slice(rows);
+        for (out, below) in into.iter_mut().zip(rows.iter().skip(width)) {
+            *out = of(*out, *below);
         }
-        for (out, before) in out.iter_mut().skip(1).zip(line) {
-            *out = of(*out, *before);
+        for (out, above) in into.iter_mut().skip(width).zip(rows.iter()) {
+            *out = of(*out, *above);
         }
-    }
-    into.copy_from_slice(rows);
-    for (out, below) in into.iter_mut().zip(rows.iter().skip(width)) {
-        *out = of(*out, *below);
-    }
-    for (out, above) in into.iter_mut().skip(width).zip(rows.iter()) {
-        *out = of(*out, *above);
     }
 }
 

@@ -36,8 +36,8 @@ struct Block {
 
 impl Blocks {
     /// Variance of white noise with the same effect on a point at the offset `at` as the residuals.
-    /// `pixels` are at whole offsets up to `reach_px`, each with the derivative of the brightness by
-    /// the point's position, and the residual. `None` if undetermined.
+    /// Pixels are at whole offsets `x` and `y` up to `reach_px`, each with the derivative of the
+    /// brightness by the point's position, and the residual. `None` if undetermined.
     ///
     /// The models of corners and discs are even about the point. So if a fit `is_even`, a block and
     /// its mirror image are merged: even residuals, such as halos or the blur of a disc, can't move
@@ -45,7 +45,7 @@ impl Blocks {
     pub(super) fn noise(
         &mut self,
         (at, reach_px): ([f64; 2], i32),
-        pixels: impl Iterator<Item = ([f32; 2], [f32; 2], f32)>,
+        [x, y, by_x, by_y, residuals]: [&[f32]; 5],
         is_even: bool,
     ) -> Option<f64> {
         let whole = |px: f64| {
@@ -63,15 +63,16 @@ impl Blocks {
         }
         // Neighbours are mostly in one block.
         let (mut last, mut sums) = (0, self.sums[0]);
-        for ([x, y], [by_x, by_y], residual) in pixels {
+        let changes = by_x.iter().zip(by_y).zip(residuals);
+        for ((x, y), ((by_x, by_y), residual)) in x.iter().zip(y).zip(changes) {
             let place = |axis: usize, px: f32| self.places[axis][(px as i32 + reach_px) as usize];
-            let at = place(1, y) * side + place(0, x);
+            let at = place(1, *y) * side + place(0, *x);
             if at != last {
                 self.sums[last] = sums;
                 (last, sums) = (at, self.sums[at]);
             }
-            let change = Vector2::new(f64::from(by_x), f64::from(by_y));
-            sums.moves += change * f64::from(residual);
+            let change = Vector2::new(f64::from(*by_x), f64::from(*by_y));
+            sums.moves += change * f64::from(*residual);
             sums.information += change * change.transpose();
         }
         self.sums[last] = sums;
