@@ -161,6 +161,8 @@ mod tests {
         let seen = |is_board| reason(&dim, (None, is_board), 1.0, &mut Vec::new());
         assert_eq!(seen(false), None);
         assert!(matches!(seen(true), Some(Miss::LowContrast { .. })), "{:?}", seen(true));
+        dim.iter_mut().for_each(|level| *level += 130);
+        assert_eq!(reason(&dim, (None, true), 1.0, &mut Vec::new()), None, "white, but pale");
     }
 
     #[test]

@@ -130,3 +130,15 @@ fn three_by_three_corners_need_a_rim() {
     found(&squares([4, 4], 40, WHITE), "3x3").expect("a board with its white");
     found(&squares([4, 4], 40, 125), "3x3").expect_err("a chequered card");
 }
+
+/// A sheet as light as paper over the end of the middle rows leaves squares above and below.
+#[test]
+fn a_board_under_a_white_sheet_is_not_a_smaller_one() {
+    let mut picture = squares([10, 7], 40, WHITE);
+    for (x, y, level) in picture.enumerate_pixels_mut() {
+        let is_under = (411..640).contains(&x) && (123..297).contains(&y);
+        level.0[0] = if is_under { WHITE } else { level.0[0] };
+    }
+    let reason = found(&picture, "9x6").expect_err("covered");
+    assert!(matches!(reason, Miss::PartialBoard { cut_off_by: None, .. }), "{reason:?}");
+}
