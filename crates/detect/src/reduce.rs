@@ -173,25 +173,24 @@ pub(super) fn negate(source: &GrayImage, into: &mut GrayImage) {
 /// squares of one colour again where light has spread into the dark squares, or dark into the light
 /// ones.
 pub(super) fn grow(source: &GrayImage, what: Grow, rows: &mut Vec<u8>, into: &mut GrayImage) {
-    rows.resize(source.len(), 0);
+    let (raw, width) = (source.as_raw(), source.width() as usize);
+    rows.resize(raw.len(), 0);
     refill(into, source.dimensions().into(), |pixels| match what {
-        Grow::Dark => simd::widest(Growing(source, u8::min, rows, pixels)),
-        Grow::Light => simd::widest(Growing(source, u8::max, rows, pixels)),
+        Grow::Dark => simd::widest(Growing(raw, width, u8::min, rows, pixels)),
+        Grow::Light => simd::widest(Growing(raw, width, u8::max, rows, pixels)),
     });
 }
 
-/// Picture, extreme of two levels, extremes of three pixels in a row, and grown pixels.
-struct Growing<'a, Of>(&'a GrayImage, Of, &'a mut [u8], &'a mut [u8]);
+/// Pixels, width, extreme of two levels, extremes of three pixels in a row, and grown pixels.
+struct Growing<'a, Of>(&'a [u8], usize, Of, &'a mut [u8], &'a mut [u8]);
 
 impl<Of: Fn(u8, u8) -> u8> simd::Loop for Growing<'_, Of> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self(source, of, rows, into) = self;
-        let width = source.width() as usize;
-        let lines = source.as_raw().chunks_exact(width);
-        for (line, out) in lines.zip(rows.chunks_exact_mut(width)) {
+        let Self(raw, width, of, rows, into) = self;
+        for (line, out) in raw.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
             out.copy_from_slice(line);
             for (out, next) in out.iter_mut().zip(&line[1..]) {
                 *out = of(*out, *next);
