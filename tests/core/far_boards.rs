@@ -95,7 +95,7 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 #[test]
 fn a_small_board_reaches_about_what_was_announced() {
     let sessions: u64 =
-        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(2);
+        std::env::var("BORESIGHT_SESSIONS").ok().and_then(|n| n.parse().ok()).unwrap_or(4);
     for f_to_width in [1.0, 2.5] {
         for fill in [0.05, 0.15, 0.30] {
             let far = Far { fill, f_to_width };
