@@ -8,7 +8,7 @@ use super::{guide, guide_rig::Guide};
 use boresight_app::{Exit, Opening, REPORT_FILE, session::rig_run::RigRun, window::desktop};
 use boresight_present::text;
 use boresight_run::{config::Config, pipeline::Onlookers};
-use boresight_terminal::{announcer, say};
+use boresight_terminal::{announcer, operation::Operation, say};
 
 /// Try a guided session in half a minute: no camera, no board, no display needed.
 ///
@@ -58,7 +58,8 @@ impl Arguments {
             say(text::demo::BEGINNING_RIG);
             let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
             let run = if self.fast { run.fast() } else { run };
-            let guide = |announcer| Guide { announcer, voice: None, as_json: self.json };
+            let (operation, as_json) = (Operation::default(), self.json);
+            let guide = |announcer| Guide { announcer, voice: None, operation, as_json };
             #[cfg(feature = "window")]
             if self.window {
                 return guide(announcer().from_behind()).in_window(run);

@@ -140,12 +140,12 @@ impl Arguments {
                 {
                     let announcer = self.beside.announcer_of_rig();
                     let run = given.open(&opening, &announcer)?;
-                    return Guide { announcer, voice, as_json }.in_window(run);
+                    return Guide { announcer, voice, operation, as_json }.in_window(run);
                 }
             }
             let announcer = self.beside.for_person(announcer());
             let run = given.open(&opening, &announcer)?;
-            return Guide { announcer, voice, as_json }.in_terminal(run);
+            return Guide { announcer, voice, operation, as_json }.in_terminal(run);
         }
         if self.opens_window() {
             #[cfg(feature = "window")]

@@ -16,7 +16,7 @@ use boresight_app::{
 };
 use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
-use boresight_terminal::{print, say, stop_flag, usage::WrongUsage};
+use boresight_terminal::{operation::Operation, print, say, stop_flag, usage::WrongUsage};
 #[cfg(feature = "window")]
 use {boresight_app::window::host::RigOpened, boresight_window::rig_window::run_rig};
 
@@ -77,6 +77,7 @@ impl Given<'_> {
 pub(super) struct Guide {
     pub(super) announcer: Announcer,
     pub(super) voice: Option<Voice>,
+    pub(super) operation: Operation,
     pub(super) as_json: bool,
 }
 
@@ -120,7 +121,10 @@ impl Guide {
                 speak(sentence, sentence);
             }
         };
-        guide_rig(run, hand, &self.announcer, speak, each)
+        let folder = run.folder().to_owned();
+        let ended = guide_rig(run, hand, &self.announcer, speak, each)?;
+        self.operation.rig_ended(&folder, ended.grade);
+        Ok(ended)
     }
 
     fn print(&self, ended: &RigEnded) -> anyhow::Result<()> {

@@ -86,8 +86,11 @@ fn a_board_that_rests_where_two_cameras_see_it_gives_their_places() {
     let folder = tempfile::tempdir().expect("folder");
     let folder = folder.path();
     films(folder);
-    let guided = boresight(folder, &GUIDE);
+    let note = "echo $BORESIGHT_VERDICT, $BORESIGHT_RESULT, $BORESIGHT_SESSION > note";
+    let guided = boresight(folder, &[&GUIDE[..], &["--on-finish", note]].concat());
     says(&guided, guided.code, &["Taken: place 8, seen by left, right", "left to right: "]);
+    let noted = std::fs::read_to_string(folder.join("note")).expect("a note");
+    assert!(noted.ends_with(", rig/rig.json, rig\n") && !noted.starts_with("none"), "{noted}");
     let text = std::fs::read_to_string(folder.join("rig/rig.json")).expect("a rig");
     let pair = &json(&text)["pairs"][0];
     let number = |key: &str| pair[key].as_f64().expect("a number");

@@ -38,4 +38,14 @@ impl Grade {
             Verdict::Untrustworthy => Self::NotTrustworthy,
         }
     }
+
+    /// Name for programs.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Care => "care",
+            Self::Unfinished => "unfinished",
+            Self::NotTrustworthy => "untrustworthy",
+        }
+    }
 }

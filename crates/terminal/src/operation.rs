@@ -16,11 +16,14 @@ use serde_json::{Value, json};
 
 use crate::{announcer, is_json, log, log_as_json, log_to, say};
 use boresight_app::{
-    RESULT_FILE, SessionMetrics, session::run::Concluded, state_topic, verdict_name,
+    RESULT_FILE, SessionMetrics,
+    session::{rig_guide::RIG_RESULT, run::Concluded},
+    state_topic, verdict_name,
 };
 use boresight_files::{Links, Overwrite, Scratch, TEXT_LIMIT, may_save, read};
 use boresight_formats::CalibrationFile;
 use boresight_guide::session::{Outcome, Snapshot};
+use boresight_present::grade::Grade;
 use boresight_run::pipeline::{Onlooker, Onlookers};
 
 /// How events are written on stderr.
@@ -67,9 +70,7 @@ pub struct OperationArguments {
 impl OperationArguments {
     /// Requested output that only a session of one camera has.
     pub fn of_one_camera(&self) -> Option<&'static str> {
-        if self.on_finish.is_some() {
-            Some("--on-finish")
-        } else if self.metrics.is_some() {
+        if self.metrics.is_some() {
             Some("--metrics")
         } else {
             self.ros2_state.then_some("--ros2-state")
@@ -118,11 +119,21 @@ impl Operation {
 
     /// Notes the end of the session in `folder`, with the result.
     pub fn ended(&self, folder: &Path, result: &CalibrationFile) {
-        let (verdict, file) = (verdict_name(result), folder.join(RESULT_FILE));
-        log("end", || json!({ "verdict": verdict, "session": folder, "result": file }));
         if let Some(metrics) = &self.metrics {
             metrics.concluded(result);
         }
+        self.finish(folder, RESULT_FILE, verdict_name(result));
+    }
+
+    /// Notes the end of several cameras' session in `folder`; no grade without a rig.
+    pub fn rig_ended(&self, folder: &Path, grade: Option<Grade>) {
+        self.finish(folder, RIG_RESULT, grade.map_or("none", Grade::code));
+    }
+
+    /// Logs the end, and starts the command of `--on-finish`.
+    fn finish(&self, folder: &Path, result: &str, verdict: &'static str) {
+        let file = folder.join(result);
+        log("end", || json!({ "verdict": verdict, "session": folder, "result": file }));
         if let Some(on_finish) = &self.on_finish {
             on_finish.start(
                 vec![

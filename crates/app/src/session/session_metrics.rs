@@ -16,6 +16,7 @@ use boresight_guide::{
     guidance::Progress,
     session::{Snapshot, Stream},
 };
+use boresight_present::grade::Grade;
 use boresight_run::pipeline::{CommandLink, Onlooker};
 
 /// Time between two writings of the file.
@@ -100,12 +101,8 @@ impl Drop for SessionMetrics {
 /// The verdict on a session's result, for programs: `good`, `care`, `unfinished`, `untrustworthy`,
 /// or `none` without a calibration.
 pub fn verdict_name(result: &CalibrationFile) -> &'static str {
-    match result.known_verdict() {
-        _ if result.result.is_none() => "none",
-        None => "none",
-        Some(_) if result.is_unfinished() => "unfinished",
-        Some(verdict) => verdict.code(),
-    }
+    let has_verdict = result.result.is_some() && result.known_verdict().is_some();
+    if has_verdict { Grade::of_file(result).code() } else { "none" }
 }
 
 impl Watched {
