@@ -52,9 +52,10 @@ run: setup-run
 study: setup-study
 	cargo run --release -p boresight-lab -- $(ARGS)
 
+# Two tests a core: many wait for a process, a stream or a disk.
 test: PACKAGES += $(WINDOW_PACKAGES) $(VIDEO_PACKAGES) $(RTSP_PACKAGES) $(CAMERA_PACKAGES) $(VM_PACKAGES)
 test: setup-test msrv lint surface-check features wasm doc
-	cargo test $(TESTED)
+	RUST_TEST_THREADS=$${RUST_TEST_THREADS:-$$((2 * $$(nproc)))} cargo test $(TESTED)
 	tests/vm/if_changed.sh $(TESTED)
 
 # The camera on the kernel's own drivers, in a small virtual machine; needs neither root nor KVM.
