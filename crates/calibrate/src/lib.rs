@@ -142,6 +142,7 @@ pub use solve::{
     common_error,
     free_homography::{self, FreeHomographies},
     gram,
+    initial_guess::ALIKE_WIDTHS,
     model_choice::ModelFit,
     zhang,
 };

@@ -17,7 +17,7 @@ use boresight_geometry::{
 const NOISE_FLOOR_PX: f64 = 1e-3;
 /// Root mean square difference of two views' corners below which both count once, as a fraction of
 /// the picture's width: 13 px at 1280.
-const ALIKE: f64 = 0.01;
+pub const ALIKE_WIDTHS: f64 = 0.01;
 /// Ratio of minor to major extent of the corners below which the board is edge-on.
 const THINNEST: f64 = 0.01;
 
@@ -177,7 +177,7 @@ pub(crate) fn alike_views(
     board: &Board,
     image_size: ImageSize,
 ) -> (Vec<usize>, Vec<usize>) {
-    first_alike(views, board, ALIKE * f64::from(image_size.width_px))
+    first_alike(views, board, ALIKE_WIDTHS * f64::from(image_size.width_px))
 }
 
 /// Indices of views that differ from all earlier distinct ones by `limit_px` or more (root mean

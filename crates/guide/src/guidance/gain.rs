@@ -16,7 +16,7 @@ use super::{
     view::{LensEstimate, View},
     wanted_pose::planned_poses,
 };
-use boresight_calibrate::common_error::places_on_board;
+use boresight_calibrate::{ALIKE_WIDTHS, common_error::places_on_board};
 use boresight_geometry::{Corner, boards::Board, fit_pose};
 
 /// Share of the best pose's gain needed by a frame at first …
@@ -46,9 +46,6 @@ pub(crate) fn is_enough(worth: f64, wanted: f64) -> bool {
 /// Distance of corners from an accepted view's, in picture widths, above which most of their
 /// information is new.
 const NEW_WIDTHS: f64 = 0.03;
-
-/// The same distance below which a calibration counts two views as one.
-const ALIKE_WIDTHS: f64 = 0.01;
 
 /// Share of new information in a view beside the `accepted` views. Errors of board and lens outside
 /// the models, such as a bend or a fold, are the same in similar views. 1 without any.
