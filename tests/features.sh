@@ -21,8 +21,8 @@ limit() {
 # What a user of one crate gets.
 limit 31 "geometry" -p boresight-geometry
 limit 39 "detect" -p boresight-detect
-limit 33 "calibrate" -p boresight-calibrate
-limit 53 "formats" -p boresight-formats
+limit 36 "calibrate" -p boresight-calibrate
+limit 56 "formats" -p boresight-formats
 limit 40 "guide" -p boresight-guide
 # With tar and filetime, which pack what a bug report needs, and the decoders of TIFF and WebP.
 limit 116 "the program's core" --no-default-features

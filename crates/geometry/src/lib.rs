@@ -79,6 +79,7 @@ mod principal_line;
 mod principal_point;
 mod rig;
 mod ring;
+#[cfg(feature = "simd")]
 #[doc(hidden)]
 pub mod simd;
 
