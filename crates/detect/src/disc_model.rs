@@ -90,13 +90,9 @@ impl DiscFit {
         scratch: &mut Pixels,
     ) {
         let Some(board_from_px) = px_from_board.try_inverse() else { return };
-        let centre = self.centre.px;
-        scratch.gather(
-            image,
-            [centre.x, centre.y],
-            &self.to_circle(),
-            (REACH_RADII, step_px(&self.to_circle())),
-        );
+        let (centre, to_circle) = (self.centre.px, self.to_circle());
+        let step_px = step_px(&to_circle);
+        scratch.gather(image, [centre.x, centre.y], &to_circle, (REACH_RADII, step_px));
         for (v, residual, by_radius) in scratch.displacements(image, &self.at) {
             let on_board = board_from_px * v;
             let cosine2 = on_board.x * on_board.x / on_board.norm_squared().max(1e-12);

@@ -2,7 +2,7 @@
 
 /// Plain loop that gains from wide vectors.
 ///
-/// `run` and everything it calls must be `#[inline(always)]`, or it's compiled for the baseline
+/// A function in the loop without `#[inline(always)]`, `run` included, is compiled for the baseline
 /// processor. Hence the trait: closures can't be marked.
 pub trait Loop {
     type Output;

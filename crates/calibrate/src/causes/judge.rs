@@ -274,15 +274,15 @@ impl Judge<'_> {
             .filter(|it| predicts(it))
             .max_by(|a, b| a.gain.sum.total_cmp(&b.gain.sum))
             .filter(|best| course.is_none() || best.kind.row().family != Family::Focus);
-        let hides_shutter = self.hides_shutter();
         let rivals = |best: &Evidence| -> Vec<Kind> {
-            let is_led = |it: &Evidence| {
-                it.gain.sum <= PREDICTED
-                    || Gain::between(&best.gains, &it.gains).sigmas >= LEAD_SIGMAS
+            let hides_shutter = self.hides_shutter();
+            let is_close = |it: &Evidence| {
+                it.gain.sum > PREDICTED
+                    && Gain::between(&best.gains, &it.gains).sigmas < LEAD_SIGMAS
             };
             let is_rival = |it: &&Evidence| {
                 let is_hidden = hides_shutter && it.kind == Kind::RollingShutter;
-                it.kind.row().family != best.kind.row().family && (is_hidden || !is_led(it))
+                it.kind.row().family != best.kind.row().family && (is_hidden || is_close(it))
             };
             effects.iter().filter(is_rival).map(|it| it.kind).collect()
         };

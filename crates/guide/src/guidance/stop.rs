@@ -235,13 +235,12 @@ mod tests {
     #[test]
     fn a_goal_replaces_both_standard_deviations() {
         let params = GuidanceParams::default();
-        let precise = PRECISE;
-        assert!(precise.is_reached(&params));
-        assert!(!Precision { goal_excess: Some(1.01), ..precise }.is_reached(&params));
-        let coarse = Precision { pp_sigma_px: 5.0, goal_excess: Some(0.9), ..precise };
+        assert!(PRECISE.is_reached(&params));
+        assert!(!Precision { goal_excess: Some(1.01), ..PRECISE }.is_reached(&params));
+        let coarse = Precision { pp_sigma_px: 5.0, goal_excess: Some(0.9), ..PRECISE };
         assert!(coarse.is_reached(&params));
         // A length that doesn't fit into the picture.
-        assert!(!Precision { goal_excess: Some(f64::INFINITY), ..precise }.is_reached(&params));
+        assert!(!Precision { goal_excess: Some(f64::INFINITY), ..PRECISE }.is_reached(&params));
     }
 
     #[test]

@@ -291,17 +291,19 @@ impl Session {
             return Err(Refusal::NotCollecting);
         }
         let derived = &self.derived;
-        let role = role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance);
-        let is_copy = || is_copy(view, &derived.measured, self.width_px());
-        let (role, share) = match role {
+        let (role, share) = if self.ground.led_to().is_some() {
             // A rig needs places of the board, not directions of one camera's lines.
-            _ if self.ground.led_to().is_some() => (Role::NewDirection, 1.0),
-            Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad })
-                if kind == FrameKind::Video && !is_copy() =>
-            {
-                (Role::Further, (nearest_rad / wanted_rad).powi(2))
+            (Role::NewDirection, 1.0)
+        } else {
+            let is_copy = || is_copy(view, &derived.measured, self.width_px());
+            match role_of(view, &derived.measured, &derived.lens_estimate, &self.setup.guidance) {
+                Err(Refusal::AlreadyCovered { nearest_rad, wanted_rad })
+                    if kind == FrameKind::Video && !is_copy() =>
+                {
+                    (Role::Further, (nearest_rad / wanted_rad).powi(2))
+                }
+                role => (role?, 1.0),
             }
-            role => (role?, 1.0),
         };
         let gain = self.gain(view, true);
         // A photograph was chosen by the person, and comes only once.
