@@ -190,8 +190,11 @@ test-consumers: setup-test-consumers
 	$(TARGET)/consumers-debian/bin/pip install --quiet --no-deps --ignore-installed $(NERFSTUDIO)
 	$(TARGET)/consumers-debian/bin/python tests/consumers/every_format.py --boresight $(TARGET)/release/boresight --session fixtures/recordings/v1/good
 	$(PYTHON) -m venv $(TARGET)/consumers-test
-	$(TARGET)/consumers-test/bin/pip install --quiet numpy opencv-python-headless PyYAML pycolmap open3d
+	$(TARGET)/consumers-test/bin/pip install --quiet numpy opencv-python-headless PyYAML pycolmap open3d aniposelib yourdfpy
 	$(TARGET)/consumers-test/bin/python tests/consumers/every_format.py --boresight $(TARGET)/release/boresight
+	rm -rf $(TARGET)/consumers-rig
+	$(TARGET)/release/boresight demo --rig --fast --no-open --out $(TARGET)/consumers-rig
+	$(TARGET)/consumers-test/bin/python tests/consumers/rigs.py $(TARGET)/consumers-rig/rig.json --boresight $(TARGET)/release/boresight
 
 # 500 sessions by one runner, by two that share a folder, and by one that's killed; 1,000 items in a process pool, on Dask
 # and on Ray; a job array under Slurm, whose only node is this computer. Not part of `make test`: it takes long.

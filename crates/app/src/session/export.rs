@@ -236,7 +236,7 @@ fn of_rig(rig: &RigFile, format: Format, name: Option<&str>) -> anyhow::Result<S
     match format {
         Format::Rig(format) => {
             let cannot = || format!("{} can't hold this rig", format.label());
-            let Some(name) = name.filter(|_| format == RigFormat::OpencvStereo) else {
+            let Some(name) = name.filter(|_| format.is_of_two()) else {
                 return format.write(&all).with_context(cannot);
             };
             let of = name.split_once(',');

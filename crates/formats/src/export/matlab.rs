@@ -13,6 +13,15 @@ use super::{Coefficients, ExportedCamera, NotExpressible, number::number, number
 /// [`NotExpressible`] for rational and fisheye lenses: MATLAB's `fisheyeIntrinsics` has another
 /// model.
 pub fn matlab_script(exported: &ExportedCamera<'_>) -> Result<String, NotExpressible> {
+    script(exported, "")
+}
+
+/// The script with `of` behind the name of each variable.
+///
+/// # Errors
+///
+/// As [`matlab_script`].
+pub(super) fn script(exported: &ExportedCamera<'_>, of: &str) -> Result<String, NotExpressible> {
     let [fx, fy, cx, cy] = exported.intrinsics();
     let [k1, k2, p1, p2, k3] = match exported.coefficients() {
         Coefficients::None => [0.0; 5],
@@ -24,19 +33,20 @@ pub fn matlab_script(exported: &ExportedCamera<'_>) -> Result<String, NotExpress
     let mut script = String::new();
     // Writing to a string cannot fail.
     let _ = writeln!(script, "% Camera {}. Pixels are counted from 1.", exported.plain_name());
-    let _ = writeln!(script, "focal_length = [{}];", numbers(&[fx, fy]));
-    let _ = writeln!(script, "principal_point = [{}];", numbers(&[cx + 1.0, cy + 1.0]));
-    let _ = writeln!(script, "image_size = [{}, {}];", size.height_px, size.width_px);
-    let _ = writeln!(script, "radial_distortion = [{}];", numbers(&[k1, k2, k3]));
-    let _ = writeln!(script, "tangential_distortion = [{}];", numbers(&[p1, p2]));
+    let _ = writeln!(script, "focal_length{of} = [{}];", numbers(&[fx, fy]));
+    let _ = writeln!(script, "principal_point{of} = [{}];", numbers(&[cx + 1.0, cy + 1.0]));
+    let _ = writeln!(script, "image_size{of} = [{}, {}];", size.height_px, size.width_px);
+    let _ = writeln!(script, "radial_distortion{of} = [{}];", numbers(&[k1, k2, k3]));
+    let _ = writeln!(script, "tangential_distortion{of} = [{}];", numbers(&[p1, p2]));
     if exported.rms_px > 0.0 {
-        let _ = writeln!(script, "mean_reprojection_error = {};", number(exported.rms_px));
+        let _ = writeln!(script, "mean_reprojection_error{of} = {};", number(exported.rms_px));
     }
-    script.push_str(
-        "intrinsic_matrix = [focal_length(1), 0, principal_point(1); 0, focal_length(2), principal_point(2); 0, 0, 1];\n\
+    let _ = write!(
+        script,
+        "intrinsic_matrix{of} = [focal_length{of}(1), 0, principal_point{of}(1); 0, focal_length{of}(2), principal_point{of}(2); 0, 0, 1];\n\
          if exist('cameraIntrinsics', 'class')\n\
-         \x20 intrinsics = cameraIntrinsics(focal_length, principal_point, image_size, ...\n\
-         \x20   'RadialDistortion', radial_distortion, 'TangentialDistortion', tangential_distortion);\n\
+         \x20 intrinsics{of} = cameraIntrinsics(focal_length{of}, principal_point{of}, image_size{of}, ...\n\
+         \x20   'RadialDistortion', radial_distortion{of}, 'TangentialDistortion', tangential_distortion{of});\n\
          end\n",
     );
     Ok(script)

@@ -18,7 +18,7 @@
 //! | `photonvision` | PhotonVision | Brown's and rational |
 //! | `gyroflow` | Gyroflow | a fisheye |
 //! | `open3d` | Open3D | a pinhole without distortion |
-//! | [`RigFormat`] | OpenCV stereo, Kalibr, ROS 2, COLMAP, Anipose | several cameras |
+//! | [`RigFormat`] | OpenCV stereo, Kalibr, ROS 2, MATLAB, COLMAP, Anipose | several cameras |
 //! | [`views_csv`] | spreadsheets | each view with its numbers |
 //! | [`board_csv`] | programs of one's own | the board's points as found |
 //! | [`corner_table::write`](super::corner_table::write) | mrcal, mrgingham, boresight | corners |

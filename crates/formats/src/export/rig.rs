@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix4, Vector3};
 use super::{
     Coefficients, ExportedCamera, NotExpressible,
     colmap::model,
-    kalibr,
+    kalibr, matlab,
     number::{number, numbers},
     opencv::{Stored, matrix},
 };
@@ -206,6 +206,59 @@ pub(super) fn urdf(exported: &ExportedRig<'_>) -> String {
     xml
 }
 
+/// Frames of the cameras as a launch file of ROS 2: one `static_transform_publisher` for each
+/// publishes the camera's pose in the frame `rig`, the first camera's.
+pub(super) fn static_transforms(exported: &ExportedRig<'_>) -> String {
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<!-- Each node publishes the camera's pose in the frame rig, in metres. -->\n<launch>\n",
+    );
+    for (camera, place) in &exported.cameras {
+        let name = camera.plain_name();
+        let rig_from_cam = place.inverse();
+        let (at, turn) = (rig_from_cam.translation.vector, rig_from_cam.rotation);
+        let named = [
+            ("x", at.x),
+            ("y", at.y),
+            ("z", at.z),
+            ("qx", turn.i),
+            ("qy", turn.j),
+            ("qz", turn.k),
+            ("qw", turn.w),
+        ];
+        let pose = named.map(|(of, value)| format!("--{of} {}", number(value))).join(" ");
+        let _ = writeln!(
+            xml,
+            "  <node pkg=\"tf2_ros\" exec=\"static_transform_publisher\" name=\"{name}_optical_transform\" args=\"{pose} --frame-id rig --child-frame-id {name}_optical_frame\"/>"
+        );
+    }
+    xml.push_str("</launch>\n");
+    xml
+}
+
+/// Two cameras as a script for MATLAB and Octave: plain variables, and MATLAB's `stereoParameters`
+/// if its Computer Vision Toolbox is installed. Its `PoseCamera2` leads from the second camera to
+/// the first, against `R` and `T`. Lengths are millimetres, as MATLAB's tools have them.
+pub(super) fn matlab_stereo(exported: &ExportedRig<'_>) -> Result<String, NotExpressible> {
+    let [(first, _), (second, second_from_first), ..] = exported.cameras.as_slice() else {
+        return Err(NotExpressible::Lens { lens: "single" });
+    };
+    let turn = second_from_first.rotation.to_rotation_matrix().into_inner();
+    let turn: Vec<String> = rows(&turn).chunks(3).map(numbers).collect();
+    let shift_mm = second_from_first.translation.vector * 1000.0;
+    Ok(format!(
+        "{}{}% x2 = R x1 + T: from {} to {}, in millimetres.\nR = [{}];\nT = [{}]';\n\
+         if exist('stereoParameters', 'class')\n\
+         \x20 stereo = stereoParameters(intrinsics1, intrinsics2, rigidtform3d(R', -R' * T));\n\
+         end\n",
+        matlab::script(first, "1")?,
+        matlab::script(second, "2")?,
+        first.plain_name(),
+        second.plain_name(),
+        turn.join("; "),
+        numbers(shift_mm.as_slice()),
+    ))
+}
+
 /// Cameras as COLMAP's `rig_config.json`. Pictures of a camera are in a folder of its name.
 pub(super) fn colmap(exported: &ExportedRig<'_>) -> String {
     let of = |(index, (camera, place)): (usize, &(ExportedCamera<'_>, Isometry3<f64>))| {
@@ -360,6 +413,22 @@ mod tests {
             .map(|key| Vector3::from_column_slice(&values(of_second, key)));
         let by_anipose = nalgebra::Rotation3::new(turn) * point.coords + shift_mm / 1000.0;
         assert!((by_anipose - wanted.coords).norm() < 1e-9);
+        let launch = static_transforms(&rig);
+        let args = launch.split_once("right_optical_transform").expect("the node").1;
+        let [x, y, z, i, j, k, w] = ["x", "y", "z", "qx", "qy", "qz", "qw"].map(|of| -> f64 {
+            let text = args.split_once(&format!("--{of} ")).expect("the value").1;
+            text.split(' ').next().expect("it ends").parse().expect("a number")
+        });
+        let turn = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        let published = Isometry3::from_parts(Vector3::new(x, y, z).into(), turn);
+        assert!((published * wanted - point).norm() < 1e-9, "{launch}");
+        let script = matlab_stereo(&rig).expect("Brown's");
+        let shift_mm = Vector3::from_column_slice(&values(&script, "\nT = "));
+        let turn = script.split_once("\nR = [").expect("R").1.split_once(']').expect("its end").0;
+        let turn: Vec<f64> =
+            turn.split([',', ';']).map(|it| it.trim().parse().expect("a number")).collect();
+        let by_matlab = Matrix3::from_row_slice(&turn) * point.coords + shift_mm / 1000.0;
+        assert!((by_matlab - wanted.coords).norm() < 1e-9, "{script}");
         let xml = urdf(&rig);
         let joint = xml.split_once("right_optical_joint").expect("the joint").1;
         let list = |key: &str| -> Vec<f64> {

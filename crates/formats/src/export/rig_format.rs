@@ -12,6 +12,10 @@ pub enum RigFormat {
     KalibrRig,
     /// URDF of ROS 2 with a static transform for each camera.
     Urdf,
+    /// Launch file of ROS 2 that publishes a static transform for each camera.
+    StaticTransforms,
+    /// Script with MATLAB's `stereoParameters`: Brown's.
+    MatlabStereo,
     /// COLMAP `rig_config.json`.
     ColmapRig,
     /// Cameras of Anipose: Brown's, fisheye.
@@ -20,8 +24,15 @@ pub enum RigFormat {
 
 impl RigFormat {
     /// Every format, in the order shown to a person.
-    pub const ALL: [Self; 5] =
-        [Self::OpencvStereo, Self::KalibrRig, Self::Urdf, Self::ColmapRig, Self::Anipose];
+    pub const ALL: [Self; 7] = [
+        Self::OpencvStereo,
+        Self::KalibrRig,
+        Self::Urdf,
+        Self::StaticTransforms,
+        Self::MatlabStereo,
+        Self::ColmapRig,
+        Self::Anipose,
+    ];
 
     /// Stable name, name for people, usual name of the file, purpose.
     fn names(self) -> [&'static str; 4] {
@@ -33,6 +44,18 @@ impl RigFormat {
                 ["kalibr-rig", "Kalibr rig", "camchain.yaml", "Kalibr camchain of a rig (no k3)"]
             }
             Self::Urdf => ["urdf", "URDF", "rig.urdf", "ROS 2 frames of a rig"],
+            Self::StaticTransforms => [
+                "ros-tf",
+                "ROS 2 transforms",
+                "rig.launch.xml",
+                "ROS 2 launch file: static transforms of a rig",
+            ],
+            Self::MatlabStereo => [
+                "matlab-stereo",
+                "MATLAB stereo",
+                "stereo.m",
+                "Script for MATLAB and Octave, of a pair (no wide lenses)",
+            ],
             Self::ColmapRig => ["colmap-rig", "COLMAP rig", "rig_config.json", "COLMAP rig_config"],
             Self::Anipose => {
                 ["anipose", "Anipose", "calibration.toml", "Anipose's cameras (no rational lens)"]
@@ -60,7 +83,12 @@ impl RigFormat {
         self.names()[3]
     }
 
-    /// Text of the format; of an OpenCV pair, the first two cameras.
+    /// True if the format holds two cameras.
+    pub fn is_of_two(self) -> bool {
+        matches!(self, Self::OpencvStereo | Self::MatlabStereo)
+    }
+
+    /// Text of the format; of a pair, the first two cameras.
     ///
     /// # Errors
     ///
@@ -70,6 +98,8 @@ impl RigFormat {
             Self::OpencvStereo => rig::opencv_stereo(exported),
             Self::KalibrRig => rig::kalibr(exported),
             Self::Urdf => Ok(rig::urdf(exported)),
+            Self::StaticTransforms => Ok(rig::static_transforms(exported)),
+            Self::MatlabStereo => rig::matlab_stereo(exported),
             Self::ColmapRig => Ok(rig::colmap(exported)),
             Self::Anipose => rig::anipose(exported),
         }
