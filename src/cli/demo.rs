@@ -59,7 +59,14 @@ impl Arguments {
             let run = RigRun::simulated(self.seed, self.out, MOST_FRAMES)?;
             let run = if self.fast { run.fast() } else { run };
             let (operation, as_json) = (Operation::default(), self.json);
-            let guide = |announcer| Guide { announcer, voice: None, operation, as_json };
+            let guide = |announcer| Guide {
+                announcer,
+                voice: None,
+                #[cfg(feature = "serve")]
+                phone: None,
+                operation,
+                as_json,
+            };
             #[cfg(feature = "window")]
             if self.window {
                 return guide(announcer().from_behind()).in_window(run);

@@ -129,23 +129,31 @@ impl Arguments {
                 known_lenses: &self.known_lens,
                 is_synchronised: self.synchronised,
             };
-            let of_one = self.operation.of_one_camera();
-            if let Some(option) = of_one.or(self.beside.serves().then_some("--serve")) {
+            if let Some(option) = self.operation.of_one_camera() {
                 let usage = format!("{option} is for one camera: leave it out for a rig");
                 return Err(WrongUsage(usage).into());
             }
-            let (voice, as_json) = (self.beside.voice()?, self.json);
+            let guide = |announcer: &Announcer, beside: &BesideArguments| {
+                Ok::<_, anyhow::Error>(Guide {
+                    announcer: announcer.clone(),
+                    voice: beside.voice()?,
+                    #[cfg(feature = "serve")]
+                    phone: beside.phone()?,
+                    operation,
+                    as_json: self.json,
+                })
+            };
             if self.opens_window() {
                 #[cfg(feature = "window")]
                 {
                     let announcer = self.beside.announcer_of_rig();
                     let run = given.open(&opening, &announcer)?;
-                    return Guide { announcer, voice, operation, as_json }.in_window(run);
+                    return guide(&announcer, &self.beside)?.in_window(run);
                 }
             }
             let announcer = self.beside.for_person(announcer());
             let run = given.open(&opening, &announcer)?;
-            return Guide { announcer, voice, operation, as_json }.in_terminal(run);
+            return guide(&announcer, &self.beside)?.in_terminal(run);
         }
         if self.opens_window() {
             #[cfg(feature = "window")]

@@ -14,6 +14,8 @@ use boresight_app::{
         rig_run::{RigHand, RigNews, RigOpening, RigRun},
     },
 };
+#[cfg(feature = "serve")]
+use boresight_phone::session_page::Phone;
 use boresight_present::text::rig as words;
 use boresight_run::recording::RigSessionCamera;
 use boresight_terminal::{operation::Operation, print, say, stop_flag, usage::WrongUsage};
@@ -77,6 +79,8 @@ impl Given<'_> {
 pub(super) struct Guide {
     pub(super) announcer: Announcer,
     pub(super) voice: Option<Voice>,
+    #[cfg(feature = "serve")]
+    pub(super) phone: Option<Phone>,
     pub(super) operation: Operation,
     pub(super) as_json: bool,
 }
@@ -93,6 +97,11 @@ impl Guide {
         }
         let ended = self.carry_out(run, &hand, |_| ())?;
         self.print(&ended)?;
+        #[cfg(feature = "serve")]
+        if let Some(phone) = &self.phone {
+            let lingering = boresight_present::text::phone::LINGERING;
+            phone.linger(&hand.stop, lingering, &self.announcer);
+        }
         Ok(ended.exit)
     }
 
@@ -113,7 +122,7 @@ impl Guide {
         &self,
         run: RigRun,
         hand: &RigHand,
-        each: impl FnMut(&RigNews<'_>),
+        mut each: impl FnMut(&RigNews<'_>),
     ) -> anyhow::Result<RigEnded> {
         let speaks = self.voice.as_ref().map(Voice::requests);
         let speak = |sentence: &str| {
@@ -122,13 +131,29 @@ impl Guide {
             }
         };
         let folder = run.folder().to_owned();
-        let ended = guide_rig(run, hand, &self.announcer, speak, each)?;
+        #[cfg(feature = "serve")]
+        let (names, phone) = (run.names(), self.phone.as_ref());
+        #[cfg(feature = "serve")]
+        if let Some(phone) = phone {
+            phone.rig_opens(&run);
+        }
+        let ended = guide_rig(run, hand, &self.announcer, speak, |news| {
+            #[cfg(feature = "serve")]
+            if let Some(phone) = phone {
+                phone.rig_news(news, &names, hand);
+            }
+            each(news);
+        })?;
+        #[cfg(feature = "serve")]
+        if let Some(phone) = phone {
+            phone.rig_ended(&ended, &folder);
+        }
         self.operation.rig_ended(&folder, ended.grade);
         Ok(ended)
     }
 
     fn print(&self, ended: &RigEnded) -> anyhow::Result<()> {
-        if self.as_json { print(&ended.json) } else { Ok(()) }
+        if self.as_json { print(&ended.json()) } else { Ok(()) }
     }
 }
 

@@ -31,6 +31,8 @@ mod phone_browser;
 mod phone_load;
 #[cfg(all(feature = "serve", unix))]
 mod phone_program;
+#[cfg(feature = "serve")]
+mod phone_rig;
 mod pipeline;
 #[cfg(target_os = "linux")]
 mod slow_cameras;

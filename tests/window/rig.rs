@@ -80,7 +80,7 @@ fn each_camera_has_a_picture_each_link_its_error_and_the_person_one_sentence() {
         lines: ["Good: every pair meets the goal", "  door to window: 119.99 mm"]
             .map(Into::into)
             .into(),
-        json: String::new(),
+        file: None,
     });
     page.run();
     page.get_by_label("Good: every pair meets the goal");

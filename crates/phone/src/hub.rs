@@ -16,11 +16,11 @@ use super::keys::Role;
 use boresight_geometry::{boards::Pattern, frame::Frame};
 use boresight_guide::{
     guidance::Refusal,
-    session::{Command, Gravity, Snapshot},
+    session::{Command, Gravity, Snapshot, ViewNumber},
 };
 use boresight_present::{
-    browser::{self, EndedPage, Teller},
-    speech::Word,
+    browser::{self, EndedPage, Led, Teller},
+    speech::{Rank, Word},
 };
 use boresight_run::pipeline::{CommandLink, NotSent, Onlooker};
 
@@ -38,6 +38,8 @@ pub struct Hub {
     commands: Mutex<Option<CommandLink>>,
     request: Mutex<Option<Request>>,
     wants_end: AtomicBool,
+    /// True if a page requested to take back the newest place of several cameras.
+    wants_undo: AtomicBool,
     /// True if a page requested to continue the ended session.
     wants_more: AtomicBool,
     /// Zero of the pages' clock.
@@ -71,6 +73,10 @@ pub(super) struct State {
     pub(super) simulated: bool,
     /// Board in front of the camera, in words.
     pub(super) board: String,
+    /// Request to the person, if several cameras are led.
+    pub(super) led: Option<Arc<Led>>,
+    /// What those cameras have reached so far.
+    pub(super) reached: String,
 }
 
 /// Stage of the program.
@@ -184,6 +190,8 @@ impl Hub {
             news: 0,
             simulated: false,
             board: String::new(),
+            led: None,
+            reached: String::new(),
         };
         Self {
             picture: watch::Sender::new(None),
@@ -194,6 +202,7 @@ impl Hub {
             commands: Mutex::default(),
             request: Mutex::default(),
             wants_end: AtomicBool::new(false),
+            wants_undo: AtomicBool::new(false),
             wants_more: AtomicBool::new(false),
             began: Instant::now(),
             pages: AtomicUsize::new(0),
@@ -219,6 +228,61 @@ impl Hub {
         let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
         self.publish(Some(Picture { number, frame: Arc::clone(frame), came: Instant::now() }));
         self.show(Stage::Adjusting(Arc::new(page)));
+    }
+
+    /// Shows the state of one of several cameras, with its newest picture, and the request of
+    /// `led`; `reached` says what the cameras have reached so far.
+    pub fn leading(
+        &self,
+        frame: Option<&Arc<Frame>>,
+        snapshot: &Snapshot,
+        led: Led,
+        reached: String,
+    ) {
+        let is_shown = |frame: &&Arc<Frame>| {
+            let shown = self.picture.borrow();
+            shown.as_ref().is_some_and(|picture| Arc::ptr_eq(&picture.frame, frame))
+        };
+        if let Some(frame) = frame.filter(|frame| !is_shown(frame)) {
+            let number = self.pictures.fetch_add(1, Ordering::Relaxed) + 1;
+            let frame = Arc::clone(frame);
+            self.publish(Some(Picture { number, frame, came: Instant::now() }));
+        }
+        let before = self.state.borrow().led.as_ref().map_or(0, |led| led.places);
+        let newest = if led.places > before {
+            let [text, mirrored] = led.sentence.clone();
+            let word = Word { rank: Rank::Taken, text, mirrored };
+            self.add_news(vec![browser::News { word, view: Some(ViewNumber(led.places - 1)) }])
+        } else {
+            lock(&self.told).next
+        };
+        self.state.send_modify(|state| {
+            state.version += 1;
+            state.news = newest;
+            state.stage = Stage::Guiding;
+            state.snapshot = Some(Arc::new(snapshot.clone()));
+            state.led = Some(Arc::new(led));
+            state.reached = reached;
+        });
+    }
+
+    /// True, once, if a page requested to take back the newest place.
+    pub fn take_undo(&self) -> bool {
+        self.wants_undo.swap(false, Ordering::Relaxed)
+    }
+
+    /// Keeps news for pages; the number of the newest.
+    fn add_news(&self, all: Vec<browser::News>) -> u64 {
+        let mut told = lock(&self.told);
+        for what in all {
+            told.next += 1;
+            if told.news.len() == NEWS_KEPT {
+                told.news.pop_front();
+            }
+            let (number, came) = (told.next, Instant::now());
+            told.news.push_back(News { number, came, what });
+        }
+        told.next
     }
 
     /// Takes the session requested by a page, once.
@@ -302,8 +366,17 @@ impl Hub {
     pub(super) fn command(&self, command: Command) -> Result<(), NotSent> {
         match &*lock(&self.commands) {
             Some(link) => link.send(command),
+            None if command == Command::UndoLast && self.is_leading() => {
+                self.wants_undo.store(true, Ordering::Relaxed);
+                Ok(())
+            }
             None => Err(NotSent::Over),
         }
+    }
+
+    fn is_leading(&self) -> bool {
+        let state = self.state.borrow();
+        matches!(state.stage, Stage::Guiding) && state.led.is_some()
     }
 
     /// Records a page's request to end the session. False without a session.
@@ -369,17 +442,8 @@ impl Onlooker for Hub {
     }
 
     fn decided(&self, snapshot: &Snapshot) {
-        let mut told = lock(&self.told);
-        for what in told.teller.tell(snapshot) {
-            told.next += 1;
-            if told.news.len() == NEWS_KEPT {
-                told.news.pop_front();
-            }
-            let (number, came) = (told.next, Instant::now());
-            told.news.push_back(News { number, came, what });
-        }
-        let newest = told.next;
-        drop(told);
+        let news = lock(&self.told).teller.tell(snapshot);
+        let newest = self.add_news(news);
         let judged = lock(&self.unjudged).take();
         self.publish(judged);
         let snapshot = Some(Arc::new(snapshot.clone()));

@@ -23,6 +23,8 @@ pub(super) struct PlanOfBoard<'a> {
     #[serde(flatten)]
     plan: Plan,
     board: &'a str,
+    /// What several cameras have reached so far.
+    reached: &'a str,
 }
 
 /// Live part.
@@ -43,7 +45,13 @@ pub(super) fn live(state: &State) -> Live<'_> {
             say: page.aloud.clone(),
             ..browser::Live::empty(stage, state.simulated)
         },
-        (_, Some(snapshot)) => browser::Live::of(snapshot, stage, state.simulated),
+        (_, Some(snapshot)) => {
+            let live = browser::Live::of(snapshot, stage, state.simulated);
+            match (&state.stage, &state.led) {
+                (Stage::Guiding, Some(led)) => live.led(led),
+                _ => live,
+            }
+        }
         (_, None) => browser::Live::empty(stage, state.simulated),
     };
     let offer = match &state.stage {
@@ -57,14 +65,15 @@ pub(super) fn live(state: &State) -> Live<'_> {
     Live { live, offer, push }
 }
 
-/// Source of the part that changes with a view, with the board; `None` before the first frame, or
+/// Source of the part that changes with a view, with its words; `None` before the first frame, or
 /// for a watched camera.
 pub(super) fn source(state: &State, hub: &Hub) -> Option<(PlanSource, String)> {
     let snapshot = match state.stage {
         Stage::Adjusting(_) => None,
         _ => state.snapshot.clone(),
     }?;
-    Some((PlanSource { snapshot, refused: hub.refused() }, state.board.clone()))
+    let words = format!("{}{}", state.board, state.reached);
+    Some((PlanSource { snapshot, refused: hub.refused() }, words))
 }
 
 /// Part that changes with a view, or the edges of a watched camera; `None` before the first frame.
@@ -76,9 +85,10 @@ pub(super) fn plan<'a>(
         let AdjustPage { image_size_px: size, ref outline, .. } = **page;
         Plan::of_edges(size, outline.clone())
     } else {
-        Plan::of(&source?.0)
+        let plan = Plan::of(&source?.0);
+        if state.led.is_some() { plan.led() } else { plan }
     };
-    Some(PlanOfBoard { plan, board: &state.board })
+    Some(PlanOfBoard { plan, board: &state.board, reached: &state.reached })
 }
 
 #[cfg(test)]

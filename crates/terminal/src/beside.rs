@@ -79,14 +79,6 @@ enum Stands {
 }
 
 impl BesideArguments {
-    /// True if a phone's page is requested.
-    pub fn serves(&self) -> bool {
-        #[cfg(feature = "serve")]
-        return self.serve.is_some();
-        #[cfg(not(feature = "serve"))]
-        false
-    }
-
     /// True if a voice is requested.
     #[cfg(feature = "window")]
     pub fn speaks(&self) -> bool {

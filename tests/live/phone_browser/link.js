@@ -8,9 +8,9 @@
     requests: 0, streams: [], commands: [], news: [], number: 0, ended: null,
     live: { stage: 'guiding', frame: 1, sentence: ['Come closer', 'Come closer'], tone: 'plain', hold: null, moment: null, sign: [null, null], card: false, close: null,
       board: null, views: 1, taken: 1, simulated: true, paused: false,
-      trouble: null, doubt: null, say: null, removed: null, offer: null, push: null },
+      trouble: null, doubt: null, say: null, removed: null, led: null, offer: null, push: null },
     plan: { size: [640, 360], ghost: null, views: [], wheel: [], pairs: [], refused: [], outline: [], map: null,
-      board: '' },
+      board: '', reached: '' },
     /// A view is taken now.
     take() {
       net.live = { ...net.live, views: net.live.views + 1, taken: net.live.taken + 1 };

@@ -59,15 +59,15 @@ impl Requests {
     /// The sentence of `request`, if it's news and has settled.
     fn news(&mut self, request: &RigNews<'_>) -> Option<&str> {
         let since = match self.newest.take() {
-            Some((sentence, since)) if sentence == request.sentence => since,
+            Some((sentence, since)) if sentence == request.sentence() => since,
             _ => Instant::now(),
         };
-        self.newest = Some((request.sentence.clone(), since));
+        self.newest = Some((request.sentence().to_owned(), since));
         let is_settled = since.elapsed() >= SETTLED || request.prompt == RigPrompt::Taken;
-        if !is_settled || self.said == request.sentence {
+        if !is_settled || self.said == request.sentence() {
             return None;
         }
-        self.said.clone_from(&request.sentence);
+        request.sentence().clone_into(&mut self.said);
         Some(&self.said)
     }
 }

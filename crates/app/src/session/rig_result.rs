@@ -23,8 +23,20 @@ pub struct RigEnded {
     pub grade: Option<Grade>,
     /// Verdict, findings, numbers and written files, in words.
     pub lines: Vec<String>,
-    /// `boresight.rig/1`; empty if the session failed.
-    pub json: String,
+    /// `boresight.rig/1`; `None` if the session failed.
+    pub file: Option<RigFile>,
+}
+
+impl RigEnded {
+    /// The file as JSON; empty if the session failed.
+    pub fn json(&self) -> String {
+        // All keys are strings.
+        self.file.as_ref().map_or_else(String::new, json)
+    }
+}
+
+fn json(file: &RigFile) -> String {
+    serde_json::to_string_pretty(file).unwrap_or_default()
 }
 
 /// Picture of a camera, by name, at the instant with a number.
@@ -76,10 +88,9 @@ pub fn conclude_rig(
     for line in &lines {
         announcer.say(line);
     }
-    let json = serde_json::to_string_pretty(&file)?;
     let mut written = Vec::new();
     if let Some(path) = out {
-        save(path, json.as_bytes(), overwrite)?;
+        save(path, json(&file).as_bytes(), overwrite)?;
         written.push(format!("Written: {}", path.display()));
     }
     #[cfg(feature = "report")]
@@ -95,7 +106,7 @@ pub fn conclude_rig(
     let is_usable = found.as_ref().is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
     let exit = if is_usable { Exit::Good } else { Exit::NotTrustworthy };
     let grade = found.ok().map(|rig| Grade::by(rig.verdict, rig.is_unfinished()));
-    Ok(RigEnded { exit, grade, lines, json })
+    Ok(RigEnded { exit, grade, lines, file: Some(file) })
 }
 
 /// Writes the page about `rig` to `path`; the news of it.

@@ -61,6 +61,8 @@ pub struct RigOpening {
 pub struct RigHand {
     /// End the session.
     pub stop: Arc<AtomicBool>,
+    /// End the session; what shows its result stays.
+    pub end: Arc<AtomicBool>,
     /// Take the newest place back.
     pub undo: Arc<AtomicBool>,
 }
@@ -68,7 +70,7 @@ pub struct RigHand {
 impl RigHand {
     /// Orders of which `stop` may also come from elsewhere.
     pub fn new(stop: Arc<AtomicBool>) -> Self {
-        Self { stop, undo: Arc::default() }
+        Self { stop, end: Arc::default(), undo: Arc::default() }
     }
 }
 
@@ -110,16 +112,30 @@ impl FinishedRig {
 
 /// State of a rig's session after news of a camera.
 pub struct RigNews<'a> {
-    /// Request to the person, in words.
-    pub sentence: String,
+    /// Request to the person, in words, with left and right of who is behind the cameras, and of
+    /// who faces them.
+    pub sentences: [String; 2],
+    /// True if the person faces the cameras.
+    pub is_mirrored: bool,
     /// The same as a value.
     pub prompt: RigPrompt,
+    /// Camera whose picture the person looks at.
+    pub shown: usize,
     /// Number of places taken.
     pub places: usize,
     /// Cameras that have been linked.
     pub links: &'a Arc<[RigLink]>,
     /// The newest picture and state of each camera.
     pub cameras: Vec<(Option<&'a Arc<Frame>>, Option<&'a Snapshot>)>,
+    /// True for the last news: the rig is being calibrated.
+    pub is_over: bool,
+}
+
+impl RigNews<'_> {
+    /// Request to the person, in words.
+    pub fn sentence(&self) -> &str {
+        &self.sentences[usize::from(self.is_mirrored)]
+    }
 }
 
 /// Link of two cameras.
@@ -227,6 +243,16 @@ impl RigRun {
         Ok(Self { folder, file, runs, rig, params, board, is_paced: true })
     }
 
+    /// True if the pictures are rendered.
+    pub fn is_simulated(&self) -> bool {
+        self.runs.iter().any(|run| run.open.truth.is_some())
+    }
+
+    /// Board in words.
+    pub fn board_in_words(&self) -> String {
+        self.runs.first().map_or(String::new(), Run::board_in_words)
+    }
+
     /// The session's folder.
     pub fn folder(&self) -> &Path {
         &self.folder
@@ -251,14 +277,14 @@ impl RigRun {
     /// If a place can't be written; every announced place is on disk.
     pub fn carry_out(
         self,
-        RigHand { stop, undo }: &RigHand,
+        RigHand { stop, end, undo }: &RigHand,
         announcer: &Announcer,
         mut each: impl FnMut(&RigNews<'_>),
     ) -> anyhow::Result<FinishedRig> {
-        let names = self.file.names();
+        let (names, board_in_words) = (self.file.names(), self.board_in_words());
         let Self { folder, file, runs, rig, params, board, is_paced } = self;
         announcer.say(&format!("Session: {}", folder.display()));
-        announcer.say(&runs.first().map_or(String::new(), Run::board_in_words));
+        announcer.say(&board_in_words);
         let (news, has_news) = bounded(1);
         let mut cameras = Vec::with_capacity(runs.len());
         for run in runs {
@@ -276,7 +302,7 @@ impl RigRun {
         let (planner, links) = (None, Arc::from([]));
         let mut led = Led { rig, cameras, folder, file, names, planner, links, params, board };
         led.plan();
-        while !stop.load(Ordering::Relaxed) {
+        while !stop.load(Ordering::Relaxed) && !end.load(Ordering::Relaxed) {
             has_news.recv_timeout(PATIENCE).ok();
             let before = led.rig.places().len();
             if undo.swap(false, Ordering::Relaxed) {
@@ -292,6 +318,7 @@ impl RigRun {
                 break;
             }
         }
+        each(&RigNews { is_over: true, ..led.news(announcer.is_mirrored()) });
         led.finished()
     }
 }
@@ -414,19 +441,24 @@ impl Led {
 
     fn news(&self, is_mirrored: bool) -> RigNews<'_> {
         let prompt = self.rig.prompt();
-        let sentence = words::prompt(&prompt, &self.names, |camera| {
-            let newest = self.cameras[camera].newest.as_ref();
-            newest.map(|newest| Instruction::of(newest).sentence(is_mirrored))
-        });
+        let sentence = |is_mirrored| {
+            words::prompt(&prompt, &self.names, |camera| {
+                let newest = self.cameras[camera].newest.as_ref();
+                newest.map(|newest| Instruction::of(newest).sentence(is_mirrored))
+            })
+        };
         fn of(Running { frame, newest, .. }: &Running) -> (Option<&Arc<Frame>>, Option<&Snapshot>) {
             (frame.as_ref(), newest.as_ref())
         }
         RigNews {
-            sentence,
+            sentences: [false, true].map(sentence),
+            is_mirrored,
             prompt,
+            shown: self.rig.shown(),
             places: self.rig.places().len(),
             links: &self.links,
             cameras: self.cameras.iter().map(of).collect(),
+            is_over: false,
         }
     }
 

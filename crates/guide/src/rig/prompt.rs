@@ -38,7 +38,30 @@ pub enum RigPrompt {
     Complete,
 }
 
+impl RigPrompt {
+    /// Gravity of the request; `of_camera` is that of a camera's own request.
+    pub fn gravity(self, of_camera: impl FnOnce(usize) -> Gravity) -> Gravity {
+        match self {
+            Self::OfCamera { camera } => of_camera(camera),
+            Self::Resting { .. } | Self::Taken | Self::Complete => Gravity::Good,
+            Self::Elsewhere => Gravity::Careful,
+            Self::Unseen { .. } | Self::ShowToTwo | Self::Link { .. } | Self::Rest => {
+                Gravity::Plain
+            }
+        }
+    }
+}
+
 impl RigSession {
+    /// Camera whose picture the person looks at: the one that the request is about, else the one
+    /// with the largest view of the next place.
+    pub fn shown(&self) -> usize {
+        match self.prompt() {
+            RigPrompt::OfCamera { camera } | RigPrompt::Unseen { camera } => camera,
+            _ => self.wanted().map_or(0, |wanted| wanted.lead),
+        }
+    }
+
     /// What to ask the person for now.
     pub fn prompt(&self) -> RigPrompt {
         let troubled = self

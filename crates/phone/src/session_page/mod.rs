@@ -2,6 +2,7 @@
 //! result.
 
 mod head;
+mod led;
 mod result;
 
 use std::{

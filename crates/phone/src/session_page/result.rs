@@ -24,11 +24,17 @@ pub fn ended_page(
     EndedPage { can_restart, ..EndedPage::of(session, &concluded.result, files(folder)) }
 }
 
+/// The report at `path`; `None` if it can't be read.
+pub(super) fn report(path: &Path) -> Option<PageFile> {
+    let bytes = read(path, TEXT_LIMIT / 8, Links::Refused).ok()?;
+    let name = path.file_name()?.to_str()?;
+    Some(PageFile::new(name, words::REPORT, "text/html", bytes))
+}
+
 /// Report and exports that can hold the lens. Files that can't be made are left out: the page has
 /// no use for an error.
 fn files(folder: &Path) -> Vec<PageFile> {
-    let report = read(&folder.join(REPORT_FILE), TEXT_LIMIT / 8, Links::Refused).ok();
-    let report = report.map(|bytes| PageFile::new(REPORT_FILE, words::REPORT, "text/html", bytes));
+    let report = report(&folder.join(REPORT_FILE));
     let exports = FORMATS.iter().filter_map(|format| {
         let exported = export::export(folder, *format, None, None, &Announcer::silent()).ok()?;
         let bytes = exported.text.into_bytes();

@@ -12,7 +12,7 @@ use crate::{
     text::{self, phone as words},
 };
 use boresight_calibrate::NotCalibrated;
-use boresight_formats::{CalibrationFile, JudgementFile};
+use boresight_formats::{CalibrationFile, JudgementFile, RigFile, RigPairEntry};
 use boresight_guide::session::Session;
 
 /// Result as shown on a page.
@@ -76,6 +76,26 @@ impl EndedPage {
         Self { verdict, aloud, what, action, map: None, ..self }
     }
 
+    /// Page about the finished session of several cameras with the file `result`, if any.
+    pub fn of_rig(result: Option<&RigFile>, grade: Option<Grade>, files: Vec<PageFile>) -> Self {
+        let findings = result.iter().flat_map(|rig| &rig.findings);
+        let pairs = result.iter().flat_map(|rig| &rig.pairs).filter(|pair| pair.instants > 0);
+        Self {
+            verdict: grade.map_or("none", code),
+            aloud: grade.map_or(words::NO_CALIBRATION, words::aloud),
+            what: grade.map_or_else(|| words::NO_CALIBRATION.into(), text::rig::verdict_of),
+            action: findings.clone().next().map_or(String::new(), |first| first.action.clone()),
+            findings: findings.map(|it| (it.message.clone(), it.action.clone())).collect(),
+            lines: pairs
+                .map(|RigPairEntry { of: [a, b], baseline_m, baseline_sd_m, .. }| {
+                    (text::rig::pair_name(a, b), text::rig::baseline(*baseline_m, *baseline_sd_m))
+                })
+                .collect(),
+            files,
+            ..Self::default()
+        }
+    }
+
     /// Page about the finished `session` with the calibration file `result`.
     pub fn of(session: &Session, result: &CalibrationFile, files: Vec<PageFile>) -> Self {
         let source = result.source.as_deref().unwrap_or_default();
@@ -105,12 +125,7 @@ impl EndedPage {
             .collect();
         let known = Known::of_file(result);
         Self {
-            verdict: match card.grade {
-                Grade::Good => "good",
-                Grade::Care => "care",
-                Grade::Unfinished => "unfinished",
-                Grade::NotTrustworthy => "bad",
-            },
+            verdict: code(card.grade),
             aloud: words::aloud(card.grade),
             what: text::of_source(source, text::verdict_on(calibration)),
             action: format!(
@@ -127,6 +142,14 @@ impl EndedPage {
             map: known.and_then(|known| ValidMap::of(calibration, &known)),
             ..page
         }
+    }
+}
+
+/// Name of a grade in the page's style.
+fn code(grade: Grade) -> &'static str {
+    match grade {
+        Grade::NotTrustworthy => "bad",
+        other => other.code(),
     }
 }
 

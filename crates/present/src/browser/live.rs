@@ -10,7 +10,7 @@ use crate::{
     ghost::Card,
     instruction::{Instruction, Moment, Movement},
     known::Known,
-    speech::{Narrator, Word},
+    speech::{Narrator, Rank, Word},
     text::{self, Trouble, window as words},
 };
 use boresight_guide::{
@@ -57,6 +57,25 @@ pub struct Live {
     pub say: Option<Word>,
     /// Newest view that can be restored.
     pub removed: Option<u32>,
+    /// Name of the camera on show, if several are led to common places.
+    pub led: Option<String>,
+}
+
+/// Request to a person in front of several cameras, beside the state of the one on show.
+#[derive(Clone, Debug)]
+pub struct Led {
+    /// Name of the camera on show.
+    pub camera: String,
+    /// Request, and the mirrored form with left and right exchanged.
+    pub sentence: [String; 2],
+    /// Gravity of the request.
+    pub gravity: Gravity,
+    /// Words to say while the state lasts have this rank; `None` to say nothing.
+    pub rank: Option<Rank>,
+    /// Elapsed share of the board's rest, 0 to 1.
+    pub rest: Option<f64>,
+    /// Number of places taken.
+    pub places: u32,
 }
 
 /// Fields that change with a view.
@@ -150,6 +169,7 @@ impl Live {
             doubt: None,
             say: None,
             removed: None,
+            led: None,
         }
     }
 
@@ -180,6 +200,26 @@ impl Live {
             say: Narrator::request(&now).filter(|_| stage == "guiding"),
             removed: snapshot.removed.map(|number| number.0),
             ..Self::empty(stage, simulated)
+        }
+    }
+
+    /// The same with the request of `led` in place of the camera's own.
+    #[must_use]
+    pub fn led(self, led: &Led) -> Self {
+        let [text, mirrored] = led.sentence.clone();
+        let rests = led.rest.is_some();
+        Self {
+            say: led.rank.map(|rank| Word { rank, text, mirrored }),
+            sentence: led.sentence.clone(),
+            tone: led.gravity,
+            hold: led.rest.map(|rest| round(rest, 100.0)),
+            card: self.card && !rests,
+            close: self.close.filter(|_| !rests),
+            views: led.places as usize,
+            taken: led.places,
+            removed: None,
+            led: Some(led.camera.clone()),
+            ..self
         }
     }
 }
@@ -238,6 +278,15 @@ impl Plan {
                 .as_deref()
                 .and_then(|calibration| ValidMap::of(calibration, &Known::of(snapshot)?)),
         }
+    }
+}
+
+impl Plan {
+    /// The same without the camera's own views, which are places of several cameras.
+    #[must_use]
+    pub fn led(self) -> Self {
+        let Self { size, ghost, map, .. } = self;
+        Self { size, ghost, map, ..Self::default() }
     }
 }
 

@@ -20,7 +20,7 @@ mod valid_map;
 
 pub use asked::Asked;
 pub use ended::{EndedPage, PageFile};
-pub use live::{Live, Plan, PlanSource, counted};
+pub use live::{Led, Live, Plan, PlanSource, counted};
 pub use page::{Own, page};
 pub use teller::{News, NewsEvent, Teller};
 pub use valid_map::ValidMap;

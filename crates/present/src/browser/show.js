@@ -43,6 +43,7 @@ function paint() {
   const pushing = !!live && live.stage === 'adjusting';
   document.body.classList.toggle('big', big && !pushing);
   document.body.classList.toggle('adjust', pushing);
+  document.body.classList.toggle('led', !!live && !!live.led);
   if (!live) return;
   const lack = lacks(), lost = !!lack && lack.lost;
   const elsewhere = lost && (shown === 'wait' || shown === 'result' || shown === 'sheet');
@@ -58,6 +59,7 @@ function paint() {
     sign(lack || pushing || (wanted && wanted.kind === 'tip' && live.card && !big) ? null : wanted);
     fit();
     say(el('views'), String(live.views));
+    say(el('counted'), live.led ? 'Places' : 'Views');
     say(el('pause'), live.paused ? 'Resume' : 'Pause');
     el('undo').disabled = !live.views;
     const guiding = live.stage === 'guiding' && !lost;
@@ -69,8 +71,9 @@ function paint() {
     const trouble = lack ? lack.why : live.trouble ? live.trouble.filter(Boolean).join('. ') : '';
     el('trouble').hidden = !trouble;
     say(el('trouble'), trouble);
-    say(el('tag'), live.simulated ? 'SIMULATED' : '');
-    el('tag').hidden = !live.simulated;
+    const tag = [live.led, live.simulated ? 'SIMULATED' : null].filter(Boolean).join(' · ');
+    say(el('tag'), tag);
+    el('tag').hidden = !tag;
     el('sound').setAttribute('aria-pressed', speaks);
     drawSoon();
   }
@@ -522,7 +525,7 @@ el('kind').addEventListener('change', () => {
 function item(text, button) { const li = document.createElement('li'), span = document.createElement('span'); span.textContent = text; li.append(span); if (button) li.append(button); return li; }
 let listed = null;
 function views() {
-  const is = JSON.stringify([plan && plan.views, plan && plan.refused, plan && plan.map, mirrored, role]);
+  const is = JSON.stringify([plan && plan.views, plan && plan.reached, live.led, plan && plan.refused, plan && plan.map, mirrored, role]);
   el('restore').hidden = live.removed === null;
   if (is === listed || !plan) return;
   listed = is;
@@ -531,8 +534,9 @@ function views() {
     if (role === 'owner') { button = document.createElement('button'); button.textContent = 'Remove'; button.addEventListener('click', () => command({ command: 'remove', view: view.number })); }
     return item('View ' + view.name + ': ' + side(view.edge) + ' away' + (view.partner ? ', opposite of view ' + view.partner : ', no partner yet'), button);
   }));
-  if (!plan.views.length) el('taken').append(item('No view yet'));
-  say(el('board'), plan.board || '');
+  say(el('listing'), live.led ? 'Places' : 'Views');
+  if (!plan.views.length && !live.led) el('taken').append(item('No view yet'));
+  say(el('board'), [plan.board, plan.reached].filter(Boolean).join(' · '));
   map(plan.map, plan.size, ['sofar', 'sofarhead', 'sofarlegend']);
   el('refused').replaceChildren(...plan.refused.map(([what, share]) => item(what + ': ' + share + ' %')));
 }

@@ -219,6 +219,12 @@ pub fn camera(name: &str, lens: &Camera, of: &RigCamera) -> String {
     )
 }
 
+/// Distance of two cameras.
+pub fn baseline(baseline_m: f64, sd_m: Option<f64>) -> String {
+    let sd_mm = sd_m.map_or_else(|| UNKNOWN.to_owned(), |sd_m| small(1000.0 * sd_m));
+    format!("{:.2} ± {sd_mm} mm", 1000.0 * baseline_m)
+}
+
 /// Numbers of two cameras; `scale_sd` is the relative standard deviation of the board's squares.
 pub fn pair(pair: &Pair, names: &[String], scale_sd: f64) -> String {
     let [a, b] = pair.of.map(|camera| &names[camera]);

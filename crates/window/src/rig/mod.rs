@@ -81,7 +81,8 @@ impl RigScreen {
 
     /// Shows news of the session, arrived at `now_secs` by the window's clock.
     fn show(&mut self, news: Newest, now_secs: f64) {
-        let Newest { sentence, prompt, places, links, cameras } = news;
+        let Newest { sentence, prompt, places, links, cameras, is_over } = news;
+        self.is_ending |= is_over;
         (self.sentence, self.prompt, self.places, self.links) =
             (sentence, Some(prompt), places, links);
         for (camera, (frame, snapshot)) in self.cameras.iter_mut().zip(cameras) {
@@ -104,17 +105,19 @@ struct Newest {
     places: usize,
     links: Arc<[RigLink]>,
     cameras: Vec<(Option<Arc<Frame>>, Option<Snapshot>)>,
+    is_over: bool,
 }
 
 impl Newest {
     fn of(news: &RigNews<'_>) -> Self {
         let cameras = news.cameras.iter();
         Self {
-            sentence: news.sentence.clone(),
+            sentence: news.sentence().to_owned(),
             prompt: news.prompt,
             places: news.places,
             links: Arc::clone(news.links),
             cameras: cameras.map(|(frame, state)| (frame.cloned(), state.cloned())).collect(),
+            is_over: news.is_over,
         }
     }
 }
@@ -151,7 +154,7 @@ impl RigView {
                     exit: Exit::Failed,
                     grade: None,
                     lines: vec![format!("{err:#}")],
-                    json: String::new(),
+                    file: None,
                 },
                 Clone::clone,
             );
@@ -179,7 +182,6 @@ impl RigView {
         if let Some(ended) = self.work.outcome() {
             self.screen.ended = Some(ended);
         }
-        self.screen.is_ending |= self.newest.is_closed() && self.screen.ended.is_none();
         if self.screen.places > places {
             self.sound.play(Tone::Taken);
         }

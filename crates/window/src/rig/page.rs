@@ -104,12 +104,11 @@ fn said(screen: &RigScreen) -> ((String, Color32), Option<Movement>) {
         _ => None,
     };
     let instruction = of_camera.map(Instruction::of);
-    let gravity = match screen.prompt {
-        None => return ((words::STARTING.into(), theme::GREY), None),
-        Some(RigPrompt::Resting { .. } | RigPrompt::Taken | RigPrompt::Complete) => Gravity::Good,
-        Some(RigPrompt::Elsewhere) => Gravity::Careful,
-        Some(_) => instruction.as_ref().map_or(Gravity::Plain, Instruction::gravity),
+    let Some(prompt) = screen.prompt else {
+        return ((words::STARTING.into(), theme::GREY), None);
     };
+    let of_camera = |_| instruction.as_ref().map_or(Gravity::Plain, Instruction::gravity);
+    let gravity = prompt.gravity(of_camera);
     let sign = instruction.as_ref().and_then(|instruction| instruction.movement(false));
     ((screen.sentence.clone(), sentence::color(gravity)), sign)
 }

@@ -1,0 +1,96 @@
+//! The phone's page beside a session of several cameras: the picture that the person looks at, and
+//! the one request.
+
+use std::{path::Path, sync::atomic::Ordering};
+
+use super::{Phone, result::report};
+use crate::{EndedPage, PageFile, Stage};
+use boresight_app::{
+    Announcer,
+    session::{
+        export::{self, Format},
+        rig_guide::{RIG_REPORT, RIG_RESULT},
+        rig_result::RigEnded,
+        rig_run::{RigHand, RigNews, RigRun},
+    },
+};
+use boresight_files::{Links, TEXT_LIMIT, read};
+use boresight_guide::{
+    rig::RigPrompt,
+    session::{Gravity, Snapshot},
+};
+use boresight_present::{
+    browser::Led,
+    instruction::Instruction,
+    speech::Rank,
+    text::{phone as words, rig as rig_words},
+};
+use boresight_run::pipeline::Onlooker;
+
+impl Phone {
+    /// Announces the pictures of a rig's session being opened.
+    pub fn rig_opens(&self, run: &RigRun) {
+        self.hub.opens(run.is_simulated(), run.board_in_words());
+    }
+
+    /// Shows `news` of the cameras `names`, and carries out what pages ask for.
+    pub fn rig_news(&self, news: &RigNews<'_>, names: &[String], hand: &RigHand) {
+        if self.hub.take_undo() {
+            hand.undo.store(true, Ordering::Relaxed);
+        }
+        if self.hub.wants_end() {
+            hand.end.store(true, Ordering::Relaxed);
+        }
+        if news.is_over {
+            return self.ending();
+        }
+        // The next news will do for a page that comes.
+        if self.hub.pages() == 0 {
+            return;
+        }
+        let (frame, Some(snapshot)) = news.cameras[news.shown] else { return };
+        let reached = news.links.iter().map(|link| {
+            let [a, b] = link.of.map(|camera| &names[camera]);
+            format!("{}: {}", rig_words::pair_name(a, b), link.words)
+        });
+        let reached = reached.collect::<Vec<_>>().join(". ");
+        self.hub.leading(frame, snapshot, led(news, snapshot, &names[news.shown]), reached);
+    }
+
+    /// Shows the result of the rig's session in `folder`.
+    pub fn rig_ended(&self, ended: &RigEnded, folder: &Path) {
+        let page = EndedPage::of_rig(ended.file.as_ref(), ended.grade, files(folder));
+        self.hub.show(Stage::Ended(page.into()));
+    }
+}
+
+fn led(news: &RigNews<'_>, shown: &Snapshot, camera: &str) -> Led {
+    let gravity = news.prompt.gravity(|_| Instruction::of(shown).gravity());
+    let (rank, rest) = match news.prompt {
+        RigPrompt::Resting { progress } => (Some(Rank::Hold), Some(progress)),
+        RigPrompt::Rest => (Some(Rank::Hold), None),
+        RigPrompt::Taken => (None, None),
+        _ if gravity == Gravity::Bad => (Some(Rank::Lost), None),
+        _ => (Some(Rank::Guidance), None),
+    };
+    let places = u32::try_from(news.places).unwrap_or(u32::MAX);
+    let (camera, sentence) = (camera.to_owned(), news.sentences.clone());
+    Led { camera, sentence, gravity, rank, rest, places }
+}
+
+/// Report, the rig, and its exports. Files that can't be made are left out: the page has no use for
+/// an error.
+fn files(folder: &Path) -> Vec<PageFile> {
+    let rig = folder.join(RIG_RESULT);
+    let whole = read(&rig, TEXT_LIMIT, Links::Refused).ok();
+    let whole = whole.map(|bytes| {
+        PageFile::new(RIG_RESULT, words::CALIBRATION, "application/octet-stream", bytes)
+    });
+    let formats = Format::all().filter(|format| matches!(format, Format::Rig(_)));
+    let exports = formats.filter_map(|format| {
+        let exported = export::export(&rig, format, None, None, &Announcer::silent()).ok()?;
+        let bytes = exported.text.into_bytes();
+        Some(PageFile::new(format.file(), format.label(), "application/octet-stream", bytes))
+    });
+    report(&folder.join(RIG_REPORT)).into_iter().chain(whole).chain(exports).collect()
+}
