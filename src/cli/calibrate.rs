@@ -109,8 +109,8 @@ Examples:
   boresight calibrate --rig left=pictures/left right=pictures/right --out rig.json
   boresight detect pictures/*.png | boresight calibrate - --image-size 1280x720";
 
-/// Picture of a rig's camera at an instant.
-type Pictures = Box<dyn Fn(&str, u64) -> Option<GrayImage>>;
+/// Picture of a rig's camera at an instant, and true if it's rendered.
+type Pictures = (Box<dyn Fn(&str, u64) -> Option<GrayImage>>, bool);
 
 impl Arguments {
     fn overwrite(&self) -> Overwrite {
@@ -127,8 +127,9 @@ impl Arguments {
             self.goal.apply(&mut config);
             self.lens.apply(&mut config);
             let (names, views) = (saved.names.clone(), saved.views.clone());
+            let is_simulated = saved.is_simulated;
             let pictures = move |name: &str, number| saved.picture(name, number);
-            return Ok((names, views, config, Box::new(pictures)));
+            return Ok((names, views, config, (Box::new(pictures), is_simulated)));
         }
         let inputs = cameras_in(&self.inputs)?;
         let mut config = self.board.config_for(&rig::pictures(&inputs))?;
@@ -155,7 +156,7 @@ impl Arguments {
             };
             cameras[camera].known_lens = Some(known_lens(&path)?);
         }
-        Ok((names, cameras, config, Box::new(pictures)))
+        Ok((names, cameras, config, (Box::new(pictures), false)))
     }
 
     pub(super) fn run(mut self) -> anyhow::Result<Exit> {
@@ -164,11 +165,12 @@ impl Arguments {
             return Err(boresight_app::MissingFeature::REPORT.into());
         }
         if self.rig {
-            let (names, cameras, config, pictures) = self.rig_views()?;
+            let (names, cameras, config, (pictures, is_simulated)) = self.rig_views()?;
             let files = RigFiles {
                 out: self.out.as_deref(),
                 report: self.report.as_deref(),
                 picture: &*pictures,
+                is_simulated,
                 overwrite: self.overwrite(),
             };
             let ended = conclude_rig(&names, &cameras, &config, files, &announcer())?;

@@ -11,6 +11,7 @@ use boresight_app::{
     commands::calibration_views::{SessionViews, from_session},
     cores,
     session::{
+        certificate::{Circumstances, certificate},
         report::{REPORT_SCHEMA, ReportFile, of_file},
         rig_guide::RIG_RESULT,
         rig_result::write_rig_page,
@@ -102,7 +103,17 @@ impl Arguments {
         let session = path.parent().filter(|folder| is_rig(folder));
         let saved = session.and_then(|folder| saved_rig(folder, &Announcer::silent()).ok());
         let picture = |name: &str, number| saved.as_ref()?.picture(name, number);
-        say(&write_rig_page(&rig, &picture, &page, overwrite)?);
+        let stated = Config::load(self.config.as_deref(), &self.settings)?.certificate;
+        let text = read_text(path, TEXT_LIMIT, Links::Followed)?;
+        let known = Circumstances {
+            made: saved.as_ref().and_then(|saved| saved.created.parse().ok()),
+            file: Some((path, text.as_bytes())),
+            ..Circumstances::default()
+        };
+        let mut notes = Vec::new();
+        let certificate = certificate(&stated, known, &mut notes);
+        say(&write_rig_page(&rig, &picture, &certificate, (&page, overwrite))?);
+        notes.iter().for_each(|note| say(note));
         if self.json {
             let (schema, page) = (REPORT_SCHEMA.into(), page.display().to_string());
             let written = ReportFile { schema, page, verdict: rig.verdict.clone() };

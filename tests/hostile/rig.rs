@@ -5,7 +5,7 @@ use boresight::{
         export::{ExportedRig, RigFormat},
         files::RigFile,
     },
-    report::rig_page,
+    report::{Certificate, rig_page},
 };
 use serde_json::{Value, json};
 
@@ -69,7 +69,7 @@ fn rigs() {
                     }
                 }
             }
-            let html = rig_page("rig.json", &rig, None);
+            let html = rig_page("rig.json", &rig, None, &Certificate::default());
             for no_number in ["NaN", ">inf", "\"inf", "-inf", " inf", "<script"] {
                 if let Some(at) = html.find(no_number) {
                     let from = html[..at].char_indices().rev().nth(120).map_or(0, |(from, _)| from);

@@ -100,6 +100,10 @@ fn a_board_that_rests_where_two_cameras_see_it_gives_their_places() {
     let page = roxmltree::Document::parse(&page).expect("well-formed");
     let told: String = page.descendants().filter_map(|it| it.text()).collect();
     let parts = [
+        "Calibration certificate",
+        "How exact",
+        "Until a camera, its mount or its lens is touched.",
+        "Scan to check that this sheet belongs to the file",
         "left to right",
         "Cameras, and places of the board",
         "Distances by two cameras",
@@ -114,6 +118,16 @@ fn a_board_that_rests_where_two_cameras_see_it_gives_their_places() {
     let copied = ["report", "rig/rig.json", "--out", "page.html"];
     says(&boresight(folder, &copied), guided.code, &["Report: page.html"]);
     says(&boresight(folder, &copied), 1, &["page.html", "--force"]);
+    // A rig that isn't to be used has no certificate, and no number.
+    let bad = folder.join("bad.json");
+    let verdict = format!("\"verdict\": \"{}\"", json(&text)["verdict"].as_str().expect("one"));
+    std::fs::write(&bad, text.replace(&verdict, "\"verdict\": \"untrustworthy\""))
+        .expect("written");
+    says(&boresight(folder, &["report", "bad.json"]), 3, &["Report: bad.html"]);
+    let page = std::fs::read_to_string(folder.join("bad.html")).expect("a page");
+    let (sheet, _) = page.split_once("</section>").expect("the customer's sheet");
+    assert!(sheet.contains("Calibration record (not a certificate)"), "{sheet}");
+    assert!(!sheet.contains("How exact") && !sheet.contains("±"), "{sheet}");
     // The recording is the same rig, to the last digit.
     says(
         &boresight(folder, &["calibrate", "--rig", "rig", "--out", "again.json"]),

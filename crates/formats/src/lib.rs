@@ -94,7 +94,8 @@ pub use judgement_file::{FreshLens, JUDGEMENT_SCHEMA, JudgementFile};
 pub use named_covariance::{LensCovariance, NamedCovariance};
 #[doc(hidden)]
 pub use rig_file::{
-    RIG_SCHEMA, RigCameraEntry, RigCovariance, RigFile, RigInstantEntry, RigPairEntry, RigWords,
+    RIG_SCHEMA, RigCameraEntry, RigCovariance, RigFile, RigGoalEntry, RigInstantEntry,
+    RigPairEntry, RigWords,
 };
 pub use schema::NotRead;
 

@@ -16,7 +16,8 @@ use super::{
     schema::{self, NotRead},
 };
 use boresight_calibrate::{
-    KnownLens, KnownRig, NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict,
+    AcceptanceGoal, BOARD_SCALE_SD, CalibrationParams, DEFAULT_TYPICAL_GOAL_PX, KnownLens,
+    KnownRig, NotARig, Pair, RigCalibration, RigFinding, Severity, Verdict,
 };
 use boresight_geometry::{LensParameter, LensParts, Rig, boards::Board};
 
@@ -38,6 +39,15 @@ pub struct RigFile {
     /// `good`, `care` or `untrustworthy`.
     #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["good", "care", "untrustworthy"])))]
     pub verdict: String,
+    /// What was asked of every pair, and what the weakest one reaches; null without a result.
+    pub goal: Option<RigGoalEntry>,
+    /// Standard deviation of the size of the board's squares, as a share: it comes on top of the
+    /// lengths' deviations below.
+    #[serde(default = "usual_scale_sd")]
+    pub board_scale_sd: f64,
+    /// True if the pictures were rendered.
+    #[serde(default)]
+    pub simulated: bool,
     /// What speaks for or against the rig, with what to do.
     pub findings: Vec<FindingEntry>,
     /// The cameras; empty without a result.
@@ -48,6 +58,24 @@ pub struct RigFile {
     pub instants: Vec<RigInstantEntry>,
     /// Covariance of all cameras' numbers; null with too few instants.
     pub covariance: Option<RigCovariance>,
+}
+
+/// See [`BOARD_SCALE_SD`].
+fn usual_scale_sd() -> f64 {
+    BOARD_SCALE_SD
+}
+
+/// Goal of each two cameras.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RigGoalEntry {
+    /// `px` for rows, `m` for a length.
+    #[cfg_attr(feature = "schemas", schemars(extend("enum" = ["px", "m"])))]
+    pub unit: String,
+    /// Largest acceptable error, met 95 % of the time.
+    pub goal: f64,
+    /// 95 % bound of the weakest pair; null without an uncertainty.
+    pub reached: Option<f64>,
 }
 
 /// A camera of a rig.
@@ -148,6 +176,18 @@ impl PoseEntry {
     }
 }
 
+impl RigGoalEntry {
+    fn of(rig: &RigCalibration, accept: Option<AcceptanceGoal>) -> Self {
+        let (unit, goal) = match accept {
+            None => ("px", DEFAULT_TYPICAL_GOAL_PX),
+            Some(AcceptanceGoal::Projection { px }) => ("px", px),
+            Some(AcceptanceGoal::Length { within_m, .. }) => ("m", within_m),
+        };
+        let bounds = rig.pairs.iter().filter_map(|pair| Some(pair.bound(accept)?.bound));
+        Self { unit: unit.into(), goal, reached: bounds.reduce(f64::max) }
+    }
+}
+
 impl RigCameraEntry {
     /// The lens with its uncertainty; `None` if the file states none.
     pub fn known_lens(&self) -> Option<KnownLens> {
@@ -157,11 +197,13 @@ impl RigCameraEntry {
 }
 
 impl RigFile {
-    /// The file of a rig of cameras with the given `names`.
+    /// The file of a rig of cameras with the given `names`, calibrated with
+    /// `params`.
     pub fn of(
         result: Result<&RigCalibration, &NotARig>,
         names: &[String],
         board: &Board,
+        params: &CalibrationParams,
         words: RigWords,
     ) -> Self {
         let empty = Self {
@@ -169,6 +211,9 @@ impl RigFile {
             board: BoardEntry::of(board),
             stretch: None,
             verdict: Verdict::Untrustworthy.code().into(),
+            goal: None,
+            board_scale_sd: params.board_scale_sd,
+            simulated: false,
             findings: Vec::new(),
             cameras: Vec::new(),
             pairs: Vec::new(),
@@ -200,6 +245,7 @@ impl RigFile {
             board: BoardEntry { points_mm: Some(points_mm), ..empty.board },
             stretch: Some(rig.stretch),
             verdict: rig.verdict.code().into(),
+            goal: Some(RigGoalEntry::of(rig, params.accept)),
             findings: rig.findings.iter().map(finding).collect(),
             cameras: cameras(rig, names),
             pairs: rig.pairs.iter().map(|pair| RigPairEntry::of(pair, names)).collect(),

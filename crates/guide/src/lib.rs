@@ -64,6 +64,9 @@
 
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+extern crate self as boresight_guide;
+
 pub mod guidance;
 #[doc(hidden)]
 pub mod rig;

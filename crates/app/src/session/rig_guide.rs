@@ -44,6 +44,7 @@ pub fn guide_rig(
         out: Some(&out),
         report: cfg!(feature = "report").then_some(page.as_path()),
         picture: &|name, number| finished.picture(name, number),
+        is_simulated: finished.is_simulated,
         overwrite: Overwrite::Allowed,
     };
     conclude_rig(&finished.names, &finished.views, &finished.config, files, announcer)

@@ -9,10 +9,13 @@ use crate::{Announcer, cores};
 use boresight_calibrate::{CalibrationParams, RigViews, Verdict, calibrate_rig};
 use boresight_files::{Overwrite, save};
 use boresight_formats::{FindingEntry, RigFile};
-#[cfg(feature = "report")]
-use boresight_present::report::{RowPictures, rig_page};
 use boresight_present::{grade::Grade, text::rig as words};
 use boresight_run::config::Config;
+#[cfg(feature = "report")]
+use {
+    super::certificate::{Circumstances, certificate},
+    boresight_present::report::{Certificate, RowPictures, rig_page},
+};
 
 /// Result of several cameras.
 #[derive(Clone, Debug)]
@@ -51,6 +54,8 @@ pub struct RigFiles<'a> {
     pub report: Option<&'a Path>,
     /// Pictures for the page.
     pub picture: PictureOf<'a>,
+    /// True if they are rendered.
+    pub is_simulated: bool,
     /// What to do with files that exist.
     pub overwrite: Overwrite,
 }
@@ -64,13 +69,16 @@ pub fn conclude_rig(
     names: &[String],
     cameras: &[RigViews],
     config: &Config,
-    RigFiles { out, report, picture, overwrite }: RigFiles<'_>,
+    RigFiles { out, report, picture, is_simulated, overwrite }: RigFiles<'_>,
     announcer: &Announcer,
 ) -> anyhow::Result<RigEnded> {
     let board = config.board()?;
     let params = CalibrationParams { threads: cores(), ..config.calibration() };
     let found = calibrate_rig(cameras, &board, &params);
-    let file = RigFile::of(found.as_ref(), names, &board, words::RIG_WORDS);
+    let file = RigFile {
+        simulated: is_simulated,
+        ..RigFile::of(found.as_ref(), names, &board, &params, words::RIG_WORDS)
+    };
     let mut lines: Vec<String> = found.iter().map(words::verdict).collect();
     for FindingEntry { code, message, action, .. } in &file.findings {
         lines.push(format!("  {code}: {message}. {action}"));
@@ -95,7 +103,13 @@ pub fn conclude_rig(
     }
     #[cfg(feature = "report")]
     if let Some(path) = report {
-        written.push(write_rig_page(&file, picture, path, overwrite)?);
+        let (text, made) = (json(&file), Some(jiff::Timestamp::now()));
+        let known = out.map(|out| (out, text.as_bytes()));
+        let mut notes = Vec::new();
+        let known = Circumstances { made, file: known, ..Circumstances::default() };
+        let certificate = certificate(&config.certificate, known, &mut notes);
+        written.push(write_rig_page(&file, picture, &certificate, (path, overwrite))?);
+        written.extend(notes);
     }
     #[cfg(not(feature = "report"))]
     let _ = (report, picture);
@@ -109,7 +123,7 @@ pub fn conclude_rig(
     Ok(RigEnded { exit, grade, lines, file: Some(file) })
 }
 
-/// Writes the page about `rig` to `path`; the news of it.
+/// Writes the page about `rig`, with `certificate` as its first sheet, to a path; the news of it.
 ///
 /// # Errors
 ///
@@ -118,11 +132,12 @@ pub fn conclude_rig(
 pub fn write_rig_page(
     rig: &RigFile,
     picture: PictureOf<'_>,
-    path: &Path,
-    overwrite: Overwrite,
+    certificate: &Certificate,
+    (path, overwrite): (&Path, Overwrite),
 ) -> anyhow::Result<String> {
     let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
     let rows = RowPictures::of(rig, picture);
-    save(path, rig_page(&names.join(", "), rig, rows.as_ref()).as_bytes(), overwrite)?;
+    let page = rig_page(&names.join(", "), rig, rows.as_ref(), certificate);
+    save(path, page.as_bytes(), overwrite)?;
     Ok(format!("Report: {}", path.display()))
 }

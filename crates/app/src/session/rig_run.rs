@@ -30,11 +30,14 @@ use boresight_guide::{
     rig::{Order, Place, Plan, RigPrompt, RigSession, plan},
     session::{Input, Session, Snapshot},
 };
-use boresight_present::{instruction::Instruction, text::rig as words};
+use boresight_present::{
+    instruction::Instruction,
+    text::{is_simulated, rig as words},
+};
 use boresight_run::{
     config::Config,
     pipeline::{Background, LiveFeed, Pipeline},
-    recording::{RigSessionCamera, RigSessionFile, is_name},
+    recording::{Header, RigSessionCamera, RigSessionFile, SessionFolder, is_name},
 };
 use boresight_sim::{Scene, technician::Person};
 
@@ -94,6 +97,10 @@ pub struct FinishedRig {
     pub names: Vec<String>,
     /// Settings of the first camera.
     pub config: Config,
+    /// Time at which the session began, as written.
+    pub created: String,
+    /// True if the pictures are rendered.
+    pub is_simulated: bool,
     /// Views of each camera, numbered by place.
     pub views: Vec<RigViews>,
     /// Picture of each camera's view, by place.
@@ -506,7 +513,8 @@ fn finished(
         rig.settle(camera, session);
     }
     let first = folder.join(names.first().context("a rig has cameras")?);
-    let config = boresight_run::recording::SessionFolder::header(&first)?.config;
+    let Header { config, created, source, .. } = SessionFolder::header(&first)?;
+    let is_simulated = is_simulated(&source);
     let frames = sessions.iter().enumerate().map(|(camera, session)| {
         let frame = |place: &Place| {
             let (_, number) = place.views.iter().find(|(of, _)| *of == camera)?;
@@ -515,7 +523,15 @@ fn finished(
         };
         rig.places().iter().filter_map(frame).collect()
     });
-    Ok(FinishedRig { frames: frames.collect(), views: rig.views(), folder, names, config })
+    Ok(FinishedRig {
+        frames: frames.collect(),
+        views: rig.views(),
+        folder,
+        names,
+        config,
+        created,
+        is_simulated,
+    })
 }
 
 /// The session of several cameras in `folder`, as recorded.

@@ -289,7 +289,7 @@ impl RigSession {
     }
 
     /// Cameras that see the board.
-    pub(super) fn seeing(&self) -> Vec<usize> {
+    pub fn seeing(&self) -> Vec<usize> {
         let sees = |camera: &usize| {
             let state = &self.cameras[*camera];
             state.rest.corners_px.is_some() && !state.has_ended

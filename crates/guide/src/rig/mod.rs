@@ -18,6 +18,8 @@ mod prompt;
 mod rest;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod world;
 
 pub use lead::{Order, Place, RigSession};
 pub use plan::{Plan, Wanted, plan};

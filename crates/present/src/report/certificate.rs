@@ -20,7 +20,7 @@ use boresight_formats::{CalibrationFile, DistortionEntry, LensEntry};
 use boresight_geometry::frame::ImageSize;
 
 /// Coverage factor of expanded uncertainties.
-const COVERAGE_FACTOR: f64 = 2.0;
+pub(super) const COVERAGE_FACTOR: f64 = 2.0;
 
 /// First sheet. Empty without a certificate in the report, without a result to certify, and for
 /// another program's calibration, which nobody judged.
@@ -33,60 +33,15 @@ pub(super) fn sheet(report: &Report) -> String {
         return String::new();
     }
     let certifies = calibration.is_usable() && !report.camera.simulated;
-    let title = if certifies { words::TITLE } else { words::NO_CERTIFICATE };
-    let mut body = String::from("<header class=\"masthead\"><div>");
-    if let Some(logo) = &certificate.logo {
-        body += &logo.svg();
-    }
-    if !certificate.company.is_empty() {
-        push(&mut body, format_args!("<p class=\"company\">{}</p>", escaped(&certificate.company)));
-    }
-    push(&mut body, format_args!("</div><div class=\"title\"><h1>{title}</h1>"));
-    if !certificate.number.is_empty() {
-        let number = escaped(&words::number(&certificate.number));
-        push(&mut body, format_args!("<p class=\"lead\">{number}</p>"));
-    }
-    body += "</div></header>\n";
-    if report.camera.simulated {
-        push(
-            &mut body,
-            format_args!(
-                "<div class=\"watermark\" aria-hidden=\"true\">{}</div>\n<p class=\"simulated\">{}</p>\n",
-                words::SIMULATED,
-                report_words::SIMULATED
-            ),
-        );
-    }
+    let mut body = masthead(certificate, certifies, report.camera.simulated);
     if calibration.is_usable() {
         body += &front::front(report, certificate, lens);
     } else {
         body += &verdict(calibration);
     }
-    if let Some((file, sha256)) = &certificate.file {
-        let checksum = words::checksum(file, sha256);
-        push(
-            &mut body,
-            format_args!(
-                "<div class=\"checksum\">{}<p><b>{}</b><br/>{}</p></div>\n",
-                front::qr_code(&checksum),
-                words::SCAN,
-                escaped(&checksum)
-            ),
-        );
-    }
+    body += &checksum(certificate);
     if certifies {
-        body += "<div class=\"signatures\">";
-        for (who, by) in [(name::SIGNED, certificate.operator.as_str()), (name::APPROVED, "")] {
-            push(
-                &mut body,
-                format_args!(
-                    "<div><p><b>{who}</b> {}</p><p class=\"sign-here\">{}</p></div>",
-                    escaped(by),
-                    name::SIGNATURE
-                ),
-            );
-        }
-        body += "</div>\n";
+        body += &signatures(certificate);
     }
     body += "<div class=\"numbers\">\n";
     body += &identity_tables(identity(report, certificate));
@@ -104,6 +59,63 @@ pub(super) fn sheet(report: &Report) -> String {
         ),
     );
     section_with(report_words::Section::Certificate, "certificate", &body)
+}
+
+/// Logo, company, title and number; a watermark across a sheet about simulated cameras.
+pub(super) fn masthead(certificate: &Certificate, certifies: bool, simulated: bool) -> String {
+    let title = if certifies { words::TITLE } else { words::NO_CERTIFICATE };
+    let mut body = String::from("<header class=\"masthead\"><div>");
+    if let Some(logo) = &certificate.logo {
+        body += &logo.svg();
+    }
+    if !certificate.company.is_empty() {
+        push(&mut body, format_args!("<p class=\"company\">{}</p>", escaped(&certificate.company)));
+    }
+    push(&mut body, format_args!("</div><div class=\"title\"><h1>{title}</h1>"));
+    if !certificate.number.is_empty() {
+        let number = escaped(&words::number(&certificate.number));
+        push(&mut body, format_args!("<p class=\"lead\">{number}</p>"));
+    }
+    body += "</div></header>\n";
+    if simulated {
+        push(
+            &mut body,
+            format_args!(
+                "<div class=\"watermark\" aria-hidden=\"true\">{}</div>\n<p class=\"simulated\">{}</p>\n",
+                words::SIMULATED,
+                report_words::SIMULATED
+            ),
+        );
+    }
+    body
+}
+
+/// Name and checksum of the file, also as a QR code; empty without a file.
+pub(super) fn checksum(certificate: &Certificate) -> String {
+    let Some((file, sha256)) = &certificate.file else { return String::new() };
+    let checksum = words::checksum(file, sha256);
+    format!(
+        "<div class=\"checksum\">{}<p><b>{}</b><br/>{}</p></div>\n",
+        front::qr_code(&checksum),
+        words::SCAN,
+        escaped(&checksum)
+    )
+}
+
+/// Lines to sign on.
+pub(super) fn signatures(certificate: &Certificate) -> String {
+    let mut body = String::from("<div class=\"signatures\">");
+    for (who, by) in [(name::SIGNED, certificate.operator.as_str()), (name::APPROVED, "")] {
+        push(
+            &mut body,
+            format_args!(
+                "<div><p><b>{who}</b> {}</p><p class=\"sign-here\">{}</p></div>",
+                escaped(by),
+                name::SIGNATURE
+            ),
+        );
+    }
+    body + "</div>\n"
 }
 
 /// Contents of a CSS string for any `text`.

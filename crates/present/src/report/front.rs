@@ -27,14 +27,16 @@ pub(super) fn front(report: &Report, certificate: &Certificate, lens: &LensEntry
     }
     body += &grade(report);
     body += &warnings(&report.calibration);
-    body += "<table class=\"answers\"><tbody>\n";
-    for (name, answer) in answers(report, certificate, lens, known.as_ref()) {
-        push(
-            &mut body,
-            format_args!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escaped(&answer)),
-        );
-    }
-    body + "</tbody></table>\n"
+    body + &table(answers(report, certificate, lens, known.as_ref()))
+}
+
+/// The three answers as a table.
+pub(super) fn table(answers: [(&str, String); 3]) -> String {
+    let row = |(name, answer): (&str, String)| {
+        format!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>\n", escaped(&answer))
+    };
+    let rows = answers.map(row).concat();
+    format!("<table class=\"answers\"><tbody>\n{rows}</tbody></table>\n")
 }
 
 /// The customer's three questions, each with its answer.
@@ -160,8 +162,11 @@ pub(super) fn error(report: &Report) -> (Option<String>, String) {
 /// Grade and error beside each other.
 fn grade(report: &Report) -> String {
     let calibration = &report.calibration;
-    let said = grade_said(calibration);
-    let (number, below) = error(report);
+    graded(report_words::sign_of(calibration), grade_said(calibration), error(report))
+}
+
+/// Sign and words of a grade, beside the error, if known, and the line below it.
+pub(super) fn graded(sign: &str, said: &str, (number, below): (Option<String>, String)) -> String {
     let number = number.map_or(String::new(), |number| {
         format!(
             "<p class=\"number\"><b>{}</b><br/><small>{}</small></p>",
@@ -170,8 +175,7 @@ fn grade(report: &Report) -> String {
         )
     });
     format!(
-        "<div class=\"grade\"><p><span class=\"sign\">{}</span> <strong>{said}</strong></p>{number}</div>\n",
-        report_words::sign_of(calibration)
+        "<div class=\"grade\"><p><span class=\"sign\">{sign}</span> <strong>{said}</strong></p>{number}</div>\n"
     )
 }
 

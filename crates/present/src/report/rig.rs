@@ -3,6 +3,9 @@
 use nalgebra::{Isometry3, Point2, Point3};
 
 use super::{
+    Certificate,
+    certificate::{self, COVERAGE_FACTOR as K},
+    front,
     number::{brief_data, measured, plain, row},
     page::STYLE,
     row_pictures::RowPictures,
@@ -12,11 +15,14 @@ use crate::{
     chart::{Canvas, Plot, Series, Stroke, escaped},
     grade::Grade,
     text::{
+        certificate as certificate_words, grade as grade_said,
         report::{self as words, Section},
         rig as rig_words,
     },
 };
-use boresight_formats::{FindingEntry, RigCameraEntry, RigFile, RigPairEntry};
+use boresight_formats::{
+    FindingEntry, PoseEntry, RigCameraEntry, RigFile, RigGoalEntry, RigPairEntry,
+};
 use boresight_geometry::frame::ImageSize;
 
 /// Width of a drawing of places, in its own units.
@@ -26,8 +32,14 @@ const CAMERA: f64 = 0.07;
 /// Distances shown, as multiples of the boards' mean distance.
 const FAR: [f64; 10] = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
 
-/// Page about `rig`, called `name`: one self-contained HTML file, and well-formed XML.
-pub fn rig_page(name: &str, rig: &RigFile, rows: Option<&RowPictures>) -> String {
+/// Page about `rig`, called `name`: one self-contained HTML file, and well-formed XML. The first
+/// sheet is for the customer.
+pub fn rig_page(
+    name: &str,
+    rig: &RigFile,
+    rows: Option<&RowPictures>,
+    certificate: &Certificate,
+) -> String {
     let title = words::title_of_rig(name);
     let title = escaped(&title);
     let drawings = match rig.cameras.is_empty() {
@@ -41,7 +53,8 @@ pub fn rig_page(name: &str, rig: &RigFile, rows: Option<&RowPictures>) -> String
     let rows = rows.filter(|_| grade(rig) != Grade::NotTrustworthy);
     let rows = rows.map_or_else(String::new, |rows| section(Section::Rows, &rows.drawings()));
     format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n<h1>{title}</h1>\n{}{drawings}{}{}{rows}<div class=\"two\">{}{}</div>\n</body></html>\n",
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n{}<h1>{title}</h1>\n{}{drawings}{}{}{rows}<div class=\"two\">{}{}</div>\n</body></html>\n",
+        sheet(rig, certificate),
         verdict(rig),
         pairs(rig),
         cameras(rig),
@@ -58,6 +71,80 @@ fn grade(rig: &RigFile) -> Grade {
         _ if rig.is_unfinished() => Grade::Unfinished,
         _ => Grade::NotTrustworthy,
     }
+}
+
+/// The customer's sheet: grade, error and goal, three answers, and the file's checksum. Empty
+/// without a rig.
+fn sheet(rig: &RigFile, certificate: &Certificate) -> String {
+    if rig.cameras.is_empty() {
+        return String::new();
+    }
+    let grade = grade(rig);
+    let is_usable = matches!(grade, Grade::Good | Grade::Care);
+    let certifies = is_usable && !rig.simulated;
+    let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
+    let (names, c) = (names.join(", "), certificate);
+    let identity = [&c.site, &names, &c.customer, &c.date].into_iter().map(String::as_str);
+    let identity: Vec<&str> = identity.filter(|part| !part.is_empty()).collect();
+    let mut body = certificate::masthead(certificate, certifies, rig.simulated);
+    body += &format!("<p class=\"identity\">{}</p>\n", escaped(&identity.join(" · ")));
+    // A number of a rig that isn't usable is no answer.
+    let error = match rig.goal.as_ref().filter(|_| is_usable) {
+        Some(RigGoalEntry { unit, goal, reached }) => {
+            let said = |value: &f64| rig_words::of_goal(*value, unit == "m");
+            let number = reached.as_ref().map(|reached| format!("±{}", said(reached)));
+            (number, certificate_words::of_goal(true, &said(goal)))
+        }
+        None => (None, String::new()),
+    };
+    body += &front::graded(words::verdict_sign(&rig.verdict), grade_said(grade), error);
+    if is_usable {
+        let due = certificate.check_due.as_deref();
+        body += &front::table([
+            (certificate_words::HOW_EXACT, how_exact(rig)),
+            (certificate_words::WHERE, where_valid(rig)),
+            (certificate_words::UNTIL_WHEN, rig_words::until_when(due)),
+        ]);
+    }
+    body += &certificate::checksum(certificate);
+    if certifies {
+        body += &certificate::signatures(certificate);
+    }
+    section_with(Section::Certificate, "certificate", &body)
+}
+
+/// Rows and distances of the weakest pair, within which they are 95 % of the time, with the size of
+/// the board's squares.
+fn how_exact(rig: &RigFile) -> String {
+    let of = |pair: &RigPairEntry| Some((pair.distance_sd?, pair.at_m?, pair.row_sd_px));
+    let weakest = rig.pairs.iter().filter_map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+    weakest.map_or_else(
+        || certificate_words::NOT_KNOWN.into(),
+        |(share, at_m, row_px)| {
+            rig_words::how_exact(
+                K * libm::hypot(share, rig.board_scale_sd) * at_m,
+                at_m,
+                row_px.map(|px| K * px),
+            )
+        },
+    )
+}
+
+/// Distances of the boards' places from the nearest camera that saw them.
+fn where_valid(rig: &RigFile) -> String {
+    let far = |place: &PoseEntry| -> Option<f64> {
+        let place = place.pose()?;
+        let of = |camera: &RigCameraEntry| {
+            Some((camera.cam_from_rig.pose()? * place).translation.vector.norm())
+        };
+        rig.cameras.iter().filter_map(of).reduce(f64::min)
+    };
+    let far: Vec<f64> = rig.instants.iter().filter_map(|it| far(&it.rig_from_board)).collect();
+    let [near, far] = [f64::min, f64::max].map(|of| far.iter().copied().reduce(of));
+    near.zip(far).map_or_else(
+        || certificate_words::NOT_KNOWN.into(),
+        |(near_m, far_m)| rig_words::where_valid(near_m, far_m),
+    )
 }
 
 fn verdict(rig: &RigFile) -> String {

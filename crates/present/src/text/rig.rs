@@ -72,8 +72,27 @@ fn finding(finding: &RigFinding, names: &[String]) -> (String, &'static str) {
     }
 }
 
+/// How exact the weakest pair is, 95 % of the time.
+pub fn how_exact(within_m: f64, at_m: f64, row_px: Option<f64>) -> String {
+    let rows = row_px.map_or(String::new(), |px| {
+        format!(" Rows of two pictures agree within {} px.", small(px))
+    });
+    format!("A distance at {at_m:.2} m is within {} mm.{rows}", small(1000.0 * within_m))
+}
+
+/// Where the rig was measured.
+pub fn where_valid(near_m: f64, far_m: f64) -> String {
+    format!("From {near_m:.2} to {far_m:.2} m, where the boards were.")
+}
+
+/// How long the rig holds.
+pub fn until_when(check_due: Option<&str>) -> String {
+    let due = check_due.map_or(String::new(), |due| format!(" Next check due {due}."));
+    format!("Until a camera, its mount or its lens is touched.{due}")
+}
+
 /// Row error in pixels, or error of a length in metres.
-fn of_goal(value: f64, is_length: bool) -> String {
+pub fn of_goal(value: f64, is_length: bool) -> String {
     if is_length { format!("{} mm", small(1000.0 * value)) } else { format!("{} px", small(value)) }
 }
 
