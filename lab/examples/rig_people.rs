@@ -51,7 +51,7 @@ fn main() -> Result<()> {
     for (name, layout) in LAYOUTS {
         if only.as_ref().is_none_or(|only| name.starts_with(only.as_str())) {
             let mut ended = run(layout, seeds);
-            print(name, &mut ended);
+            print(name, &mut ended, seeds);
         }
     }
     Ok(())
@@ -141,7 +141,7 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-fn print(name: &str, ended: &mut [Ended]) {
+fn print(name: &str, ended: &mut [Ended], seeds: u64) {
     let good = ended.iter().filter(|ended| ended.is_good).count();
     ended.sort_by_key(|ended| ended.secs);
     let middle = |of: fn(&Ended) -> u64| {
@@ -156,8 +156,7 @@ fn print(name: &str, ended: &mut [Ended]) {
     });
     let inside = ratios[1].iter().filter(|ratio| ratio.abs() < 1.96).count();
     println!(
-        "{name:16} {good:>4} of {}: {places}, {most_places}; {secs}, {most_secs} s; {:.2}, {:.2}, {:.2}; baselines inside {inside} of {}",
-        ended.len(),
+        "{name:16} {good:>4} of {seeds}: {places}, {most_places}; {secs}, {most_secs} s; {:.2}, {:.2}, {:.2}; baselines inside {inside} of {}",
         rms(&ratios[0]),
         rms(&ratios[1]),
         rms(&ratios[2]),

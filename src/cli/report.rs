@@ -7,13 +7,12 @@ use clap::Args;
 
 use super::{accept_args::AcceptArguments, guide_rig::is_rig, rig, this_command::this_command};
 use boresight_app::{
-    Announcer, Exit, RESULT_FILE,
+    Announcer, Exit, RESULT_FILE, RIG_RESULT,
     commands::calibration_views::{SessionViews, from_session},
     cores,
     session::{
         certificate::{Circumstances, certificate},
         report::{REPORT_SCHEMA, ReportFile, of_file},
-        rig_guide::RIG_RESULT,
         rig_result::write_rig_page,
         rig_run::saved_rig,
         session_report,

@@ -175,7 +175,7 @@ impl AppHost for Bench {
         unreachable!("there is no paper")
     }
 
-    fn formats(&self) -> Vec<&'static str> {
+    fn formats(&self, _: bool) -> Vec<&'static str> {
         Vec::new()
     }
 

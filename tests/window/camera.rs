@@ -159,7 +159,7 @@ impl AppHost for OneCamera {
         if source == "/dev/video0" { vec![mode] } else { Vec::new() }
     }
 
-    fn formats(&self) -> Vec<&'static str> {
+    fn formats(&self, _: bool) -> Vec<&'static str> {
         Vec::new()
     }
 

@@ -34,7 +34,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
         report: Some("sessions/one/report.html".into()),
         is_rig: false,
     }];
-    let formats = vec!["OpenCV", "ROS"];
+    let formats = [vec!["OpenCV", "ROS"], vec!["Kalibr"]];
     let mut page = page(Picker { recordings, formats, ..Picker::default() });
     page.run();
     for said in ["21 November 2026, 09:00", "Front camera, 1280 × 720", "Good", "5 views"] {
@@ -77,7 +77,7 @@ fn a_recording_is_opened_by_its_path_or_from_the_list() {
 }
 
 #[test]
-fn a_session_of_several_cameras_has_a_report_and_no_step_of_one_camera() {
+fn a_session_of_several_cameras_has_its_own_steps_and_formats() {
     let folder = std::path::PathBuf::from("sessions/rig");
     let report = folder.join("rig.html");
     let recordings = vec![Recording {
@@ -90,16 +90,26 @@ fn a_session_of_several_cameras_has_a_report_and_no_step_of_one_camera() {
         report: Some(report.clone()),
         is_rig: true,
     }];
-    let mut page = page(Picker { recordings, ..Picker::default() });
+    let formats = [vec!["OpenCV", "ROS"], vec!["Kalibr"]];
+    let mut page = page(Picker { recordings, formats, ..Picker::default() });
     page.run();
     page.get_by_label("left, right: 8 places");
-    for (button, ask) in [("Report", UiAction::Show(report)), ("Delete", UiAction::Delete(folder))]
-    {
+    let asks = [
+        ("Report", UiAction::Show(report)),
+        ("Continue", UiAction::GoOnWithRig(folder.clone())),
+        ("Delete", UiAction::Delete(folder.clone())),
+    ];
+    for (button, ask) in asks {
         page.get_by_role_and_label(Role::Button, button).click();
         page.run();
         assert_eq!(page.state().1.last(), Some(&ask));
     }
-    for button in ["Show result", "Continue", "Replay", "Export"] {
+    page.get_by_role_and_label(Role::Button, "Export").click();
+    page.run();
+    page.get_by_role_and_label(Role::Button, "Kalibr").click();
+    page.run();
+    assert_eq!(page.state().1.last(), Some(&UiAction::ExportOf(folder, 0)));
+    for button in ["Show result", "Replay"] {
         assert!(page.query_by_role_and_label(Role::Button, button).is_none(), "{button}");
     }
 }

@@ -522,8 +522,8 @@ impl AppHost for WithCamera {
         Vec::new()
     }
 
-    fn formats(&self) -> Vec<&'static str> {
-        self.inner.formats()
+    fn formats(&self, is_rig: bool) -> Vec<&'static str> {
+        self.inner.formats(is_rig)
     }
 
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {

@@ -46,3 +46,7 @@ pub const REPORT_FILE: &str = "report.html";
 pub const CORNERS_FILE: &str = "corners.vnl";
 /// Name of the result in the session's folder.
 pub const RESULT_FILE: &str = "calibration.json";
+/// Result of several cameras in their session's folder.
+pub const RIG_RESULT: &str = "rig.json";
+/// Page about them.
+pub const RIG_REPORT: &str = "rig.html";

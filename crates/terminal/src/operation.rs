@@ -16,9 +16,7 @@ use serde_json::{Value, json};
 
 use crate::{announcer, is_json, log, log_as_json, log_to, say};
 use boresight_app::{
-    RESULT_FILE, SessionMetrics,
-    session::{rig_guide::RIG_RESULT, run::Concluded},
-    state_topic, verdict_name,
+    RESULT_FILE, RIG_RESULT, SessionMetrics, session::run::Concluded, state_topic, verdict_name,
 };
 use boresight_files::{Links, Overwrite, Scratch, TEXT_LIMIT, may_save, read};
 use boresight_formats::CalibrationFile;

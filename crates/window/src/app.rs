@@ -557,7 +557,7 @@ impl App {
                     SessionState::Ending(_) => result::State::Ending,
                     SessionState::Ended(ended) => result::State::Ended(ended),
                 };
-                let formats = self.host.formats();
+                let formats = self.host.formats(false);
                 let exported = self.exported.as_ref();
                 let context = result::Context { state, formats: &formats, exported };
                 result::show(ui, &self.screen, &context, &mut self.result, &mut asks);
@@ -786,6 +786,10 @@ impl App {
             UiAction::Compare(old) => self.compare(&old),
             UiAction::ShowResult(folder) => self.show_stored(folder),
             UiAction::GoOnWith(folder) => self.go_on_with(ctx, folder),
+            UiAction::GoOnWithRig(folder) => {
+                let wish = SessionRequest { go_on_with: Some(folder), ..self.wish.clone() };
+                self.open_rig(ctx, &RigRequest { cameras: Vec::new(), wish });
+            }
             UiAction::ExportOf(folder, format) => self.export_of(&folder, format),
             UiAction::Delete(folder) => self.delete(&folder),
             UiAction::Show(file) => {

@@ -55,6 +55,8 @@ pub enum UiAction {
     ShowResult(std::path::PathBuf),
     /// Continue the session in the folder.
     GoOnWith(std::path::PathBuf),
+    /// Continue the session of several cameras in the folder.
+    GoOnWithRig(std::path::PathBuf),
     /// Write the result of the session in the folder in a format by number.
     ExportOf(std::path::PathBuf, usize),
     /// Move the session in the folder to the bin.

@@ -22,7 +22,7 @@ use boresight_app::{
         camera, comparison, export,
         opening::new_session_path,
         rig_guide::guide_rig,
-        rig_run::{RigHand, RigNews, RigOpening},
+        rig_run::{RigHand, RigNews, RigOpening, RigRun},
         run::{Concluded, announcing},
     },
     window::{
@@ -207,8 +207,8 @@ impl AppHost for WindowHost {
         camera::modes(source)
     }
 
-    fn formats(&self) -> Vec<&'static str> {
-        export::FORMATS.iter().map(|format| format.label()).collect()
+    fn formats(&self, is_rig: bool) -> Vec<&'static str> {
+        export::offered(is_rig).iter().map(|format| format.label()).collect()
     }
 
     fn export(&mut self, folder: &Path, format: usize) -> Result<PathBuf, UserError> {
@@ -492,14 +492,17 @@ impl WindowHost {
             };
             (RigSessionCamera { name: name.clone(), known_lens: None }, opening)
         };
-        let opening = RigOpening {
-            cameras: cameras.iter().map(of).collect(),
-            is_synchronised: false,
-            out: self.folder_for(wish),
-        };
         // The rig's pictures aren't mirrored.
         let announcer = self.announcer.clone().from_behind();
-        let run = opening.open(&announcer)?;
+        let run = match &wish.go_on_with {
+            Some(folder) => RigRun::resume(folder, &self.opening, |_| None, &announcer)?,
+            None => RigOpening {
+                cameras: cameras.iter().map(of).collect(),
+                is_synchronised: false,
+                out: self.folder_for(wish),
+            }
+            .open(&announcer)?,
+        };
         self.note_sessions(run.folder());
         let (names, hand) = (run.names(), RigHand::new(Arc::default()));
         let (exit, orders) = (Arc::clone(&self.exit), hand.clone());

@@ -23,6 +23,7 @@ use boresight_formats::{
 use boresight_geometry::{Corner, LensMatrix, frame::ImageSize};
 use boresight_guide::session::Session;
 use boresight_present::text;
+use boresight_run::recording::RigSessionFile;
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +40,7 @@ pub enum Format {
     Vnl,
 }
 
-/// Formats offered by the window, in order. [`Format::all`] has all.
+/// Formats offered for a camera, in order. [`Format::all`] has all.
 pub const FORMATS: [Format; 9] = [
     Format::Camera(CameraFormat::OpencvYaml),
     Format::Camera(CameraFormat::RosYaml),
@@ -51,6 +52,14 @@ pub const FORMATS: [Format; 9] = [
     Format::ViewsCsv,
     Format::Vnl,
 ];
+
+/// Formats offered for a camera, or for several if `is_rig`, in order.
+pub fn offered(is_rig: bool) -> Vec<Format> {
+    match is_rig {
+        true => RigFormat::ALL.into_iter().map(Format::Rig).collect(),
+        false => FORMATS.into(),
+    }
+}
 
 impl Format {
     /// Every format.
@@ -395,13 +404,14 @@ pub fn export_text(
 }
 
 /// Writes the result of the session in `folder` beside the session, in format `number` of
-/// [`FORMATS`], under a free name. Returns the file.
+/// [those offered](offered), under a free name. Returns the file.
 ///
 /// # Errors
 ///
 /// As [`export`], and if the file can't be written.
 pub fn beside(folder: &Path, number: usize, announcer: &Announcer) -> anyhow::Result<PathBuf> {
-    let format = *FORMATS.get(number).context("there is no such format")?;
+    let formats = offered(RigSessionFile::is_in(folder));
+    let format = *formats.get(number).context("there is no such format")?;
     let file = format.file();
     let (stem, ending) = file.split_once('.').unwrap_or((file, ""));
     let out = (2..1000)

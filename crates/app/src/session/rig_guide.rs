@@ -6,14 +6,10 @@ use super::{
     rig_result::{RigEnded, RigFiles, conclude_rig},
     rig_run::{RigHand, RigNews, RigRun},
 };
-use crate::Announcer;
+use crate::{Announcer, RIG_REPORT, RIG_RESULT};
 use boresight_files::Overwrite;
 use boresight_guide::rig::RigPrompt;
 
-/// Name of the result in the session's folder.
-pub const RIG_RESULT: &str = "rig.json";
-/// Report of such a session.
-pub const RIG_REPORT: &str = "rig.html";
 /// Time that a sentence must have been right before it's said: a board passes through many.
 const SETTLED: Duration = Duration::from_millis(400);
 

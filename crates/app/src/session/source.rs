@@ -10,7 +10,7 @@ use anyhow::{Context, bail};
 #[cfg(not(all(unix, feature = "live", feature = "bags")))]
 use crate::MissingFeature;
 use crate::{
-    Announcer, RESULT_FILE,
+    Announcer, RESULT_FILE, RIG_RESULT,
     session::{
         camera::{self, ChosenCamera},
         cue_link::{CueSender, cue_link},
@@ -28,7 +28,7 @@ use boresight_present::text;
 use boresight_run::{
     config::Config,
     pipeline::OnFrame,
-    recording::{SessionFolder, stored_frame},
+    recording::{RigSessionFile, SessionFolder, stored_frame},
 };
 use boresight_sim::{Cues, Scene, SceneFile, SyntheticSource, TruthLog};
 #[cfg(feature = "bags")]
@@ -270,8 +270,9 @@ pub fn result_named_by(path: &Path) -> anyhow::Result<PathBuf> {
     if !path.is_dir() {
         return Ok(path.to_path_buf());
     }
-    let file = path.join(RESULT_FILE);
-    if is_session(path) && !file.exists() {
+    let is_rig = RigSessionFile::is_in(path);
+    let file = path.join(if is_rig { RIG_RESULT } else { RESULT_FILE });
+    if (is_rig || is_session(path)) && !file.exists() {
         bail!("{}", text::source::no_result_yet(path));
     }
     Ok(file)

@@ -114,8 +114,8 @@ pub trait AppHost {
     /// Modes of the named camera, as in the settings file; empty unless it's a live camera.
     fn modes(&mut self, source: &str) -> Vec<String>;
 
-    /// Names of the export formats.
-    fn formats(&self) -> Vec<&'static str>;
+    /// Names of the export formats of a camera, or of several if `is_rig`.
+    fn formats(&self, is_rig: bool) -> Vec<&'static str>;
 
     /// Writes the result of the session in `folder` beside the session, in format number `format`.
     /// Returns the file.
@@ -268,7 +268,7 @@ pub struct SessionRequest {
 pub struct RigRequest {
     /// Name in the rig and source of each camera.
     pub cameras: Vec<(String, String)>,
-    /// Settings of all of them.
+    /// Settings of all of them. With a session to continue, its cameras and settings hold.
     pub wish: SessionRequest,
 }
 

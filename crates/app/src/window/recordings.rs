@@ -11,11 +11,8 @@ use jiff::{Timestamp, tz::TimeZone};
 use serde_json::Value;
 
 use crate::{
-    JournalReading, REPORT_FILE, RESULT_FILE, SavedSession,
-    session::{
-        rig_guide::{RIG_REPORT, RIG_RESULT},
-        source::{PathKind, kind_of},
-    },
+    JournalReading, REPORT_FILE, RESULT_FILE, RIG_REPORT, RIG_RESULT, SavedSession,
+    session::source::{PathKind, kind_of},
 };
 use boresight_calibrate::Verdict;
 use boresight_files::{Links, TEXT_LIMIT, entries, read, read_text};

@@ -6,10 +6,9 @@ use std::{path::Path, sync::atomic::Ordering};
 use super::{Phone, result::report};
 use crate::{EndedPage, PageFile, Stage};
 use boresight_app::{
-    Announcer,
+    Announcer, RIG_REPORT, RIG_RESULT,
     session::{
         export::{self, Format},
-        rig_guide::{RIG_REPORT, RIG_RESULT},
         rig_result::RigEnded,
         rig_run::{RigHand, RigNews, RigRun},
     },

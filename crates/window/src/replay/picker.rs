@@ -27,8 +27,8 @@ pub struct Picker {
     pub recordings: Vec<Recording>,
     /// Thumbnails of the recordings.
     pub pictures: BTreeMap<PathBuf, TextureHandle>,
-    /// Names of the formats for export.
-    pub formats: Vec<&'static str>,
+    /// Names of the formats for export, of a camera and of several.
+    pub formats: [Vec<&'static str>; 2],
     /// True while a session runs, protected from the page.
     pub busy: bool,
     /// Folder of the recording being opened.
@@ -142,6 +142,8 @@ fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<U
     if is_of_one {
         button(ui, sessions::RESULT, idle, UiAction::ShowResult(folder.clone()));
         button(ui, sessions::GO_ON, idle, UiAction::GoOnWith(folder.clone()));
+    } else {
+        button(ui, sessions::GO_ON, idle, UiAction::GoOnWithRig(folder.clone()));
     }
     if let Some(report) = &recording.report {
         button(ui, sessions::REPORT, true, UiAction::Show(report.clone()));
@@ -150,10 +152,11 @@ fn actions(ui: &mut Ui, picker: &Picker, recording: &Recording, asks: &mut Vec<U
         button(ui, sessions::REPLAY, true, UiAction::Replay(folder.clone()));
     }
     let mut exported = None;
-    if is_of_one && recording.judged.is_some() {
+    if recording.judged.is_some() {
         let (label, tip) = sessions::EXPORT;
         ui.menu_button(label, |ui| {
-            for (format, name) in picker.formats.iter().enumerate() {
+            let formats = &picker.formats[usize::from(recording.is_rig)];
+            for (format, name) in formats.iter().enumerate() {
                 if ui.button(*name).clicked() {
                     exported = Some(UiAction::ExportOf(folder.clone(), format));
                     ui.close();

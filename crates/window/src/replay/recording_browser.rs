@@ -34,7 +34,7 @@ impl RecordingBrowser {
     /// Lists the recordings to choose from.
     pub(in super::super) fn browse(&mut self, host: &dyn AppHost, wake: Wake) {
         self.picker.recordings = host.recordings();
-        self.picker.formats = host.formats();
+        self.picker.formats = [false, true].map(|is_rig| host.formats(is_rig));
         let folders = self.picker.recordings.iter().map(|recording| recording.folder.clone());
         let unseen = folders.filter(|folder| !self.picker.pictures.contains_key(folder)).collect();
         self.pictures = host.small_pictures(unseen, wake);
