@@ -69,9 +69,12 @@ fn run(layout: Layout, seeds: u64) -> Vec<Ended> {
         while seed <= seeds {
             let mut world = World { random: 0x9E37_79B9_7F4A_7C15 ^ (seed << 32), ..layout() };
             world.run(PATIENCE_SECS);
-            let mut all = ended.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-            all.extend(of(&world));
-            drop(all);
+            match of(&world) {
+                Some(one) => {
+                    ended.lock().unwrap_or_else(std::sync::PoisonError::into_inner).push(one);
+                }
+                None => eprintln!("seed {seed}: no rig, {} places", world.kept.len()),
+            }
             seed = taken();
         }
     };

@@ -1,7 +1,7 @@
 //! Grade of a result, in a person's terms.
 
 use boresight_calibrate::{Calibration, Severity, Verdict, is_unfinished};
-use boresight_formats::CalibrationFile;
+use boresight_formats::{CalibrationFile, RigFile};
 
 /// Grade of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,6 +27,16 @@ impl Grade {
     /// Grade of a calibration in a file; one with an unknown verdict isn't to be trusted.
     pub fn of_file(file: &CalibrationFile) -> Self {
         Self::by(file.known_verdict().unwrap_or(Verdict::Untrustworthy), file.is_unfinished())
+    }
+
+    /// Grade of several cameras in a file.
+    pub fn of_rig(file: &RigFile) -> Self {
+        match file.verdict.as_str() {
+            "good" => Self::Good,
+            "care" => Self::Care,
+            _ if file.is_unfinished() => Self::Unfinished,
+            _ => Self::NotTrustworthy,
+        }
     }
 
     /// Grade of a verdict; `unfinished` if more views would fix a bad result.

@@ -79,7 +79,7 @@ pub fn conclude_rig(
         simulated: is_simulated,
         ..RigFile::of(found.as_ref(), names, &board, &params, words::RIG_WORDS)
     };
-    let mut lines: Vec<String> = found.iter().map(words::verdict).collect();
+    let mut lines: Vec<String> = found.iter().map(|_| words::verdict(&file)).collect();
     for FindingEntry { code, message, action, .. } in &file.findings {
         lines.push(format!("  {code}: {message}. {action}"));
     }
@@ -119,7 +119,7 @@ pub fn conclude_rig(
     }
     let is_usable = found.as_ref().is_ok_and(|rig| rig.verdict != Verdict::Untrustworthy);
     let exit = if is_usable { Exit::Good } else { Exit::NotTrustworthy };
-    let grade = found.ok().map(|rig| Grade::by(rig.verdict, rig.is_unfinished()));
+    let grade = found.is_ok().then(|| Grade::of_rig(&file));
     Ok(RigEnded { exit, grade, lines, file: Some(file) })
 }
 

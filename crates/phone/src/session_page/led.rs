@@ -14,10 +14,7 @@ use boresight_app::{
     },
 };
 use boresight_files::{Links, TEXT_LIMIT, read};
-use boresight_guide::{
-    rig::RigPrompt,
-    session::{Gravity, Snapshot},
-};
+use boresight_guide::{rig::RigPrompt, session::Snapshot};
 use boresight_present::{
     browser::Led,
     instruction::Instruction,
@@ -64,15 +61,14 @@ impl Phone {
 }
 
 fn led(news: &RigNews<'_>, shown: &Snapshot, camera: &str) -> Led {
-    let gravity = news.prompt.gravity(|_| Instruction::of(shown).gravity());
     let (rank, rest) = match news.prompt {
         RigPrompt::Resting { progress } => (Some(Rank::Hold), Some(progress)),
         RigPrompt::Rest => (Some(Rank::Hold), None),
         RigPrompt::Taken => (None, None),
-        _ if gravity == Gravity::Bad => (Some(Rank::Lost), None),
         _ => (Some(Rank::Guidance), None),
     };
     let places = u32::try_from(news.places).unwrap_or(u32::MAX);
+    let gravity = news.prompt.gravity(|_| Instruction::of(shown).gravity());
     let (camera, sentence) = (camera.to_owned(), news.sentences.clone());
     Led { camera, sentence, gravity, rank, rest, places }
 }

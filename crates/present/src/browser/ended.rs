@@ -76,14 +76,17 @@ impl EndedPage {
         Self { verdict, aloud, what, action, map: None, ..self }
     }
 
-    /// Page about the finished session of several cameras with the file `result`, if any.
+    /// Page about the finished session of several cameras with the file `result`, if any. A rig that
+    /// isn't to be used has no numbers.
     pub fn of_rig(result: Option<&RigFile>, grade: Option<Grade>, files: Vec<PageFile>) -> Self {
         let findings = result.iter().flat_map(|rig| &rig.findings);
-        let pairs = result.iter().flat_map(|rig| &rig.pairs).filter(|pair| pair.instants > 0);
+        let usable = result.filter(|_| grade.is_some_and(|it| it != Grade::NotTrustworthy));
+        let pairs = usable.iter().flat_map(|rig| &rig.pairs).filter(|pair| pair.instants > 0);
+        let graded = result.filter(|_| grade.is_some());
         Self {
             verdict: grade.map_or("none", code),
             aloud: grade.map_or(words::NO_CALIBRATION, words::aloud),
-            what: grade.map_or_else(|| words::NO_CALIBRATION.into(), text::rig::verdict_of),
+            what: graded.map_or_else(|| words::NO_CALIBRATION.into(), text::rig::verdict),
             action: findings.clone().next().map_or(String::new(), |first| first.action.clone()),
             findings: findings.map(|it| (it.message.clone(), it.action.clone())).collect(),
             lines: pairs

@@ -50,7 +50,7 @@ pub fn rig_page(
         }
     };
     // Where the pictures contradict each other, no rows agree.
-    let rows = rows.filter(|_| grade(rig) != Grade::NotTrustworthy);
+    let rows = rows.filter(|_| Grade::of_rig(rig) != Grade::NotTrustworthy);
     let rows = rows.map_or_else(String::new, |rows| section(Section::Rows, &rows.drawings()));
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title><style>\n{STYLE}</style></head><body>\n{}<h1>{title}</h1>\n{}{drawings}{}{}{rows}<div class=\"two\">{}{}</div>\n</body></html>\n",
@@ -63,23 +63,13 @@ pub fn rig_page(
     )
 }
 
-/// Grade of the rig in the file.
-fn grade(rig: &RigFile) -> Grade {
-    match rig.verdict.as_str() {
-        "good" => Grade::Good,
-        "care" => Grade::Care,
-        _ if rig.is_unfinished() => Grade::Unfinished,
-        _ => Grade::NotTrustworthy,
-    }
-}
-
 /// The customer's sheet: grade, error and goal, three answers, and the file's checksum. Empty
 /// without a rig.
 fn sheet(rig: &RigFile, certificate: &Certificate) -> String {
     if rig.cameras.is_empty() {
         return String::new();
     }
-    let grade = grade(rig);
+    let grade = Grade::of_rig(rig);
     let is_usable = matches!(grade, Grade::Good | Grade::Care);
     let certifies = is_usable && !rig.simulated;
     let names: Vec<&str> = rig.cameras.iter().map(|camera| camera.name.as_str()).collect();
@@ -159,7 +149,7 @@ fn verdict(rig: &RigFile) -> String {
     let answer = format!(
         "<p class=\"lead\"><span class=\"sign\">{}</span> <strong>{}</strong></p>\n{findings}",
         words::verdict_sign(&rig.verdict),
-        escaped(&rig_words::verdict_of(grade(rig))),
+        escaped(&rig_words::verdict(rig)),
     );
     section_with(Section::Verdict, "box", &answer)
 }

@@ -49,10 +49,13 @@ const GRADES: [Grade; 4] = [Grade::Good, Grade::Care, Grade::Unfinished, Grade::
 
 /// `verdict` on a result from `source`; marked if the camera was simulated.
 pub fn of_source(source: &str, verdict: &str) -> String {
+    if is_simulated(source) { simulated(verdict) } else { verdict.to_owned() }
+}
+
+/// `verdict` on a result of rendered pictures.
+pub(super) fn simulated(verdict: &str) -> String {
     let (grade, why) = verdict.split_at(verdict.find(':').unwrap_or(verdict.len()));
-    if !is_simulated(source) {
-        verdict.to_owned()
-    } else if GRADES.map(self::grade).contains(&grade) {
+    if GRADES.map(self::grade).contains(&grade) {
         format!("{grade} (SIMULATED){why}")
     } else {
         format!("SIMULATED: {verdict}")

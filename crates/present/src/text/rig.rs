@@ -1,13 +1,13 @@
 //! A rig in words: several cameras with fixed mutual places.
 
 use super::{
-    findings::grade,
+    findings::{grade, simulated},
     numbers::{counted, small},
 };
 use boresight_calibrate::{
     DriftVerdict, NotARig, Pair, PairBound, PairChange, RigCalibration, RigCamera, RigFinding,
 };
-use boresight_formats::RigWords;
+use boresight_formats::{RigFile, RigWords};
 use boresight_geometry::Camera;
 use boresight_guide::rig::RigPrompt;
 
@@ -209,20 +209,17 @@ pub fn link(pair: &Pair, bound: Option<PairBound>) -> String {
 /// Keys of a rig's session.
 pub const KEYS: &str = "Keys: U takes the newest place back, Q ends";
 
-/// Verdict on a rig.
-pub fn verdict(rig: &RigCalibration) -> String {
-    verdict_of(Grade::by(rig.verdict, rig.is_unfinished()))
-}
-
-/// Verdict on a rig of this grade.
-pub fn verdict_of(of_rig: Grade) -> String {
+/// Verdict on the rig in a file; marked if the cameras were simulated.
+pub fn verdict(rig: &RigFile) -> String {
+    let of_rig = Grade::of_rig(rig);
     let what = match of_rig {
         Grade::Good => "every pair of cameras meets the goal",
         Grade::Care => "see the warnings below",
         Grade::Unfinished => "more places of the board make it usable",
         Grade::NotTrustworthy => "don't use this rig",
     };
-    format!("{}: {what}", grade(of_rig))
+    let verdict = format!("{}: {what}", grade(of_rig));
+    if rig.simulated { simulated(&verdict) } else { verdict }
 }
 
 /// A camera's numbers.
